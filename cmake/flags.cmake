@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+# quadsplat_flags: warnings, and the rule that no translation unit contracts a*b+c (bit-equal decisions).
+add_library(quadsplat_flags INTERFACE)
+target_compile_options(quadsplat_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off>
+  $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra,-ffp-contract=off -diag-suppress=20012
+                             --expt-relaxed-constexpr --extended-lambda>)
+if(QUADSPLAT_WERROR)
+  target_compile_options(quadsplat_flags INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-Werror> $<$<COMPILE_LANGUAGE:CUDA>:-Werror=all-warnings>)
+endif()
+if(QUADSPLAT_SANITIZE)
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${QUADSPLAT_SANITIZE}>
+                      $<$<COMPILE_LANGUAGE:CXX>:-fno-omit-frame-pointer>
+                      $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize-recover=all>)
+  add_link_options(-fsanitize=${QUADSPLAT_SANITIZE})
+endif()

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: MIT
+# Every library the project uses; scripts/setup installs them. ImGui, zstd and OpenImageIO come through
+# pkg-config because Debian's CMake files for them are missing or broken.
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(glm CONFIG REQUIRED)
+find_package(fmt CONFIG REQUIRED)
+find_package(CLI11 CONFIG REQUIRED)
+find_package(nlohmann_json CONFIG REQUIRED)
+find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
+if(QUADSPLAT_OIIO)
+  pkg_check_modules(OIIO IMPORTED_TARGET OpenImageIO)
+  if(NOT OIIO_FOUND)
+    message(WARNING "OpenImageIO was not found: only png, ppm and pfm pictures will be read and written")
+    set(QUADSPLAT_OIIO OFF)
+  endif()
+endif()

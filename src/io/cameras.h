@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+//
+// Reads dataset cameras. cameras.json is INRIA's layout: a list of objects with position (camera centre),
+// rotation (world_from_view, rows), fx, fy, width, height, img_name; the principal point is centred
+// unless cx, cy are given (COLMAP's, pixel corners: our centre is cx - 0.5).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+/// All cameras of a file in file order. Throws Error(input) naming file, camera and field.
+std::vector<Camera> read_cameras(const std::filesystem::path& path);
+
+/// cameras.json beside the scene file or in up to three parent folders.
+std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);
+
+/// One camera from JSON text: an object in the layout of cameras.json. `source` names it in messages.
+Camera parse_camera(std::string_view json, std::string_view source);
+
+/// The camera as one line of JSON that parse_camera() reads back exactly.
+std::string format_camera(const Camera& camera);
+
+/// Background colour white when the model's cfg_args (same search as cameras.json) says so.
+bool model_wants_white_background(const std::filesystem::path& scene_file);
+
+}  // namespace qs

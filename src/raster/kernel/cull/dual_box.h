@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// Mode `dualbox`: only the two quadrant boxes along the major axis (QuadBox, ICIP 2026, as the ablation
+// that shows why four are needed). It loses what lies in the two other quadrants.
+#pragma once
+
+#include "raster/kernel/cull/quad_box.h"
+
+namespace qs {
+
+struct DualBox {
+  static constexpr const char* kName = "dualbox";
+  static constexpr const char* kSummary = "only the two boxes along the major axis, loses quality";
+  static constexpr bool kLossless = false;
+  static constexpr bool kKeepsFaint = false;
+
+  static QS_HD QuadBoxWalk walk(const Footprint& footprint, TileGrid grid) {
+    const glm::vec2 max = extents(footprint).max;
+    const bool major_is_same = footprint.conic.y < 0.0f;
+    const glm::vec2 none(0.0f);
+    const QuadBoxes boxes{footprint.mean_px, major_is_same ? max : none, major_is_same ? none : max};
+    return QuadBoxWalk::over(boxes, tiles_of_box(boxes.mean, max, grid), grid);
+  }
+};
+
+}  // namespace qs

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// Mode `exact`: the lower bound. A tile is listed when its square of pixel centres meets the ellipse,
+// one closed-form span per line; spans between pixel centres may be empty. Gamma carries a slack
+// for fp32 (kExactSlack, and k of Extents), and the result is clipped by QuadBox's span, so that
+// exact <= quadbox <= adr holds by construction.
+#pragma once
+
+#include "raster/kernel/cull/quad_box.h"
+
+namespace qs {
+
+/// Coordinates as in QuadBoxWalk: `u` along a line, `v` across lines.
+struct ExactWalk {
+  bool by_rows;
+  Span lines;
+  QuadBoxWalk boxes;
+  float gamma;           ///< with slack
+  float s_vv, s_uv;      ///< covariance in (u, v)
+  float determinant;
+  float v_max;           ///< sqrt(gamma s_vv)
+  float v_at_u_max;      ///< v where the ellipse reaches its largest u: s_uv sqrt(gamma / s_uu)
+
+  QS_HD Span span(int line) const {
+    // The line's pixel centres, relative to the mean, within the ellipse's reach.
+    const float low = static_cast<float>(line * kTileSize) - boxes.mean_v;
+    const float high = low + (kTileSize - 1);
+    const float v0 = low > -v_max ? low : -v_max;
+    const float v1 = high < v_max ? high : v_max;
+    if (v0 > v1) return {0, 0};
+    // u(v) = (s_uv v +- sqrt((s_vv gamma - v^2) det)) / s_vv is concave / convex: its extremes over
+    // [v0, v1] are at the ellipse's own extreme or at the nearest end.
+    const float right = u_at(clamp(v_at_u_max, v0, v1), 1.0f);
+    const float left = u_at(clamp(-v_at_u_max, v0, v1), -1.0f);
+    return intersection(tiles_with_centers(boxes.mean_u + left, boxes.mean_u + right, boxes.limit),
+                        boxes.span(line));
+  }
+
+ private:
+  static QS_HD float clamp(float x, float low, float high) { return x < low ? low : (x > high ? high : x); }
+
+  QS_HD float u_at(float v, float sign) const {
+    const float under = (s_vv * gamma - v * v) * determinant;
+    return (s_uv * v + sign * sqrtf(under > 0.0f ? under : 0.0f)) / s_vv;
+  }
+
+  friend struct Exact;
+};
+
+struct Exact {
+  static constexpr const char* kName = "exact";
+  static constexpr const char* kSummary = "tiles whose pixel centres the ellipse really meets, the lower bound";
+  static constexpr bool kLossless = true;
+  static constexpr bool kKeepsFaint = false;
+
+  static QS_HD ExactWalk walk(const Footprint& footprint, TileGrid grid) {
+    const Covariance2<float>& s = footprint.covariance;
+    const float k = extents(footprint).k;
+    ExactWalk walk{};
+    walk.boxes = QuadBox::walk(footprint, grid);
+    walk.by_rows = walk.boxes.by_rows;
+    walk.lines = walk.boxes.lines;
+    walk.gamma = footprint.gamma * kExactSlack * k * k;
+    const float s_uu = walk.by_rows ? s.xx : s.yy;
+    walk.s_vv = walk.by_rows ? s.yy : s.xx;
+    walk.s_uv = s.xy;
+    walk.determinant = footprint.determinant;
+    walk.v_max = sqrtf(walk.gamma * walk.s_vv);
+    walk.v_at_u_max = s.xy * sqrtf(walk.gamma / s_uu);
+    return walk;
+  }
+};
+
+}  // namespace qs

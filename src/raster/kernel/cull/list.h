@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// The table of culling modes. Everything that walks the modes (command line, viewer, benchmarks, tests)
+// walks this list; a new mode is one entry in CullerList.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+#include <tuple>
+#include <utility>
+
+#include "raster/kernel/cull/adr_aabb.h"
+#include "raster/kernel/cull/dual_box.h"
+#include "raster/kernel/cull/exact.h"
+#include "raster/kernel/cull/quad_box.h"
+#include "raster/kernel/cull/square.h"
+
+namespace qs {
+
+/// In the order of their keys 1, 2, 3, ...
+using CullerList = std::tuple<Square, AdrAabb, DualBox, QuadBoxNaive, QuadBox, Exact>;
+
+inline constexpr int kCullerCount = static_cast<int>(std::tuple_size_v<CullerList>);
+
+/// A mode as settings carry it: 1..kCullerCount index the table, 0 is the fp64 reference (CPU only).
+using CullMode = int;
+inline constexpr CullMode kReferenceMode = 0;
+
+struct CullerRow {
+  const char* name;
+  const char* summary;
+  bool lossless;
+};
+
+namespace detail {
+template <std::size_t... I>
+constexpr std::array<CullerRow, sizeof...(I) + 1> make_culler_table(std::index_sequence<I...>) {
+  return {CullerRow{"reference", "fp64 without tiles, the image the others are judged against", true},
+          CullerRow{std::tuple_element_t<I, CullerList>::kName, std::tuple_element_t<I, CullerList>::kSummary,
+                    std::tuple_element_t<I, CullerList>::kLossless}...};
+}
+}  // namespace detail
+
+/// Index = CullMode.
+inline constexpr auto kCullers = detail::make_culler_table(std::make_index_sequence<kCullerCount>{});
+
+/// Mode of a name as users type it; -1 when there is none.
+constexpr CullMode find_culler(std::string_view name) {
+  for (int mode = 0; mode <= kCullerCount; ++mode) {
+    if (name == kCullers[static_cast<std::size_t>(mode)].name) return mode;
+  }
+  return -1;
+}
+
+inline constexpr CullMode kDefaultMode = find_culler("quadbox");
+
+/// Calls f(P{}) with the policy of `mode`, 1..kCullerCount. Host code, once per frame.
+template <int kRow = 1, class F>
+decltype(auto) with_culler(CullMode mode, F&& f) {
+  using P = std::tuple_element_t<kRow - 1, CullerList>;
+  if constexpr (kRow == kCullerCount) {
+    return f(P{});
+  } else {
+    if (mode == kRow) return f(P{});
+    return with_culler<kRow + 1>(mode, std::forward<F>(f));
+  }
+}
+
+}  // namespace qs

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+//
+// Modes `quadbox-naive` and `quadbox` (QuadBox, ICIP 2026): one box in each quadrant around the mean.
+// In the two quadrants along the major axis the box reaches to x_max, y_max; in the two others
+// 2 b x y >= 0, so the ellipse stays inside its axis intercepts f x_max, f y_max.
+// `quadbox` is QPass: one walk over the shorter axis of the global tile range; in each line the
+// intervals of the boxes that meet it are merged by min and max. All boxes contain the centre lines,
+// so the union is one run and both modes list the same tiles.
+#pragma once
+
+#include "raster/kernel/cull/culler.h"
+
+namespace qs {
+
+/// Reach of the quadrant boxes from the mean in pixels. Suffix: side of x, side of y.
+/// For a quadrant (sx, sy) its box spans |x| <= reach.x, |y| <= reach.y on that side.
+struct QuadBoxes {
+  glm::vec2 mean;
+  glm::vec2 same;      ///< reach in the quadrants with x*y > 0
+  glm::vec2 opposite;  ///< reach in the quadrants with x*y < 0
+
+  static QS_HD QuadBoxes of(const Footprint& footprint) {
+    const Extents e = extents(footprint);
+    const glm::vec2 minor(e.f * e.max.x, e.f * e.max.y);
+    const bool major_is_same = footprint.conic.y < 0.0f;
+    return {footprint.mean_px, major_is_same ? e.max : minor, major_is_same ? minor : e.max};
+  }
+
+  QS_HD glm::vec2 reach(int quadrant) const { return (quadrant == 0 || quadrant == 3) ? same : opposite; }
+
+  /// Tiles of the box in quadrant 0 (-,-), 1 (+,-), 2 (-,+), 3 (+,+).
+  QS_HD TileRect tiles(int quadrant, TileGrid grid) const {
+    const glm::vec2 r = reach(quadrant);
+    const bool right = (quadrant & 1) != 0, below = (quadrant & 2) != 0;
+    return {tiles_meeting(right ? mean.x : mean.x - r.x, right ? mean.x + r.x : mean.x, grid.columns),
+            tiles_meeting(below ? mean.y : mean.y - r.y, below ? mean.y + r.y : mean.y, grid.rows)};
+  }
+};
+
+/// QPass. Coordinates are named for the walk: `u` along a line, `v` across lines.
+struct QuadBoxWalk {
+  bool by_rows;
+  Span lines;
+  int limit;          ///< tiles in a line
+  float mean_u, mean_v;
+  glm::vec2 same, opposite;  ///< (u, v) reach, see QuadBoxes
+
+  static QS_HD QuadBoxWalk over(const QuadBoxes& boxes, const TileRect& range, TileGrid grid) {
+    if (walks_rows(range)) {
+      return {true, range.rows, grid.columns, boxes.mean.x, boxes.mean.y, boxes.same, boxes.opposite};
+    }
+    return {false, range.columns, grid.rows, boxes.mean.y, boxes.mean.x,
+            {boxes.same.y, boxes.same.x}, {boxes.opposite.y, boxes.opposite.x}};
+  }
+
+  QS_HD Span span(int line) const {
+    const float low = static_cast<float>(line * kTileSize), high = low + kTileSize;
+    // Does the line meet the boxes before / after the mean across lines?
+    const bool before = low < mean_v, after = high > mean_v;
+    const bool same_before = before && high > mean_v - same.y;
+    const bool opposite_before = before && high > mean_v - opposite.y;
+    const bool same_after = after && low < mean_v + same.y;
+    const bool opposite_after = after && low < mean_v + opposite.y;
+    // Quadrants: (-,-) and (+,+) are `same`, (+,-) and (-,+) are `opposite`.
+    const float left_same = same_before ? same.x : 0.0f, left_opposite = opposite_after ? opposite.x : 0.0f;
+    const float right_same = same_after ? same.x : 0.0f, right_opposite = opposite_before ? opposite.x : 0.0f;
+    const float left = left_same > left_opposite ? left_same : left_opposite;
+    const float right = right_same > right_opposite ? right_same : right_opposite;
+    return tiles_meeting(mean_u - left, mean_u + right, limit);
+  }
+};
+
+struct QuadBox {
+  static constexpr const char* kName = "quadbox";
+  static constexpr const char* kSummary = "four boxes hugging the ellipse, walked in one pass (QPass)";
+  static constexpr bool kLossless = true;
+  static constexpr bool kKeepsFaint = false;
+
+  static QS_HD QuadBoxWalk walk(const Footprint& footprint, TileGrid grid) {
+    const QuadBoxes boxes = QuadBoxes::of(footprint);
+    const glm::vec2 outer = glm::max(boxes.same, boxes.opposite);
+    return QuadBoxWalk::over(boxes, tiles_of_box(boxes.mean, outer, grid), grid);
+  }
+};
+
+struct QuadBoxNaive {
+  static constexpr const char* kName = "quadbox-naive";
+  static constexpr const char* kSummary = "the same four boxes looped one by one, without QPass";
+  static constexpr bool kLossless = true;
+  static constexpr bool kKeepsFaint = false;
+
+  template <class Visit>
+  static QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
+    const QuadBoxes boxes = QuadBoxes::of(footprint);
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      const TileRect rect = boxes.tiles(quadrant, grid);
+      for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
+        for (int column = rect.columns.begin; column < rect.columns.end; ++column) {
+          bool listed = false;
+          for (int earlier = 0; earlier < quadrant; ++earlier) {
+            listed = listed || boxes.tiles(earlier, grid).contains(column, row);
+          }
+          if (!listed) visit(row * grid.columns + column);
+        }
+      }
+    }
+  }
+};
+
+}  // namespace qs

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// Mode `3dgs`: the square of half side ceil(3 sqrt(lambda_max)) with the integer tile rule of the
+// original 3DGS rasterizer (Kerbl et al. 2023). It knows nothing of opacity, and cuts at 3 sigma.
+#pragma once
+
+#include "raster/kernel/cull/culler.h"
+
+namespace qs {
+
+struct Square {
+  static constexpr const char* kName = "3dgs";
+  static constexpr const char* kSummary = "square of 3 standard deviations, cuts what lies beyond";
+  static constexpr bool kLossless = false;
+  static constexpr bool kKeepsFaint = true;
+
+  /// Half side in pixels; the eigenvalue's root is floored as in 3DGS.
+  static QS_HD float radius(const Footprint& footprint) {
+    const float mid = 0.5f * (footprint.covariance.xx + footprint.covariance.yy);
+    const float discriminant = mid * mid - footprint.determinant;
+    const float root = sqrtf(discriminant > kEigenvalueFloor ? discriminant : kEigenvalueFloor);
+    return ceilf(kSigmas * sqrtf(mid + root));
+  }
+
+  /// Tiles int((p - r) / 16) .. int((p + r + 15) / 16) - 1 along one axis.
+  static QS_HD Span tiles(float center, float radius, int limit) {
+    constexpr float kInverse = 1.0f / kTileSize;
+    return {clamp_to_int((center - radius) * kInverse, limit),
+            clamp_to_int((center + radius + (kTileSize - 1)) * kInverse, limit)};
+  }
+
+  static QS_HD RectWalk walk(const Footprint& footprint, TileGrid grid) {
+    const float r = radius(footprint);
+    return RectWalk::over({tiles(footprint.mean_px.x, r, grid.columns), tiles(footprint.mean_px.y, r, grid.rows)});
+  }
+};
+
+}  // namespace qs

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+//
+// The one function that decides whether a Gaussian has a footprint, and which. Every backend's
+// preprocess calls it; what it returns is all that the culling modes read.
+#pragma once
+
+#include "raster/kernel/project.h"
+
+namespace qs {
+
+/// A Gaussian activated at upload, as far as geometry needs it.
+struct ActiveGaussian {
+  glm::vec3 position;             ///< world
+  Covariance3<float> covariance;  ///< world units^2
+  float log2_255_opacity;         ///< log2(255 o), -inf for o = 0; computed once on the host
+};
+
+struct FootprintRules {
+  bool keep_faint;     ///< keep Gaussians with opacity <= 1/255 (mode 3dgs)
+  bool antialiased;    ///< scale the opacity by compensation()
+  float splat_scale;   ///< factor on every standard deviation; 1 = as trained
+};
+
+struct Projected {
+  Footprint footprint;
+  float depth;           ///< view z, > near_depth
+  float opacity_factor;  ///< 1 unless antialiased
+};
+
+/// False when the Gaussian is behind the near plane, degenerate, not finite or too faint.
+QS_HD bool project(const View<float>& view, const FootprintRules& rules, const ActiveGaussian& gaussian,
+                   Projected& out) {
+  const glm::vec3 point = to_view(view, gaussian.position);
+  if (!(point.z > view.near_depth)) return false;
+  Covariance2<float> covariance = project_covariance(view, point, gaussian.covariance);
+  const float scale2 = rules.splat_scale * rules.splat_scale;
+  covariance.xx = covariance.xx * scale2;
+  covariance.xy = covariance.xy * scale2;
+  covariance.yy = covariance.yy * scale2;
+  const float before = covariance.determinant();
+  covariance.xx = covariance.xx + static_cast<float>(kDilation);
+  covariance.yy = covariance.yy + static_cast<float>(kDilation);
+  const float determinant = covariance.determinant();
+  if (!(determinant > 0.0f) || !(determinant < INFINITY)) return false;
+  float log2_255_opacity = gaussian.log2_255_opacity;
+  out.opacity_factor = 1.0f;
+  if (rules.antialiased) {
+    out.opacity_factor = compensation(before, determinant);
+    log2_255_opacity = log2_255_opacity + log2_portable(out.opacity_factor);
+  }
+  const float gamma = 2.0f * static_cast<float>(kLn2) * log2_255_opacity;
+  if (!rules.keep_faint && !(gamma > 0.0f)) return false;
+  out.footprint.mean_px = to_pixel(view, point);
+  out.footprint.covariance = covariance;
+  out.footprint.conic = glm::vec3(covariance.yy / determinant, -covariance.xy / determinant,
+                                  covariance.xx / determinant);
+  out.footprint.determinant = determinant;
+  out.footprint.gamma = gamma;
+  out.depth = point.z;
+  const float sum = out.footprint.mean_px.x + out.footprint.mean_px.y + out.footprint.conic.x +
+                    out.footprint.conic.y + out.footprint.conic.z;
+  return sum - sum == 0.0f;  // finite
+}
+
+}  // namespace qs

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+//
+// Colour of a Gaussian seen along a direction: real spherical harmonics up to degree 3 (3DGS).
+#pragma once
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/constants.h"
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+/// RGB >= 0 (no upper clamp) for the unit vector `d` from the camera to the Gaussian, world axes.
+/// `coefficients(i)` returns RGB coefficient i as vec<3, Real>, i < (degree + 1)^2; degree 0..3.
+template <class Real, class Coefficients>
+QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d, const Coefficients& coefficients) {
+  using Vec3 = glm::vec<3, Real>;
+  Vec3 color = Real(kSh0) * coefficients(0);
+  if (degree > 0) {
+    const Real x = d.x, y = d.y, z = d.z;
+    color += Real(kSh1) * (z * coefficients(2) - y * coefficients(1) - x * coefficients(3));
+    if (degree > 1) {
+      const Real xx = x * x, yy = y * y, zz = z * z;
+      color += Real(kSh2[0]) * x * y * coefficients(4) + Real(kSh2[1]) * y * z * coefficients(5) +
+               Real(kSh2[2]) * (2 * zz - xx - yy) * coefficients(6) +
+               Real(kSh2[3]) * x * z * coefficients(7) + Real(kSh2[4]) * (xx - yy) * coefficients(8);
+      if (degree > 2) {
+        color += Real(kSh3[0]) * y * (3 * xx - yy) * coefficients(9) +
+                 Real(kSh3[1]) * x * y * z * coefficients(10) +
+                 Real(kSh3[2]) * y * (4 * zz - xx - yy) * coefficients(11) +
+                 Real(kSh3[3]) * z * (2 * zz - 3 * xx - 3 * yy) * coefficients(12) +
+                 Real(kSh3[4]) * x * (4 * zz - xx - yy) * coefficients(13) +
+                 Real(kSh3[5]) * z * (xx - yy) * coefficients(14) +
+                 Real(kSh3[6]) * x * (xx - 3 * yy) * coefficients(15);
+      }
+    }
+  }
+  return glm::max(color + Real(0.5), Vec3(0));
+}
+
+}  // namespace qs

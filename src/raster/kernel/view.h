@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+//
+// The camera as kernels read it; scene/camera.h makes it.
+#pragma once
+
+#include <glm/mat4x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace qs {
+
+/// Passed by value. View axes RDF; pixel i has its centre at coordinate i.
+template <class Real>
+struct View {
+  glm::mat<4, 3, Real> view_from_world;
+  glm::vec<3, Real> position;     ///< of the camera, world
+  glm::vec<2, Real> focal_px;
+  glm::vec<2, Real> center_px;
+  glm::vec<2, Real> slope_limit;  ///< |x/z| and |y/z| are clamped to this inside the Jacobian
+  Real near_depth;
+};
+
+}  // namespace qs

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+//
+// The rasterizer's whole public surface: upload a cloud, submit a frame, wait for it.
+//   file -> cloud -> upload -> preprocess -> bin -> sort -> blend -> frame
+// Renderer is the only virtual class: one call to submit and one to wait per frame, none per Gaussian.
+// A renderer is used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string_view>
+#include <vector>
+
+#include "raster/kernel/cull/list.h"
+#include "raster/kernel/tile_grid.h"
+#include "raster/scene/camera.h"
+#include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/image.h"
+#include "raster/scene/progress.h"
+
+namespace qs {
+
+enum class Backend { cpu, cuda };
+
+/// Index = Backend.
+inline constexpr const char* kBackendNames[] = {"cpu", "cuda"};
+
+/// The words that name files, functions, timers, HUD rows and benchmark columns.
+enum class Stage { preprocess, bin, sort, blend };
+inline constexpr int kStageCount = 4;
+
+/// Index = Stage.
+inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "sort", "blend"};
+
+struct RenderSettings {
+  CullMode mode = kDefaultMode;   ///< 0 = reference (CPU only), else a row of kCullers
+  int sh_degree = kMaxShDegree;   ///< evaluated degree, capped by the cloud's
+  float splat_scale = 1;          ///< factor on every standard deviation, > 0
+  glm::vec3 background{0.0f};     ///< what the remaining transmittance shows
+  std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
+};
+
+/// What a frame should hold besides its statistics.
+struct Outputs {
+  bool color = true;
+  bool pairs = false;      ///< Frame::pairs
+  bool evaluated = false;  ///< Frame::evaluated
+  bool trace = false;      ///< Frame::trace
+};
+
+/// What the rasterizer decided, for tests and the inspector.
+struct Trace {
+  std::vector<std::uint32_t> gaussians;   ///< per visible Gaussian: its index in the cloud, ascending
+  std::vector<Footprint> footprints;      ///< parallel to `gaussians`
+  std::vector<float> depths;              ///< parallel to `gaussians`
+  std::vector<std::uint64_t> tile_begin;  ///< tiles + 1 offsets into `listed`
+  std::vector<std::uint32_t> listed;      ///< per tile, front to back: index in the cloud
+};
+
+struct RenderStats {
+  float frame_ms = 0;                     ///< submit to finished image, on the backend's own clock
+  float stage_ms[kStageCount] = {};       ///< index = Stage
+  std::uint32_t gaussians = 0;            ///< in the cloud
+  std::uint32_t visible = 0;              ///< Gaussians with at least one tile
+  std::uint64_t tile_pairs = 0;           ///< (Gaussian, tile) pairs listed
+  std::uint32_t max_pairs_in_a_tile = 0;
+  int threads = 0;                        ///< of the CPU backend, 0 elsewhere
+};
+
+struct Frame {
+  Image color;                            ///< height x width x 3, not clamped; empty unless asked for
+  TileGrid grid;
+  std::vector<std::uint32_t> pairs;       ///< per tile, row by row: pairs listed
+  std::vector<std::uint32_t> evaluated;   ///< per pixel: entries of its tile's list up to where it stopped
+  Trace trace;
+  RenderStats stats;
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+
+  /// Replaces the scene. The cloud is not kept. Throws Error (no memory) and Cancelled.
+  virtual void upload(const GaussianCloud& cloud, const Progress& progress) = 0;
+
+  /// Begins a frame of the uploaded scene and does not wait for it. One frame at a time.
+  virtual void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      std::stop_token stop) = 0;
+
+  /// Finishes the submitted frame. The result is valid until the next submit. Throws Error, and
+  /// Cancelled when the stop token was triggered.
+  virtual const Frame& wait() = 0;
+
+  /// submit() and wait().
+  const Frame& render(const Camera& camera, const RenderSettings& settings = {}, const Outputs& outputs = {},
+                      std::stop_token stop = {}) {
+    submit(camera, settings, outputs, std::move(stop));
+    return wait();
+  }
+};
+
+/// Backends of this build that can run on this machine, best first; the CPU is always among them.
+std::span<const Backend> available_backends();
+
+/// Throws Error(device) with the reason when the backend cannot run here.
+/// `threads`: of the CPU backend, 0 = all.
+std::unique_ptr<Renderer> make_renderer(Backend backend, int threads = 0);
+
+}  // namespace qs

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include "raster/scene/camera.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "raster/kernel/constants.h"
+
+namespace qs {
+
+glm::dvec3 Camera::position() const {
+  const glm::dmat3 rotation(view_from_world);
+  return -glm::transpose(rotation) * view_from_world[3];
+}
+
+Camera Camera::resized(int new_width, int new_height) const {
+  Camera result = *this;
+  const double scale = static_cast<double>(new_height) / height;
+  const glm::dvec2 offset = center_px - 0.5 * glm::dvec2(width - 1, height - 1);
+  result.focal_px = focal_px * scale;
+  result.center_px = 0.5 * glm::dvec2(new_width - 1, new_height - 1) + offset * scale;
+  result.width = new_width;
+  result.height = new_height;
+  return result;
+}
+
+Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov, int width, int height) {
+  const glm::dvec3 forward = glm::normalize(target - position);
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+  const glm::dvec3 down = glm::cross(forward, right);
+  const glm::dmat3 rotation = glm::transpose(glm::dmat3(right, down, forward));
+  Camera camera;
+  camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
+  camera.focal_px = glm::dvec2(0.5 * height / std::tan(0.5 * vertical_fov));
+  camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+template <class Real>
+View<Real> make_view(const Camera& camera) {
+  View<Real> view;
+  view.view_from_world = glm::mat<4, 3, Real>(camera.view_from_world);
+  view.position = glm::vec<3, Real>(camera.position());
+  view.focal_px = glm::vec<2, Real>(camera.focal_px);
+  view.center_px = glm::vec<2, Real>(camera.center_px);
+  const glm::dvec2 size(camera.width, camera.height);
+  view.slope_limit = glm::vec<2, Real>(kSlopeMargin * size / (2.0 * camera.focal_px));
+  view.near_depth = static_cast<Real>(camera.near_depth);
+  return view;
+}
+
+template View<float> make_view<float>(const Camera&);
+template View<double> make_view<double>(const Camera&);
+
+}  // namespace qs

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "raster/scene/image.h"
+
+#include <cassert>
+#include <limits>
+
+namespace qs {
+
+double psnr_8bit(const Image& a, const Image& b, int channels) {
+  assert(a.width == b.width && a.height == b.height);
+  assert(a.channels >= channels && b.channels >= channels);
+  double squared_sum = 0;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        const double difference = to_8bit(a.at(x, y, c)) - to_8bit(b.at(x, y, c));
+        squared_sum += difference * difference;
+      }
+    }
+  }
+  if (squared_sum == 0) return std::numeric_limits<double>::infinity();
+  const double mean = squared_sum / (static_cast<double>(a.width) * a.height * channels);
+  return 10 * std::log10(255.0 * 255.0 / mean);
+}
+
+}  // namespace qs

@@ -22,10 +22,13 @@ inline constexpr double kLog2E = 1.44269504088896340736;
 /// Real spherical harmonics, degrees 0..3, in the order and with the signs of 3DGS.
 inline constexpr double kSh0 = 0.28209479177387814;
 inline constexpr double kSh1 = 0.4886025119029199;
-inline constexpr double kSh2[5] = {1.0925484305920792, -1.0925484305920792, 0.31539156525252005,
-                                   -1.0925484305920792, 0.5462742152960396};
-inline constexpr double kSh3[7] = {-0.5900435899266435, 2.890611442640554,  -0.4570457994644658,
-                                   0.3731763325901154,  -0.4570457994644658, 1.445305721320277,
-                                   -0.5900435899266435};
+inline constexpr double kSh2A = 1.0925484305920792;   ///< xy, -yz, -xz
+inline constexpr double kSh2B = 0.31539156525252005;  ///< 2zz - xx - yy
+inline constexpr double kSh2C = 0.5462742152960396;   ///< xx - yy
+inline constexpr double kSh3A = 0.5900435899266435;   ///< -y (3xx - yy), -x (xx - 3yy)
+inline constexpr double kSh3B = 2.890611442640554;    ///< xyz
+inline constexpr double kSh3C = 0.4570457994644658;   ///< -y (4zz - xx - yy), -x (4zz - xx - yy)
+inline constexpr double kSh3D = 0.3731763325901154;   ///< z (2zz - 3xx - 3yy)
+inline constexpr double kSh3E = 1.445305721320277;    ///< z (xx - yy)
 
 }  // namespace qs

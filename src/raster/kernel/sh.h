@@ -22,17 +22,14 @@ QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d, const C
     color += Real(kSh1) * (z * coefficients(2) - y * coefficients(1) - x * coefficients(3));
     if (degree > 1) {
       const Real xx = x * x, yy = y * y, zz = z * z;
-      color += Real(kSh2[0]) * x * y * coefficients(4) + Real(kSh2[1]) * y * z * coefficients(5) +
-               Real(kSh2[2]) * (2 * zz - xx - yy) * coefficients(6) +
-               Real(kSh2[3]) * x * z * coefficients(7) + Real(kSh2[4]) * (xx - yy) * coefficients(8);
+      color += Real(kSh2A) * (x * y * coefficients(4) - y * z * coefficients(5) - x * z * coefficients(7)) +
+               Real(kSh2B) * (2 * zz - xx - yy) * coefficients(6) + Real(kSh2C) * (xx - yy) * coefficients(8);
       if (degree > 2) {
-        color += Real(kSh3[0]) * y * (3 * xx - yy) * coefficients(9) +
-                 Real(kSh3[1]) * x * y * z * coefficients(10) +
-                 Real(kSh3[2]) * y * (4 * zz - xx - yy) * coefficients(11) +
-                 Real(kSh3[3]) * z * (2 * zz - 3 * xx - 3 * yy) * coefficients(12) +
-                 Real(kSh3[4]) * x * (4 * zz - xx - yy) * coefficients(13) +
-                 Real(kSh3[5]) * z * (xx - yy) * coefficients(14) +
-                 Real(kSh3[6]) * x * (xx - 3 * yy) * coefficients(15);
+        color += Real(kSh3B) * x * y * z * coefficients(10) -
+                 Real(kSh3A) * (y * (3 * xx - yy) * coefficients(9) + x * (xx - 3 * yy) * coefficients(15)) -
+                 Real(kSh3C) * (4 * zz - xx - yy) * (y * coefficients(11) + x * coefficients(13)) +
+                 Real(kSh3D) * z * (2 * zz - 3 * xx - 3 * yy) * coefficients(12) +
+                 Real(kSh3E) * z * (xx - yy) * coefficients(14);
       }
     }
   }

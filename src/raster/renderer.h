@@ -2,18 +2,19 @@
 //
 // The rasterizer's whole public surface: upload a cloud, submit a frame, wait for it.
 //   file -> cloud -> upload -> preprocess -> bin -> sort -> blend -> frame
-// Renderer is the only virtual class: one call to submit and one to wait per frame, none per Gaussian.
-// A renderer is used by one thread at a time.
+// Renderer is the only virtual class: one call to submit and one to wait per frame, none per
+// Gaussian. A renderer is used by one thread at a time.
 #pragma once
 
 #include <cstdint>
-#include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <string_view>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "raster/kernel/cull/list.h"
 #include "raster/kernel/tile_grid.h"
@@ -37,10 +38,10 @@ inline constexpr int kStageCount = 4;
 inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "sort", "blend"};
 
 struct RenderSettings {
-  CullMode mode = kDefaultMode;   ///< 0 = reference (CPU only), else a row of kCullers
-  int sh_degree = kMaxShDegree;   ///< evaluated degree, capped by the cloud's
-  float splat_scale = 1;          ///< factor on every standard deviation, > 0
-  glm::vec3 background{0.0f};     ///< what the remaining transmittance shows
+  CullMode mode = kDefaultMode;     ///< 0 = reference (CPU only), else a row of kCullers
+  int sh_degree = kMaxShDegree;     ///< evaluated degree, capped by the cloud's
+  float splat_scale = 1;            ///< factor on every standard deviation, > 0
+  glm::vec3 background{0.0f};       ///< what the remaining transmittance shows
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
 };
 
@@ -54,28 +55,30 @@ struct Outputs {
 
 /// What the rasterizer decided, for tests and the inspector.
 struct Trace {
-  std::vector<std::uint32_t> gaussians;   ///< per visible Gaussian: its index in the cloud, ascending
-  std::vector<Footprint> footprints;      ///< parallel to `gaussians`
-  std::vector<float> depths;              ///< parallel to `gaussians`
+  std::vector<std::uint32_t>
+      gaussians;                      ///< per visible Gaussian: its index in the cloud, ascending
+  std::vector<Footprint> footprints;  ///< parallel to `gaussians`
+  std::vector<float> depths;          ///< parallel to `gaussians`
   std::vector<std::uint64_t> tile_begin;  ///< tiles + 1 offsets into `listed`
   std::vector<std::uint32_t> listed;      ///< per tile, front to back: index in the cloud
 };
 
 struct RenderStats {
-  float frame_ms = 0;                     ///< submit to finished image, on the backend's own clock
-  float stage_ms[kStageCount] = {};       ///< index = Stage
-  std::uint32_t gaussians = 0;            ///< in the cloud
-  std::uint32_t visible = 0;              ///< Gaussians with at least one tile
-  std::uint64_t tile_pairs = 0;           ///< (Gaussian, tile) pairs listed
+  float frame_ms = 0;                ///< submit to finished image, on the backend's own clock
+  float stage_ms[kStageCount] = {};  ///< index = Stage
+  std::uint32_t gaussians = 0;       ///< in the cloud
+  std::uint32_t visible = 0;         ///< Gaussians with at least one tile
+  std::uint64_t tile_pairs = 0;      ///< (Gaussian, tile) pairs listed
   std::uint32_t max_pairs_in_a_tile = 0;
-  int threads = 0;                        ///< of the CPU backend, 0 elsewhere
+  int threads = 0;  ///< of the CPU backend, 0 elsewhere
 };
 
 struct Frame {
-  Image color;                            ///< height x width x 3, not clamped; empty unless asked for
+  Image color;  ///< height x width x 3, not clamped; empty unless asked for
   TileGrid grid;
-  std::vector<std::uint32_t> pairs;       ///< per tile, row by row: pairs listed
-  std::vector<std::uint32_t> evaluated;   ///< per pixel: entries of its tile's list up to where it stopped
+  std::vector<std::uint32_t> pairs;  ///< per tile, row by row: pairs listed
+  std::vector<std::uint32_t>
+      evaluated;  ///< per pixel: entries of its tile's list up to where it stopped
   Trace trace;
   RenderStats stats;
 };
@@ -96,8 +99,8 @@ class Renderer {
   virtual const Frame& wait() = 0;
 
   /// submit() and wait().
-  const Frame& render(const Camera& camera, const RenderSettings& settings = {}, const Outputs& outputs = {},
-                      std::stop_token stop = {}) {
+  const Frame& render(const Camera& camera, const RenderSettings& settings = {},
+                      const Outputs& outputs = {}, std::stop_token stop = {}) {
     submit(camera, settings, outputs, std::move(stop));
     return wait();
   }

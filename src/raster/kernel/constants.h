@@ -6,16 +6,20 @@
 
 namespace qs {
 
-inline constexpr int kTileSize = 16;             ///< pixels along a tile's side; 3DGS
-inline constexpr float kAlphaMin = 1.0f / 255;   ///< smaller contributions are skipped; 3DGS
-inline constexpr float kAlphaMax = 0.99f;        ///< alpha is clamped to this; 3DGS
-inline constexpr float kTransmittanceMin = 1e-4f;  ///< a pixel stops before its transmittance falls below; 3DGS
-inline constexpr double kDilation = 0.3;         ///< px^2 added to both variances, a low-pass filter; 3DGS
-inline constexpr double kSlopeMargin = 1.3;      ///< the Jacobian is evaluated inside 1.3 x the field of view; 3DGS
-inline constexpr float kSigmas = 3.0f;           ///< half side of the 3DGS square in standard deviations
+inline constexpr int kTileSize = 16;            ///< pixels along a tile's side; 3DGS
+inline constexpr float kAlphaMin = 1.0f / 255;  ///< smaller contributions are skipped; 3DGS
+inline constexpr float kAlphaMax = 0.99f;       ///< alpha is clamped to this; 3DGS
+inline constexpr float kTransmittanceMin =
+    1e-4f;  ///< a pixel stops before its transmittance falls below; 3DGS
+inline constexpr double kDilation = 0.3;  ///< px^2 added to both variances, a low-pass filter; 3DGS
+inline constexpr double kSlopeMargin =
+    1.3;  ///< the Jacobian is evaluated inside 1.3 x the field of view; 3DGS
+inline constexpr float kSigmas = 3.0f;  ///< half side of the 3DGS square in standard deviations
 inline constexpr float kEigenvalueFloor = 0.1f;  ///< under the root of the 3DGS eigenvalue, px^4
-inline constexpr double kCompensationFloor = 2.5e-5;  ///< of the determinant ratio; Mip-Splatting (Yu et al. 2024)
-inline constexpr float kExactSlack = 1.0005f;    ///< on gamma in mode `exact`: rounding room, +0.03 % pairs
+inline constexpr double kCompensationFloor =
+    2.5e-5;  ///< of the determinant ratio; Mip-Splatting (Yu et al. 2024)
+inline constexpr float kExactSlack =
+    1.0005f;  ///< on gamma in mode `exact`: rounding room, +0.03 % pairs
 inline constexpr double kLn2 = 0.69314718055994530942;
 inline constexpr double kLog2E = 1.44269504088896340736;
 

@@ -16,9 +16,9 @@ struct ActiveGaussian {
 };
 
 struct FootprintRules {
-  bool keep_faint;     ///< keep Gaussians with opacity <= 1/255 (mode 3dgs)
-  bool antialiased;    ///< scale the opacity by compensation()
-  float splat_scale;   ///< factor on every standard deviation; 1 = as trained
+  bool keep_faint;    ///< keep Gaussians with opacity <= 1/255 (mode 3dgs)
+  bool antialiased;   ///< scale the opacity by compensation()
+  float splat_scale;  ///< factor on every standard deviation; 1 = as trained
 };
 
 struct Projected {
@@ -28,8 +28,8 @@ struct Projected {
 };
 
 /// False when the Gaussian is behind the near plane, degenerate, not finite or too faint.
-QS_HD bool project(const View<float>& view, const FootprintRules& rules, const ActiveGaussian& gaussian,
-                   Projected& out) {
+QS_HD bool project(const View<float>& view, const FootprintRules& rules,
+                   const ActiveGaussian& gaussian, Projected& out) {
   const glm::vec3 point = to_view(view, gaussian.position);
   if (!(point.z > view.near_depth)) return false;
   Covariance2<float> covariance = project_covariance(view, point, gaussian.covariance);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// QS_HD marks a function that g++ and nvcc both compile. Everything under kernel/ is written once for
-// both; bit-equal decisions rest on every such translation unit being built without contraction
+// QS_HD marks a function that g++ and nvcc both compile. Everything under kernel/ is written once
+// for both; bit-equal decisions rest on every such translation unit being built without contraction
 // (-ffp-contract=off, --fmad=false) and without fast-math.
 #pragma once
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// From a Gaussian in the world to its footprint on the image (EWA splatting with the rules of 3DGS).
-// Templated on the scalar: float is what every backend runs, double is the reference.
-// Only + - * / sqrt in source order: CPU and GPU must come to the same bits.
+// From a Gaussian in the world to its footprint on the image (EWA splatting with the rules of
+// 3DGS). Templated on the scalar: float is what every backend runs, double is the reference. Only +
+// - * / sqrt in source order: CPU and GPU must come to the same bits.
 #pragma once
 
 #include <cmath>
+
 #include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -52,8 +53,8 @@ QS_HD glm::vec<2, Real> to_pixel(const View<Real>& view, const glm::vec<3, Real>
           view.focal_px.y * (point.y / point.z) + view.center_px.y};
 }
 
-/// Covariance on the image in px^2, without the dilation: J W Sigma W^T J^T with the Jacobian J of the
-/// perspective projection at `point` (view axes), its slopes clamped to view.slope_limit.
+/// Covariance on the image in px^2, without the dilation: J W Sigma W^T J^T with the Jacobian J of
+/// the perspective projection at `point` (view axes), its slopes clamped to view.slope_limit.
 template <class Real>
 QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::vec<3, Real>& point,
                                            const Covariance3<Real>& sigma) {
@@ -68,8 +69,10 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
   const Real j11 = view.focal_px.y / point.z, j12 = -(view.focal_px.y * ty) / zz;
   // Rows of J W; glm stores columns, m[column][row].
   const auto& w = view.view_from_world;
-  const Vec3 u(j00 * w[0][0] + j02 * w[0][2], j00 * w[1][0] + j02 * w[1][2], j00 * w[2][0] + j02 * w[2][2]);
-  const Vec3 v(j11 * w[0][1] + j12 * w[0][2], j11 * w[1][1] + j12 * w[1][2], j11 * w[2][1] + j12 * w[2][2]);
+  const Vec3 u(j00 * w[0][0] + j02 * w[0][2], j00 * w[1][0] + j02 * w[1][2],
+               j00 * w[2][0] + j02 * w[2][2]);
+  const Vec3 v(j11 * w[0][1] + j12 * w[0][2], j11 * w[1][1] + j12 * w[1][2],
+               j11 * w[2][1] + j12 * w[2][2]);
   const Vec3 sigma_u(sigma.xx * u.x + sigma.xy * u.y + sigma.xz * u.z,
                      sigma.xy * u.x + sigma.yy * u.y + sigma.yz * u.z,
                      sigma.xz * u.x + sigma.yz * u.y + sigma.zz * u.z);

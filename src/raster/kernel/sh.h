@@ -14,7 +14,8 @@ namespace qs {
 /// RGB >= 0 (no upper clamp) for the unit vector `d` from the camera to the Gaussian, world axes.
 /// `coefficients(i)` returns RGB coefficient i as vec<3, Real>, i < (degree + 1)^2; degree 0..3.
 template <class Real, class Coefficients>
-QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d, const Coefficients& coefficients) {
+QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
+                                 const Coefficients& coefficients) {
   using Vec3 = glm::vec<3, Real>;
   Vec3 color = Real(kSh0) * coefficients(0);
   if (degree > 0) {
@@ -22,11 +23,14 @@ QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d, const C
     color += Real(kSh1) * (z * coefficients(2) - y * coefficients(1) - x * coefficients(3));
     if (degree > 1) {
       const Real xx = x * x, yy = y * y, zz = z * z;
-      color += Real(kSh2A) * (x * y * coefficients(4) - y * z * coefficients(5) - x * z * coefficients(7)) +
-               Real(kSh2B) * (2 * zz - xx - yy) * coefficients(6) + Real(kSh2C) * (xx - yy) * coefficients(8);
+      color += Real(kSh2A) *
+                   (x * y * coefficients(4) - y * z * coefficients(5) - x * z * coefficients(7)) +
+               Real(kSh2B) * (2 * zz - xx - yy) * coefficients(6) +
+               Real(kSh2C) * (xx - yy) * coefficients(8);
       if (degree > 2) {
         color += Real(kSh3B) * x * y * z * coefficients(10) -
-                 Real(kSh3A) * (y * (3 * xx - yy) * coefficients(9) + x * (xx - 3 * yy) * coefficients(15)) -
+                 Real(kSh3A) *
+                     (y * (3 * xx - yy) * coefficients(9) + x * (xx - 3 * yy) * coefficients(15)) -
                  Real(kSh3C) * (4 * zz - xx - yy) * (y * coefficients(11) + x * coefficients(13)) +
                  Real(kSh3D) * z * (2 * zz - 3 * xx - 3 * yy) * coefficients(12) +
                  Real(kSh3E) * z * (xx - yy) * coefficients(14);

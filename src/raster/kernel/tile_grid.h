@@ -30,7 +30,8 @@ QS_HD Span intersection(Span a, Span b) {
   return {a.begin > b.begin ? a.begin : b.begin, a.end < b.end ? a.end : b.end};
 }
 
-/// A float clamped to [0, limit] and then cast: host and device casts differ out of range. NaN gives 0.
+/// A float clamped to [0, limit] and then cast: host and device casts differ out of range. NaN
+/// gives 0.
 QS_HD int clamp_to_int(float value, int limit) {
   return value > 0.0f ? (value < static_cast<float>(limit) ? static_cast<int>(value) : limit) : 0;
 }
@@ -52,7 +53,9 @@ QS_HD Span tiles_with_centers(float low, float high, int limit) {
 /// A half-open rectangle of tiles.
 struct TileRect {
   Span columns, rows;
-  QS_HD bool contains(int column, int row) const { return columns.contains(column) && rows.contains(row); }
+  QS_HD bool contains(int column, int row) const {
+    return columns.contains(column) && rows.contains(row);
+  }
 };
 
 }  // namespace qs

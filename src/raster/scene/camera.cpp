@@ -2,6 +2,7 @@
 #include "raster/scene/camera.h"
 
 #include <cmath>
+
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -26,13 +27,15 @@ Camera Camera::resized(int new_width, int new_height) const {
   return result;
 }
 
-Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov, int width, int height) {
+Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov,
+               int width, int height) {
   const glm::dvec3 forward = glm::normalize(target - position);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
   const glm::dvec3 down = glm::cross(forward, right);
   const glm::dmat3 rotation = glm::transpose(glm::dmat3(right, down, forward));
   Camera camera;
-  camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
+  camera.view_from_world =
+      glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
   camera.focal_px = glm::dvec2(0.5 * height / std::tan(0.5 * vertical_fov));
   camera.center_px = 0.5 * glm::dvec2(width - 1, height - 1);
   camera.width = width;

@@ -5,10 +5,11 @@
 // COLMAP's cx is centre + 0.5.
 #pragma once
 
+#include <string>
+
 #include <glm/mat4x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <string>
 
 #include "raster/kernel/view.h"
 
@@ -25,14 +26,15 @@ struct Camera {
   /// Camera position in the world.
   glm::dvec3 position() const;
 
-  /// The same view at another size: the vertical field of view stays, fx and the principal point scale
-  /// with the height so that the optical axis keeps its place relative to the image centre.
+  /// The same view at another size: the vertical field of view stays, fx and the principal point
+  /// scale with the height so that the optical axis keeps its place relative to the image centre.
   Camera resized(int new_width, int new_height) const;
 };
 
-/// A camera at `position` looking at `target`; `up` points up in the world and must not be parallel to
-/// the line of sight. `vertical_fov` in radians; the principal point is the image centre.
-Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov, int width, int height);
+/// A camera at `position` looking at `target`; `up` points up in the world and must not be parallel
+/// to the line of sight. `vertical_fov` in radians; the principal point is the image centre.
+Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov,
+               int width, int height);
 
 /// The camera in the form the kernels read, rounded to Real once.
 template <class Real>

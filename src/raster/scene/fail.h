@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
-// fail(...) throws an Error with a formatted sentence. Host code only (fmt does not compile in .cu).
+// fail(...) throws an Error with a formatted sentence. Host code only (fmt does not compile in
+// .cu).
 #pragma once
 
-#include <fmt/format.h>
-
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "raster/scene/error.h"
 
 namespace qs {
 
-/// Throws Error(kind, sentence). Example: fail(ErrorKind::input, "{}: vertex {}: x is NaN", path, i).
+/// Throws Error(kind, sentence). Example: fail(ErrorKind::input, "{}: vertex {}: x is NaN", path,
+/// i).
 template <class... Args>
 [[noreturn]] void fail(ErrorKind kind, fmt::format_string<Args...> format, Args&&... args) {
   throw Error(kind, fmt::format(format, std::forward<Args>(args)...));

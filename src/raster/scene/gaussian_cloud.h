@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// A scene of 3D Gaussians as trained: logarithms, logits and raw SH, so that nothing is lost between
-// reading and writing. Values are activated once, when a renderer uploads the cloud.
-// World axes are RDF (x right, y down, z forward) as in INRIA .ply files; readers convert to that.
+// A scene of 3D Gaussians as trained: logarithms, logits and raw SH, so that nothing is lost
+// between reading and writing. Values are activated once, when a renderer uploads the cloud. World
+// axes are RDF (x right, y down, z forward) as in INRIA .ply files; readers convert to that.
 #pragma once
 
 #include <cstddef>
-#include <glm/gtc/quaternion.hpp>
-#include <glm/vec3.hpp>
 #include <memory>
 #include <new>
 #include <utility>
 #include <vector>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
 
 namespace qs {
 
@@ -43,13 +44,14 @@ constexpr int sh_coefficient_count(int degree) { return (degree + 1) * (degree +
 constexpr int kMaxShDegree = 3;
 
 struct GaussianCloud {
-  Array<glm::vec3> positions;    ///< world units, finite
-  Array<glm::vec3> log_scales;   ///< natural logarithm of the standard deviations; -inf = flat
-  Array<glm::quat> rotations;    ///< unit length
-  Array<float> opacity_logits;   ///< +-inf allowed (opacity 1 and 0)
-  Array<glm::vec3> sh;           ///< size() * sh_coefficient_count(sh_degree) RGB triples: per Gaussian DC first, then by degree
-  int sh_degree = 0;             ///< 0..3
-  bool antialiased = false;      ///< trained with Mip-Splatting's opacity compensation
+  Array<glm::vec3> positions;   ///< world units, finite
+  Array<glm::vec3> log_scales;  ///< natural logarithm of the standard deviations; -inf = flat
+  Array<glm::quat> rotations;   ///< unit length
+  Array<float> opacity_logits;  ///< +-inf allowed (opacity 1 and 0)
+  Array<glm::vec3> sh;  ///< size() * sh_coefficient_count(sh_degree) RGB triples: per Gaussian DC
+                        ///< first, then by degree
+  int sh_degree = 0;    ///< 0..3
+  bool antialiased = false;  ///< trained with Mip-Splatting's opacity compensation
 
   std::size_t size() const { return positions.size(); }
   bool empty() const { return positions.empty(); }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A picture in memory: rows from the top, pixels from the left, channels interleaved.
-// Colours are as blended (the space the model was trained in, usually sRGB), nominally 0..1, not clamped.
+// Colours are as blended (the space the model was trained in, usually sRGB), nominally 0..1, not
+// clamped.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +19,11 @@ struct Image {
 
   Image() = default;
   Image(int w, int h, int c)
-      : width(w), height(h), channels(c),
-        values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c)) {}
+      : width(w),
+        height(h),
+        channels(c),
+        values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) *
+               static_cast<std::size_t>(c)) {}
 
   float* row(int y) {
     return values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels);
@@ -31,7 +35,8 @@ struct Image {
 
 /// The one rule for 8-bit output: floor(255 * clamp(x, 0, 1) + 0.5); NaN becomes 0.
 inline std::uint8_t to_8bit(float value) {
-  return static_cast<std::uint8_t>(std::floor(255.0f * std::min(std::max(0.0f, value), 1.0f) + 0.5f));
+  return static_cast<std::uint8_t>(
+      std::floor(255.0f * std::min(std::max(0.0f, value), 1.0f) + 0.5f));
 }
 
 /// Peak signal-to-noise ratio in dB of two images of one shape, over the first `channels` channels,

@@ -22,9 +22,9 @@ class ThreadPool {
   int size() const;
 
   /// Calls body(begin, end, worker) for consecutive chunks of at most `grain` indices covering
-  /// [0, count). Chunks are handed out in ascending order; 0 <= worker < size(). Returns when all are
-  /// done. The first exception thrown by a body is rethrown here, after the running chunks ended.
-  /// Not reentrant: a body must not call into the same pool.
+  /// [0, count). Chunks are handed out in ascending order; 0 <= worker < size(). Returns when all
+  /// are done. The first exception thrown by a body is rethrown here, after the running chunks
+  /// ended. Not reentrant: a body must not call into the same pool.
   void for_chunks(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);
 

@@ -12,7 +12,8 @@ namespace qs {
 
 /// Passed by value into long work. Both parts may be empty.
 struct Progress {
-  std::function<void(float fraction)> report;  ///< 0..1, called from the working thread, never twice at once
+  std::function<void(float fraction)>
+      report;  ///< 0..1, called from the working thread, never twice at once
   std::stop_token stop;
 
   /// Reports and throws Cancelled when stop was requested.

@@ -6,8 +6,9 @@
 //     static constexpr const char* kName = "my-mode";      // CLI, GUI, CSV
 //     static constexpr const char* kSummary = "...";       // one clause for tables and help
 //     static constexpr bool kLossless = true;              // no pixel with alpha >= 1/255 is lost
-//     static constexpr bool kKeepsFaint = false;           // opacity <= 1/255 still counts as visible
-//     static QS_HD Walk walk(const Footprint&, TileGrid);  // lines to visit, and what span() needs
+//     static constexpr bool kKeepsFaint = false;           // opacity <= 1/255 still counts as
+//     visible static QS_HD Walk walk(const Footprint&, TileGrid);  // lines to visit, and what
+//     span() needs
 //   };
 //
 // A convex footprint meets every line of tiles in one contiguous run, so a mode is a Walk: an axis,
@@ -26,12 +27,14 @@ namespace qs {
 /// Half extents of the ellipse a x^2 + 2b x y + c y^2 <= gamma, in pixels, widened for fp32.
 struct Extents {
   glm::vec2 max;  ///< of the axis-aligned bounding box: sqrt(gamma Sigma_xx), sqrt(gamma Sigma_yy)
-  float f;        ///< intercepts over max: x_inter/x_max = y_inter/y_max = sqrt(1 - rho^2), 0 < f <= about 1
-  float k;        ///< the widening already in `max` and `f`
+  float f;  ///< intercepts over max: x_inter/x_max = y_inter/y_max = sqrt(1 - rho^2), 0 < f <=
+            ///< about 1
+  float k;  ///< the widening already in `max` and `f`
 };
 
 /// f^2 = det / (Sxx Syy), which keeps its precision on needles where 1 - b^2/(ac) does not.
-/// The conic's own rounding can move its ellipse outwards by about 2^-24 / f^2; k makes room for that.
+/// The conic's own rounding can move its ellipse outwards by about 2^-24 / f^2; k makes room for
+/// that.
 QS_HD Extents extents(const Footprint& footprint) {
   const Covariance2<float>& s = footprint.covariance;
   const float f2 = footprint.determinant / (s.xx * s.yy);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `dualbox`: only the two quadrant boxes along the major axis (QuadBox, ICIP 2026, as the ablation
-// that shows why four are needed). It loses what lies in the two other quadrants.
+// Mode `dualbox`: only the two quadrant boxes along the major axis (QuadBox, ICIP 2026, as the
+// ablation that shows why four are needed). It loses what lies in the two other quadrants.
 #pragma once
 
 #include "raster/kernel/cull/quad_box.h"
@@ -18,7 +18,8 @@ struct DualBox {
     const glm::vec2 max = extents(footprint).max;
     const bool major_is_same = footprint.conic.y < 0.0f;
     const glm::vec2 none(0.0f);
-    const QuadBoxes boxes{footprint.mean_px, major_is_same ? max : none, major_is_same ? none : max};
+    const QuadBoxes boxes{footprint.mean_px, major_is_same ? max : none,
+                          major_is_same ? none : max};
     return QuadBoxWalk::over(boxes, tiles_of_box(boxes.mean, max, grid), grid);
   }
 };

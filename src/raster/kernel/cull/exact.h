@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `exact`: the lower bound. A tile is listed when its square of pixel centres meets the ellipse,
-// one closed-form span per line; spans between pixel centres may be empty. Gamma carries a slack
-// for fp32 (kExactSlack, and k of Extents), and the result is clipped by QuadBox's span, so that
-// exact <= quadbox <= adr holds by construction.
+// Mode `exact`: the lower bound. A tile is listed when its square of pixel centres meets the
+// ellipse, one closed-form span per line; spans between pixel centres may be empty. Gamma carries a
+// slack for fp32 (kExactSlack, and k of Extents), and the result is clipped by QuadBox's span, so
+// that exact <= quadbox <= adr holds by construction.
 #pragma once
 
 #include "raster/kernel/cull/quad_box.h"
@@ -15,11 +15,11 @@ struct ExactWalk {
   bool by_rows;
   Span lines;
   QuadBoxWalk boxes;
-  float gamma;           ///< with slack
-  float s_vv, s_uv;      ///< covariance in (u, v)
+  float gamma;       ///< with slack
+  float s_vv, s_uv;  ///< covariance in (u, v)
   float determinant;
-  float v_max;           ///< sqrt(gamma s_vv)
-  float v_at_u_max;      ///< v where the ellipse reaches its largest u: s_uv sqrt(gamma / s_uu)
+  float v_max;       ///< sqrt(gamma s_vv)
+  float v_at_u_max;  ///< v where the ellipse reaches its largest u: s_uv sqrt(gamma / s_uu)
 
   QS_HD Span span(int line) const {
     // The line's pixel centres, relative to the mean, within the ellipse's reach.
@@ -37,7 +37,9 @@ struct ExactWalk {
   }
 
  private:
-  static QS_HD float clamp(float x, float low, float high) { return x < low ? low : (x > high ? high : x); }
+  static QS_HD float clamp(float x, float low, float high) {
+    return x < low ? low : (x > high ? high : x);
+  }
 
   QS_HD float u_at(float v, float sign) const {
     const float under = (s_vv * gamma - v * v) * determinant;
@@ -49,7 +51,8 @@ struct ExactWalk {
 
 struct Exact {
   static constexpr const char* kName = "exact";
-  static constexpr const char* kSummary = "tiles whose pixel centres the ellipse really meets, the lower bound";
+  static constexpr const char* kSummary =
+      "tiles whose pixel centres the ellipse really meets, the lower bound";
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 

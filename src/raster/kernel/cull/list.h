@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of culling modes. Everything that walks the modes (command line, viewer, benchmarks, tests)
-// walks this list; a new mode is one entry in CullerList.
+// The table of culling modes. Everything that walks the modes (command line, viewer, benchmarks,
+// tests) walks this list; a new mode is one entry in CullerList.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ using CullerList = std::tuple<Square, AdrAabb, DualBox, QuadBoxNaive, QuadBox, E
 
 inline constexpr int kCullerCount = static_cast<int>(std::tuple_size_v<CullerList>);
 
-/// A mode as settings carry it: 1..kCullerCount index the table, 0 is the fp64 reference (CPU only).
+/// A mode as settings carry it: 1..kCullerCount index the table, 0 is the fp64 reference (CPU
+/// only).
 using CullMode = int;
 inline constexpr CullMode kReferenceMode = 0;
 
@@ -36,14 +37,17 @@ struct CullerRow {
 namespace detail {
 template <std::size_t... I>
 constexpr std::array<CullerRow, sizeof...(I) + 1> make_culler_table(std::index_sequence<I...>) {
-  return {CullerRow{"reference", "fp64 without tiles, the image the others are judged against", true},
-          CullerRow{std::tuple_element_t<I, CullerList>::kName, std::tuple_element_t<I, CullerList>::kSummary,
-                    std::tuple_element_t<I, CullerList>::kLossless}...};
+  return {
+      CullerRow{"reference", "fp64 without tiles, the image the others are judged against", true},
+      CullerRow{std::tuple_element_t<I, CullerList>::kName,
+                std::tuple_element_t<I, CullerList>::kSummary,
+                std::tuple_element_t<I, CullerList>::kLossless}...};
 }
 }  // namespace detail
 
 /// Index = CullMode.
-inline constexpr auto kCullers = detail::make_culler_table(std::make_index_sequence<kCullerCount>{});
+inline constexpr auto kCullers =
+    detail::make_culler_table(std::make_index_sequence<kCullerCount>{});
 
 /// Mode of a name as users type it; -1 when there is none.
 constexpr CullMode find_culler(std::string_view name) {

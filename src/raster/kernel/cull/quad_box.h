@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Modes `quadbox-naive` and `quadbox` (QuadBox, ICIP 2026): one box in each quadrant around the mean.
-// In the two quadrants along the major axis the box reaches to x_max, y_max; in the two others
-// 2 b x y >= 0, so the ellipse stays inside its axis intercepts f x_max, f y_max.
-// `quadbox` is QPass: one walk over the shorter axis of the global tile range; in each line the
-// intervals of the boxes that meet it are merged by min and max. All boxes contain the centre lines,
-// so the union is one run and both modes list the same tiles.
+// Modes `quadbox-naive` and `quadbox` (QuadBox, ICIP 2026): one box in each quadrant around the
+// mean. In the two quadrants along the major axis the box reaches to x_max, y_max; in the two
+// others 2 b x y >= 0, so the ellipse stays inside its axis intercepts f x_max, f y_max. `quadbox`
+// is QPass: one walk over the shorter axis of the global tile range; in each line the intervals of
+// the boxes that meet it are merged by min and max. All boxes contain the centre lines, so the
+// union is one run and both modes list the same tiles.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"
@@ -26,14 +26,17 @@ struct QuadBoxes {
     return {footprint.mean_px, major_is_same ? e.max : minor, major_is_same ? minor : e.max};
   }
 
-  QS_HD glm::vec2 reach(int quadrant) const { return (quadrant == 0 || quadrant == 3) ? same : opposite; }
+  QS_HD glm::vec2 reach(int quadrant) const {
+    return (quadrant == 0 || quadrant == 3) ? same : opposite;
+  }
 
   /// Tiles of the box in quadrant 0 (-,-), 1 (+,-), 2 (-,+), 3 (+,+).
   QS_HD TileRect tiles(int quadrant, TileGrid grid) const {
     const glm::vec2 r = reach(quadrant);
     const bool right = (quadrant & 1) != 0, below = (quadrant & 2) != 0;
-    return {tiles_meeting(right ? mean.x : mean.x - r.x, right ? mean.x + r.x : mean.x, grid.columns),
-            tiles_meeting(below ? mean.y : mean.y - r.y, below ? mean.y + r.y : mean.y, grid.rows)};
+    return {
+        tiles_meeting(right ? mean.x : mean.x - r.x, right ? mean.x + r.x : mean.x, grid.columns),
+        tiles_meeting(below ? mean.y : mean.y - r.y, below ? mean.y + r.y : mean.y, grid.rows)};
   }
 };
 
@@ -41,29 +44,37 @@ struct QuadBoxes {
 struct QuadBoxWalk {
   bool by_rows;
   Span lines;
-  int limit;          ///< tiles in a line
+  int limit;  ///< tiles in a line
   float mean_u, mean_v;
   glm::vec2 same, opposite;  ///< (u, v) reach, see QuadBoxes
 
   static QS_HD QuadBoxWalk over(const QuadBoxes& boxes, const TileRect& range, TileGrid grid) {
     if (walks_rows(range)) {
-      return {true, range.rows, grid.columns, boxes.mean.x, boxes.mean.y, boxes.same, boxes.opposite};
+      return {true,         range.rows, grid.columns,  boxes.mean.x,
+              boxes.mean.y, boxes.same, boxes.opposite};
     }
-    return {false, range.columns, grid.rows, boxes.mean.y, boxes.mean.x,
-            {boxes.same.y, boxes.same.x}, {boxes.opposite.y, boxes.opposite.x}};
+    return {false,
+            range.columns,
+            grid.rows,
+            boxes.mean.y,
+            boxes.mean.x,
+            {boxes.same.y, boxes.same.x},
+            {boxes.opposite.y, boxes.opposite.x}};
   }
 
   QS_HD Span span(int line) const {
     const float low = static_cast<float>(line * kTileSize), high = low + kTileSize;
     // Does the line meet the boxes before / after the mean across lines?
-    const bool before = low < mean_v, after = high > mean_v;
+    const bool before = low<mean_v, after = high> mean_v;
     const bool same_before = before && high > mean_v - same.y;
     const bool opposite_before = before && high > mean_v - opposite.y;
     const bool same_after = after && low < mean_v + same.y;
     const bool opposite_after = after && low < mean_v + opposite.y;
     // Quadrants: (-,-) and (+,+) are `same`, (+,-) and (-,+) are `opposite`.
-    const float left_same = same_before ? same.x : 0.0f, left_opposite = opposite_after ? opposite.x : 0.0f;
-    const float right_same = same_after ? same.x : 0.0f, right_opposite = opposite_before ? opposite.x : 0.0f;
+    const float left_same = same_before ? same.x : 0.0f,
+                left_opposite = opposite_after ? opposite.x : 0.0f;
+    const float right_same = same_after ? same.x : 0.0f,
+                right_opposite = opposite_before ? opposite.x : 0.0f;
     const float left = left_same > left_opposite ? left_same : left_opposite;
     const float right = right_same > right_opposite ? right_same : right_opposite;
     return tiles_meeting(mean_u - left, mean_u + right, limit);
@@ -72,7 +83,8 @@ struct QuadBoxWalk {
 
 struct QuadBox {
   static constexpr const char* kName = "quadbox";
-  static constexpr const char* kSummary = "four boxes hugging the ellipse, walked in one pass (QPass)";
+  static constexpr const char* kSummary =
+      "four boxes hugging the ellipse, walked in one pass (QPass)";
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 

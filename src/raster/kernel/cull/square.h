@@ -31,7 +31,8 @@ struct Square {
 
   static QS_HD RectWalk walk(const Footprint& footprint, TileGrid grid) {
     const float r = radius(footprint);
-    return RectWalk::over({tiles(footprint.mean_px.x, r, grid.columns), tiles(footprint.mean_px.y, r, grid.rows)});
+    return RectWalk::over(
+        {tiles(footprint.mean_px.x, r, grid.columns), tiles(footprint.mean_px.y, r, grid.rows)});
   }
 };
 

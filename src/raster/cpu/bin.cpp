@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/bin.h"
+
+#include <unistd.h>
+
+#include "raster/scene/fail.h"
+
+namespace qs::cpu {
+namespace {
+
+void refuse_if_too_many(std::uint64_t pairs) {
+  const std::uint64_t needed = pairs * sizeof(std::uint32_t);
+  const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  if (needed > memory / 2) {
+    fail(ErrorKind::device,
+         "bin: this view lists {} tile pairs, which need {} MiB; the machine has {} MiB", pairs,
+         needed >> 20, memory >> 20);
+  }
+}
+
+// The depth order is cut into one segment per worker. Counting gives each (tile, segment) its own
+// range of the list, ordered by tile, then by segment; filling writes there. The result does
+// not depend on how many segments there are.
+template <class P>
+void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+              TileLists& lists) {
+  const auto tiles = static_cast<std::size_t>(frame.grid.count());
+  const auto segments = static_cast<std::size_t>(frame.pool.size());
+  const std::size_t segment_size = (order.slots.size() + segments - 1) / segments;
+  std::vector<std::uint64_t>& cursors = lists.cursors;  // [segment][tile]
+  cursors.assign(segments * tiles, 0);
+
+  const auto for_each_pair = [&](std::size_t segment, const auto& visit) {
+    const std::size_t begin = std::min(segment * segment_size, order.slots.size());
+    const std::size_t end = std::min(begin + segment_size, order.slots.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t slot = order.slots[i];
+      for_each_tile<P>(visible.footprints[slot], frame.grid, [&](int tile) {
+        visit(cursors[segment * tiles + static_cast<std::size_t>(tile)], slot);
+      });
+    }
+  };
+
+  frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
+    for_each_pair(segment, [](std::uint64_t& count, std::uint32_t) { ++count; });
+  });
+
+  lists.begin.resize(tiles + 1);
+  std::uint64_t sum = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    lists.begin[tile] = sum;
+    for (std::size_t segment = 0; segment < segments; ++segment) {
+      sum += std::exchange(cursors[segment * tiles + tile], sum);
+    }
+  }
+  lists.begin[tiles] = sum;
+  refuse_if_too_many(sum);
+  lists.slots.resize(sum);
+
+  frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
+    for_each_pair(segment,
+                  [&](std::uint64_t& cursor, std::uint32_t slot) { lists.slots[cursor++] = slot; });
+  });
+}
+
+}  // namespace
+
+void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+         TileLists& lists) {
+  with_culler(frame.settings.mode, [&]<class P>(P) { bin_with<P>(frame, visible, order, lists); });
+}
+
+}  // namespace qs::cpu

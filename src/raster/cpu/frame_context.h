@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// What every stage of the CPU backend is given.
+#pragma once
+
+#include <stop_token>
+
+#include "raster/renderer.h"
+#include "raster/scene/activated_cloud.h"
+#include "raster/scene/parallel.h"
+
+namespace qs::cpu {
+
+struct FrameContext {
+  const GaussianCloud& cloud;
+  const ActivatedCloud& active;
+  const Camera& camera;
+  const RenderSettings& settings;
+  TileGrid grid;
+  ThreadPool& pool;
+  std::stop_token stop;
+
+  int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
+  bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
+
+  /// A parallel loop that ends early with Cancelled when the frame is no longer wanted.
+  template <class Body>
+  void for_chunks(std::size_t count, std::size_t grain, const Body& body) const {
+    pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {
+      if (stop.stop_requested()) throw Cancelled{};
+      body(begin, end, worker);
+    });
+  }
+};
+
+}  // namespace qs::cpu

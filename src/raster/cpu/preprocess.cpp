@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/preprocess.h"
+
+#include <numeric>
+
+#include <glm/geometric.hpp>
+
+#include "raster/kernel/sh.h"
+
+namespace qs::cpu {
+namespace {
+
+template <class P>
+void preprocess_with(const FrameContext& frame, Visible& visible) {
+  const std::size_t size = frame.cloud.size();
+  visible.chunk_counts.resize((size + Visible::kChunk - 1) / Visible::kChunk);
+  visible.gaussians.resize(size);
+  visible.depths.resize(size);
+  visible.footprints.resize(size);
+  visible.splats.resize(size);
+
+  const View<float> view = make_view<float>(frame.camera);
+  const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
+  const int degree = frame.sh_degree();
+  const auto coefficient_count =
+      static_cast<std::size_t>(sh_coefficient_count(frame.cloud.sh_degree));
+
+  frame.for_chunks(size, Visible::kChunk, [&](std::size_t begin, std::size_t end, int) {
+    std::size_t slot = begin;
+    for (std::size_t i = begin; i < end; ++i) {
+      Projected projected;
+      if (!project(view, rules, frame.active.gaussians[i], projected)) continue;
+      if (count_tiles<P>(projected.footprint, frame.grid) == 0) continue;
+      const glm::vec3 direction = glm::normalize(frame.cloud.positions[i] - view.position);
+      const glm::vec3* sh = frame.cloud.sh.data() + i * coefficient_count;
+      const glm::vec3 color = sh_color<float>(degree, direction, [sh](int k) { return sh[k]; });
+      visible.gaussians[slot] = static_cast<std::uint32_t>(i);
+      visible.depths[slot] = projected.depth;
+      visible.footprints[slot] = projected.footprint;
+      visible.splats[slot] = make_splat(
+          projected.footprint, frame.active.opacities[i] * projected.opacity_factor, color);
+      ++slot;
+    }
+    visible.chunk_counts[begin / Visible::kChunk] = static_cast<std::uint32_t>(slot - begin);
+  });
+  visible.count =
+      std::accumulate(visible.chunk_counts.begin(), visible.chunk_counts.end(), std::uint32_t{0});
+}
+
+}  // namespace
+
+void preprocess(const FrameContext& frame, Visible& visible) {
+  with_culler(frame.settings.mode, [&]<class P>(P) { preprocess_with<P>(frame, visible); });
+}
+
+}  // namespace qs::cpu

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+//
+// One Gaussian on one pixel: alpha, and front-to-back compositing with the stop rule of 3DGS.
+// Branch-free, so that compilers turn a row of pixels into vector code; every backend calls these.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/constants.h"
+#include "raster/kernel/footprint.h"
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+/// A visible Gaussian as blending reads it.
+struct Splat {
+  glm::vec2 mean_px;
+  glm::vec3
+      log2_conic;  ///< log2 of the falloff is x dx^2 + y dx dy + z dy^2: (-a/2, -b, -c/2) log2(e)
+  float opacity;
+  glm::vec3 color;  ///< RGB >= 0
+};
+
+QS_HD Splat make_splat(const Footprint& footprint, float opacity, glm::vec3 color) {
+  constexpr float kScale = static_cast<float>(kLog2E);
+  return {footprint.mean_px,
+          glm::vec3(-0.5f * kScale * footprint.conic.x, -kScale * footprint.conic.y,
+                    -0.5f * kScale * footprint.conic.z),
+          opacity, color};
+}
+
+/// 2^x, relative error below 2e-7 for -126 <= x < 127; smaller x give 2^-126. Degree 5, fitted to
+/// the smallest largest relative error on [-1/2, 1/2] with p(0) = 1.
+QS_HD float exp2_polynomial(float x) {
+  x = x > -126.0f ? x : -126.0f;
+  constexpr float kRound = 12582912.0f;  // 1.5 * 2^23: adding it rounds to the nearest integer
+  const float shifted = x + kRound;
+  const float fraction = x - (shifted - kRound);
+  float p = 0.001326472731307149f;
+  p = p * fraction + 0.009671512991189957f;
+  p = p * fraction + 0.05550733581185341f;
+  p = p * fraction + 0.24022242426872253f;
+  p = p * fraction + 0.6931470036506653f;
+  p = p * fraction + 1.0f;
+  std::uint32_t bits, exponent;  // unsigned: x far above the range wraps instead of being undefined
+  std::memcpy(&bits, &p, sizeof bits);
+  std::memcpy(&exponent, &shifted, sizeof exponent);
+  bits += exponent << 23;
+  std::memcpy(&p, &bits, sizeof p);
+  return p;
+}
+
+/// log2 of the falloff at an offset from the mean; > 0 only where rounding broke the conic, and
+/// such pixels are skipped.
+QS_HD float log2_falloff(const Splat& splat, float dx, float dy) {
+  return splat.log2_conic.x * dx * dx + splat.log2_conic.z * dy * dy + splat.log2_conic.y * dx * dy;
+}
+
+/// min(kAlphaMax, opacity * 2^power).
+QS_HD float alpha_of(const Splat& splat, float power) {
+  const float alpha = splat.opacity * exp2_polynomial(power);
+  return alpha < kAlphaMax ? alpha : kAlphaMax;
+}
+
+}  // namespace qs

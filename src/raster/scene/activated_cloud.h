@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// A cloud with its logarithms and logits resolved: what upload hands to a backend. Made once per
+// upload on the host, in double precision, so that every backend starts from the same bits.
+#pragma once
+
+#include "raster/kernel/footprint.h"
+#include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/parallel.h"
+
+namespace qs {
+
+struct ActivatedCloud {
+  Array<ActiveGaussian> gaussians;
+  Array<float> opacities;  ///< 0..1
+};
+
+ActivatedCloud activate(const GaussianCloud& cloud, ThreadPool& pool);
+
+/// Covariance R diag(s^2) R^T of Gaussian `i`, world units^2.
+Covariance3<double> world_covariance(const GaussianCloud& cloud, std::size_t i);
+
+/// 1 / (1 + e^-logit); +-inf give 1 and 0.
+double opacity_of_logit(float logit);
+
+}  // namespace qs

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+//
+// The rules of 3DGS once more, written from the formulas in double precision and without tiles. It
+// shares no code with src/raster/kernel, so that a mistake there cannot hide here. Slow: every
+// pixel tries every Gaussian.
+#pragma once
+
+#include <functional>
+
+#include "raster/scene/camera.h"
+#include "raster/scene/gaussian_cloud.h"
+#include "raster/scene/image.h"
+
+namespace qs::test {
+
+struct OracleSettings {
+  glm::dvec3 background{0.0};
+  int sh_degree = 3;
+  bool antialiased = false;
+  double splat_scale = 1;
+  /// Whether Gaussian i acts on pixel (x, y); unset = everywhere.
+  std::function<bool(std::size_t i, int x, int y)> acts;
+};
+
+/// height x width x 3.
+Image oracle_image(const GaussianCloud& cloud, const Camera& camera,
+                   const OracleSettings& settings = {});
+
+/// Real spherical harmonic Y_l^m with the Condon-Shortley sign, of a unit direction.
+double spherical_harmonic(int l, int m, glm::dvec3 direction);
+
+}  // namespace qs::test

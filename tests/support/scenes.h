@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// Generated scenes and cameras for tests: small, deterministic, with every awkward kind of
+// Gaussian.
+#pragma once
+
+#include "raster/scene/camera.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs::test {
+
+/// `count` Gaussians in front of the origin, looking along +z: round ones, needles, flat discs,
+/// faint and opaque ones, some behind the camera, some far outside, several at equal depth.
+GaussianCloud random_cloud(std::size_t count, int sh_degree, unsigned seed);
+
+/// One opaque round Gaussian of RGB `color` at `position` with standard deviation `sigma`.
+GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,
+                              float opacity_logit);
+
+/// Appends the Gaussians of `more`; both must have one SH degree.
+void append(GaussianCloud& cloud, const GaussianCloud& more);
+
+/// A camera at the origin looking along +z, horizontal field of view about 60 degrees.
+Camera front_camera(int width, int height);
+
+}  // namespace qs::test

@@ -1,0 +1,35 @@
+# shellcheck shell=bash
+# What several scripts need; they source it. Defines root, say, fail, gpu_present, find_nvcc.
+
+# shellcheck disable=SC2034  # used by the scripts that source this
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+say() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
+fail() { say "$@"; exit 1; }
+
+# Is there an NVIDIA GPU? True for its device files, its driver, or a display controller on the PCI bus.
+gpu_present() {
+  [[ -e /dev/nvidiactl || -e /proc/driver/nvidia/version ]] && return 0
+  local device class vendor
+  for device in /sys/bus/pci/devices/*; do
+    { read -r vendor < "$device/vendor" && read -r class < "$device/class"; } 2>/dev/null || continue
+    [[ $vendor == 0x10de && $class == 0x03* ]] && return 0
+  done
+  return 1
+}
+
+# Prints the path of the CUDA compiler; false when there is none.
+find_nvcc() {
+  local nvcc
+  for nvcc in "${CUDACXX:-}" "$(command -v nvcc)" "${CUDA_PATH:-}/bin/nvcc" /usr/local/cuda/bin/nvcc; do
+    [[ -x $nvcc ]] && echo "$nvcc" && return 0
+  done
+  return 1
+}
+
+# Prints the major version of that compiler, 0 when there is none.
+nvcc_major() {
+  local nvcc major=
+  nvcc=$(find_nvcc) && major=$("$nvcc" --version 2>/dev/null | sed -n 's/.*release \([0-9]*\)\..*/\1/p')
+  echo "${major:-0}"
+}

@@ -3,14 +3,14 @@
 # Run as: cmake -DROOT=<source tree> -P check_includes.cmake. Fails with one line per broken rule.
 set(rules
   "src/raster/kernel|raster/kernel/"
-  "src/raster/scene|raster/scene/;raster/kernel/"
-  "src/raster/cpu|raster/renderer.h;raster/scene/;raster/kernel/;raster/cpu/"
-  "src/raster/cuda|raster/renderer.h;raster/scene/;raster/kernel/;raster/cuda/"
-  "src/io|raster/scene/;raster/kernel/;io/"
-  "src/app|raster/renderer.h;raster/scene/;raster/kernel/;io/;app/;version.h")
+  "src/raster/scene|raster/scene/,raster/kernel/"
+  "src/raster/cpu|raster/renderer.h,raster/scene/,raster/kernel/,raster/cpu/"
+  "src/raster/cuda|raster/renderer.h,raster/scene/,raster/kernel/,raster/cuda/"
+  "src/io|raster/scene/,raster/kernel/,io/"
+  "src/app|raster/renderer.h,raster/scene/,raster/kernel/,io/,app/,version.h")
 set(broken "")
 foreach(rule ${rules})
-  string(REPLACE "|" ";" parts "${rule}")
+  string(REGEX REPLACE "[|,]" ";" parts "${rule}")
   list(POP_FRONT parts folder)
   set(allowed ${parts})
   file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/${folder}/*.h ${ROOT}/${folder}/*.cpp

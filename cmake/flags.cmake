@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # quadsplat_flags: warnings, and the rule that no translation unit contracts a*b+c (bit-equal decisions).
+# Without trapping maths GCC may turn float comparisons into masks, which vector code needs; values stay the same.
 add_library(quadsplat_flags INTERFACE)
 target_compile_options(quadsplat_flags INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off>
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off -fno-trapping-math -fno-math-errno>
   $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra,-ffp-contract=off -diag-suppress=20012
                              --expt-relaxed-constexpr --extended-lambda>)
 if(QUADSPLAT_WERROR)

@@ -7,98 +7,142 @@
 namespace qs::cpu {
 namespace {
 
-/// One row of a tile while it is composited; lanes are pixels. Plain arrays of a fixed length, so
-/// that compilers turn the loops over lanes into vector code.
-struct Row {
-  float transmittance[kTileSize];
-  float r[kTileSize], g[kTileSize], b[kTileSize];
-  std::int32_t live[kTileSize];       ///< 1 until the pixel stops, then 0
-  std::int32_t evaluated[kTileSize];  ///< list entries up to and including the one it stopped at
+/// List entries ahead of the one being blended whose records are fetched: the list is in depth
+/// order, its records are scattered.
+constexpr std::uint32_t kPrefetch = 6;
+
+/// Pixels side by side that are composited together. Plain arrays of a fixed length: compilers turn
+/// the loops over lanes into vector code.
+constexpr int kLanes = 8;
+constexpr int kStrips = kTileSize / kLanes;  // in a row of a tile
+
+struct Strip {
+  float transmittance[kLanes];
+  float r[kLanes], g[kLanes], b[kLanes];
+  std::int32_t live[kLanes];       ///< 1 until the pixel stops, then 0
+  std::int32_t evaluated[kLanes];  ///< list entries up to and including the one it stopped at
   bool any_live;
 };
 
-/// Composites one Gaussian onto a row whose first pixel is `dx`, `dy` away from its mean.
+/// Composites one Gaussian onto a strip whose first pixel is (dx, dy) away from its mean.
 /// `entry` is its 1-based place in the list. True when a pixel stopped here.
-bool blend_row(const Splat& splat, float dx, float dy, std::int32_t entry, Row& row) {
+bool blend_strip(const Splat& splat, float dx, float dy, std::int32_t entry, Strip& strip) {
   std::int32_t stops = 0;
-  for (int lane = 0; lane < kTileSize; ++lane) {
+  for (int lane = 0; lane < kLanes; ++lane) {
     const float power = log2_falloff(splat, dx + static_cast<float>(lane), dy);
     const float alpha = alpha_of(splat, power);
-    const float next = row.transmittance[lane] * (1.0f - alpha);
+    const float next = strip.transmittance[lane] * (1.0f - alpha);
     const std::int32_t counts =
-        row.live[lane] & std::int32_t(power <= 0.0f) & std::int32_t(alpha >= kAlphaMin);
+        strip.live[lane] & std::int32_t(power <= 0.0f) & std::int32_t(alpha >= kAlphaMin);
     const std::int32_t stop = counts & std::int32_t(next < kTransmittanceMin);
     const std::int32_t use = counts & ~stop;
-    const float weight = use != 0 ? alpha * row.transmittance[lane] : 0.0f;
-    row.r[lane] += weight * splat.color.x;
-    row.g[lane] += weight * splat.color.y;
-    row.b[lane] += weight * splat.color.z;
-    row.transmittance[lane] = use != 0 ? next : row.transmittance[lane];
-    row.live[lane] &= ~stop;
-    row.evaluated[lane] = stop != 0 ? entry : row.evaluated[lane];
+    const float weight = use != 0 ? alpha * strip.transmittance[lane] : 0.0f;
+    strip.r[lane] += weight * splat.color.x;
+    strip.g[lane] += weight * splat.color.y;
+    strip.b[lane] += weight * splat.color.z;
+    strip.transmittance[lane] = use != 0 ? next : strip.transmittance[lane];
+    strip.live[lane] &= ~stop;
+    strip.evaluated[lane] = stop != 0 ? entry : strip.evaluated[lane];
     stops |= stop;
   }
   return stops != 0;
 }
 
-/// Rows [begin, end) of a tile that a Gaussian can reach with alpha >= 1/255. A pixel of slack on
-/// top of the ellipse's extent makes sure that rounding decides nothing here.
-Span reached_rows(const Footprint& footprint, float tile_top, int rows) {
-  if (!(footprint.gamma > 0.0f)) return {0, 0};
-  const float half = extents(footprint).max.y + 1.0f;
-  const float top = footprint.mean_px.y - tile_top;
-  return {clamp_to_int(top - half, rows), clamp_to_int(top + half + 1.0f, rows)};
+/// Indices [begin, end) of the cells of `size` pixels, of `count` from `origin`, that mean +- half
+/// meets.
+Span reached(float mean, float half, float origin, int size, int count) {
+  const float scale = 1.0f / static_cast<float>(size);
+  return {clamp_to_int((mean - half - origin) * scale, count),
+          clamp_to_int((mean + half - origin) * scale + 1.0f, count)};
 }
 
-void blend_tile(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                std::size_t tile, const Outputs& outputs, Frame& result) {
-  const int x0 = static_cast<int>(tile) % frame.grid.columns * kTileSize;
-  const int y0 = static_cast<int>(tile) / frame.grid.columns * kTileSize;
-  const int width = std::min(kTileSize, frame.camera.width - x0);
-  const int height = std::min(kTileSize, frame.camera.height - y0);
-  const std::uint32_t length = lists.pairs(tile);
-  const std::uint32_t* list = lists.slots.data() + lists.begin[tile];
+/// Whether a pixel of the strip whose first pixel is (dx, dy) from the mean can count.
+bool touches(const BlendRecord& record, float dx, float dy) {
+  const glm::vec3& conic = record.splat.log2_conic;
+  const float x = std::clamp(record.reach.slope * dy, dx, dx + (kLanes - 1));
+  const float xx = conic.x * x * x, yy = conic.z * dy * dy;
+  const float rounding = -4e-6f * (xx + yy);  // of the sum below, whose terms cancel on needles
+  return xx + yy + conic.y * x * dy + rounding >= record.reach.threshold;
+}
 
-  Row rows[kTileSize] = {};
-  for (Row& row : rows) {
-    std::fill_n(row.transmittance, kTileSize, 1.0f);
-    std::fill_n(row.live, width, 1);  // lanes outside the image never count
-    std::fill_n(row.evaluated, kTileSize, static_cast<std::int32_t>(length));
-    row.any_live = true;
-  }
-  int live_rows = height;
-  for (std::uint32_t entry = 0; entry < length && live_rows > 0; ++entry) {
-    const std::uint32_t slot = list[entry];
-    const Splat& splat = visible.splats[slot];
-    const Span reached = reached_rows(visible.footprints[slot], static_cast<float>(y0), height);
-    for (int y = reached.begin; y < reached.end; ++y) {
-      Row& row = rows[y];
-      if (!row.any_live) continue;
-      const float dx = static_cast<float>(x0) - splat.mean_px.x;
-      const float dy = static_cast<float>(y0 + y) - splat.mean_px.y;
-      if (blend_row(splat, dx, dy, static_cast<std::int32_t>(entry + 1), row)) {
-        row.any_live =
-            std::any_of(row.live, row.live + width, [](std::int32_t live) { return live != 0; });
-        if (!row.any_live) --live_rows;
+/// A tile while it is composited.
+struct Tile {
+  Strip strips[kTileSize][kStrips];
+  int live_strips = 0;
+
+  Tile(int width, int height, std::uint32_t length) {
+    for (int y = 0; y < kTileSize; ++y) {
+      for (int x = 0; x < kTileSize; ++x) {
+        Strip& strip = strips[y][x / kLanes];
+        const int lane = x % kLanes;
+        const bool inside = x < width && y < height;  // lanes outside the image never count
+        strip.transmittance[lane] = 1;
+        strip.r[lane] = strip.g[lane] = strip.b[lane] = 0;
+        strip.live[lane] = inside;
+        strip.evaluated[lane] = static_cast<std::int32_t>(length);
+        if (lane == 0) {
+          strip.any_live = inside;
+          live_strips += inside;
+        }
       }
     }
   }
 
+  /// Composites one Gaussian; (x0, y0) is the tile's first pixel.
+  void blend(const BlendRecord& record, float x0, float y0, std::int32_t entry) {
+    const Splat& splat = record.splat;
+    if (!(record.reach.half.y > 0.0f)) return;
+    const Span rows = reached(splat.mean_px.y, record.reach.half.y, y0, 1, kTileSize);
+    const Span columns = reached(splat.mean_px.x, record.reach.half.x, x0, kLanes, kStrips);
+    for (int y = rows.begin; y < rows.end; ++y) {
+      const float dy = y0 + static_cast<float>(y) - splat.mean_px.y;
+      for (int x = columns.begin; x < columns.end; ++x) {
+        Strip& strip = strips[y][x];
+        const float dx = x0 + static_cast<float>(x * kLanes) - splat.mean_px.x;
+        if (!strip.any_live || !touches(record, dx, dy)) continue;
+        if (blend_strip(splat, dx, dy, entry, strip)) {
+          std::int32_t any = 0;
+          for (const std::int32_t live : strip.live) any |= live;
+          strip.any_live = any != 0;
+          live_strips -= !strip.any_live;
+        }
+      }
+    }
+  }
+};
+
+void blend_tile(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                std::size_t index, const Outputs& outputs, Frame& result) {
+  const int x0 = static_cast<int>(index) % frame.grid.columns * kTileSize;
+  const int y0 = static_cast<int>(index) / frame.grid.columns * kTileSize;
+  const int width = std::min(kTileSize, frame.camera.width - x0);
+  const int height = std::min(kTileSize, frame.camera.height - y0);
+  const std::uint32_t length = lists.pairs(index);
+  const std::uint32_t* list = lists.slots.data() + lists.begin[index];
+
+  Tile tile(width, height, length);
+  for (std::uint32_t entry = 0; entry < length && tile.live_strips > 0; ++entry) {
+    if (entry + kPrefetch < length) __builtin_prefetch(&visible.records[list[entry + kPrefetch]]);
+    tile.blend(visible.records[list[entry]], static_cast<float>(x0), static_cast<float>(y0),
+               static_cast<std::int32_t>(entry + 1));
+  }
+
   const glm::vec3 background = frame.settings.background;
   for (int y = 0; y < height; ++y) {
-    const Row& row = rows[y];
     for (int x = 0; x < width; ++x) {
+      const Strip& strip = tile.strips[y][x / kLanes];
+      const int lane = x % kLanes;
       if (outputs.color) {
         float* pixel = result.color.row(y0 + y) + (x0 + x) * 3;
-        pixel[0] = row.r[x] + row.transmittance[x] * background.x;
-        pixel[1] = row.g[x] + row.transmittance[x] * background.y;
-        pixel[2] = row.b[x] + row.transmittance[x] * background.z;
+        pixel[0] = strip.r[lane] + strip.transmittance[lane] * background.x;
+        pixel[1] = strip.g[lane] + strip.transmittance[lane] * background.y;
+        pixel[2] = strip.b[lane] + strip.transmittance[lane] * background.z;
       }
       if (outputs.evaluated) {
         const auto at =
             static_cast<std::size_t>(y0 + y) * static_cast<std::size_t>(frame.camera.width) +
             static_cast<std::size_t>(x0 + x);
-        result.evaluated[at] = static_cast<std::uint32_t>(row.evaluated[x]);
+        result.evaluated[at] = static_cast<std::uint32_t>(strip.evaluated[lane]);
       }
     }
   }

@@ -17,7 +17,7 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
   visible.gaussians.resize(size);
   visible.depths.resize(size);
   visible.footprints.resize(size);
-  visible.splats.resize(size);
+  visible.records.resize(size);
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
@@ -37,8 +37,10 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
       visible.gaussians[slot] = static_cast<std::uint32_t>(i);
       visible.depths[slot] = projected.depth;
       visible.footprints[slot] = projected.footprint;
-      visible.splats[slot] = make_splat(
-          projected.footprint, frame.active.opacities[i] * projected.opacity_factor, color);
+      visible.records[slot] = {
+          make_splat(projected.footprint, frame.active.opacities[i] * projected.opacity_factor,
+                     color),
+          Reach::of(projected.footprint)};
       ++slot;
     }
     visible.chunk_counts[begin / Visible::kChunk] = static_cast<std::uint32_t>(slot - begin);
@@ -48,6 +50,13 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
 }
 
 }  // namespace
+
+Reach Reach::of(const Footprint& footprint) {
+  if (!(footprint.gamma > 0.0f)) return {{0, 0}, 0, 0};
+  constexpr float kLog2OfFalloff = -0.5f * static_cast<float>(kLog2E);
+  return {extents(footprint).max + 1.0f, footprint.covariance.xy / footprint.covariance.yy,
+          kLog2OfFalloff * footprint.gamma - 0.05f};
+}
 
 void preprocess(const FrameContext& frame, Visible& visible) {
   with_culler(frame.settings.mode, [&]<class P>(P) { preprocess_with<P>(frame, visible); });

@@ -8,6 +8,23 @@
 
 namespace qs::cpu {
 
+/// Where a Gaussian can have alpha >= 1/255, so that blending skips pixels for nothing. It only
+/// ever errs towards touching: rounding decides nothing here.
+struct Reach {
+  glm::vec2 half;   ///< pixels around the mean, with a pixel to spare; 0 = nowhere
+  float slope;      ///< along a row the falloff is largest at dx = slope * dy
+  float threshold;  ///< log2 of the falloff below which alpha < 1/255, with room for rounding
+
+  static Reach of(const Footprint& footprint);
+};
+
+/// What blending reads of a visible Gaussian: 48 bytes, so that a random access costs one cache
+/// line or two.
+struct BlendRecord {
+  Splat splat;
+  Reach reach;
+};
+
 /// The visible Gaussians. They keep slots in ascending order of their index in the cloud, with
 /// gaps: every chunk of the cloud owns as many slots as it has Gaussians, so chunks never wait for
 /// each other.
@@ -18,7 +35,7 @@ struct Visible {
   Array<std::uint32_t> gaussians;     ///< per slot: index in the cloud
   Array<float> depths;                ///< per slot: view z
   Array<Footprint> footprints;        ///< per slot
-  Array<Splat> splats;                ///< per slot
+  Array<BlendRecord> records;         ///< per slot
   std::uint32_t count = 0;            ///< of visible Gaussians
 
   /// Calls visit(slot) for every visible Gaussian in ascending order of its index.

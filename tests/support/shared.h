@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+//
+// Data outside the repository (golden counts and images, large scenes, the file corpus). Tests that
+// need it skip with a sentence where it is missing; whatever a test always needs is committed.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace qs::test {
+
+/// A path inside the shared folder, whether it exists or not.
+inline std::filesystem::path shared_path(const std::string& relative) {
+  return std::filesystem::path(QUADSPLAT_SHARED_DIR) / relative;
+}
+
+/// A path inside the source tree.
+inline std::filesystem::path source_path(const std::string& relative) {
+  return std::filesystem::path(QUADSPLAT_SOURCE_DIR) / relative;
+}
+
+}  // namespace qs::test
+
+/// Skips the running test when `relative` is not in the shared folder.
+#define QS_NEEDS_SHARED(relative)                                \
+  if (!std::filesystem::exists(qs::test::shared_path(relative))) \
+  GTEST_SKIP() << "needs " << (relative) << " of the shared data folder, which is not here"

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes a file so that it appears whole or not at all: the content goes to a hidden temporary file
+// in the same folder, with the same extension, which is renamed at the end and removed when
+// anything fails.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+namespace qs {
+
+/// Calls write(temporary) and moves what it wrote to `path`. Throws what `write` throws, and
+/// Error(input) when the folder does not exist or the file cannot be moved there.
+void replace_file(const std::filesystem::path& path,
+                  const std::function<void(const std::filesystem::path& temporary)>& write);
+
+}  // namespace qs

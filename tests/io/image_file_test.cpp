@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "io/image_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "raster/scene/error.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+
+Image random_image(int width, int height, int channels) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> value(-0.2f, 1.2f);
+  Image image(width, height, channels);
+  for (float& v : image.values) v = value(random);
+  return image;
+}
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_content(const std::filesystem::path& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+std::string error_of_reading(const std::filesystem::path& path) {
+  try {
+    read_image(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+void expect_equal_as_8_bit(const Image& read, const Image& written) {
+  ASSERT_EQ(read.width, written.width);
+  ASSERT_EQ(read.height, written.height);
+  ASSERT_EQ(read.channels, written.channels);
+  for (std::size_t i = 0; i < read.values.size(); ++i) {
+    ASSERT_EQ(read.values[i], static_cast<float>(to_8bit(written.values[i])) / 255) << i;
+  }
+}
+
+class ImageFile : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
+TEST_F(ImageFile, png_keeps_the_8_bit_values_of_one_to_four_channels) {
+  for (int channels = 1; channels <= 4; ++channels) {
+    const Image image = random_image(37, 11, channels);
+    const auto path = folder_ / "picture.png";
+    write_image(image, path);
+    expect_equal_as_8_bit(read_image(path), image);
+  }
+}
+
+TEST_F(ImageFile, ppm_keeps_the_8_bit_values_of_gray_and_color) {
+  for (const int channels : {1, 3}) {
+    const Image image = random_image(5, 9, channels);
+    write_image(image, folder_ / "picture.ppm");
+    expect_equal_as_8_bit(read_image(folder_ / "picture.ppm"), image);
+  }
+}
+
+TEST_F(ImageFile, pfm_keeps_every_bit) {
+  for (const int channels : {1, 3}) {
+    Image image = random_image(13, 6, channels);
+    image.values[1] = std::numeric_limits<float>::infinity();
+    write_image(image, folder_ / "picture.pfm");
+    EXPECT_EQ(read_image(folder_ / "picture.pfm").values, image.values);
+  }
+}
+
+TEST_F(ImageFile, pfm_rows_are_stored_from_the_bottom) {
+  Image image(1, 2, 1);
+  image.values = {1.0f, 2.0f};
+  write_image(image, folder_ / "picture.pfm");
+  const std::string content = content_of(folder_ / "picture.pfm");
+  EXPECT_EQ(content.substr(0, content.size() - 8), "Pf\n1 2\n-1.0\n");
+  EXPECT_EQ(content.substr(content.size() - 8, 4), std::string("\0\0\0\x40", 4));  // 2.0f
+}
+
+TEST_F(ImageFile, big_endian_pfm_is_read) {
+  write_content(folder_ / "big.pfm", std::string("Pf 1 1 1.0\n\x40\0\0\0", 15));
+  EXPECT_EQ(read_image(folder_ / "big.pfm").values, std::vector<float>{2.0f});
+}
+
+TEST_F(ImageFile, sixteen_bit_ppm_with_a_comment_is_read) {
+  write_content(folder_ / "wide.ppm", std::string("P5 # gray\n2 1\n65535\n\xff\xff\x80\0", 24));
+  const Image image = read_image(folder_ / "wide.ppm");
+  EXPECT_EQ(image.values, (std::vector<float>{1.0f, 32768.0f / 65535}));
+}
+
+TEST_F(ImageFile, sixteen_bit_png_is_read_with_all_its_bits) {
+  // 2 x 1 gray pixels of 16 bits, 0x0102 and 0xfffe.
+  const unsigned char bytes[] = {
+      0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48,
+      0x44, 0x52, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01, 0x10, 0x00, 0x00, 0x00,
+      0x00, 0x81, 0xd9, 0xfc, 0x15, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x44, 0x41, 0x54, 0x78,
+      0xda, 0x63, 0x60, 0x64, 0xfa, 0xff, 0x0f, 0x00, 0x03, 0x0b, 0x02, 0x01, 0x5b, 0xcf,
+      0xfa, 0x03, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+  write_content(folder_ / "wide.png", std::string(std::begin(bytes), std::end(bytes)));
+  const Image image = read_image(folder_ / "wide.png");
+  EXPECT_EQ(image.values, (std::vector<float>{258.0f / 65535, 65534.0f / 65535}));
+}
+
+TEST_F(ImageFile, png_metadata_is_text_that_others_can_read) {
+  write_image(random_image(2, 2, 3), folder_ / "picture.png",
+              {{"Mode", "quadbox"}, {"Scene", "\u00fc.ply"}});
+  const std::string content = content_of(folder_ / "picture.png");
+  EXPECT_THAT(content, HasSubstr(std::string("tEXtMode\0quadbox", 16)));
+  EXPECT_THAT(content, HasSubstr(std::string("iTXtScene\0", 10)));
+  EXPECT_THAT(content, HasSubstr("\u00fc.ply"));
+}
+
+TEST_F(ImageFile, nan_is_written_as_black) {
+  Image image(1, 1, 1);
+  image.values = {std::numeric_limits<float>::quiet_NaN()};
+  write_image(image, folder_ / "picture.png");
+  EXPECT_EQ(read_image(folder_ / "picture.png").values, std::vector<float>{0.0f});
+}
+
+TEST_F(ImageFile, every_truncation_is_an_error_and_never_a_crash) {
+  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm"}) {
+    const auto path = folder_ / name;
+    write_image(random_image(9, 7, 3), path);
+    const std::string whole = content_of(path);
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      write_content(path, whole.substr(0, size));
+      EXPECT_THAT(error_of_reading(path), HasSubstr(name)) << size;
+    }
+  }
+}
+
+TEST_F(ImageFile, damaged_bytes_never_crash) {
+  std::mt19937 random(3);
+  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm"}) {
+    const auto path = folder_ / name;
+    write_image(random_image(9, 7, 3), path, {{"Mode", "quadbox"}});
+    const std::string whole = content_of(path);
+    for (int trial = 0; trial < 300; ++trial) {
+      std::string damaged = whole;
+      for (int i = 0; i < 3; ++i) damaged[random() % damaged.size()] = static_cast<char>(random());
+      write_content(path, damaged);
+      error_of_reading(path);
+    }
+  }
+}
+
+TEST_F(ImageFile, absurd_sizes_are_refused_before_anything_is_allocated) {
+  write_content(folder_ / "a.ppm", "P6 60000 60000 255\nxxx");
+  EXPECT_THAT(error_of_reading(folder_ / "a.ppm"), HasSubstr("too large"));
+  write_content(folder_ / "b.pfm", "PF 9999999999 1 -1\nxxx");
+  EXPECT_THAT(error_of_reading(folder_ / "b.pfm"), HasSubstr("is not between"));
+  write_content(folder_ / "c.ppm", "P6 -3 5 255\nxxx");
+  EXPECT_THAT(error_of_reading(folder_ / "c.ppm"), HasSubstr("is not between"));
+  write_content(folder_ / "d.ppm", "P6 20000 5000 255\nxxx");
+  EXPECT_THAT(error_of_reading(folder_ / "d.ppm"), HasSubstr("truncated"));
+}
+
+TEST_F(ImageFile, what_cannot_be_written_is_said_and_leaves_nothing_behind) {
+  const Image image = random_image(2, 2, 3);
+  EXPECT_THROW(write_image(image, folder_ / "missing" / "picture.png"), Error);
+  EXPECT_THROW(write_image(image, folder_ / "picture"), Error);
+  EXPECT_THROW(write_image(random_image(2, 2, 4), folder_ / "picture.ppm"), Error);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
+  EXPECT_THAT(error_of_reading(folder_ / "none.png"), HasSubstr("none.png: no such file"));
+  EXPECT_THAT(error_of_reading(folder_.path()), HasSubstr("not a file"));
+}
+
+TEST_F(ImageFile, a_failed_write_keeps_the_old_file) {
+  write_content(folder_ / "picture.ppm", "old");
+  EXPECT_THROW(write_image(random_image(2, 2, 2), folder_ / "picture.ppm"), Error);
+  EXPECT_EQ(content_of(folder_ / "picture.ppm"), "old");
+}
+
+}  // namespace
+}  // namespace qs

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+//
+// Fewer spherical harmonics: less memory and faster drawing for less view dependence.
+#pragma once
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// The cloud with SH up to `degree` (0..3); unchanged when it has no more than that.
+GaussianCloud with_sh_degree(GaussianCloud cloud, int degree);
+
+}  // namespace qs

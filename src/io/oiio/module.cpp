@@ -63,7 +63,8 @@ int write(const char* path, const OiioPicture* picture, const OiioText* texts, i
           OiioMessage* message) try {
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) {
-    say(message, OIIO::geterror());
+    OIIO::geterror();  // names the temporary file; taken away unseen
+    say(message, "no picture format has this ending");
     return 0;
   }
   const bool floats = holds_floats(*output);

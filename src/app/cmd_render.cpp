@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat render: views x culling modes -> pictures, a mode table, statistics, a comparison.
+#include <cstdio>
+#include <utility>
+
+#include "app/command.h"
+#include "app/compare.h"
+#include "app/frame_options.h"
+#include "app/measure.h"
+#include "app/picture/heatmap.h"
+#include "app/shots.h"
+#include "app/stats_file.h"
+#include "io/cameras.h"
+#include "io/image_file.h"
+#include "raster/scene/fail.h"
+#include "version.h"
+
+namespace qs {
+namespace {
+
+struct RenderCommand {
+  FrameOptions frame;
+  CameraChoice cameras;
+  std::optional<std::filesystem::path> output, stats, reference;
+  std::optional<HeatQuantity> heatmap;
+  std::optional<int> frames, heatmap_max;
+  double reference_threshold = 0;
+  bool psnr = false;
+
+  bool several_modes() const { return frame.modes.size() > 1; }
+  bool measures() const { return several_modes() || frames.has_value(); }
+};
+
+bool parse(RenderCommand& command, Arguments arguments) {
+  Options options("render", "renders a scene to picture files");
+  declare_frame_options(options, command.frame);
+  declare_camera_choice(options, command.cameras);
+  options.text("--output", "FILE", command.output, "picture: .png, .ppm, .pfm, .exr, .jpg, ...");
+  options.choice(
+      "--heatmap", {kHeatmaps[0].name, kHeatmaps[1].name},
+      [&](int chosen) { command.heatmap = static_cast<HeatQuantity>(chosen); },
+      "draws what the frame cost over it, with a scale");
+  options.integer("--heatmap-max", "N", 1, 1'000'000'000, command.heatmap_max,
+                  "end of the scale (default: from the first frame)");
+  options.text("--stats", "FILE", command.stats, "the frames' statistics as JSON; - = stdout");
+  options.integer(
+      "--frames", "N", 1, 100000, command.frames,
+      "measured frames per mode, after one that warms up (default with several modes: 3)");
+  options.flag("--psnr", command.psnr,
+               "adds each mode's PSNR against mode reference (slow) to the table");
+  options.text("--reference", "FILE", command.reference,
+               "picture to compare with; writes OUT.difference.png");
+  options.real("--reference-threshold", "DB", 0, 1000, command.reference_threshold,
+               "ends with exit code 4 when the PSNR is lower");
+  options.example("quadsplat render garden/ --camera-index 0 --output garden.png",
+                  "one view of a trained model");
+  options.example("quadsplat render plush.spz --cull all --psnr --output plush.png",
+                  "compares the culling modes on one view");
+  options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
+                  "where the tile pairs are");
+  return options.parse(arguments);
+}
+
+void check(const RenderCommand& command) {
+  if (!command.output && !command.stats && !command.measures() && !command.reference) {
+    fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
+  }
+  if (command.reference && (command.several_modes() || command.cameras.all)) {
+    fail(ErrorKind::usage,
+         "render: --reference compares one picture: choose one camera and one mode");
+  }
+  if (command.reference_threshold > 0 && !command.reference) {
+    fail(ErrorKind::usage, "render: --reference-threshold needs --reference");
+  }
+}
+
+// One run of the command over its views.
+class Run {
+ public:
+  explicit Run(const RenderCommand& command)
+      : command_(command), session_(open_session(command.frame)) {}
+
+  int all_shots() {
+    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_.scene);
+    for (const Shot& shot : shots) one_shot(shot);
+    if (command_.stats) write_stats(*command_.stats, format_stats(session_, records_));
+    return exit_code_;
+  }
+
+ private:
+  void one_shot(const Shot& shot) {
+    Outputs outputs;
+    if (command_.heatmap) outputs = outputs_for(*command_.heatmap);
+    const int frames = command_.frames.value_or(command_.several_modes() ? 3 : 1);
+    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, frames};
+    const Image truth = command_.psnr ? reference_image(shot) : Image();
+    const std::size_t first_record = records_.size();
+    std::vector<double> psnrs;
+    std::vector<ModeResult> results =
+        measure_modes(*session_.renderer, shot.camera, session_.settings, outputs, plan,
+                      [&](CullMode mode, const Frame& frame) {
+                        records_.push_back({shot, {}, save(shot, mode, frame), std::nullopt});
+                        if (command_.reference)
+                          compare_with_reference(frame.color, records_.back());
+                        if (command_.psnr) psnrs.push_back(psnr_8bit(frame.color, truth));
+                      });
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      if (command_.psnr) results[i].psnr = psnrs[i];
+      records_[first_record + i].result = results[i];
+    }
+    if (command_.measures()) {
+      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frames\n{}", shot.origin,
+                 shot.camera.width, shot.camera.height,
+                 kBackendNames[static_cast<int>(session_.backend)], frames,
+                 format_mode_table(results));
+    }
+  }
+
+  // The fp64 image of this view; the CPU renders it whatever the session's backend.
+  Image reference_image(const Shot& shot) {
+    if (session_.backend != Backend::cpu && !oracle_) {
+      oracle_ = upload_scene(session_.scene.cloud, Backend::cpu, command_.frame.threads);
+    }
+    RenderSettings settings = session_.settings;
+    settings.mode = kReferenceMode;
+    return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
+  }
+
+  // Writes the frame's picture; returns its path, empty without --output.
+  std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
+    if (!command_.output) return {};
+    const char* mode_name = kCullers[static_cast<std::size_t>(mode)].name;
+    std::filesystem::path path = *command_.output;
+    if (command_.cameras.all) path = with_shot(path, shot);
+    if (command_.several_modes()) path = with_word(path, mode_name);
+    ImageMetadata metadata = {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
+                              {"Scene", session_.scene.path.filename().string()},
+                              {"Camera", format_camera(shot.camera)},
+                              {"Mode", mode_name},
+                              {"TilePairs", fmt::format("{}", frame.stats.tile_pairs)}};
+    if (command_.heatmap) {
+      const Heatmap map =
+          make_heatmap(frame, *command_.heatmap, shot.camera.width, shot.camera.height);
+      if (!scale_)
+        scale_ = command_.heatmap_max
+                     ? round_scale(static_cast<std::uint32_t>(*command_.heatmap_max))
+                     : scale_for(map.values);
+      metadata["Heatmap"] = kHeatmaps[static_cast<std::size_t>(map.quantity)].name;
+      metadata["HeatmapTotal"] = fmt::format("{}", map.total);
+      write_image(draw_heatmap(frame.color, map, *scale_, mode_name), path, metadata);
+    } else {
+      write_image(frame.color, path, metadata);
+    }
+    fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, mode_name,
+               shot.camera.width, shot.camera.height);
+    return path.string();
+  }
+
+  void compare_with_reference(const Image& color, FrameRecord& record) {
+    const Image reference = read_reference(*command_.reference, color.width, color.height);
+    const Comparison comparison = compare(color, reference);
+    record.reference_psnr = comparison.psnr;
+    fmt::print(report(), "PSNR {} dB against {}, largest difference {} of 255\n",
+               decibels(comparison.psnr), command_.reference->string(), comparison.largest);
+    if (command_.output) {
+      const std::filesystem::path path = difference_path(*command_.output);
+      write_image(comparison.difference, path);
+      fmt::print(stderr, "wrote {} (differences amplified {} times)\n", path.string(),
+                 comparison.amplification);
+    }
+    if (comparison.psnr < command_.reference_threshold) {
+      fmt::print(stderr, "quadsplat: the PSNR of {} dB is below the threshold of {} dB\n",
+                 decibels(comparison.psnr), command_.reference_threshold);
+      exit_code_ = kExitComparison;
+    }
+  }
+
+  // Where text for people goes: stdout, unless the statistics take it.
+  std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
+
+  const RenderCommand& command_;
+  Session session_;
+  std::unique_ptr<Renderer> oracle_;
+  std::optional<Scale> scale_;  // of the first heat map, so that all of a run can be compared
+  std::vector<FrameRecord> records_;
+  int exit_code_ = kExitOk;
+};
+
+}  // namespace
+
+int run_render(Arguments arguments) {
+  RenderCommand command;
+  if (!parse(command, arguments)) return kExitOk;
+  check(command);
+  return Run(command).all_shots();
+}
+
+}  // namespace qs

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "app/command.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "version.h"
+
+namespace qs {
+namespace {
+
+constexpr std::array kCommands = {
+    Command{"view", "opens a scene in a window; the command when none is named", run_view},
+    Command{"render", "renders a scene to picture files", run_render},
+    Command{"info", "tells what is in scene files", run_info},
+    Command{"convert", "writes a scene in another format", run_convert},
+};
+
+std::string program_help() {
+  std::string text =
+      "quadsplat: real-time viewer and laboratory for 3D Gaussian Splatting tile culling\n\n"
+      "usage: quadsplat [view] SCENE [options]\n"
+      "       quadsplat COMMAND [options]\n\ncommands:\n";
+  for (const Command& command : kCommands)
+    text += fmt::format("  {:10}{}\n", command.name, command.summary);
+  text +=
+      "\n  quadsplat COMMAND --help   options and examples of a command\n"
+      "  quadsplat --version        version, commit and build\n\n"
+      "SCENE is a splat file or the folder of a trained model.\n"
+      "Exit codes: 0 good, 1 wrong command line, 2 bad input, 3 no device or memory, 4 comparison "
+      "failed.\n";
+  return text;
+}
+
+std::string version_text() {
+  return fmt::format("quadsplat {} (commit {}, {}{}{}{}{})\n", kVersion, kCommit, kBuildType,
+                     *kSanitizers ? ", sanitizers " : "", kSanitizers,
+                     *kCudaToolkit ? ", CUDA " : ", without CUDA", kCudaToolkit);
+}
+
+}  // namespace
+
+std::span<const Command> commands() { return kCommands; }
+
+int run_program(Arguments arguments) {
+  if (arguments.empty()) {
+    fmt::print(stderr, "{}", program_help());
+    return kExitUsage;
+  }
+  const std::string& first = arguments.front();
+  if (first == "--help" || first == "-h") {
+    fmt::print("{}", program_help());
+    return kExitOk;
+  }
+  if (first == "--version") {
+    fmt::print("{}", version_text());
+    return kExitOk;
+  }
+  const auto command = std::find_if(kCommands.begin(), kCommands.end(),
+                                    [&](const Command& row) { return first == row.name; });
+  return command == kCommands.end() ? run_view(arguments) : command->run(arguments.subspan(1));
+}
+
+}  // namespace qs

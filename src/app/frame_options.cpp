@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "app/frame_options.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <string>
+
+#include "app/progress_bar.h"
+#include "io/cameras.h"
+#include "raster/scene/fail.h"
+
+namespace qs {
+namespace {
+
+std::string mode_names() {
+  std::vector<std::string> names;
+  for (const CullerRow& row : kCullers) names.emplace_back(row.name);
+  return joined(names, ", ");
+}
+
+// "all" (modes 1-6), a name, or several names with commas.
+std::vector<CullMode> parse_modes(const std::string& text) {
+  std::vector<CullMode> modes;
+  if (text == "all") {
+    modes.resize(kCullerCount);
+    std::iota(modes.begin(), modes.end(), 1);
+    return modes;
+  }
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string name = text.substr(begin, end - begin);
+    const CullMode mode = find_culler(name);
+    if (mode < 0) fail(ErrorKind::usage, "--cull: '{}' is none of {}, all", name, mode_names());
+    if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+    begin = end + 1;
+  }
+  return modes;
+}
+
+Backend choose_backend(const FrameOptions& frame) {
+  const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
+  if (!frame.backend) return reference ? Backend::cpu : available_backends().front();
+  if (reference && *frame.backend != Backend::cpu) {
+    fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
+  }
+  return *frame.backend;
+}
+
+}  // namespace
+
+void declare_frame_options(Options& options, FrameOptions& frame) {
+  options.positional("SCENE", frame.scene, "splat file or model folder");
+  options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
+                  "of a model folder: point_cloud/iteration_N (default: the highest)");
+  options.text("--cameras", "FILE", frame.cameras,
+               "cameras.json (default: looked for beside the scene)");
+  options.value("--size", "WxH", "picture size; keeps the vertical field of view",
+                [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
+  options.value("--cull", "NAME", "tile culling: " + mode_names() + ", all",
+                [&frame](const std::string& text) { frame.modes = parse_modes(text); });
+  options.choice(
+      "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
+      [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
+      "what renders (default: the best that works here)");
+  options.integer("--threads", "N", 0, 1024, frame.threads, "of the CPU backend (default: all)");
+  options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
+                  "highest degree of view-dependent colour");
+  options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
+               "factor on every Gaussian's size");
+  options.value(
+      "--background", "R,G,B", "each 0..1 (default: the model's, else black)",
+      [&frame](const std::string& text) { frame.background = parse_color("--background", text); });
+  options.choice(
+      "--antialiased", {"on", "off", "auto"},
+      [&frame](int chosen) {
+        frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
+      },
+      "opacity compensation (default: auto, as the scene was trained)");
+}
+
+Scene load_scene(const std::filesystem::path& path, int iteration) {
+  ProgressBar bar("reading");
+  ReadOptions options;
+  options.iteration = iteration;
+  options.progress = bar.progress();
+  Scene scene = read_scene(path, options);
+  for (const std::string& warning : scene.warnings)
+    fmt::print(stderr, "quadsplat: warning: {}\n", warning);
+  return scene;
+}
+
+std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend, int threads) {
+  ProgressBar bar("uploading");
+  auto renderer = make_renderer(backend, {.threads = threads});
+  renderer->upload(cloud, bar.progress());
+  return renderer;
+}
+
+Session open_session(const FrameOptions& frame) {
+  Session session;
+  session.backend = choose_backend(frame);
+  session.scene = load_scene(frame.scene, frame.iteration);
+  session.renderer = upload_scene(session.scene.cloud, session.backend, frame.threads);
+  const bool white = !frame.background && model_wants_white_background(session.scene.path);
+  session.settings.mode = frame.modes.front();
+  session.settings.sh_degree = frame.sh_degree;
+  session.settings.splat_scale = frame.splat_scale;
+  session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
+  session.settings.antialiased = frame.antialiased;
+  return session;
+}
+
+}  // namespace qs

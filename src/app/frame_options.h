@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+//
+// What every rendering command lets its user choose, and the renderer that follows from it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "app/options.h"
+#include "io/reader.h"
+#include "raster/renderer.h"
+
+namespace qs {
+
+struct FrameOptions {
+  std::filesystem::path scene;
+  int iteration = -1;
+  std::optional<std::filesystem::path> cameras;
+  std::optional<glm::ivec2> size;
+  std::vector<CullMode> modes = {kDefaultMode};
+  std::optional<Backend> backend;  ///< unset: the best one that can render these modes
+  int threads = 0;
+  int sh_degree = kMaxShDegree;
+  float splat_scale = 1;
+  std::optional<glm::vec3> background;  ///< unset: white when the model says so, else black
+  std::optional<bool> antialiased;
+};
+
+/// Declares SCENE and the common options.
+void declare_frame_options(Options& options, FrameOptions& frame);
+
+/// A scene uploaded to a renderer.
+struct Session {
+  Scene scene;
+  Backend backend = Backend::cpu;
+  RenderSettings settings;  ///< mode: the first of the chosen ones
+  std::unique_ptr<Renderer> renderer;
+};
+
+/// Reads and uploads, with progress bars; warnings about the file go to stderr. Throws Error.
+Session open_session(const FrameOptions& frame);
+
+/// A renderer with this cloud uploaded.
+std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend, int threads);
+
+/// Reads a scene with a progress bar; warnings go to stderr.
+Scene load_scene(const std::filesystem::path& path, int iteration = -1);
+
+}  // namespace qs

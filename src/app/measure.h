@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+//
+// Measures culling modes on one view: modes are interleaved (A B C A B C ...) so that a drifting
+// clock or a busy machine hits all of them alike.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "raster/renderer.h"
+
+namespace qs {
+
+struct ModeResult {
+  CullMode mode = kDefaultMode;
+  RenderStats stats;           ///< of the frame with the median time
+  std::optional<double> psnr;  ///< dB against mode `reference`
+};
+
+struct MeasurePlan {
+  std::span<const CullMode> modes;
+  int warmup = 1, frames = 3;  ///< rounds over all modes; frames > 0
+};
+
+/// Renders the rounds; the last one's frames go to visit(mode, frame). Results are parallel to the
+/// modes.
+std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
+                                      RenderSettings settings, const Outputs& outputs,
+                                      const MeasurePlan& plan,
+                                      const std::function<void(CullMode, const Frame&)>& visit);
+
+/// The table that people read: one line per mode, and what the mode is.
+std::string format_mode_table(std::span<const ModeResult> results);
+
+/// Pairs per visible Gaussian; 0 when nothing is visible.
+double pairs_per_visible(const RenderStats& stats);
+
+}  // namespace qs

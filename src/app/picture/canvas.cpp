@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/canvas.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace qs {
+
+void fill_rect(Image& image, Rect rect, glm::vec3 color) {
+  assert(image.channels == 3);
+  const int x_end = std::min(rect.x + rect.width, image.width);
+  const int y_end = std::min(rect.y + rect.height, image.height);
+  for (int y = std::max(rect.y, 0); y < y_end; ++y) {
+    for (int x = std::max(rect.x, 0); x < x_end; ++x) {
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c];
+    }
+  }
+}
+
+int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
+              Align align) {
+  assert(image.channels == 3);
+  const int width = font.width(text);
+  if (align == Align::center) at.x -= width / 2;
+  if (align == Align::right) at.x -= width;
+  font.for_each_covered_pixel(text, [&](int dx, int dy, float coverage) {
+    const int x = at.x + dx, y = at.y + dy;
+    if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
+    for (int c = 0; c < 3; ++c) {
+      float& value = image.at(x, y, c);
+      value += coverage * (color[c] - value);
+    }
+  });
+  return width;
+}
+
+}  // namespace qs

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/heatmap.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "app/picture/canvas.h"
+#include "app/picture/colormap.h"
+#include "app/text.h"
+
+namespace qs {
+namespace {
+
+constexpr float kDetail = 0.5f;  // how much of the frame's own contrast shows, for orientation
+constexpr glm::vec3 kStrip{0.075f, 0.08f, 0.095f}, kText{0.93f}, kFaint{0.66f};
+
+glm::vec3 color_of(std::uint32_t value, const Scale& scale) {
+  return viridis(static_cast<float>(value) / static_cast<float>(scale.maximum));
+}
+
+float gray(const Image& image, int x, int y) {
+  const float value =
+      0.299f * image.at(x, y, 0) + 0.587f * image.at(x, y, 1) + 0.114f * image.at(x, y, 2);
+  return std::clamp(value, 0.0f, 1.0f);
+}
+
+// The frame shows through as its difference from the tile's mean gray, so that the mean colour of a
+// tile stays the one on the scale.
+void draw_tile(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
+               glm::ivec2 corner) {
+  const int right = std::min(corner.x + kTileSize, color.width);
+  const int bottom = std::min(corner.y + kTileSize, color.height);
+  float mean = 0;
+  for (int y = corner.y; y < bottom; ++y) {
+    for (int x = corner.x; x < right; ++x) mean += gray(color, x, y);
+  }
+  mean /= static_cast<float>((right - corner.x) * (bottom - corner.y));
+  for (int y = corner.y; y < bottom; ++y) {
+    for (int x = corner.x; x < right; ++x) {
+      const int cell = y / heatmap.cell_px * heatmap.columns + x / heatmap.cell_px;
+      const glm::vec3 heat = color_of(heatmap.values[static_cast<std::size_t>(cell)], scale);
+      const float detail = kDetail * (gray(color, x, y) - mean);
+      for (int c = 0; c < 3; ++c) result.at(x, y, c) = heat[c] + detail;
+    }
+  }
+}
+
+// Sizes of the legend, all from the picture's width.
+struct LegendLayout {
+  int padding, text, title, bar, tick;
+  bool two_lines;  // title and facts do not fit side by side
+  int height() const {
+    return padding + (two_lines ? title + text : title) + padding / 2 + bar + 2 * tick + text +
+           padding;
+  }
+};
+
+void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend& legend,
+                 const Scale& scale) {
+  const Font title_font(layout.title), text_font(layout.text);
+  const int left = layout.padding, right = image.width - layout.padding;
+  int y = top + layout.padding;
+  draw_text(image, title_font, {left, y}, legend.title, kText);
+  if (layout.two_lines) {
+    draw_text(image, text_font, {left, y + layout.title}, legend.facts, kFaint);
+  } else {
+    const int baseline_shift = (layout.title - layout.text) * 4 / 5;
+    draw_text(image, text_font, {right, y + baseline_shift}, legend.facts, kFaint, Align::right);
+  }
+  y += (layout.two_lines ? layout.title + layout.text : layout.title) + layout.padding / 2;
+
+  const int bar_width = right - left;
+  for (int x = 0; x < bar_width; ++x) {
+    const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar_width);
+    fill_rect(image, {left + x, y, 1, layout.bar}, viridis(t));
+  }
+  y += layout.bar;
+  const std::vector<std::uint32_t> ticks = scale.ticks();
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double t = static_cast<double>(ticks[i]) / scale.maximum;
+    const int x = left + static_cast<int>(t * (bar_width - 1));
+    const Align align = i == 0 ? Align::left : i + 1 == ticks.size() ? Align::right : Align::center;
+    fill_rect(image, {x, y, 1, layout.tick}, kFaint);
+    draw_text(image, text_font, {align == Align::right ? right : x, y + 2 * layout.tick},
+              legend.ticks[i], kText, align);
+  }
+}
+
+}  // namespace
+
+Outputs outputs_for(HeatQuantity quantity) {
+  Outputs outputs;
+  outputs.pairs = quantity == HeatQuantity::pairs;
+  outputs.evaluated = quantity == HeatQuantity::evaluated;
+  return outputs;
+}
+
+Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height) {
+  Heatmap map;
+  map.quantity = quantity;
+  if (quantity == HeatQuantity::pairs) {
+    map.columns = frame.grid.columns;
+    map.rows = frame.grid.rows;
+    map.cell_px = kTileSize;
+    map.values = frame.pairs;
+  } else {
+    map.columns = width;
+    map.rows = height;
+    map.values = frame.evaluated;
+  }
+  map.total = std::accumulate(map.values.begin(), map.values.end(), std::uint64_t{0});
+  map.largest = map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
+  return map;
+}
+
+Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode) {
+  const HeatmapRow& row = kHeatmaps[static_cast<std::size_t>(heatmap.quantity)];
+  Legend legend;
+  legend.title = row.title;
+  legend.facts = fmt::format("mode {} \u00b7 {} {} in all \u00b7 at most {} in a {}", mode,
+                             grouped(heatmap.total), row.unit, grouped(heatmap.largest), row.cell);
+  for (const std::uint32_t tick : scale.ticks()) legend.ticks.push_back(grouped(tick));
+  // Larger values have the last colour too; the plus sign says so.
+  legend.ticks.back() += fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);
+  return legend;
+}
+
+Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale,
+                   const char* mode) {
+  const Legend legend = make_legend(heatmap, scale, mode);
+  const int text = std::clamp(color.width / 60, 14, 40);
+  LegendLayout layout{text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
+  const int used = Font(layout.title).width(legend.title) + Font(layout.text).width(legend.facts);
+  layout.two_lines = used + 4 * layout.padding > color.width;
+
+  Image result(color.width, color.height + layout.height(), 3);
+  fill_rect(result, {0, color.height, result.width, layout.height()}, kStrip);
+  for (int top = 0; top < color.height; top += kTileSize) {
+    for (int left = 0; left < color.width; left += kTileSize) {
+      draw_tile(result, color, heatmap, scale, {left, top});
+    }
+  }
+  draw_legend(result, color.height, layout, legend, scale);
+  return result;
+}
+
+}  // namespace qs

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/scale.h"
+
+#include <algorithm>
+
+namespace qs {
+
+std::vector<std::uint32_t> Scale::ticks() const {
+  std::vector<std::uint32_t> result;
+  for (std::uint64_t tick = 0; tick <= maximum; tick += step)
+    result.push_back(static_cast<std::uint32_t>(tick));
+  return result;
+}
+
+Scale round_scale(std::uint32_t maximum) {
+  constexpr std::uint64_t kMostSteps = 8;
+  constexpr std::uint64_t kLargest = 4'000'000'000;
+  const std::uint64_t reach = std::clamp<std::uint64_t>(maximum, 1, kLargest);
+  for (std::uint64_t power = 1;; power *= 10) {
+    for (const std::uint64_t step : {power, 2 * power, 5 * power}) {
+      const std::uint64_t steps = (reach + step - 1) / step;
+      if (steps <= kMostSteps)
+        return {static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(steps * step)};
+    }
+  }
+}
+
+Scale scale_for(std::span<const std::uint32_t> values) {
+  if (values.empty()) return {};
+  std::vector<std::uint32_t> sorted(values.begin(), values.end());
+  const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) * 995 / 1000);
+  std::nth_element(sorted.begin(), nth, sorted.end());
+  return round_scale(*nth);
+}
+
+}  // namespace qs

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// How large a scene is: the box of all centres, and the box without stray Gaussians far out.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// An axis-aligned box, world units; low <= high.
+struct SceneBox {
+  glm::vec3 low{0.0f}, high{0.0f};
+  glm::vec3 center() const { return 0.5f * (low + high); }
+  glm::vec3 size() const { return high - low; }
+};
+
+/// Per axis, from the `low`th to the `high`th quantile (0..1) of the centres; (0, 1) = all of them.
+/// An empty cloud gives a box of size 0 at the origin.
+SceneBox scene_box(const GaussianCloud& cloud, double low = 0, double high = 1);
+
+/// Without the outermost 5 % on each side of each axis: what framing and speeds go by.
+inline SceneBox core_box(const GaussianCloud& cloud) { return scene_box(cloud, 0.05, 0.95); }
+
+}  // namespace qs

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "app/shots.h"
+
+#include <cctype>
+
+#include "app/framing.h"
+#include "io/cameras.h"
+#include "raster/scene/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr glm::ivec2 kFramingSize{1280, 720};
+
+Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
+  const Camera& camera = cameras[static_cast<std::size_t>(index)];
+  return {camera, index,
+          fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
+}
+
+std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
+                                const Scene& scene) {
+  if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
+  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
+  if (file) {
+    const std::vector<Camera> cameras = read_cameras(*file);
+    const int count = static_cast<int>(cameras.size());
+    if (count == 0) fail("{}: holds no camera", file->string());
+    if (choice.all) {
+      std::vector<Shot> shots;
+      for (int i = 0; i < count; ++i) shots.push_back(numbered_shot(cameras, i));
+      return shots;
+    }
+    const int index = choice.index.value_or(0);
+    if (index >= count) {
+      fail("{}: there is no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
+    }
+    return {numbered_shot(cameras, index)};
+  }
+  if (choice.index || choice.all) {
+    fail(
+        "{}: no cameras.json was found beside it or in the three folders above: name one with "
+        "--cameras",
+        scene.path.string());
+  }
+  const glm::ivec2 size = frame.size.value_or(kFramingSize);
+  return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), -1, "framing"}};
+}
+
+}  // namespace
+
+void declare_camera_choice(Options& options, CameraChoice& choice) {
+  options.integer("--camera-index", "N", 0, 1'000'000'000, choice.index,
+                  "camera N of the file, counted from 0");
+  options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json");
+  options.flag("--all-cameras", choice.all, "every camera; OUT gets its number and name inserted");
+}
+
+std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
+                               const Scene& scene) {
+  if (choice.index.has_value() + choice.json.has_value() + choice.all > 1) {
+    fail(ErrorKind::usage, "--camera-index, --camera-json and --all-cameras exclude each other");
+  }
+  std::vector<Shot> shots = unsized_shots(choice, frame, scene);
+  if (frame.size) {
+    for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
+  }
+  return shots;
+}
+
+std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word) {
+  std::string safe = word;
+  for (char& c : safe) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80 && !std::isalnum(byte) && c != '-' && c != '.' && c != '_') c = '_';
+  }
+  std::filesystem::path result = path;
+  result.replace_filename(
+      fmt::format("{}_{}{}", path.stem().string(), safe, path.extension().string()));
+  return result;
+}
+
+std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& shot) {
+  if (shot.number < 0) return path;
+  const std::filesystem::path numbered = with_word(path, fmt::format("{:04}", shot.number));
+  return shot.camera.name.empty() ? numbered : with_word(numbered, shot.camera.name);
+}
+
+}  // namespace qs

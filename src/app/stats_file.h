@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+//
+// The statistics of rendered frames as JSON, with everything needed to judge or repeat them:
+//   {"environment": {...}, "scene": {...}, "frames": [{camera, mode, pairs, times, ...}, ...]}
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/frame_options.h"
+#include "app/measure.h"
+#include "app/shots.h"
+
+namespace qs {
+
+struct FrameRecord {
+  Shot shot;
+  ModeResult result;
+  std::string picture;                   ///< file, empty when none was written
+  std::optional<double> reference_psnr;  ///< dB against --reference
+};
+
+std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames);
+
+/// To a file, or to stdout for "-". Throws Error(input).
+void write_stats(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace qs

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+//
+// Text from the command line to values and values to text for people. What a person typed is named
+// in every complaint; numbers are plain decimals, whatever the locale.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace qs {
+
+/// All throw Error(usage) "WHAT: 'TEXT' is not ..."; `what` is the option's name.
+int parse_integer(std::string_view what, std::string_view text, int low, int high);
+double parse_real(std::string_view what, std::string_view text, double low, double high);
+glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
+glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B, each 0..1
+
+/// "a", "b" -> "a, b".
+std::string joined(std::span<const std::string> words, std::string_view separator);
+
+/// 1796342 -> "1,796,342".
+std::string grouped(std::uint64_t number);
+
+/// 18039653 -> "18.0 MB".
+std::string bytes_text(std::uint64_t bytes);
+
+/// dB with two digits, "inf" for equal pictures.
+std::string decibels(double psnr);
+
+}  // namespace qs

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/heatmap.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/picture/canvas.h"
+#include "app/picture/colormap.h"
+#include "app/text.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Heatmap, total_of_pairs_is_the_frame_s_statistics_and_stands_in_the_legend) {
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(test::random_cloud(3000, 1, 1), {});
+  const Camera camera = test::front_camera(133, 97);  // ends within a tile
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    RenderSettings settings;
+    settings.mode = mode;
+    const Frame& frame = renderer->render(camera, settings, outputs_for(HeatQuantity::pairs));
+    const Heatmap map = make_heatmap(frame, HeatQuantity::pairs, camera.width, camera.height);
+    EXPECT_EQ(map.total, frame.stats.tile_pairs);
+    EXPECT_EQ(map.largest, frame.stats.max_pairs_in_a_tile);
+    const Legend legend = make_legend(map, scale_for(map.values), "any");
+    EXPECT_THAT(legend.facts, HasSubstr(grouped(frame.stats.tile_pairs) + " pairs in all"));
+    EXPECT_THAT(legend.facts, HasSubstr("at most " + grouped(map.largest)));
+  }
+}
+
+TEST(Heatmap, evaluated_pairs_are_counted_per_pixel) {
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(test::random_cloud(3000, 0, 2), {});
+  const Camera camera = test::front_camera(50, 40);
+  const Frame& frame = renderer->render(camera, {}, outputs_for(HeatQuantity::evaluated));
+  const Heatmap map = make_heatmap(frame, HeatQuantity::evaluated, camera.width, camera.height);
+  EXPECT_EQ(map.values.size(), 50u * 40);
+  EXPECT_EQ(map.columns, 50);
+  EXPECT_GT(map.total, 0u);
+  EXPECT_LE(map.total, frame.stats.tile_pairs * kTileSize * kTileSize);
+}
+
+Heatmap flat_map(int columns, int rows, std::uint32_t value) {
+  Heatmap map;
+  map.columns = columns;
+  map.rows = rows;
+  map.cell_px = kTileSize;
+  map.values.assign(static_cast<std::size_t>(columns * rows), value);
+  map.total = value * map.values.size();
+  map.largest = value;
+  return map;
+}
+
+TEST(Heatmap, a_tile_has_the_color_that_the_scale_prints_for_its_value) {
+  Heatmap map = flat_map(4, 2, 100);
+  map.values[5] = 300;  // second row, second column
+  const Image color(64, 32, 3);
+  const Image picture = draw_heatmap(color, map, round_scale(400), "exact");
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_FLOAT_EQ(picture.at(20, 20, c), viridis(0.75f)[c]);
+    EXPECT_FLOAT_EQ(picture.at(60, 4, c), viridis(0.25f)[c]);
+  }
+}
+
+TEST(Heatmap, the_legend_lies_below_the_frame_and_has_ink_at_any_size) {
+  for (const auto& [width, height] :
+       {std::pair{1600, 1200}, {640, 480}, {200, 100}, {16, 16}, {1, 1}}) {
+    const int columns = (width + 15) / 16, rows = (height + 15) / 16;
+    const Image picture = draw_heatmap(Image(width, height, 3), flat_map(columns, rows, 7),
+                                       round_scale(7), "quadbox");
+    EXPECT_EQ(picture.width, width);
+    EXPECT_GT(picture.height, height + 40);
+    float brightest = 0;
+    for (int y = height; y < picture.height; ++y) {
+      for (int x = 0; x < width; ++x) brightest = std::max(brightest, picture.at(x, y, 2));
+    }
+    EXPECT_TRUE(width < 200 || brightest > 0.8f);
+  }
+}
+
+TEST(Scale, has_round_steps_and_reaches_the_maximum) {
+  for (const std::uint32_t maximum :
+       {0u, 1u, 3u, 7u, 9u, 42u, 99u, 1001u, 3711u, 999999u, 4294967295u}) {
+    const Scale scale = round_scale(maximum);
+    EXPECT_GE(scale.maximum, std::min(maximum, 4'000'000'000u));
+    EXPECT_EQ(scale.maximum % scale.step, 0u);
+    EXPECT_LE(scale.ticks().size(), 9u);
+    EXPECT_EQ(scale.ticks().front(), 0u);
+    EXPECT_EQ(scale.ticks().back(), scale.maximum);
+  }
+  EXPECT_EQ(round_scale(3711).step, 500u);
+}
+
+TEST(Scale, a_few_extreme_values_do_not_darken_the_others) {
+  std::vector<std::uint32_t> values(1000, 90);
+  values[3] = 1000000;
+  EXPECT_EQ(scale_for(values).maximum, 100u);
+  Heatmap map;
+  map.values = values;
+  map.largest = 1000000;
+  EXPECT_EQ(make_legend(map, scale_for(values), "any").ticks.back(), "100+ pairs");
+}
+
+TEST(Font, measures_what_it_draws_and_knows_latin_1) {
+  const Font font(24);
+  EXPECT_GT(font.width("16 \u00d7 16"), font.width("16  16"));
+  EXPECT_EQ(font.width("000"), font.width("123")) << "digits have one width, so that numbers align";
+  Image image(200, 40, 3);
+  const int width = draw_text(image, font, {5, 5}, "Tile pairs", glm::vec3(1));
+  int rightmost = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (image.at(x, y, 0) > 0) rightmost = std::max(rightmost, x);
+    }
+  }
+  EXPECT_NEAR(rightmost, 5 + width, 3);
+  draw_text(image, font, {190, 35}, "clipped at the border \xf0\x9f\x98\x80 \xff", glm::vec3(1));
+}
+
+TEST(Colormap, viridis_rises_steadily_in_lightness) {
+  float last = -1;
+  for (int i = 0; i <= 100; ++i) {
+    const glm::vec3 color = viridis(static_cast<float>(i) / 100);
+    const float lightness = 0.2126f * color.r + 0.7152f * color.g + 0.0722f * color.b;
+    EXPECT_GT(lightness, last);
+    last = lightness;
+  }
+}
+
+}  // namespace
+}  // namespace qs

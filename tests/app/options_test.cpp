@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "app/options.h"
+
+#include <functional>
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "raster/scene/error.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+
+std::string usage_error(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::usage);
+    return error.what();
+  }
+  return "no error";
+}
+
+struct Values {
+  std::filesystem::path in, out;
+  bool json = false;
+  std::optional<int> count;
+  float scale = 1;
+  int chosen = -1;
+
+  Options options() {
+    Options o("try", "tries");
+    o.positional("IN", in, "in");
+    o.positional("OUT", out, "out");
+    o.flag("--json", json, "json");
+    o.integer("--count", "N", 0, 10, count, "count");
+    o.real("--scale", "X", 0, 5, scale, "scale");
+    o.choice(
+        "--mode", {"a", "b"}, [this](int i) { chosen = i; }, "mode");
+    return o;
+  }
+  bool parse(const std::vector<std::string>& arguments) { return options().parse(arguments); }
+};
+
+TEST(Options, fill_their_variables_in_any_order) {
+  Values v;
+  EXPECT_TRUE(v.parse({"--count", "7", "x.ply", "--scale=2.5", "--mode", "b", "--json", "y.ply"}));
+  EXPECT_EQ(v.in, "x.ply");
+  EXPECT_EQ(v.out, "y.ply");
+  EXPECT_TRUE(v.json);
+  EXPECT_EQ(v.count, 7);
+  EXPECT_EQ(v.scale, 2.5f);
+  EXPECT_EQ(v.chosen, 1);
+}
+
+TEST(Options, that_are_not_given_keep_their_variables) {
+  Values v;
+  v.parse({"x", "y"});
+  EXPECT_FALSE(v.json);
+  EXPECT_EQ(v.count, std::nullopt);
+  EXPECT_EQ(v.scale, 1.0f);
+}
+
+TEST(Options, given_twice_take_the_last_value) {
+  Values v;
+  v.parse({"x", "y", "--count", "1", "--count", "2"});
+  EXPECT_EQ(v.count, 2);
+}
+
+TEST(Options, name_what_is_wrong) {
+  const auto message = [](const std::vector<std::string>& arguments) {
+    return usage_error([&] { Values().parse(arguments); });
+  };
+  EXPECT_THAT(message({"x", "y", "--bogus", "5"}), HasSubstr("try: unknown option '--bogus'"));
+  EXPECT_THAT(message({"x", "y", "-z"}), HasSubstr("unknown option '-z'"));
+  EXPECT_THAT(message({"x"}), HasSubstr("OUT is missing"));
+  EXPECT_THAT(message({"x", "y", "z"}), HasSubstr("unexpected argument 'z'"));
+  EXPECT_THAT(message({"x", "y", "--count"}), HasSubstr("--count needs a value"));
+  EXPECT_THAT(message({"x", "y", "--count", "11"}),
+              HasSubstr("--count: '11' is not a whole number from 0 to 10"));
+  EXPECT_THAT(message({"x", "y", "--count", "3x"}), HasSubstr("'3x'"));
+  EXPECT_THAT(message({"x", "y", "--scale", "nan"}),
+              HasSubstr("--scale: 'nan' is not a number from 0 to 5"));
+  EXPECT_THAT(message({"x", "y", "--mode", "c"}), HasSubstr("--mode: 'c' is none of a, b"));
+}
+
+TEST(Options, help_shows_every_option_and_example) {
+  Values v;
+  Options options = v.options();
+  options.example("quadsplat try x y", "tries it");
+  for (const char* part :
+       {"IN OUT", "--json", "--count N", "--mode a|b", "quadsplat try x y", "tries it"}) {
+    EXPECT_THAT(options.help(), HasSubstr(part));
+  }
+}
+
+TEST(Text, sizes_and_colors_are_strict) {
+  EXPECT_EQ(parse_size("--size", "640x480"), glm::ivec2(640, 480));
+  EXPECT_EQ(parse_color("--background", "0,0.5,1"), glm::vec3(0, 0.5f, 1));
+  for (const char* bad :
+       {"", "640", "640x", "x480", "0x5", "5x-1", "5x5x5", "99999x5", " 5x5", "5.0x5"}) {
+    EXPECT_THROW(parse_size("--size", bad), Error) << bad;
+  }
+  for (const char* bad : {"", "0,0", "0,0,0,0", "0,0,2", "0,0,-1", "a,b,c", "0,,0", "0,0,nan"}) {
+    EXPECT_THROW(parse_color("--background", bad), Error) << bad;
+  }
+}
+
+TEST(Text, numbers_are_grouped_for_people) {
+  EXPECT_EQ(grouped(0), "0");
+  EXPECT_EQ(grouped(999), "999");
+  EXPECT_EQ(grouped(1000), "1,000");
+  EXPECT_EQ(grouped(18446744073709551615u), "18,446,744,073,709,551,615");
+  EXPECT_EQ(bytes_text(18039653), "18.0 MB");
+  EXPECT_EQ(bytes_text(12), "12 bytes");
+}
+
+}  // namespace
+}  // namespace qs

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+//
+// The program as users run it: exit codes, what goes to stdout and stderr, files that appear.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "app/run_program.h"
+#include "io/cameras.h"
+#include "io/image_file.h"
+#include "io/reader.h"
+#include "io/writer.h"
+#include "raster/kernel/cull/list.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::json;
+using test::ProgramRun;
+using test::run_quadsplat;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class Program : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_scene(test::random_cloud(500, 3, 11), scene_);
+    json cameras = json::array();
+    for (const char* name : {"first", "second one", ""}) {
+      Camera camera = test::front_camera(64, 48);
+      camera.name = name;
+      cameras.push_back(json::parse(format_camera(camera)));
+    }
+    std::ofstream(folder_ / "cameras.json") << cameras;
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  ProgramRun render(std::vector<std::string> options) const {
+    options.insert(options.begin(), {"render", scene_});
+    return run_quadsplat(options);
+  }
+
+  TemporaryFolder folder_;
+  std::string scene_ = path("scene.ply");
+};
+
+// One sentence for the user, nothing on stdout.
+void expect_failure(const ProgramRun& run, int exit_code, const std::string& part) {
+  EXPECT_EQ(run.exit_code, exit_code) << run.err;
+  EXPECT_EQ(run.out, "");
+  EXPECT_THAT(run.err, StartsWith("quadsplat: "));
+  EXPECT_THAT(run.err, HasSubstr(part));
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+}
+
+TEST_F(Program, every_command_answers_help_on_stdout) {
+  for (const Command& command : commands()) {
+    const ProgramRun run = run_quadsplat({command.name, "--help"});
+    EXPECT_EQ(run.exit_code, kExitOk);
+    EXPECT_THAT(run.out, HasSubstr(std::string("usage: quadsplat ") + command.name));
+    EXPECT_THAT(run.out, HasSubstr("examples:"));
+    EXPECT_EQ(run.err, "");
+    EXPECT_THAT(run_quadsplat({"--help"}).out, HasSubstr(command.summary));
+  }
+}
+
+TEST_F(Program, version_names_version_and_commit) {
+  const ProgramRun run = run_quadsplat({"--version"});
+  EXPECT_EQ(run.exit_code, kExitOk);
+  EXPECT_THAT(run.out, StartsWith("quadsplat 0."));
+  EXPECT_THAT(run.out, HasSubstr("commit"));
+}
+
+TEST_F(Program, wrong_command_lines_end_with_1) {
+  expect_failure(run_quadsplat({"info", scene_, "--bogus"}), kExitUsage,
+                 "unknown option '--bogus'");
+  expect_failure(run_quadsplat({"rendr", scene_}), kExitUsage, "unexpected argument");
+  expect_failure(run_quadsplat({"rendr"}), kExitUsage, "'rendr' is neither a command nor a file");
+  expect_failure(render({}), kExitUsage, "--output is missing");
+  expect_failure(render({"--output", path("a.png"), "--cull", "fast"}), kExitUsage,
+                 "--cull: 'fast' is none of");
+  expect_failure(render({"--output", path("a.png"), "--camera-index", "0", "--all-cameras"}),
+                 kExitUsage, "exclude");
+  expect_failure(render({"--output", path("a.png"), "--reference-threshold", "50"}), kExitUsage,
+                 "needs --reference");
+  EXPECT_EQ(run_quadsplat({}).exit_code, kExitUsage);
+}
+
+TEST_F(Program, bad_input_ends_with_2) {
+  expect_failure(run_quadsplat({"info", path("none.ply")}), kExitInput, "none.ply");
+  std::ofstream(folder_ / "broken.ply") << "ply\nnonsense";
+  expect_failure(run_quadsplat({"info", path("broken.ply")}), kExitInput, "broken.ply");
+  expect_failure(render({"--output", path("a.png"), "--camera-index", "3"}), kExitInput,
+                 "cameras 0 to 2");
+  expect_failure(render({"--output", path("a.png"), "--camera-json", "{}"}), kExitInput,
+                 "rotation is missing");
+  std::ofstream(folder_ / "cameras.json") << "[]";
+  expect_failure(render({"--output", path("a.png")}), kExitInput, "holds no camera");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
+}
+
+TEST_F(Program, a_scene_without_a_viewer_says_what_to_do_instead) {
+  expect_failure(run_quadsplat({scene_}), kExitUsage, "no viewer; 'quadsplat render");
+}
+
+TEST_F(Program, render_writes_a_picture_of_the_camera_s_size_with_camera_and_mode_in_it) {
+  const ProgramRun run = render({"--camera-index", "1", "--output", path("out.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_EQ(run.out, "");
+  const Image image = read_image(folder_ / "out.png");
+  EXPECT_EQ(image.width, 64);
+  EXPECT_EQ(image.height, 48);
+  EXPECT_EQ(image.channels, 3);
+  std::ifstream file(folder_ / "out.png", std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(content, HasSubstr(std::string("tEXtMode\0quadbox", 16)));
+  EXPECT_THAT(content, HasSubstr("second one"));
+}
+
+TEST_F(Program, every_format_gets_the_same_picture) {
+  for (const char* name : {"a.png", "a.ppm", "a.pfm", "a.exr", "a.jpg"}) {
+    const ProgramRun run = render({"--output", path(name), "--camera-index", "0"});
+    ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+    ASSERT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  const Image exact = read_image(folder_ / "a.pfm");
+  EXPECT_EQ(psnr_8bit(read_image(folder_ / "a.png"), exact),
+            std::numeric_limits<double>::infinity());
+  EXPECT_EQ(psnr_8bit(read_image(folder_ / "a.ppm"), exact),
+            std::numeric_limits<double>::infinity());
+  // Formats of the module are read by the program itself: leak checking is off there.
+  EXPECT_EQ(
+      render({"--camera-index", "0", "--reference", path("a.exr"), "--reference-threshold", "999"})
+          .exit_code,
+      kExitOk);
+  EXPECT_EQ(
+      render({"--camera-index", "0", "--reference", path("a.jpg"), "--reference-threshold", "30"})
+          .exit_code,
+      kExitOk);
+}
+
+TEST_F(Program, all_cameras_write_one_picture_each_with_number_and_name) {
+  EXPECT_EQ(render({"--all-cameras", "--output", path("v.ppm"), "--size", "32x24"}).exit_code,
+            kExitOk);
+  for (const char* name : {"v_0000_first.ppm", "v_0001_second_one.ppm", "v_0002.ppm"}) {
+    ASSERT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+    EXPECT_EQ(read_image(folder_ / name).width, 32);
+  }
+}
+
+TEST_F(Program, cull_all_prints_the_mode_table_and_writes_every_mode) {
+  const ProgramRun run =
+      render({"--cull", "all", "--psnr", "--frames", "1", "--output", path("m.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const CullerRow& row = kCullers[static_cast<std::size_t>(mode)];
+    EXPECT_THAT(run.out, HasSubstr(std::string("\n") + row.name));
+    EXPECT_THAT(run.out, HasSubstr(row.summary));
+    EXPECT_TRUE(std::filesystem::exists(folder_ / (std::string("m_") + row.name + ".png")));
+  }
+  EXPECT_THAT(run.out, HasSubstr("PSNR dB"));
+}
+
+TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
+  const ProgramRun run =
+      render({"--stats", "-", "--cull", "all", "--frames", "2", "--camera-index", "0"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  const json stats = json::parse(run.out);
+  EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(kCullerCount));
+  EXPECT_EQ(stats["scene"]["gaussians"], 500);
+  EXPECT_EQ(stats["environment"]["backend"].get<std::string>().empty(), false);
+  for (const json& frame : stats["frames"]) {
+    EXPECT_GT(frame["tile_pairs"], 0);
+    EXPECT_GT(frame["visible"], 0);
+    EXPECT_GT(frame["frame_ms"], 0);
+    EXPECT_TRUE(frame["stage_ms"].contains("blend"));
+    EXPECT_EQ(parse_camera(frame["camera"].dump(), "stats").width, 64);
+  }
+}
+
+TEST_F(Program, the_heat_map_s_total_equals_the_statistics) {
+  const ProgramRun run = render({"--heatmap", "pairs", "--output", path("h.png"), "--stats",
+                                 path("s.json"), "--camera-index", "0"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  std::ifstream stats_file(folder_ / "s.json");
+  const auto pairs = json::parse(stats_file)["frames"][0]["tile_pairs"].get<std::uint64_t>();
+  std::ifstream file(folder_ / "h.png", std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(content, HasSubstr(std::string("HeatmapTotal\0", 13) + std::to_string(pairs)));
+  EXPECT_GT(read_image(folder_ / "h.png").height, 48);
+}
+
+TEST_F(Program, a_picture_below_the_threshold_ends_with_4_and_shows_the_difference) {
+  ASSERT_EQ(render({"--output", path("a.png"), "--camera-index", "0"}).exit_code, kExitOk);
+  const std::vector<std::string> same = {
+      "--output",    path("b.png"), "--camera-index",        "0",
+      "--reference", path("a.png"), "--reference-threshold", "90"};
+  const ProgramRun equal = render(same);
+  EXPECT_EQ(equal.exit_code, kExitOk);
+  EXPECT_THAT(equal.out, HasSubstr("PSNR inf dB"));
+
+  std::vector<std::string> other = same;
+  other.insert(other.end(), {"--background", "0.5,0.5,0.5"});
+  const ProgramRun different = render(other);
+  EXPECT_EQ(different.exit_code, kExitComparison);
+  EXPECT_THAT(different.err, HasSubstr("below the threshold of 90 dB"));
+  const Image difference = read_image(folder_ / "b.difference.png");
+  EXPECT_EQ(difference.width, 64);
+  EXPECT_GT(*std::max_element(difference.values.begin(), difference.values.end()), 0.3f);
+
+  std::vector<std::string> wrong_size = same;
+  wrong_size.insert(wrong_size.end(), {"--size", "32x24"});
+  EXPECT_EQ(render(wrong_size).exit_code, kExitInput);
+}
+
+TEST_F(Program, info_tells_facts_as_text_and_json) {
+  const ProgramRun text = run_quadsplat({"info", scene_});
+  EXPECT_EQ(text.exit_code, kExitOk);
+  EXPECT_THAT(text.out, HasSubstr("Gaussians      500"));
+  const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json"});
+  ASSERT_EQ(list.exit_code, kExitOk) << list.err;
+  const json facts = json::parse(list.out);
+  ASSERT_EQ(facts.size(), 2u);
+  EXPECT_EQ(facts[0]["gaussians"], 500);
+  EXPECT_EQ(facts[0]["sh_degree"], 3);
+  EXPECT_EQ(facts[0]["bytes"], std::filesystem::file_size(scene_));
+  EXPECT_LE(facts[0]["extents"]["low"][0], facts[0]["extents_5_95"]["low"][0]);
+}
+
+TEST_F(Program, convert_writes_a_scene_of_the_degree_asked_for) {
+  const ProgramRun run = run_quadsplat({"convert", scene_, path("small.ply"), "--sh-degree", "1"});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_EQ(run.out, "");
+  const Scene before = read_scene(scene_), after = read_scene(folder_ / "small.ply");
+  EXPECT_EQ(after.cloud.sh_degree, 1);
+  ASSERT_EQ(after.cloud.size(), before.cloud.size());
+  EXPECT_EQ(after.cloud.positions, before.cloud.positions);
+  EXPECT_EQ(after.cloud.sh[4 * 7 + 3], before.cloud.sh[16 * 7 + 3]);
+  EXPECT_EQ(run_quadsplat({"convert", scene_, path("x.unknown")}).exit_code, kExitUsage);
+}
+
+TEST_F(Program, without_cameras_the_scene_is_framed) {
+  std::filesystem::remove(folder_ / "cameras.json");
+  const ProgramRun run = render({"--output", path("f.png"), "--size", "80x60"});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("framing"));
+  EXPECT_EQ(read_image(folder_ / "f.png").width, 80);
+}
+
+}  // namespace
+}  // namespace qs

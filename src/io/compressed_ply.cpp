@@ -12,6 +12,7 @@
 #include "io/ply_rows.h"
 #include "io/quantised.h"
 #include "io/sieve.h"
+#include "raster/kernel/constants.h"
 #include "raster/scene/fail.h"
 #include "raster/scene/parallel.h"
 
@@ -92,7 +93,7 @@ glm::quat unpack_rotation(std::uint32_t packed) {
 glm::vec3 unpack_color(std::uint32_t packed, const Chunk& chunk) {
   const glm::dvec3 t(unit(packed, 24, 8), unit(packed, 16, 8), unit(packed, 8, 8));
   const glm::dvec3 color = chunk.min_color * (1.0 - t) + chunk.max_color * t;
-  return {(color - 0.5) / kShDc};
+  return {(color - 0.5) / kSh0};
 }
 
 // The ends of the byte range stand for the ends of -4..4, the others for middles of 256 steps.

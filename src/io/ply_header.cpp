@@ -57,7 +57,7 @@ class HeaderParser {
       : text_(text), whole_file_(whole_file), path_(path.string()) {}
 
   PlyHeader parse() {
-    if (next_line() != "ply") fail("{}: not a .ply file: the first line is not 'ply'", path_);
+    next_line();  // "ply"
     for (;;) {
       line_ = next_line();
       words_ = split(line_);
@@ -202,6 +202,9 @@ bool is_ply(std::span<const std::byte> content) {
 }
 
 PlyHeader parse_ply_header(std::span<const std::byte> content, const std::filesystem::path& path) {
+  if (!is_ply(content)) {
+    fail("{}: not a .ply file: its first line is not 'ply'", path.string());
+  }
   const std::string_view text = beginning(content);
   return HeaderParser(text, text.size() == content.size(), path).parse();
 }

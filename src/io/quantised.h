@@ -14,9 +14,6 @@
 
 namespace qs {
 
-/// Y_0^0: a DC coefficient f shows as the colour 0.5 + kShDc * f.
-constexpr double kShDc = 0.28209479177387814;
-
 /// Logit of an opacity stored as 0..255 for 0..1; 0 and 255 give -inf and +inf.
 inline float logit_of_byte(std::uint8_t byte) {
   return static_cast<float>(std::log(byte / (255.0 - byte)));

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+//
+// Every file of the corpora, valid and broken, has the outcome that is listed for it.
+#include "support/corpus.h"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/matrix.hpp>
+#include <gtest/gtest.h>
+
+#include "io/reader.h"
+#include "raster/kernel/constants.h"
+#include "raster/scene/error.h"
+#include "support/shared.h"
+
+namespace qs::test {
+namespace {
+
+using nlohmann::json;
+
+const std::vector<std::string_view> kEndings = {".ply", ".spz"};
+
+glm::dvec3 vector(const json& value) { return {value[0], value[1], value[2]}; }
+
+glm::dmat3 covariance(const glm::dquat& rotation, const glm::dvec3& scale) {
+  const glm::dmat3 axes = glm::mat3_cast(glm::normalize(rotation));
+  const glm::dmat3 half(axes[0] * scale.x, axes[1] * scale.y, axes[2] * scale.z);
+  return half * glm::transpose(half);
+}
+
+// Listed values have six digits.
+void expect_near(const glm::dvec3& value, const glm::dvec3& expected, const char* what) {
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(value[axis], expected[axis], 1e-5 * (1 + std::abs(expected[axis])))
+        << what << " " << axis;
+  }
+}
+
+// The listed values are in the frame of the file.
+glm::dvec3 turn_of(const CorpusFile& file) {
+  const bool rub = file.expected.at("frame") == "RUB";
+  const bool taken_as_rub = file.expected.at("frame") == "RDF (unmarked)";
+  return rub || taken_as_rub ? glm::dvec3(1, -1, -1) : glm::dvec3(1);
+}
+
+void expect_sample(const GaussianCloud& cloud, const json& sample, const glm::dvec3& turn) {
+  const auto i = sample.at("i").get<std::size_t>();
+  SCOPED_TRACE("sample " + std::to_string(i));
+  ASSERT_LT(i, cloud.size());
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  const glm::vec3* const sh = &cloud.sh[i * coefficients];
+  expect_near(cloud.positions[i], vector(sample.at("pos")) * turn, "position");
+  EXPECT_NEAR(1 / (1 + std::exp(-static_cast<double>(cloud.opacity_logits[i]))),
+              sample.at("alpha").get<double>(), 1e-5);
+  expect_near(0.5 + kSh0 * glm::dvec3(sh[0]), vector(sample.at("rgb_dc")), "colour");
+
+  const glm::dvec3 scale = vector(sample.at("scale"));
+  expect_near(glm::exp(glm::dvec3(cloud.log_scales[i])), scale, "scale");
+  const json& q = sample.at("quat_wxyz");
+  const glm::dmat3 flip(turn.x, 0, 0, 0, turn.y, 0, 0, 0, turn.z);
+  const glm::dmat3 expected = flip *
+                              covariance(glm::dquat(q[0].get<double>(), q[1].get<double>(),
+                                                    q[2].get<double>(), q[3].get<double>()),
+                                         scale) *
+                              flip;
+  const glm::dmat3 actual =
+      covariance(glm::dquat(cloud.rotations[i]), glm::exp(glm::dvec3(cloud.log_scales[i])));
+  const double largest = std::max({scale.x, scale.y, scale.z});
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) {
+      EXPECT_NEAR(actual[column][row], expected[column][row], 2e-5 * largest * largest);
+    }
+  }
+  // Y_1^-1 is odd in y; the last function of every degree is even in y and z.
+  if (cloud.sh_degree == 0) return;
+  expect_near(sh[1], vector(sample.at("sh_first")) * turn.y, "first SH coefficient");
+  expect_near(sh[coefficients - 1], vector(sample.at("sh_last")), "last SH coefficient");
+}
+
+void expect_as_listed(const Scene& scene, const CorpusFile& file) {
+  const GaussianCloud& cloud = scene.cloud;
+  ASSERT_EQ(cloud.size(), file.expected.at("n").get<std::size_t>());
+  EXPECT_EQ(cloud.sh_degree, file.expected.at("sh_degree").get<int>());
+  EXPECT_EQ(scene.file_bytes, std::filesystem::file_size(file.path));
+  if (!file.expected.contains("samples")) return;
+
+  const glm::dvec3 turn = turn_of(file);
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low, color(0);
+  double alpha = 0;
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    low = glm::min(low, glm::dvec3(cloud.positions[i]));
+    high = glm::max(high, glm::dvec3(cloud.positions[i]));
+    alpha += 1 / (1 + std::exp(-static_cast<double>(cloud.opacity_logits[i])));
+    color += 0.5 + kSh0 * glm::dvec3(cloud.sh[i * coefficients]);
+  }
+  const auto count = static_cast<double>(cloud.size());
+  const glm::dvec3 a = vector(file.expected.at("bbox_min")) * turn;
+  const glm::dvec3 b = vector(file.expected.at("bbox_max")) * turn;
+  expect_near(low, glm::min(a, b), "lowest position");
+  expect_near(high, glm::max(a, b), "highest position");
+  EXPECT_NEAR(alpha / count, file.expected.at("mean_alpha").get<double>(), 1e-5);
+  expect_near(color / count, vector(file.expected.at("mean_rgb")), "mean colour");
+  for (const json& sample : file.expected.at("samples")) expect_sample(cloud, sample, turn);
+}
+
+void expect_valid_files_read_as_listed(const std::filesystem::path& corpus) {
+  int read = 0;
+  for (const CorpusFile& file : corpus_files(corpus, kEndings)) {
+    if (!file.valid()) continue;
+    SCOPED_TRACE(file.name);
+    try {
+      expect_as_listed(read_scene(file.path), file);
+    } catch (const Error& error) {
+      ADD_FAILURE() << error.what();
+    }
+    ++read;
+  }
+  EXPECT_GT(read, 10);
+}
+
+// Of `expect` in expected.json: "REJECT ...", "ACCEPT ...", "EITHER ..." and "A or B".
+void expect_listed_outcome(const CorpusFile& file) {
+  const auto expect = file.expected.at("expect").get<std::string>();
+  const bool either = expect.starts_with("EITHER");
+  const bool may_reject = either || expect.find("REJECT") != std::string::npos;
+  const bool may_accept = !expect.starts_with("REJECT") || expect.find(" or ") != std::string::npos;
+  const bool must_warn = expect.starts_with("ACCEPT-WARN");
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const Scene scene = read_scene(file.path);
+    EXPECT_TRUE(may_accept) << expect;
+    EXPECT_TRUE(!must_warn || !scene.warnings.empty()) << expect;
+    if (!file.expected.at("n").is_null()) {
+      EXPECT_EQ(scene.cloud.size(), file.expected.at("n").get<std::size_t>());
+    }
+    for (const std::string& warning : scene.warnings)
+      EXPECT_TRUE(warning.ends_with(".")) << warning;
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    EXPECT_TRUE(may_reject) << expect << " but " << message;
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_TRUE(message.starts_with(file.path.string() + ": ")) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
+void expect_broken_files_have_listed_outcomes(const std::filesystem::path& corpus) {
+  int read = 0;
+  for (const CorpusFile& file : corpus_files(corpus, kEndings)) {
+    if (file.valid()) continue;
+    SCOPED_TRACE(file.name);
+    expect_listed_outcome(file);
+    ++read;
+  }
+  EXPECT_GT(read, 50);
+}
+
+TEST(Corpus, valid_files_read_as_listed) { expect_valid_files_read_as_listed(committed_corpus()); }
+
+TEST(Corpus, broken_files_have_their_listed_outcomes) {
+  expect_broken_files_have_listed_outcomes(committed_corpus());
+}
+
+TEST(Corpus, valid_files_of_the_shared_corpus_read_as_listed) {
+  QS_NEEDS_SHARED("corpus/expected.json");
+  expect_valid_files_read_as_listed(shared_path("corpus"));
+}
+
+TEST(Corpus, broken_files_of_the_shared_corpus_have_their_listed_outcomes) {
+  QS_NEEDS_SHARED("corpus/expected.json");
+  expect_broken_files_have_listed_outcomes(shared_path("corpus"));
+}
+
+TEST(Corpus, every_reader_reads_a_committed_file) {
+  for (const ReaderRow& reader : readers()) {
+    int read = 0;
+    for (const CorpusFile& file : corpus_files(committed_corpus(), kEndings)) {
+      if (!file.valid()) continue;
+      read += read_scene(file.path).format.starts_with(reader.name) ? 1 : 0;
+    }
+    EXPECT_GT(read, 0) << reader.name;
+  }
+}
+
+TEST(Corpus, exactly_one_reader_recognises_each_valid_file) {
+  for (const CorpusFile& file : corpus_files(committed_corpus(), kEndings)) {
+    if (!file.valid()) continue;
+    const auto bytes = file_bytes(file.path);
+    int recognised = 0;
+    for (const ReaderRow& reader : readers()) {
+      recognised += reader.recognises(bytes, "a file without extension") ? 1 : 0;
+    }
+    EXPECT_EQ(recognised, 1) << file.name;
+  }
+}
+
+}  // namespace
+}  // namespace qs::test

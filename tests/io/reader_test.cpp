@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+//
+// From a path to the right reader: model directories, recognition by content, and what is said
+// about everything that is no splat file.
+#include "io/reader.h"
+
+#include <stop_token>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/writer.h"
+#include "raster/scene/error.h"
+#include "support/corpus.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string error_of(const std::filesystem::path& path, int iteration = -1) {
+  try {
+    read_scene(path, {.iteration = iteration, .progress = {}});
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), StartsWith(path.string()));
+    EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
+    return error.what();
+  }
+  return "no error";
+}
+
+// A model whose iteration N has N/1000 Gaussians.
+void make_model(const std::filesystem::path& model) {
+  for (const std::size_t thousands : {7u, 30u, 9u}) {
+    const auto folder = model / "point_cloud" / ("iteration_" + std::to_string(1000 * thousands));
+    std::filesystem::create_directories(folder);
+    write_scene(random_cloud(thousands, 0, 1), folder / "point_cloud.ply");
+  }
+  std::filesystem::create_directories(model / "point_cloud/iteration_99000");  // still empty
+  std::filesystem::create_directories(model / "point_cloud/iteration_100000.bak");
+}
+
+TEST(Reader, model_directory_gives_its_highest_iteration) {
+  const TemporaryFolder folder;
+  make_model(folder.path());
+  const Scene scene = read_scene(folder.path());
+  EXPECT_EQ(scene.cloud.size(), 30u);
+  EXPECT_EQ(scene.path, folder / "point_cloud/iteration_30000/point_cloud.ply");
+  EXPECT_EQ(read_scene(folder / "point_cloud").cloud.size(), 30u);
+  EXPECT_EQ(read_scene(folder / "point_cloud/iteration_7000").cloud.size(), 7u);
+}
+
+TEST(Reader, model_directory_gives_the_chosen_iteration) {
+  const TemporaryFolder folder;
+  make_model(folder.path());
+  EXPECT_EQ(read_scene(folder.path(), {.iteration = 9000, .progress = {}}).cloud.size(), 9u);
+  EXPECT_THAT(error_of(folder.path(), 8000), HasSubstr("no iteration 8000; there are: 7000 9000"));
+}
+
+TEST(Reader, content_decides_over_the_extension) {
+  const TemporaryFolder folder;
+  const auto valid = committed_corpus() / "valid";
+  std::filesystem::copy_file(valid / "spz_v4_sh3.spz", folder / "a.ply");
+  std::filesystem::copy_file(valid / "splatapult_test.ply", folder / "b.spz");
+  std::filesystem::copy_file(valid / "compressed_n1.compressed.ply", folder / "c.PLY");
+  EXPECT_EQ(read_scene(folder / "a.ply").format, "spz, version 4");
+  EXPECT_EQ(read_scene(folder / "b.spz").format, "ply, binary little endian");
+  EXPECT_EQ(read_scene(folder / "c.PLY").format, "compressed.ply, binary little endian");
+}
+
+TEST(Reader, what_is_no_splat_file_is_said_in_one_sentence) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "empty.ply", {});
+  write_bytes(folder / "notes.txt", to_bytes("some text"));
+  write_bytes(folder / "notes.ply", to_bytes("some text"));
+  write_bytes(folder / "gzip.ply", to_bytes("\x1f\x8b\x08"));
+  EXPECT_THAT(error_of(folder / "missing.ply"), HasSubstr("does not exist"));
+  EXPECT_THAT(error_of(folder / "empty.ply"), HasSubstr("empty"));
+  EXPECT_THAT(error_of(folder / "notes.txt"), AllOf(HasSubstr("unknown format"), HasSubstr("spz")));
+  EXPECT_THAT(error_of(folder / "notes.ply"), HasSubstr("not a .ply file"));
+  EXPECT_THAT(error_of(folder / "gzip.ply"), HasSubstr("gzip"));
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("point_cloud/iteration_*"));
+  EXPECT_THAT(error_of("/dev/null"), HasSubstr("not a regular file"));
+}
+
+TEST(Reader, formats_without_a_reader_are_named) {
+  const TemporaryFolder folder;
+  const auto message_for = [&](const char* name, const char* content) {
+    write_bytes(folder / name, to_bytes(content));
+    return error_of(folder / name);
+  };
+  EXPECT_THAT(message_for("noname", "glTF\2"), HasSubstr("binary glTF cannot be read yet"));
+  EXPECT_THAT(message_for("a.gltf", "{}"), HasSubstr("glTF cannot be read yet"));
+}
+
+TEST(Reader, stopping_cancels) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(read_scene(committed_corpus() / "valid/splatapult_test.ply",
+                          {.iteration = -1, .progress = {{}, stop.get_token()}}),
+               Cancelled);
+}
+
+TEST(Reader, progress_rises_to_one) {
+  float last = -1;
+  const Progress progress{[&](float fraction) {
+                            EXPECT_GE(fraction, last);
+                            last = fraction;
+                          },
+                          {}};
+  read_scene(committed_corpus() / "valid/spz_v4_sh3.spz", {.iteration = -1, .progress = progress});
+  EXPECT_EQ(last, 1);
+}
+
+}  // namespace
+}  // namespace qs::test

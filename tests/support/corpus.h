@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+//
+// The splat files that readers are tested with: those committed in tests/data/corpus and the larger
+// corpus of the shared folder, each with what is expected of it.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace qs::test {
+
+struct CorpusFile {
+  std::string name;
+  std::filesystem::path path;
+  nlohmann::json expected;  ///< its entry in expected.json
+
+  bool valid() const { return expected.at("kind") == "valid"; }
+};
+
+std::filesystem::path committed_corpus();
+
+/// The files of a corpus folder whose names end in one of `endings`.
+std::vector<CorpusFile> corpus_files(const std::filesystem::path& folder,
+                                     const std::vector<std::string_view>& endings);
+
+std::vector<std::byte> file_bytes(const std::filesystem::path& path);
+void write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes);
+std::vector<std::byte> to_bytes(std::string_view text);
+
+}  // namespace qs::test

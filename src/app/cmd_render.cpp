@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // quadsplat render: views x culling modes -> pictures, a mode table, statistics, a comparison.
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -29,7 +30,7 @@ struct RenderCommand {
   bool psnr = false;
 
   bool several_modes() const { return frame.modes.size() > 1; }
-  bool measures() const { return several_modes() || frames.has_value(); }
+  bool measures() const { return several_modes() || frames.has_value() || psnr; }
 };
 
 bool parse(RenderCommand& command, Arguments arguments) {
@@ -107,20 +108,32 @@ class Run {
                       });
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (command_.psnr) results[i].psnr = psnrs[i];
+      if (command_.stats) mark_stages(shot.camera, results[i]);
       records_[first_record + i].result = results[i];
     }
     if (command_.measures()) {
-      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frames\n{}", shot.origin,
+      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}\n{}", shot.origin,
                  shot.camera.width, shot.camera.height,
-                 kBackendNames[static_cast<int>(session_.backend)], frames,
+                 kBackendNames[static_cast<int>(session_.backend)], frames, frames == 1 ? "" : "s",
                  format_mode_table(results));
     }
+  }
+
+  // Stage times come from a frame of their own where measuring them would slow the measured ones.
+  void mark_stages(const Camera& camera, ModeResult& result) {
+    if (session_.backend == Backend::cpu) return;  // has them always
+    RenderSettings settings = session_.settings;
+    settings.mode = result.mode;
+    Outputs outputs;
+    outputs.stage_times = true;
+    const RenderStats& marked = session_.renderer->render(camera, settings, outputs).stats;
+    std::copy(std::begin(marked.stage_ms), std::end(marked.stage_ms), result.stats.stage_ms);
   }
 
   // The fp64 image of this view; the CPU renders it whatever the session's backend.
   Image reference_image(const Shot& shot) {
     if (session_.backend != Backend::cpu && !oracle_) {
-      oracle_ = upload_scene(session_.scene.cloud, Backend::cpu, command_.frame.threads);
+      oracle_ = upload_scene(session_.scene.cloud, Backend::cpu, command_.frame.renderer);
     }
     RenderSettings settings = session_.settings;
     settings.mode = kReferenceMode;

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "app/text.h"
+#include "raster/renderer.h"
 #include "version.h"
 
 namespace qs {
@@ -28,6 +30,7 @@ std::string program_help() {
     text += fmt::format("  {:10}{}\n", command.name, command.summary);
   text +=
       "\n  quadsplat COMMAND --help   options and examples of a command\n"
+      "  quadsplat --list-gpus      GPUs that can render, or why none can\n"
       "  quadsplat --version        version, commit and build\n\n"
       "SCENE is a splat file or the folder of a trained model.\n"
       "Exit codes: 0 good, 1 wrong command line, 2 bad input, 3 no device or memory, 4 comparison "
@@ -39,6 +42,19 @@ std::string version_text() {
   return fmt::format("quadsplat {} (commit {}, {}{}{}{}{})\n", kVersion, kCommit, kBuildType,
                      *kSanitizers ? ", sanitizers " : "", kSanitizers,
                      *kCudaToolkit ? ", CUDA " : ", without CUDA", kCudaToolkit);
+}
+
+std::string gpu_list() {
+  const GpuReport report = gpu_report();
+  std::string text;
+  for (std::size_t i = 0; i < report.gpus.size(); ++i) {
+    const Gpu& gpu = report.gpus[i];
+    text += fmt::format("{}: {}, compute capability {}.{}, {} of {} free{}{}\n", i, gpu.name,
+                        gpu.major, gpu.minor, bytes_text(gpu.free_bytes),
+                        bytes_text(gpu.total_bytes), gpu.problem.empty() ? "" : ": ", gpu.problem);
+  }
+  if (!report.problem.empty()) text += fmt::format("no GPU can be used: {}\n", report.problem);
+  return text;
 }
 
 }  // namespace
@@ -53,6 +69,10 @@ int run_program(Arguments arguments) {
   const std::string& first = arguments.front();
   if (first == "--help" || first == "-h") {
     fmt::print("{}", program_help());
+    return kExitOk;
+  }
+  if (first == "--list-gpus") {
+    fmt::print("{}", gpu_list());
     return kExitOk;
   }
   if (first == "--version") {

@@ -63,7 +63,10 @@ void declare_frame_options(Options& options, FrameOptions& frame) {
       "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
       [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
       "what renders (default: the best that works here)");
-  options.integer("--threads", "N", 0, 1024, frame.threads, "of the CPU backend (default: all)");
+  options.integer("--device", "N", 0, 1024, frame.renderer.device,
+                  "GPU of the CUDA backend, see quadsplat --list-gpus");
+  options.integer("--threads", "N", 0, 1024, frame.renderer.threads,
+                  "of the CPU backend (default: all)");
   options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
                   "highest degree of view-dependent colour");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
@@ -90,9 +93,10 @@ Scene load_scene(const std::filesystem::path& path, int iteration) {
   return scene;
 }
 
-std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend, int threads) {
+std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,
+                                       const RendererOptions& options) {
   ProgressBar bar("uploading");
-  auto renderer = make_renderer(backend, {.threads = threads});
+  auto renderer = make_renderer(backend, options);
   renderer->upload(cloud, bar.progress());
   return renderer;
 }
@@ -101,7 +105,7 @@ Session open_session(const FrameOptions& frame) {
   Session session;
   session.backend = choose_backend(frame);
   session.scene = load_scene(frame.scene, frame.iteration);
-  session.renderer = upload_scene(session.scene.cloud, session.backend, frame.threads);
+  session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);
   const bool white = !frame.background && model_wants_white_background(session.scene.path);
   session.settings.mode = frame.modes.front();
   session.settings.sh_degree = frame.sh_degree;

@@ -24,7 +24,7 @@ struct FrameOptions {
   std::optional<glm::ivec2> size;
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
-  int threads = 0;
+  RendererOptions renderer;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;
   std::optional<glm::vec3> background;  ///< unset: white when the model says so, else black
@@ -46,7 +46,8 @@ struct Session {
 Session open_session(const FrameOptions& frame);
 
 /// A renderer with this cloud uploaded.
-std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend, int threads);
+std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,
+                                       const RendererOptions& options);
 
 /// Reads a scene with a progress bar; warnings go to stderr.
 Scene load_scene(const std::filesystem::path& path, int iteration = -1);

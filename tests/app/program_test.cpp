@@ -78,6 +78,12 @@ TEST_F(Program, version_names_version_and_commit) {
   EXPECT_THAT(run.out, HasSubstr("commit"));
 }
 
+TEST_F(Program, list_gpus_names_gpus_or_why_there_is_none) {
+  const ProgramRun run = run_quadsplat({"--list-gpus"});
+  EXPECT_EQ(run.exit_code, kExitOk);
+  EXPECT_THAT(run.out, testing::AnyOf(HasSubstr("0: "), HasSubstr("no GPU can be used: ")));
+}
+
 TEST_F(Program, wrong_command_lines_end_with_1) {
   expect_failure(run_quadsplat({"info", scene_, "--bogus"}), kExitUsage,
                  "unknown option '--bogus'");

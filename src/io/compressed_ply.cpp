@@ -8,13 +8,12 @@
 #include <vector>
 
 #include "io/cloud_memory.h"
+#include "io/fill_cloud.h"
 #include "io/ply.h"
 #include "io/ply_rows.h"
 #include "io/quantised.h"
-#include "io/sieve.h"
 #include "raster/kernel/constants.h"
 #include "raster/scene/fail.h"
-#include "raster/scene/parallel.h"
 
 namespace qs {
 namespace {
@@ -179,16 +178,11 @@ void read_compressed_ply(std::span<const std::byte> content, const std::filesyst
       }
     }
   };
-  Sieve sieve(cloud);
   ThreadPool pool;
-  pool.for_chunks(rows.count, 4 * kChunkSize, [&](std::size_t begin, std::size_t end, int worker) {
-    if (worker == 0) {
-      options.progress.update(static_cast<float>(begin) / static_cast<float>(rows.count));
-    }
+  const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
+  fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) fill(i);
-    sieve.inspect(begin, end);
   });
-  sieve.finish(scene);
   for (std::string& warning : body.leftovers()) scene.warnings.push_back(std::move(warning));
 }
 

@@ -12,10 +12,9 @@
 #include "io/byte_cursor.h"
 #include "io/cloud_memory.h"
 #include "io/compressed_ply.h"
+#include "io/fill_cloud.h"
 #include "io/ply_rows.h"
-#include "io/sieve.h"
 #include "raster/scene/fail.h"
-#include "raster/scene/parallel.h"
 
 namespace qs {
 namespace {
@@ -197,8 +196,10 @@ void apply_ply_comments(const PlyHeader& header, Scene& scene) {
     constexpr std::string_view kVerticalAxis = "vertical axis:";
     // Brush, Postshot, Brush.
     if (text == "splatrendermode: mip" || text == "antialiased 1") scene.cloud.antialiased = true;
-    if (text.starts_with(kVerticalAxis)) {
-      scene.vertical_axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));
+    if (!text.starts_with(kVerticalAxis)) continue;
+    const std::string axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));
+    for (const char* known : {"x", "y", "z", "-x", "-y", "-z"}) {
+      if (axis == known) scene.vertical_axis = axis;
     }
   }
 }
@@ -235,30 +236,20 @@ void read_ply(std::span<const std::byte> content, const std::filesystem::path& p
   scene.cloud = make_cloud(rows.count, degree);
   apply_ply_comments(header, scene);
 
-  constexpr std::size_t kRowsPerChunk = 1024;  // about 0.5 MB read and written: stays in the cache
-  Sieve sieve(scene.cloud);
   ThreadPool pool;
-  pool.for_chunks(rows.count, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int worker) {
-    if (worker == 0) {
-      options.progress.update(static_cast<float>(begin) / static_cast<float>(rows.count));
-    }
+  const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
+  fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     switch (degree) {
       case 0:
-        splats.fill<0>(scene.cloud, begin, end);
-        break;
+        return splats.fill<0>(scene.cloud, begin, end);
       case 1:
-        splats.fill<3>(scene.cloud, begin, end);
-        break;
+        return splats.fill<3>(scene.cloud, begin, end);
       case 2:
-        splats.fill<8>(scene.cloud, begin, end);
-        break;
+        return splats.fill<8>(scene.cloud, begin, end);
       default:
-        splats.fill<15>(scene.cloud, begin, end);
-        break;
+        return splats.fill<15>(scene.cloud, begin, end);
     }
-    sieve.inspect(begin, end);
   });
-  sieve.finish(scene);
   for (std::string& warning : body.leftovers()) scene.warnings.push_back(std::move(warning));
 }
 

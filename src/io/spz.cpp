@@ -10,12 +10,11 @@
 #include "io/axes.h"
 #include "io/byte_cursor.h"
 #include "io/cloud_memory.h"
+#include "io/fill_cloud.h"
 #include "io/inflate.h"
 #include "io/ply.h"
 #include "io/quantised.h"
-#include "io/sieve.h"
 #include "io/spz_container.h"
-#include "raster/scene/parallel.h"
 
 namespace qs {
 namespace {
@@ -173,23 +172,15 @@ void read_spz(std::span<const std::byte> content, const std::filesystem::path& p
   scene.warnings = std::move(spz.warnings);
   scene.format = fmt::format("spz, version {}", spz.header.version);
 
-  const std::size_t count = spz.header.count;
   const int stored_rest = sh_coefficient_count(spz.header.sh_degree) - 1;
-  scene.cloud = make_cloud(count, kept_sh_degree(stored_rest, scene));
+  scene.cloud = make_cloud(spz.header.count, kept_sh_degree(stored_rest, scene));
   scene.cloud.antialiased = (spz.header.flags & SpzHeader::kAntialiased) != 0;
 
   const SpzDecoder decoder(spz, scene.cloud);
-  Sieve sieve(scene.cloud);
-  constexpr std::size_t kRowsPerChunk = 1024;
-  pool.for_chunks(count, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int worker) {
-    if (worker == 0) {
-      options.progress.update(0.5f + 0.5f * static_cast<float>(begin) / static_cast<float>(count));
-    }
+  fill_cloud(scene, pool, options.progress, 0.5f, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) decoder.fill(i);
     flip_axes(scene.cloud, begin, end, signs);
-    sieve.inspect(begin, end);
   });
-  sieve.finish(scene);
 }
 
 }  // namespace qs

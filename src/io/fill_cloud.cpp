@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "io/sieve.h"
+#include "io/fill_cloud.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <vector>
 
 #include "raster/scene/fail.h"
 
@@ -40,7 +43,34 @@ bool all_at_most(const float* values, std::size_t count, float bound) {
   return outside == 0;
 }
 
-}  // namespace
+class Sieve {
+ public:
+  explicit Sieve(GaussianCloud& cloud) : cloud_(cloud) {}
+
+  // Looks at the Gaussians [begin, end) right after they were filled, while they are in the cache.
+  // May be called from several threads for disjoint ranges.
+  void inspect(std::size_t begin, std::size_t end);
+
+  // Removes what inspect() found and adds the warnings to `scene`, which owns the cloud.
+  void finish(Scene& scene);
+
+ private:
+  enum Flaw { position, scale, rotation, opacity, color, kFlaws };
+  struct Dropped {
+    std::size_t index;
+    Flaw flaw;
+  };
+
+  bool normalise_rotations(std::size_t begin, std::size_t end);
+  void find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const;
+  void remove_dropped();
+
+  GaussianCloud& cloud_;
+  std::mutex mutex_;
+  std::vector<Dropped> dropped_;  // in any order of chunks
+  bool all_scales_positive_ = true;
+  bool all_transparent_ = true;
+};
 
 // In double, where neither the square of 1e-30 vanishes nor that of 1e30 overflows. Quaternions of
 // unit length up to float rounding stay as they are: writing and reading again is exact.
@@ -154,6 +184,24 @@ void Sieve::finish(Scene& scene) {
   if (all_transparent_) {
     scene.warnings.push_back("Nothing will be visible: every Gaussian is fainter than 1/255.");
   }
+}
+
+}  // namespace
+
+void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
+                const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+  constexpr std::size_t kChunk = 1024;  // about 0.5 MB read and written: stays in the cache
+  const std::size_t count = scene.cloud.size();
+  Sieve sieve(scene.cloud);
+  pool.for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end, int worker) {
+    if (worker == 0) {
+      const float done = static_cast<float>(begin) / static_cast<float>(count);
+      progress.update(start + (1 - start) * done);
+    }
+    fill(begin, end);
+    sieve.inspect(begin, end);
+  });
+  sieve.finish(scene);
 }
 
 }  // namespace qs

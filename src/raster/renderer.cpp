@@ -1,21 +1,39 @@
 // SPDX-License-Identifier: MIT
 #include "raster/renderer.h"
 
-#include <array>
-
 #include "raster/cpu/cpu_renderer.h"
 #include "raster/scene/fail.h"
+#ifdef QUADSPLAT_HAVE_CUDA
+#include "raster/cuda/cuda_renderer.h"
+#include "raster/cuda/gpu_info.h"
+#endif
 
 namespace qs {
 
+GpuReport gpu_report() {
+#ifdef QUADSPLAT_HAVE_CUDA
+  return cuda::gpu_report();
+#else
+  GpuReport report;
+  report.problem = "this program was built without CUDA";
+  return report;
+#endif
+}
+
 std::span<const Backend> available_backends() {
-  static constexpr std::array kBackends = {Backend::cpu};
+  static const std::vector<Backend> kBackends = gpu_report().problem.empty()
+                                                    ? std::vector{Backend::cuda, Backend::cpu}
+                                                    : std::vector{Backend::cpu};
   return kBackends;
 }
 
-std::unique_ptr<Renderer> make_renderer(Backend backend, int threads) {
-  if (backend == Backend::cpu) return make_cpu_renderer(threads);
-  fail(ErrorKind::device, "backend cuda: this build has no CUDA backend");
+std::unique_ptr<Renderer> make_renderer(Backend backend, const RendererOptions& options) {
+  if (backend == Backend::cpu) return make_cpu_renderer(options.threads);
+#ifdef QUADSPLAT_HAVE_CUDA
+  return make_cuda_renderer(options.device);
+#else
+  fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
+#endif
 }
 
 }  // namespace qs

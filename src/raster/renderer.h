@@ -11,7 +11,8 @@
 #include <optional>
 #include <span>
 #include <stop_token>
-#include <string_view>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -45,13 +46,24 @@ struct RenderSettings {
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
 };
 
-/// What a frame should hold besides its statistics.
+/// What a frame should hold besides its statistics. Without color and evaluated nothing is blended:
+/// that is how to count pairs quickly.
 struct Outputs {
   bool color = true;
-  bool pairs = false;      ///< Frame::pairs
-  bool evaluated = false;  ///< Frame::evaluated
-  bool trace = false;      ///< Frame::trace
+  bool pairs = false;        ///< Frame::pairs
+  bool evaluated = false;    ///< Frame::evaluated
+  bool trace = false;        ///< Frame::trace
+  bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
 };
+
+struct HostImage {};    ///< Frame::color holds it
+struct DeviceImage {};  ///< it stays where it was drawn, as when only time is measured
+struct GlBuffer {       ///< RGBA8 rows from the top, in a pixel buffer of the current GL context
+  unsigned name = 0;    ///< of a buffer with at least width * height * 4 bytes
+};
+
+/// Where the colours of a frame go. The CPU backend draws a HostImage only.
+using Target = std::variant<HostImage, DeviceImage, GlBuffer>;
 
 /// What the rasterizer decided, for tests and the inspector.
 struct Trace {
@@ -64,8 +76,9 @@ struct Trace {
 };
 
 struct RenderStats {
-  float frame_ms = 0;                ///< submit to finished image, on the backend's own clock
-  float stage_ms[kStageCount] = {};  ///< index = Stage
+  float frame_ms = 0;  ///< first stage to finished image, on the backend's own clock; without the
+                       ///< way of the image to the host
+  float stage_ms[kStageCount] = {};  ///< index = Stage; zeros unless asked for (the CPU: always)
   std::uint32_t gaussians = 0;       ///< in the cloud
   std::uint32_t visible = 0;         ///< Gaussians with at least one tile
   std::uint64_t tile_pairs = 0;      ///< (Gaussian, tile) pairs listed
@@ -74,7 +87,7 @@ struct RenderStats {
 };
 
 struct Frame {
-  Image color;  ///< height x width x 3, not clamped; empty unless asked for
+  Image color;  ///< height x width x 3, not clamped; empty unless asked for as a HostImage
   TileGrid grid;
   std::vector<std::uint32_t> pairs;  ///< per tile, row by row: pairs listed
   std::vector<std::uint32_t>
@@ -92,25 +105,48 @@ class Renderer {
 
   /// Begins a frame of the uploaded scene and does not wait for it. One frame at a time.
   virtual void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
-                      std::stop_token stop) = 0;
+                      const Target& target, std::stop_token stop) = 0;
 
   /// Finishes the submitted frame. The result is valid until the next submit. Throws Error, and
-  /// Cancelled when the stop token was triggered.
+  /// Cancelled when the stop token was triggered; the renderer can be used again after both.
   virtual const Frame& wait() = 0;
 
   /// submit() and wait().
   const Frame& render(const Camera& camera, const RenderSettings& settings = {},
-                      const Outputs& outputs = {}, std::stop_token stop = {}) {
-    submit(camera, settings, outputs, std::move(stop));
+                      const Outputs& outputs = {}, const Target& target = HostImage{},
+                      std::stop_token stop = {}) {
+    submit(camera, settings, outputs, target, std::move(stop));
     return wait();
   }
+};
+
+struct RendererOptions {
+  int threads = 0;  ///< of the CPU backend, 0 = all
+  int device = 0;   ///< of the CUDA backend, index into GpuReport::gpus
 };
 
 /// Backends of this build that can run on this machine, best first; the CPU is always among them.
 std::span<const Backend> available_backends();
 
 /// Throws Error(device) with the reason when the backend cannot run here.
-/// `threads`: of the CPU backend, 0 = all.
-std::unique_ptr<Renderer> make_renderer(Backend backend, int threads = 0);
+std::unique_ptr<Renderer> make_renderer(Backend backend, const RendererOptions& options = {});
+
+struct Gpu {
+  std::string name;
+  std::uint64_t total_bytes = 0, free_bytes = 0;
+  int major = 0, minor = 0;  ///< compute capability
+  std::string problem;       ///< why this build cannot use it, a clause; empty when it can
+};
+
+/// What the CUDA backend finds on this machine.
+struct GpuReport {
+  std::vector<Gpu> gpus;  ///< in the order of RendererOptions::device
+  std::string driver;     ///< newest CUDA version that the driver supports, "13.0"; empty = none
+  std::string runtime;    ///< CUDA version of this build; empty = built without CUDA
+  std::string problem;    ///< why no GPU can be used, one sentence; empty when one can
+};
+
+/// Asks the driver anew at every call. Does not throw.
+GpuReport gpu_report();
 
 }  // namespace qs

@@ -7,6 +7,7 @@
 
 #include "raster/cpu/blend.h"
 #include "raster/cpu/reference.h"
+#include "raster/scene/fail.h"
 
 namespace qs {
 namespace cpu {
@@ -37,9 +38,12 @@ class CpuRenderer final : public Renderer {
   }
 
   void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
-              std::stop_token stop) override {
+              const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= kCullerCount);
     assert(camera.width > 0 && camera.height > 0);
+    if (!std::holds_alternative<HostImage>(target)) {
+      fail(ErrorKind::device, "backend cpu: it draws into memory of the host only");
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -59,7 +63,9 @@ class CpuRenderer final : public Renderer {
       timed(Stage::preprocess, [&] { preprocess(frame, visible_); });
       timed(Stage::sort, [&] { sort(frame, visible_, order_); });
       timed(Stage::bin, [&] { bin(frame, visible_, order_, lists_); });
-      timed(Stage::blend, [&] { blend(frame, visible_, lists_, outputs_, result_); });
+      if (outputs_.color || outputs_.evaluated) {
+        timed(Stage::blend, [&] { blend(frame, visible_, lists_, outputs_, result_); });
+      }
       collect_lists();
     }
     result_.stats.frame_ms = frame_clock.ms();

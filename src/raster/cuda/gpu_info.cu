@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include <cuda_runtime.h>
+
+#include "raster/cuda/gpu_info.h"
+
+namespace qs::cuda {
+namespace {
+
+/// Exists to be looked for: a GPU that this build has no code for does not find it.
+__global__ void probe() {}
+
+std::string version_text(int version) {
+  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
+Gpu inspect(int device) {
+  Gpu gpu;
+  cudaDeviceProp properties{};
+  cudaError_t error = cudaGetDeviceProperties(&properties, device);
+  if (error == cudaSuccess) {
+    gpu.name = properties.name;
+    gpu.total_bytes = properties.totalGlobalMem;
+    gpu.major = properties.major;
+    gpu.minor = properties.minor;
+    error = cudaSetDevice(device);
+  }
+  if (error == cudaSuccess) {
+    std::size_t free = 0, total = 0;
+    error = cudaMemGetInfo(&free, &total);
+    gpu.free_bytes = free;
+  }
+  if (error == cudaSuccess) {
+    cudaFuncAttributes attributes{};
+    error = cudaFuncGetAttributes(&attributes, probe);
+  }
+  if (error == cudaErrorNoKernelImageForDevice || error == cudaErrorInvalidDeviceFunction) {
+    gpu.problem = "this program has no code for compute capability " + std::to_string(gpu.major) +
+                  "." + std::to_string(gpu.minor);
+  } else if (error != cudaSuccess) {
+    gpu.problem = cudaGetErrorString(error);
+  }
+  cudaGetLastError();  // a failed question is not the next call's failure
+  return gpu;
+}
+
+/// Why cudaGetDeviceCount found nothing. A missing driver and one that is too old give the same
+/// error; only the driver's version tells them apart.
+std::string why_none(cudaError_t error, int driver, int runtime) {
+  if (driver == 0) {
+    return "no NVIDIA driver was found: a GPU needs one for CUDA " + version_text(runtime) +
+           " or newer";
+  }
+  if (error == cudaErrorInsufficientDriver) {
+    return "the NVIDIA driver is too old: it supports CUDA " + version_text(driver) +
+           ", this program needs one for CUDA " + version_text(runtime) + " or newer";
+  }
+  if (error == cudaSuccess || error == cudaErrorNoDevice) return "there is no NVIDIA GPU";
+  return std::string("the GPU cannot be used: ") + cudaGetErrorString(error);
+}
+
+}  // namespace
+
+GpuReport gpu_report() {
+  GpuReport report;
+  int driver = 0, runtime = 0, count = 0;
+  cudaDriverGetVersion(&driver);
+  cudaRuntimeGetVersion(&runtime);
+  report.runtime = version_text(runtime);
+  if (driver > 0) report.driver = version_text(driver);
+  const cudaError_t error = cudaGetDeviceCount(&count);  // leaves the count alone when it fails
+  cudaGetLastError();
+  if (error != cudaSuccess || count == 0) {
+    report.problem = why_none(error, driver, runtime);
+    return report;
+  }
+  int current = 0;
+  cudaGetDevice(&current);
+  for (int device = 0; device < count; ++device) report.gpus.push_back(inspect(device));
+  cudaSetDevice(current);
+  cudaGetLastError();
+  for (const Gpu& gpu : report.gpus) {
+    if (gpu.problem.empty()) return report;
+  }
+  report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
+  return report;
+}
+
+}  // namespace qs::cuda

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <limits>
+
+#include "raster/cuda/upload.cuh"
+#include "raster/scene/activated_cloud.h"
+
+namespace qs::cuda {
+namespace {
+
+constexpr std::size_t kChunk = 1 << 16;  // Gaussians that travel at a time
+
+__global__ void spread_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
+                                 float4* covariances, float2* covariances_z) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= count) return;
+  const ActiveGaussian& g = chunk[i];
+  const Covariance3<float>& c = g.covariance;
+  positions[i] = {g.position.x, g.position.y, g.position.z, g.log2_255_opacity};
+  covariances[i] = {c.xx, c.xy, c.xz, c.yy};
+  covariances_z[i] = {c.yz, c.zz};
+}
+
+/// Row i of `chunk`, `width` values, becomes element `first + i` of `width` planes.
+__global__ void spread_rows(const float* chunk, unsigned rows, unsigned width, std::size_t plane,
+                            std::size_t first, float* planes) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= rows) return;
+  for (unsigned k = 0; k < width; ++k) {
+    planes[k * plane + first + i] = chunk[std::size_t{i} * width + k];
+  }
+}
+
+}  // namespace
+
+void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t stream,
+            DeviceCloud& device) {
+  device.count = 0;
+  if (cloud.size() > std::numeric_limits<std::int32_t>::max()) {
+    throw Error(ErrorKind::device, "cuda: the scene has " + std::to_string(cloud.size()) +
+                                       " Gaussians, at most 2147483647 can be drawn");
+  }
+  const auto width = static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
+  constexpr std::size_t kGeometryBytes = 10 * sizeof(float);
+  require_memory("the scene", cloud.size() * (kGeometryBytes + width * sizeof(float)),
+                 device.positions.bytes() + device.covariances.bytes() +
+                     device.covariances_z.bytes() + device.sh.bytes());
+  // Freed first: the old scene and the new one need not fit together.
+  device = {};
+  device.positions.reserve("the scene", cloud.size());
+  device.covariances.reserve("the scene", cloud.size());
+  device.covariances_z.reserve("the scene", cloud.size());
+  device.sh.reserve("the scene", cloud.size() * width);
+
+  progress.update(0);
+  ThreadPool pool;
+  const ActivatedCloud active = activate(cloud, pool);
+  const std::size_t chunk_size = std::min(kChunk, cloud.size());
+  DeviceBuffer<ActiveGaussian> gaussians;
+  DeviceBuffer<float> rows;
+  gaussians.reserve("the scene", chunk_size);
+  rows.reserve("the scene", chunk_size * width);
+  for (std::size_t first = 0; first < cloud.size(); first += kChunk) {
+    progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud.size()));
+    const std::size_t count = std::min(kChunk, cloud.size() - first);
+    const auto n = static_cast<unsigned>(count);
+    check(cudaMemcpyAsync(gaussians.data(), active.gaussians.data() + first,
+                          count * sizeof(ActiveGaussian), cudaMemcpyHostToDevice, stream),
+          "upload");
+    launch("spread_gaussians", spread_gaussians, blocks_for(count), stream, gaussians.data(), n,
+           device.positions.data() + first, device.covariances.data() + first,
+           device.covariances_z.data() + first);
+    check(cudaMemcpyAsync(rows.data(), cloud.sh.data() + first * (width / 3),
+                          count * width * sizeof(float), cudaMemcpyHostToDevice, stream),
+          "upload");
+    launch("spread_rows", spread_rows, blocks_for(count), stream, rows.data(), n, width,
+           cloud.size(), first, device.sh.data());
+  }
+  check(cudaStreamSynchronize(stream), "upload");
+  device.sh_degree = cloud.sh_degree;
+  device.antialiased = cloud.antialiased;
+  device.count = static_cast<std::uint32_t>(cloud.size());
+  progress.update(1);
+}
+
+}  // namespace qs::cuda

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+// The CUDA backend against the CPU's on generated scenes: equal decisions, equal images.
+#include "support/gpu.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+using test::row_of;
+
+class Cuda : public test::GpuTest {};
+
+constexpr std::pair<int, int> kSizes[] = {{1, 1}, {17, 33}, {96, 64}, {161, 23}, {320, 200}};
+
+Outputs everything() {
+  Outputs outputs;
+  outputs.pairs = outputs.evaluated = outputs.trace = true;
+  return outputs;
+}
+
+/// Settings that reach every branch of preprocessing.
+std::vector<RenderSettings> settings_to_try() {
+  RenderSettings plain, other;
+  other.antialiased = true;
+  other.splat_scale = 0.6f;
+  other.sh_degree = 1;
+  other.background = {0.2f, 0.4f, 0.9f};
+  return {plain, other};
+}
+
+TEST_F(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
+  for (int degree = 0; degree <= kMaxShDegree; ++degree) {
+    const GaussianCloud cloud =
+        test::random_cloud(3000, degree, 40 + static_cast<unsigned>(degree));
+    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+    for (RenderSettings settings : settings_to_try()) {
+      for (const auto& [width, height] : kSizes) {
+        for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+          SCOPED_TRACE(testing::Message() << row_of(settings.mode).name << " " << width << "x"
+                                          << height << " degree " << degree);
+          const Camera camera = test::front_camera(width, height);
+          const Frame& a = cpu->render(camera, settings, everything());
+          const Frame& b = gpu->render(camera, settings, everything());
+          EXPECT_EQ(test::difference(b.trace, a.trace), "");
+          EXPECT_EQ(b.pairs, a.pairs);
+          EXPECT_EQ(b.stats.visible, a.stats.visible);
+          EXPECT_EQ(b.stats.tile_pairs, a.stats.tile_pairs);
+          EXPECT_EQ(b.stats.max_pairs_in_a_tile, a.stats.max_pairs_in_a_tile);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Cuda, draws_the_image_of_the_cpu) {
+  const GaussianCloud cloud = test::random_cloud(3000, 3, 42);
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  for (RenderSettings settings : settings_to_try()) {
+    for (const auto& [width, height] : kSizes) {
+      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+        SCOPED_TRACE(testing::Message()
+                     << row_of(settings.mode).name << " " << width << "x" << height);
+        const Camera camera = test::front_camera(width, height);
+        const Frame& a = cpu->render(camera, settings, everything());
+        const Frame& b = gpu->render(camera, settings, everything());
+        test::expect_same_image(b.color, a.color);
+        // Where a pixel stops may hang on the last bit of its transmittance.
+        std::size_t different = 0;
+        for (std::size_t i = 0; i < a.evaluated.size(); ++i)
+          different += a.evaluated[i] != b.evaluated[i];
+        EXPECT_LE(different, a.evaluated.size() / 1000);
+      }
+    }
+  }
+}
+
+TEST_F(Cuda, lossless_modes_are_within_80_db_of_the_reference) {
+  const GaussianCloud cloud = test::random_cloud(3000, 3, 43);
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  const Camera camera = test::front_camera(320, 200);
+  RenderSettings settings;
+  settings.mode = kReferenceMode;
+  const Image reference = cpu->render(camera, settings).color;
+  for (const CullMode mode : test::tiled_modes()) {
+    if (!row_of(mode).lossless) continue;
+    settings.mode = mode;
+    EXPECT_GE(psnr_8bit(gpu->render(camera, settings).color, reference), 80.0) << row_of(mode).name;
+  }
+}
+
+TEST_F(Cuda, lossless_modes_are_equal_bit_for_bit) {
+  const GaussianCloud cloud = test::random_cloud(4000, 1, 77);
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  const Camera camera = test::front_camera(320, 200);
+  RenderSettings settings;
+  settings.mode = find_culler("adr");
+  const Image adr = gpu->render(camera, settings).color;
+  for (const char* name : {"quadbox-naive", "quadbox", "exact"}) {
+    settings.mode = find_culler(name);
+    EXPECT_EQ(gpu->render(camera, settings).color.values, adr.values) << name;
+  }
+}
+
+TEST_F(Cuda, two_runs_are_equal_bit_for_bit) {
+  const GaussianCloud cloud = test::random_cloud(20000, 2, 5);
+  const Camera camera = test::front_camera(300, 180);
+  const auto first = renderer_of(Backend::cuda, cloud), second = renderer_of(Backend::cuda, cloud);
+  for (const CullMode mode : test::tiled_modes()) {
+    RenderSettings settings;
+    settings.mode = mode;
+    const Frame a = first->render(camera, settings, everything());
+    for (Renderer* renderer : {first.get(), second.get()}) {
+      const Frame& b = renderer->render(camera, settings, everything());
+      EXPECT_EQ(b.color.values, a.color.values) << row_of(mode).name;
+      EXPECT_EQ(b.evaluated, a.evaluated) << row_of(mode).name;
+      EXPECT_EQ(b.trace.listed, a.trace.listed) << row_of(mode).name;
+    }
+  }
+}
+
+TEST_F(Cuda, draws_the_background_where_nothing_is_visible) {
+  RenderSettings settings;
+  settings.background = {0.25f, 0.5f, 0.75f};
+  GaussianCloud behind = test::random_cloud(100, 0, 1);
+  for (glm::vec3& position : behind.positions) position.z = -1;
+  for (const GaussianCloud& cloud : {GaussianCloud{}, behind}) {
+    const auto gpu = renderer_of(Backend::cuda, cloud);
+    for (const auto& [width, height] : kSizes) {
+      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+        const Frame& frame = gpu->render(test::front_camera(width, height), settings, everything());
+        EXPECT_EQ(frame.color.at(width - 1, height - 1, 0), 0.25f);
+        EXPECT_EQ(frame.color.at(0, 0, 2), 0.75f);
+        EXPECT_EQ(frame.stats.visible, 0u);
+        EXPECT_EQ(frame.stats.tile_pairs, 0u);
+        EXPECT_EQ(frame.stats.max_pairs_in_a_tile, 0u);
+        EXPECT_EQ(frame.trace.tile_begin.size(), static_cast<std::size_t>(frame.grid.count()) + 1);
+        EXPECT_EQ(frame.trace.tile_begin.back(), 0u);
+      }
+    }
+  }
+}
+
+TEST_F(Cuda, leaves_the_image_on_the_device_when_asked_to) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(500, 0, 3));
+  const Frame& frame = gpu->render(test::front_camera(64, 48), {}, {}, DeviceImage{});
+  EXPECT_TRUE(frame.color.values.empty());
+  EXPECT_GT(frame.stats.tile_pairs, 0u);
+}
+
+TEST_F(Cuda, reports_stage_times_only_when_asked_to) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(5000, 3, 3));
+  const Camera camera = test::front_camera(640, 480);
+  const RenderStats plain = gpu->render(camera).stats;
+  EXPECT_GT(plain.frame_ms, 0);
+  for (const float ms : plain.stage_ms) EXPECT_EQ(ms, 0);
+  Outputs outputs;
+  outputs.stage_times = true;
+  const RenderStats marked = gpu->render(camera, {}, outputs).stats;
+  for (const float ms : marked.stage_ms) EXPECT_GT(ms, 0);
+}
+
+}  // namespace
+}  // namespace qs

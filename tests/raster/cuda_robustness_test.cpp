@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// The CUDA backend when something is too large, unwanted or wrong: a sentence, and life goes on.
+#include <random>
+
+#include <gmock/gmock.h>
+
+#include "support/gpu.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class CudaRobustness : public test::GpuTest {
+ protected:
+  /// The sentence of the Error(device) that `work` throws.
+  template <class Work>
+  static std::string sentence_of(const Work& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::device);
+      return error.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return "";
+  }
+};
+
+/// `count` Gaussians that each cover every tile of any image.
+GaussianCloud curtains(std::size_t count) {
+  GaussianCloud cloud;
+  for (std::size_t i = 0; i < count; ++i) {
+    test::append(cloud, test::single_gaussian({0, 0, 3}, 1000.0f, {0.5f, 0.5f, 0.5f}, 0.0f));
+  }
+  return cloud;
+}
+
+TEST_F(CudaRobustness, an_image_that_does_not_fit_is_refused_with_needed_and_free_memory) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(500, 0, 6));
+  const Camera small = test::front_camera(64, 48);
+  const Image before = gpu->render(small).color;
+  Camera camera = test::front_camera(200'000, 200'000);
+  camera.focal_px = glm::dvec2(100);  // little of it is covered
+  EXPECT_THAT(sentence_of([&] { gpu->render(camera); }),
+              AllOf(HasSubstr("image"), HasSubstr("457763 MiB are needed"), HasSubstr("are free")));
+  EXPECT_EQ(gpu->render(small).color.values, before.values);
+}
+
+TEST_F(CudaRobustness, more_pairs_than_can_be_indexed_are_counted_right_and_refused) {
+  const auto gpu = renderer_of(Backend::cuda, curtains(20));
+  const Camera small = test::front_camera(64, 48);
+  const Image before = gpu->render(small).color;
+  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(262'144, 262'144)); }),
+              AllOf(HasSubstr("5368709120 tile pairs"), HasSubstr("2147483647")));
+  EXPECT_EQ(gpu->render(small).color.values, before.values);
+}
+
+TEST_F(CudaRobustness, pairs_that_do_not_fit_are_refused_with_needed_and_free_memory) {
+  // 2^31 - 2^20 pairs of at least 24 bytes: 48 GiB.
+  if (gpu_report().gpus[0].free_bytes >= std::uint64_t{48} << 30) {
+    GTEST_SKIP() << "this GPU has room for every number of pairs that can be indexed";
+  }
+  const auto gpu = renderer_of(Backend::cuda, curtains(2047));
+  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(16'384, 16'384)); }),
+              AllOf(HasSubstr("tile pairs"), HasSubstr("MiB are needed")));
+  EXPECT_NO_THROW(gpu->render(test::front_camera(64, 48)));
+}
+
+TEST_F(CudaRobustness, the_reference_is_left_to_the_cpu) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(10, 0, 6));
+  RenderSettings settings;
+  settings.mode = kReferenceMode;
+  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(8, 8), settings); }),
+              HasSubstr("backend cpu only"));
+}
+
+TEST_F(CudaRobustness, a_gpu_that_is_not_there_is_refused) {
+  EXPECT_THAT(sentence_of([] { make_renderer(Backend::cuda, {.threads = 0, .device = 99}); }),
+              HasSubstr("there is no GPU 99"));
+}
+
+TEST_F(CudaRobustness, a_cancelled_frame_throws_and_the_next_one_is_right) {
+  const GaussianCloud cloud = test::random_cloud(2000, 0, 4);
+  const Camera camera = test::front_camera(64, 64);
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  const Image expected = gpu->render(camera).color;
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_THROW(gpu->render(camera, {}, {}, HostImage{}, source.get_token()), Cancelled);
+  EXPECT_EQ(gpu->render(camera).color.values, expected.values);
+}
+
+TEST_F(CudaRobustness, a_cancelled_upload_leaves_an_empty_scene_and_the_next_one_is_right) {
+  const GaussianCloud cloud = test::random_cloud(2000, 1, 4);
+  const Camera camera = test::front_camera(64, 64);
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  const Image expected = gpu->render(camera).color;
+  std::stop_source source;
+  Progress progress;
+  progress.stop = source.get_token();
+  source.request_stop();
+  EXPECT_THROW(gpu->upload(cloud, progress), Cancelled);
+  EXPECT_EQ(gpu->render(camera).stats.visible, 0u);
+  gpu->upload(cloud, {});
+  EXPECT_EQ(gpu->render(camera).color.values, expected.values);
+}
+
+TEST_F(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_were) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(3000, 2, 12));
+  const auto free_bytes = [] { return gpu_report().gpus[0].free_bytes; };
+  Outputs outputs;
+  outputs.evaluated = true;
+  std::vector<Image> expected;
+  const Camera largest = test::front_camera(640, 480);
+  for (const CullMode mode : test::tiled_modes()) {
+    RenderSettings settings;
+    settings.mode = mode;
+    gpu->render(largest, settings, outputs);  // every buffer reaches its largest size
+    expected.push_back(gpu->render(test::front_camera(200, 150), settings).color);
+  }
+  const std::uint64_t before = free_bytes();
+
+  std::mt19937 random(1);
+  const auto draw = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  for (int i = 0; i < 1000; ++i) {
+    RenderSettings settings;
+    settings.mode = draw(1, kCullerCount);
+    Camera camera = test::front_camera(draw(1, 480), draw(1, 360));
+    camera.view_from_world[3] = glm::dvec3(draw(-50, 50), draw(-50, 50), draw(0, 200)) * 0.01;
+    gpu->render(camera, settings, outputs, i % 2 == 0 ? Target(DeviceImage{}) : HostImage{});
+  }
+
+  EXPECT_EQ(free_bytes(), before);
+  for (const CullMode mode : test::tiled_modes()) {
+    RenderSettings settings;
+    settings.mode = mode;
+    EXPECT_EQ(gpu->render(test::front_camera(200, 150), settings).color.values,
+              expected[static_cast<std::size_t>(mode - 1)].values);
+  }
+}
+
+TEST(GpuReport, says_in_a_sentence_why_no_gpu_can_be_used_or_lists_them) {
+  const GpuReport report = gpu_report();
+  if (report.problem.empty()) {
+    ASSERT_FALSE(report.gpus.empty());
+    EXPECT_FALSE(report.driver.empty());
+    EXPECT_GT(report.gpus[0].total_bytes, 0u);
+    EXPECT_EQ(available_backends().front(), Backend::cuda);
+  } else {
+    EXPECT_GT(report.problem.size(), 20u);
+    EXPECT_EQ(available_backends().size(), 1u);
+    try {
+      make_renderer(Backend::cuda);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::device);
+      EXPECT_THAT(error.what(), HasSubstr(report.problem));
+    }
+  }
+  EXPECT_EQ(available_backends().back(), Backend::cpu);
+}
+
+}  // namespace
+}  // namespace qs

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+//
+// Stands in for CUDA's header of this name, so that g++ compiles src/raster/cuda/*.cu and tests run
+// the backend's kernels and host code on machines without a GPU. One GPU of kTotalBytes; streams do
+// everything at once; a block is as many fibers as threads, which take turns from barrier to
+// barrier. It holds what the backend uses, nothing else, and knows nothing of warps.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+
+#define __global__
+#define __device__
+#define __host__
+#define __shared__ static
+#define __launch_bounds__(...)
+
+struct dim3 {
+  unsigned x = 1, y = 1, z = 1;
+  dim3(unsigned x_ = 1) : x(x_) {}
+};
+struct uint2 {
+  std::uint32_t x, y;
+};
+struct float2 {
+  float x, y;
+};
+struct alignas(16) float4 {
+  float x, y, z, w;
+};
+
+// ---- a kernel's surroundings -----------------------------------------------------------------
+namespace emulator {
+
+inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
+
+/// Runs `thread` as every thread of one block.
+void run_block(unsigned threads, const std::function<void()>& thread);
+/// Called by a thread: waits for all others that have not ended. The sum of what they passed.
+int barrier(int value);
+
+inline std::size_t used_bytes = 0;
+
+}  // namespace emulator
+
+inline dim3 threadIdx, blockIdx, blockDim, gridDim;
+
+inline void __syncthreads() { emulator::barrier(0); }
+inline int __syncthreads_count(int predicate) { return emulator::barrier(predicate != 0 ? 1 : 0); }
+
+template <class T>
+T atomicAdd(T* address, T value) {
+  const T old = *address;
+  *address += value;
+  return old;
+}
+inline std::uint32_t atomicAdd(std::uint32_t* address, int value) {
+  return atomicAdd(address, static_cast<std::uint32_t>(value));
+}
+inline std::uint32_t atomicMax(std::uint32_t* address, std::uint32_t value) {
+  const std::uint32_t old = *address;
+  *address = std::max(old, value);
+  return old;
+}
+inline std::uint32_t __float_as_uint(float value) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+using std::min;
+
+// ---- the runtime -----------------------------------------------------------------------------
+enum cudaError_t {
+  cudaSuccess = 0,
+  cudaErrorMemoryAllocation = 2,
+  cudaErrorInsufficientDriver = 35,
+  cudaErrorInvalidDeviceFunction = 98,
+  cudaErrorNoDevice = 100,
+  cudaErrorNoKernelImageForDevice = 209
+};
+enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
+enum { cudaStreamNonBlocking = 1 };
+using cudaStream_t = void*;
+using cudaEvent_t = void*;
+
+inline const char* cudaGetErrorString(cudaError_t error) {
+  return error == cudaErrorMemoryAllocation ? "out of memory" : "an emulated error";
+}
+inline cudaError_t cudaGetLastError() { return cudaSuccess; }
+inline cudaError_t cudaSetDevice(int) { return cudaSuccess; }
+inline cudaError_t cudaGetDevice(int* device) { return *device = 0, cudaSuccess; }
+inline cudaError_t cudaGetDeviceCount(int* count) { return *count = 1, cudaSuccess; }
+inline cudaError_t cudaDriverGetVersion(int* version) { return *version = 13000, cudaSuccess; }
+inline cudaError_t cudaRuntimeGetVersion(int* version) { return *version = 13000, cudaSuccess; }
+
+struct cudaDeviceProp {
+  char name[256];
+  std::size_t totalGlobalMem;
+  int major, minor;
+};
+inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
+  *properties = {"emulator", emulator::kTotalBytes, 9, 0};
+  return cudaSuccess;
+}
+struct cudaFuncAttributes {};
+inline cudaError_t cudaFuncGetAttributes(cudaFuncAttributes*, void (*)()) { return cudaSuccess; }
+
+inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
+  *free = emulator::kTotalBytes - emulator::used_bytes;
+  *total = emulator::kTotalBytes;
+  return cudaSuccess;
+}
+
+/// Every allocation begins with its size and is filled with what no kernel should read.
+template <class T>
+cudaError_t cudaMalloc(T** pointer, std::size_t bytes) {
+  constexpr std::size_t kHeader = 256;
+  if (bytes > emulator::kTotalBytes - emulator::used_bytes) return cudaErrorMemoryAllocation;
+  auto* memory = static_cast<char*>(std::malloc(kHeader + bytes));
+  std::memcpy(memory, &bytes, sizeof bytes);
+  std::memset(memory + kHeader, 0xff, bytes);
+  emulator::used_bytes += bytes;
+  *pointer = reinterpret_cast<T*>(memory + kHeader);
+  return cudaSuccess;
+}
+inline cudaError_t cudaFree(void* pointer) {
+  if (pointer == nullptr) return cudaSuccess;
+  char* memory = static_cast<char*>(pointer) - 256;
+  std::size_t bytes;
+  std::memcpy(&bytes, memory, sizeof bytes);
+  emulator::used_bytes -= bytes;
+  std::free(memory);
+  return cudaSuccess;
+}
+template <class T>
+cudaError_t cudaMallocHost(T** pointer, std::size_t bytes) {
+  *pointer = static_cast<T*>(std::malloc(bytes));
+  return cudaSuccess;
+}
+inline cudaError_t cudaFreeHost(void* pointer) { return std::free(pointer), cudaSuccess; }
+inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind,
+                                   cudaStream_t) {
+  return std::memcpy(to, from, bytes), cudaSuccess;
+}
+inline cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaStream_t) {
+  return std::memset(to, value, bytes), cudaSuccess;
+}
+
+inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t*, int) { return cudaSuccess; }
+inline cudaError_t cudaStreamDestroy(cudaStream_t) { return cudaSuccess; }
+inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return cudaSuccess; }
+inline cudaError_t cudaEventCreate(cudaEvent_t*) { return cudaSuccess; }
+inline cudaError_t cudaEventDestroy(cudaEvent_t) { return cudaSuccess; }
+inline cudaError_t cudaEventRecord(cudaEvent_t, cudaStream_t) { return cudaSuccess; }
+inline cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
+inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t, cudaEvent_t) {
+  return *ms = 1, cudaSuccess;
+}
+
+struct cudaLaunchConfig_t {
+  dim3 gridDim, blockDim;
+  cudaStream_t stream = nullptr;
+};
+template <class... Parameters, class... Arguments>
+cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(Parameters...),
+                               Arguments... arguments) {
+  gridDim = config->gridDim;
+  blockDim = config->blockDim;
+  for (blockIdx.x = 0; blockIdx.x < gridDim.x; ++blockIdx.x) {
+    emulator::run_block(blockDim.x, [&] { kernel(arguments...); });
+  }
+  return cudaSuccess;
+}

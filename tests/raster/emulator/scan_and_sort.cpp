@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What src/raster/cuda/scan_and_sort.cu does with CUB, on the host.
+#include "raster/cuda/scan_and_sort.cuh"
+
+#include <numeric>
+#include <vector>
+
+namespace qs::cuda {
+
+void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size, Scratch&,
+                   cudaStream_t) {
+  std::exclusive_scan(counts, counts + size, sums, std::uint64_t{0});
+}
+
+void SortBuffers::reserve(const char* what, std::uint32_t size) {
+  require_memory(what, std::uint64_t{24} * size, std::uint64_t{24} * values.capacity());
+  keys.reserve(what, size);
+  values.reserve(what, size);
+}
+
+void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> pairs(size);
+  for (std::uint32_t i = 0; i < size; ++i)
+    pairs[i] = {buffers.keys.data()[i], buffers.values.data()[i]};
+  const std::uint64_t mask = key_bits == 64 ? ~0ull : (1ull << key_bits) - 1;
+  std::stable_sort(pairs.begin(), pairs.end(), [mask](const auto& a, const auto& b) {
+    return (a.first & mask) < (b.first & mask);
+  });
+  for (std::uint32_t i = 0; i < size; ++i) {
+    buffers.keys.data()[i] = pairs[i].first;
+    buffers.values.data()[i] = pairs[i].second;
+  }
+}
+
+}  // namespace qs::cuda

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// Tests of the CUDA backend: they skip, and say why, where there is no GPU.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "raster/renderer.h"
+
+namespace qs::test {
+
+class GpuTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string problem = gpu_report().problem;
+    if (!problem.empty()) GTEST_SKIP() << "no GPU: " << problem;
+  }
+
+  static std::unique_ptr<Renderer> renderer_of(Backend backend, const GaussianCloud& cloud) {
+    auto renderer = make_renderer(backend);
+    renderer->upload(cloud, {});
+    return renderer;
+  }
+};
+
+/// "" when both decided alike, bit for bit: footprints, depths, tile lists; else what differs.
+inline std::string difference(const Trace& a, const Trace& b) {
+  const auto equal_bits = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0);
+  };
+  if (!equal_bits(a.gaussians, b.gaussians)) return "the visible Gaussians";
+  if (!equal_bits(a.footprints, b.footprints)) return "the footprints";
+  if (!equal_bits(a.depths, b.depths)) return "the depths";
+  if (!equal_bits(a.tile_begin, b.tile_begin)) return "the lengths of the tile lists";
+  if (!equal_bits(a.listed, b.listed)) return "the tile lists";
+  return "";
+}
+
+/// Share of values that differ by more than `tolerance`, 0..1.
+inline double share_beyond(const Image& a, const Image& b, double tolerance) {
+  EXPECT_EQ(a.values.size(), b.values.size());
+  std::size_t beyond = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    if (!(std::abs(d) <= tolerance)) ++beyond;
+  }
+  return static_cast<double>(beyond) /
+         static_cast<double>(std::max<std::size_t>(1, a.values.size()));
+}
+
+/// What every backend's image of a mode must be, compared with the CPU's.
+inline void expect_same_image(const Image& gpu, const Image& cpu) {
+  EXPECT_LE(share_beyond(gpu, cpu, 1.0 / 255), 1e-4);
+  EXPECT_GE(psnr_8bit(gpu, cpu), 80.0);
+}
+
+/// Modes without the reference, which runs on the CPU only.
+inline std::vector<CullMode> tiled_modes() {
+  std::vector<CullMode> modes;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
+  return modes;
+}
+
+inline const CullerRow& row_of(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)]; }
+
+}  // namespace qs::test

@@ -4,6 +4,7 @@
 // need it skip with a sentence where it is missing; whatever a test always needs is committed.
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -11,9 +12,11 @@
 
 namespace qs::test {
 
-/// A path inside the shared folder, whether it exists or not.
+/// A path inside the shared folder, whether it exists or not. The environment may name another
+/// folder, for tests that were carried to another machine.
 inline std::filesystem::path shared_path(const std::string& relative) {
-  return std::filesystem::path(QUADSPLAT_SHARED_DIR) / relative;
+  const char* elsewhere = std::getenv("QUADSPLAT_SHARED_DIR");
+  return std::filesystem::path(elsewhere != nullptr ? elsewhere : QUADSPLAT_SHARED_DIR) / relative;
 }
 
 /// A path inside the source tree.

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// The CUDA backend on real scenes: equal to the CPU's on every camera, and to what published
+// implementations recorded (golden_test.cpp asks the same of the CPU).
+#include <fstream>
+#include <map>
+
+#include <nlohmann/json.hpp>
+
+#include "io/cameras.h"
+#include "io/image_file.h"
+#include "io/reader.h"
+#include "support/gpu.h"
+#include "support/shared.h"
+
+namespace qs {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Both renderers with one scene; read once per test program.
+struct Pair {
+  std::unique_ptr<Renderer> cpu, gpu;
+
+  static Pair& of(const std::string& scene) {
+    static std::map<std::string, Pair> pairs;
+    Pair& pair = pairs[scene];
+    if (!pair.gpu) {
+      const GaussianCloud cloud = read_scene(test::shared_path(scene)).cloud;
+      pair.cpu = make_renderer(Backend::cpu);
+      pair.gpu = make_renderer(Backend::cuda);
+      pair.cpu->upload(cloud, {});
+      pair.gpu->upload(cloud, {});
+    }
+    return pair;
+  }
+};
+
+std::vector<Camera> cameras_of(const std::string& set) {
+  const auto own = test::shared_path("golden/" + set + ".cameras.json");
+  return read_cameras(
+      std::filesystem::exists(own) ? own : test::shared_path("scenes/plush/cameras.json"));
+}
+
+class CudaScenes : public test::GpuTest {};
+class CudaSceneSets : public CudaScenes, public testing::WithParamInterface<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Golden, CudaSceneSets,
+                         testing::Values("plush", "plush_big", "plush_big_4k"),
+                         [](const auto& set) { return std::string(set.param); });
+
+/// Published counts of one camera, by our name of the mode.
+std::map<std::string, double> published_counts(const Json& pairs, std::size_t k) {
+  return {{"3dgs", pairs["official"][k].get<double>()},
+          {"adr", pairs["adr"][k].get<double>()},
+          {"quadbox", pairs["quadbox"][k].get<double>()}};
+}
+
+TEST_P(CudaSceneSets, equal_the_cpu_and_the_published_counts_on_every_camera) {
+  QS_NEEDS_SHARED("golden/pairs.json");
+  const Json set = Json::parse(std::ifstream(test::shared_path("golden/pairs.json")))[GetParam()];
+  Pair& renderers = Pair::of(set["file"].get<std::string>());
+  const std::vector<Camera> cameras = cameras_of(GetParam());
+  Outputs outputs;
+  outputs.trace = true;
+  for (std::size_t k = 0; k < set["cameras"].size(); ++k) {
+    const Camera& camera = cameras.at(set["cameras"][k].get<std::size_t>());
+    std::map<std::string, std::uint64_t> counts;
+    for (const CullMode mode : test::tiled_modes()) {
+      const std::string name = test::row_of(mode).name;
+      SCOPED_TRACE(name + ", camera " + set["cameras"][k].dump());
+      RenderSettings settings;
+      settings.mode = mode;
+      const Frame& a = renderers.cpu->render(camera, settings, outputs);
+      const Frame& b = renderers.gpu->render(camera, settings, outputs);
+      EXPECT_EQ(test::difference(b.trace, a.trace), "");
+      test::expect_same_image(b.color, a.color);
+      counts[name] = b.stats.tile_pairs;
+    }
+    for (const auto& [name, published] : published_counts(set["pairs"], k)) {
+      EXPECT_NEAR(static_cast<double>(counts[name]), published, 5e-4 * published) << name;
+    }
+    if (set["pairs"].contains("accutile")) {
+      EXPECT_LE(counts["exact"], set["pairs"]["accutile"][k].get<std::uint64_t>());
+    }
+  }
+}
+
+TEST_F(CudaScenes, draw_the_published_images) {
+  for (const auto& [scene, index] : {std::pair<std::string, std::size_t>{"plush", 0},
+                                     {"plush", 32},
+                                     {"plush", 64},
+                                     {"plush_big", 0},
+                                     {"plush_big", 88}}) {
+    const std::string file = "golden/" + scene + "_camera" + std::to_string(index) + "_3dgs.png";
+    QS_NEEDS_SHARED(file);
+    const Image published = read_image(test::shared_path(file));
+    const Camera camera = cameras_of(scene).at(index);
+    Renderer& gpu = *Pair::of("scenes/" + scene + ".spz").gpu;
+    for (const auto& [mode, decibels] : {std::pair{"3dgs", 80.0}, {"quadbox", 70.0}}) {
+      RenderSettings settings;
+      settings.mode = find_culler(mode);
+      EXPECT_GE(psnr_8bit(gpu.render(camera, settings).color, published), decibels)
+          << file << ", " << mode;
+    }
+  }
+}
+
+TEST_F(CudaScenes, are_within_80_db_of_the_reference) {
+  QS_NEEDS_SHARED("scenes/plush.spz");
+  Pair& renderers = Pair::of("scenes/plush.spz");
+  const Camera camera = cameras_of("plush").at(16);
+  RenderSettings settings;
+  settings.mode = kReferenceMode;
+  const Image reference = renderers.cpu->render(camera, settings).color;
+  settings.mode = kDefaultMode;
+  const Image first = renderers.gpu->render(camera, settings).color;
+  EXPECT_GE(psnr_8bit(first, reference), 80.0);
+  EXPECT_EQ(renderers.gpu->render(camera, settings).color.values, first.values) << "second run";
+}
+
+}  // namespace
+}  // namespace qs

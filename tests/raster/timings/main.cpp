@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// Frame and stage times of every mode on the GPU, over the scenes, cameras and sizes of
+// golden/pairs.json, beside the times that docs/performance.md asks for.
+//   gpu_timings [SHARED_DIR [FRAMES [SET]]]
+// Modes take turns frame by frame, so that a drifting clock meets all alike. Frame times come from
+// unmarked frames, the image stays on the device; stage times from marked ones.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "io/cameras.h"
+#include "io/reader.h"
+#include "raster/renderer.h"
+
+namespace {
+
+using namespace qs;
+namespace fs = std::filesystem;
+
+constexpr int kWarmup = 20;
+
+struct Limits {
+  const char* set;
+  float square, adr, quad_box;  // ms; what published implementations took on an H200
+};
+constexpr Limits kLimits[] = {{"plush", 2.993f, 1.536f, 1.348f},
+                              {"plush_big", 5.273f, 2.574f, 2.332f},
+                              {"plush_big_4k", 16.36f, 6.79f, 5.78f}};
+
+struct Samples {
+  std::vector<float> frame, stages[kStageCount];
+  double pairs = 0;
+};
+
+float median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Samples>& modes) {
+  for (int round = -kWarmup; round < 2 * frames; ++round) {
+    Outputs outputs;
+    outputs.stage_times = round >= frames;
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+      RenderSettings settings;
+      settings.mode = mode;
+      const RenderStats& stats = renderer.render(camera, settings, outputs, DeviceImage{}).stats;
+      Samples& samples = modes[static_cast<std::size_t>(mode - 1)];
+      if (round >= 0 && round < frames) samples.frame.push_back(stats.frame_ms);
+      for (int stage = 0; stage < kStageCount && outputs.stage_times; ++stage) {
+        samples.stages[stage].push_back(stats.stage_ms[stage]);
+      }
+      if (round == 0) samples.pairs += static_cast<double>(stats.tile_pairs);
+    }
+  }
+}
+
+void print_table(const Limits& limits, std::size_t cameras, std::vector<Samples>& modes) {
+  std::printf("%-14s %9s %9s %10s %8s %8s %8s %10s\n", limits.set, "frame ms", "at most",
+              "preprocess", "bin", "sort", "blend", "M pairs");
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const std::string name = kCullers[static_cast<std::size_t>(mode)].name;
+    Samples& samples = modes[static_cast<std::size_t>(mode - 1)];
+    const float limit = name == "3dgs"      ? limits.square
+                        : name == "adr"     ? limits.adr
+                        : name == "quadbox" ? limits.quad_box
+                                            : 0;
+    const float frame = median(samples.frame);
+    char limit_text[16] = "-";
+    if (limit > 0) std::snprintf(limit_text, sizeof limit_text, "%.3f", static_cast<double>(limit));
+    std::printf("%-14s %9.3f %9s %10.3f %8.3f %8.3f %8.3f %10.3f%s\n", name.c_str(),
+                static_cast<double>(frame), limit_text,
+                static_cast<double>(median(samples.stages[0])),
+                static_cast<double>(median(samples.stages[1])),
+                static_cast<double>(median(samples.stages[2])),
+                static_cast<double>(median(samples.stages[3])),
+                samples.pairs / static_cast<double>(cameras) * 1e-6,
+                limit > 0 && frame > limit ? "  TOO SLOW" : "");
+  }
+  std::printf("\n");
+}
+
+int run(const fs::path& shared, int frames, const std::string& only) {
+  const auto sets = nlohmann::json::parse(std::ifstream(shared / "golden/pairs.json"));
+  std::string loaded;
+  std::unique_ptr<Renderer> renderer = make_renderer(Backend::cuda);
+  std::printf("%s, %d frames per mode and camera after %d, medians\n\n",
+              gpu_report().gpus[0].name.c_str(), frames, kWarmup);
+  for (const Limits& limits : kLimits) {
+    if (!only.empty() && only != limits.set) continue;
+    const auto& set = sets[limits.set];
+    const std::string scene = set["file"];
+    if (scene != loaded) renderer->upload(read_scene(shared / scene).cloud, {});
+    loaded = scene;
+    const fs::path own = shared / ("golden/" + std::string(limits.set) + ".cameras.json");
+    const auto cameras = read_cameras(fs::exists(own) ? own : shared / "scenes/plush/cameras.json");
+    std::vector<Samples> modes(static_cast<std::size_t>(kCullerCount));
+    for (const auto& index : set["cameras"]) {
+      measure(*renderer, cameras.at(index.get<std::size_t>()), frames, modes);
+    }
+    print_table(limits, set["cameras"].size(), modes);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc > 1 ? argv[1] : QUADSPLAT_SHARED_DIR, argc > 2 ? std::atoi(argv[2]) : 100,
+               argc > 3 ? argv[3] : "");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gpu_timings: %s\n", error.what());
+    return 3;
+  }
+}

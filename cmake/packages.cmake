@@ -1,6 +1,14 @@
 # SPDX-License-Identifier: MIT
 # Every library the project uses; scripts/setup installs them. ImGui, zstd and OpenImageIO come through
 # pkg-config because Debian's CMake files for them are missing or broken.
+# QUADSPLAT_STATIC: libraries go into the program where the system has static ones, the C++ library too;
+# others are looked for in ../lib beside the program. scripts/bundle builds that.
+if(QUADSPLAT_STATIC)
+  list(PREPEND CMAKE_FIND_LIBRARY_SUFFIXES .a)
+  add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt
+  add_link_options(-static-libstdc++ -static-libgcc -Wl,--as-needed
+                   -Wl,--disable-new-dtags "-Wl,-rpath,$ORIGIN/../lib")
+endif()
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(glm CONFIG REQUIRED)

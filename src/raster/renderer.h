@@ -103,7 +103,8 @@ class Renderer {
   /// Replaces the scene. The cloud is not kept. Throws Error (no memory) and Cancelled.
   virtual void upload(const GaussianCloud& cloud, const Progress& progress) = 0;
 
-  /// Begins a frame of the uploaded scene and does not wait for it. One frame at a time.
+  /// Begins a frame of the uploaded scene and does not wait for it. One frame at a time. Throws
+  /// Error(device) when the backend knows no such mode or target.
   virtual void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) = 0;
 

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "raster/scene/image_metrics.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kRowGrain = 32;  // rows of a chunk
+
+bool same_shape(const Image& a, const Image& b) {
+  return a.width == b.width && a.height == b.height && a.channels == b.channels;
+}
+
+// Mean over all values of what row_sum(y) adds up for a row. The order of summing is fixed.
+template <class F>
+double mean_of_rows(const Image& image, ThreadPool& pool, F row_sum) {
+  std::vector<double> sums(static_cast<std::size_t>(image.height));
+  pool.for_chunks(sums.size(), kRowGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t y = begin; y < end; ++y) sums[y] = row_sum(static_cast<int>(y));
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0) / static_cast<double>(image.values.size());
+}
+
+constexpr int kRadius = 5;
+constexpr double kSigma = 1.5;
+
+std::array<double, 2 * kRadius + 1> gaussian_window() {
+  std::array<double, 2 * kRadius + 1> window{};
+  for (int i = -kRadius; i <= kRadius; ++i)
+    window[static_cast<std::size_t>(i + kRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
+  const double sum = std::accumulate(window.begin(), window.end(), 0.0);
+  for (double& weight : window) weight /= sum;
+  return window;
+}
+
+// Weighted means of a, b, a^2, b^2 and ab around a place.
+struct Moments {
+  double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+  void add(double weight, const Moments& m) {
+    a += weight * m.a;
+    b += weight * m.b;
+    aa += weight * m.aa;
+    bb += weight * m.bb;
+    ab += weight * m.ab;
+  }
+};
+
+double similarity(const Moments& m) {
+  constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+  const double variance_a = m.aa - m.a * m.a, variance_b = m.bb - m.b * m.b;
+  const double covariance = m.ab - m.a * m.b;
+  return (2 * m.a * m.b + kC1) * (2 * covariance + kC2) /
+         ((m.a * m.a + m.b * m.b + kC1) * (variance_a + variance_b + kC2));
+}
+
+// What an axis of `from` pixels gives to one of `to`: pixel i of the new axis is the sum of
+// weights[k] times pixel first + k.
+struct Share {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+std::vector<Share> shares(int from, int to) {
+  std::vector<Share> result(static_cast<std::size_t>(to));
+  for (int i = 0; i < to; ++i) {
+    // In units of 1 / to of an old pixel: the new one covers [begin, end), the old ones to each.
+    const std::int64_t begin = std::int64_t{i} * from, end = begin + from;
+    Share& share = result[static_cast<std::size_t>(i)];
+    share.first = static_cast<int>(begin / to);
+    for (std::int64_t k = share.first; k * to < end; ++k) {
+      const auto covered = std::min(end, (k + 1) * to) - std::max(begin, k * to);
+      share.weights.push_back(static_cast<double>(covered) / from);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+double psnr(const Image& a, const Image& b, ThreadPool& pool) {
+  assert(same_shape(a, b));
+  const int values = a.width * a.channels;
+  const double error = mean_of_rows(a, pool, [&](int y) {
+    double sum = 0;
+    for (int i = 0; i < values; ++i) {
+      const double difference = static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
+      sum += difference * difference;
+    }
+    return sum;
+  });
+  return error == 0 ? std::numeric_limits<double>::infinity() : -10 * std::log10(error);
+}
+
+double ssim(const Image& a, const Image& b, ThreadPool& pool) {
+  assert(same_shape(a, b));
+  const auto window = gaussian_window();
+  const int width = a.width, height = a.height, channels = a.channels;
+  return mean_of_rows(a, pool, [&](int y) {
+    // Down the columns first, with room for zeros at both ends, then along the row.
+    std::vector<Moments> columns(static_cast<std::size_t>(width + 2 * kRadius));
+    double sum = 0;
+    for (int c = 0; c < channels; ++c) {
+      std::fill(columns.begin(), columns.end(), Moments());
+      for (int row = std::max(0, y - kRadius); row <= std::min(height - 1, y + kRadius); ++row) {
+        const double weight = window[static_cast<std::size_t>(row - y + kRadius)];
+        for (int x = 0; x < width; ++x) {
+          const auto va = static_cast<double>(a.at(x, row, c));
+          const auto vb = static_cast<double>(b.at(x, row, c));
+          columns[static_cast<std::size_t>(x + kRadius)].add(weight,
+                                                             {va, vb, va * va, vb * vb, va * vb});
+        }
+      }
+      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
+        Moments moments;
+        for (std::size_t k = 0; k < window.size(); ++k) moments.add(window[k], columns[x + k]);
+        sum += similarity(moments);
+      }
+    }
+    return sum;
+  });
+}
+
+Image area_average(const Image& image, int width, int height, ThreadPool& pool) {
+  assert(width > 0 && height > 0 && image.width > 0 && image.height > 0);
+  if (width == image.width && height == image.height) return image;
+  Image result(width, height, image.channels);
+  const auto across = shares(image.width, width), down = shares(image.height, height);
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const auto row_values = static_cast<std::size_t>(image.width) * channels;
+  pool.for_chunks(down.size(), kRowGrain, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<double> row(row_values);
+    for (std::size_t y = begin; y < end; ++y) {
+      std::fill(row.begin(), row.end(), 0.0);
+      for (std::size_t k = 0; k < down[y].weights.size(); ++k) {
+        const float* source = image.row(down[y].first + static_cast<int>(k));
+        for (std::size_t i = 0; i < row_values; ++i)
+          row[i] += down[y].weights[k] * static_cast<double>(source[i]);
+      }
+      float* target = result.row(static_cast<int>(y));
+      for (const Share& share : across) {
+        const double* first = row.data() + static_cast<std::size_t>(share.first) * channels;
+        for (std::size_t c = 0; c < channels; ++c) {
+          double sum = 0;
+          for (std::size_t k = 0; k < share.weights.size(); ++k)
+            sum += share.weights[k] * first[k * channels + c];
+          *target++ = static_cast<float>(sum);
+        }
+      }
+    }
+  });
+  return result;
+}
+
+void clamp_to_unit(Image& image) {
+  for (float& value : image.values) value = std::min(std::max(0.0f, value), 1.0f);
+}
+
+}  // namespace qs

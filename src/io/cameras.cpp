@@ -6,7 +6,6 @@
 // and cx, cy, so that editing those by hand does what it looks like.
 #include "io/cameras.h"
 
-#include <array>
 #include <cmath>
 
 #include <glm/geometric.hpp>
@@ -14,6 +13,8 @@
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
+#include "io/camera_formats.h"
+#include "io/json_entry.h"
 #include "io/json_text.h"
 #include "raster/scene/fail.h"
 
@@ -23,89 +24,25 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-constexpr int kMaxSide = 65535;
-
-// One camera's object; every complaint begins with where it stands.
-struct Entry {
-  const json& object;
-  const std::string& where;
-
-  bool has(const char* key) const { return object.contains(key) && !object[key].is_null(); }
-
-  const json& get(const char* key) const {
-    if (!has(key)) fail("{}: {} is missing", where, key);
-    return object[key];
-  }
-
-  double number(const json& value, const char* key) const {
-    if (!value.is_number()) fail("{}: {} is not a number", where, key);
-    const auto number = value.get<double>();
-    if (!std::isfinite(number)) fail("{}: {} is not finite", where, key);
-    return number;
-  }
-
-  double positive(const char* key) const {
-    const double value = number(get(key), key);
-    if (!(value > 0)) fail("{}: {} is {}, but must be above 0", where, key, value);
-    return value;
-  }
-
-  int side(const char* key) const {
-    const double value = number(get(key), key);
-    if (value < 1 || value > kMaxSide || value != std::floor(value)) {
-      fail("{}: {} is {}, but must be a whole number from 1 to {}", where, key, value, kMaxSide);
-    }
-    return static_cast<int>(value);
-  }
-
-  template <int kSize>
-  glm::vec<kSize, double> vector(const json& value, const char* key) const {
-    if (!value.is_array() || value.size() != kSize)
-      fail("{}: {} is not a list of {} numbers", where, key, kSize);
-    glm::vec<kSize, double> result;
-    for (int i = 0; i < kSize; ++i) result[i] = number(value[static_cast<std::size_t>(i)], key);
-    return result;
-  }
-};
 
 // view_from_world: the transpose of the file's world_from_view, whose rows become columns.
-glm::dmat3 parse_rotation(const Entry& entry) {
+glm::dmat3 parse_rotation(const JsonEntry& entry) {
   const json& rows = entry.get("rotation");
   if (!rows.is_array() || rows.size() != 3)
     fail("{}: rotation is not a list of 3 rows", entry.where);
   glm::dmat3 rotation;
   for (int i = 0; i < 3; ++i)
     rotation[i] = entry.vector<3>(rows[static_cast<std::size_t>(i)], "rotation");
-  const glm::dmat3 product = rotation * glm::transpose(rotation);
-  double off = std::abs(glm::determinant(rotation) - 1);
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(product[i][k] - (i == k ? 1 : 0)));
-  }
-  if (!(off < 1e-3))
-    fail("{}: rotation is not a rotation matrix (off by {:.2g})", entry.where, off);
+  if (const double error = rotation_error(rotation); !(error < kMaxRotationError))
+    fail("{}: rotation is not a rotation matrix (off by {:.2g})", entry.where, error);
   return rotation;
-}
-
-// Photographs are named with or without their ending; only endings of pictures are cut off.
-std::string without_ending(const std::string& name) {
-  const std::size_t dot = name.rfind('.');
-  if (dot == std::string::npos || dot == 0) return name;
-  std::string ending = name.substr(dot);
-  for (char& c : ending) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  for (const char* known :
-       {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".heic"}) {
-    if (ending == known) return name.substr(0, dot);
-  }
-  return name;
 }
 
 bool agree(double a, double b) { return std::abs(a - b) <= 1e-9 * (1 + std::abs(a) + std::abs(b)); }
 
 Camera parse_object(const json& object, const std::string& where) {
   if (!object.is_object()) fail("{}: not a JSON object", where);
-  const Entry entry{object, where};
+  const JsonEntry entry{object, where};
   Camera camera;
   const glm::dmat3 rotation = parse_rotation(entry);
   const auto position = entry.vector<3>(entry.get("position"), "position");
@@ -128,10 +65,7 @@ Camera parse_object(const json& object, const std::string& where) {
       camera.center_px = exact;
   }
   if (entry.has("near")) camera.near_depth = entry.positive("near");
-  if (entry.has("img_name")) {
-    if (!object["img_name"].is_string()) fail("{}: img_name is not a string", where);
-    camera.name = without_ending(object["img_name"].get<std::string>());
-  }
+  if (entry.has("img_name")) camera.name = photograph_name(entry.text("img_name"));
   return camera;
 }
 
@@ -139,7 +73,12 @@ json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-std::vector<Camera> read_cameras(const std::filesystem::path& path) {
+bool recognises_cameras_json(const std::filesystem::path&, std::string_view start) {
+  const std::size_t first = start.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && start[first] == '[';
+}
+
+std::vector<Camera> read_cameras_json(const std::filesystem::path& path) {
   const std::string source = path.string();
   const json file = parse_json(read_text_file(path, kMaxBytes), source);
   if (!file.is_array()) fail("{}: not a list of cameras", source);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads dataset cameras. cameras.json is INRIA's layout: a list of objects with position (camera centre),
-// rotation (world_from_view, rows), fx, fy, width, height, img_name; the principal point is centred
-// unless cx, cy are given (COLMAP's, pixel corners: our centre is cx - 0.5).
+// Reads dataset cameras: cameras.json, COLMAP (text, binary), transforms.json; see
+// camera_formats.h. cameras.json is INRIA's layout: a list of objects with position (camera
+// centre), rotation (world_from_view, rows), fx, fy, width, height, img_name; the principal point
+// is centred unless cx, cy are given (COLMAP's, pixel corners: our centre is cx - 0.5).
 #pragma once
 
 #include <filesystem>
@@ -15,13 +16,16 @@
 
 namespace qs {
 
-/// All cameras of a file in file order. Throws Error(input) naming file, camera and field.
+/// All cameras of a file, or of the one that a folder stands for (a data set, COLMAP's `sparse` or
+/// `sparse/0`), in file order; COLMAP's by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
-/// cameras.json beside the scene file or in up to three parent folders.
+/// cameras.json beside the scene file or in up to three parent folders; else in the same folders
+/// COLMAP's sparse/0, then transforms.json.
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);
 
-/// One camera from JSON text: an object in the layout of cameras.json. `source` names it in messages.
+/// One camera from JSON text: an object in the layout of cameras.json. `source` names it in
+/// messages.
 Camera parse_camera(std::string_view json, std::string_view source);
 
 /// The camera as one line of JSON that parse_camera() reads back exactly.

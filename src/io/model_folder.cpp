@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// What lies beside a trained model: cameras.json and cfg_args, next to the scene file or in one of
+// What lies beside a trained model: its cameras and cfg_args, next to the scene file or in one of
 // the three folders above it (MODEL/point_cloud/iteration_N/point_cloud.ply).
 #include <system_error>
 
+#include "io/camera_formats.h"
 #include "io/cameras.h"
 #include "io/json_text.h"
 
@@ -26,7 +27,10 @@ std::optional<std::filesystem::path> find_beside(const std::filesystem::path& sc
 }  // namespace
 
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
-  return find_beside(scene_file, "cameras.json");
+  for (const CameraFormat& format : camera_formats()) {
+    if (const auto found = find_beside(scene_file, format.place)) return found;
+  }
+  return std::nullopt;
 }
 
 bool model_wants_white_background(const std::filesystem::path& scene_file) {

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+//
+// The formats of dataset cameras that read_cameras() accepts, one row each in camera_formats.cpp.
+// A data set is named by the file in `place`; a folder stands for the first of those files in it.
+// To add a format: write NAME.cpp with a recognise and a read function, declare them here, add the
+// row and a test that reads the same cameras from it and from cameras.json.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+struct CameraFormat {
+  const char* name;
+  const char* place;  ///< the file that names it, seen from the data set's folder
+  /// Whether `file` is of this format; `start` are its first bytes, at most 4096.
+  bool (*recognises)(const std::filesystem::path& file, std::string_view start);
+  std::vector<Camera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
+};
+
+/// In the order in which they are looked for.
+std::span<const CameraFormat> camera_formats();
+
+/// INRIA's cameras.json: a list.
+bool recognises_cameras_json(const std::filesystem::path& file, std::string_view start);
+std::vector<Camera> read_cameras_json(const std::filesystem::path& file);
+
+/// COLMAP's images.bin or images.txt (or cameras.*) with its sibling, sorted by image name because
+/// COLMAP keeps its images in no order.
+bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view start);
+bool recognises_colmap_text(const std::filesystem::path& file, std::string_view start);
+std::vector<Camera> read_colmap_binary(const std::filesystem::path& file);
+std::vector<Camera> read_colmap_text(const std::filesystem::path& file);
+
+/// NeRF's transforms.json: an object with "frames".
+bool recognises_transforms_json(const std::filesystem::path& file, std::string_view start);
+std::vector<Camera> read_transforms_json(const std::filesystem::path& file);
+
+/// The name without its ending when that is one of a picture, else the whole name.
+std::string photograph_name(const std::string& file_name);
+
+/// How far the matrix is from a rotation: the largest deviation of its product with its transpose
+/// from 1, and of its determinant. Files are accepted up to kMaxRotationError.
+double rotation_error(const glm::dmat3& matrix);
+inline constexpr double kMaxRotationError = 1e-3;
+
+}  // namespace qs

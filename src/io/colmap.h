@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+//
+// What COLMAP's text and binary models have in common: a list of lenses (cameras.*), a list of
+// images that use them (images.*), and how both become our cameras. Lenses must not distort; our
+// principal point is COLMAP's minus 0.5, because its pixels begin, and ours have their centre, at
+// whole coordinates.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+/// One of COLMAP's projections. The parameters begin with one or two focal lengths and the
+/// principal point; the rest is distortion.
+struct ColmapModel {
+  int id;
+  const char* name;
+  int parameters, focal_lengths;
+  bool pinhole;  ///< when its distortion is 0
+};
+
+/// Nullptr when there is no such model.
+const ColmapModel* find_colmap_model(int id);
+const ColmapModel* find_colmap_model(std::string_view name);
+
+/// Every lens by its id; only size and intrinsics are set.
+using ColmapLenses = std::map<std::uint32_t, Camera>;
+
+/// Adds a lens. `where` names file and record; throws Error(input) for distortion, sizes and
+/// numbers out of range, and a second lens of one id.
+void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& model,
+                     std::uint64_t width, std::uint64_t height, std::span<const double> parameters,
+                     const std::string& where);
+
+struct ColmapImage {
+  glm::dquat rotation{1, 0, 0, 0};  ///< view from world, any length above 0
+  glm::dvec3 translation{0};
+  std::uint32_t lens = 0;
+  std::string name;
+};
+
+/// The camera of an image. Throws Error(input).
+Camera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
+                     const std::string& where);
+
+void sort_by_name(std::vector<Camera>& cameras);
+
+}  // namespace qs

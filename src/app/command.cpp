@@ -17,6 +17,7 @@ namespace {
 constexpr std::array kCommands = {
     Command{"view", "opens a scene in a window; the command when none is named", run_view},
     Command{"render", "renders a scene to picture files", run_render},
+    Command{"eval", "measures PSNR and SSIM against photographs", run_eval},
     Command{"info", "tells what is in scene files", run_info},
     Command{"convert", "writes a scene in another format", run_convert},
 };

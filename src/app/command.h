@@ -27,6 +27,7 @@ int run_program(Arguments arguments);
 
 int run_view(Arguments arguments);
 int run_render(Arguments arguments);
+int run_eval(Arguments arguments);
 int run_info(Arguments arguments);
 int run_convert(Arguments arguments);
 

@@ -24,25 +24,6 @@ ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json();
 }
 
-ordered_json environment_json(const Session& session) {
-  const Environment environment = read_environment();
-  return {{"version", environment.version},
-          {"commit", environment.commit},
-          {"build_type", environment.build_type},
-          {"sanitizers", environment.sanitizers},
-          {"cuda_toolkit", environment.cuda_toolkit},
-          {"cpu", environment.cpu},
-          {"hardware_threads", environment.hardware_threads},
-          {"backend", kBackendNames[static_cast<int>(session.backend)]},
-          {"utc", environment.utc}};
-}
-
-ordered_json scene_json(const Scene& scene) {
-  return {{"file", scene.path.string()},        {"format", scene.format},
-          {"bytes", scene.file_bytes},          {"gaussians", scene.cloud.size()},
-          {"sh_degree", scene.cloud.sh_degree}, {"antialiased", scene.cloud.antialiased}};
-}
-
 ordered_json frame_json(const FrameRecord& record) {
   const RenderStats& stats = record.result.stats;
   ordered_json stages;
@@ -69,8 +50,14 @@ ordered_json frame_json(const FrameRecord& record) {
 
 }  // namespace
 
+ordered_json scene_json(const Scene& scene) {
+  return {{"file", scene.path.string()},        {"format", scene.format},
+          {"bytes", scene.file_bytes},          {"gaussians", scene.cloud.size()},
+          {"sh_degree", scene.cloud.sh_degree}, {"antialiased", scene.cloud.antialiased}};
+}
+
 std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames) {
-  ordered_json json = {{"environment", environment_json(session)},
+  ordered_json json = {{"environment", environment_json(session.backend, session.device)},
                        {"scene", scene_json(session.scene)},
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));

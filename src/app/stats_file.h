@@ -8,11 +8,17 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "app/frame_options.h"
 #include "app/measure.h"
 #include "app/shots.h"
 
 namespace qs {
+
+/// What a report says about build, machine and backend, and about the scene.
+nlohmann::ordered_json environment_json(const Session& session);
+nlohmann::ordered_json scene_json(const Scene& scene);
 
 struct FrameRecord {
   Shot shot;

@@ -88,6 +88,10 @@ TEST(Golden, pair_counts_of_the_bundled_scene_equal_an_independent_evaluation) {
 struct GoldenImage {
   const char* scene;
   int camera;
+
+  friend void PrintTo(const GoldenImage& image, std::ostream* out) {
+    *out << image.scene << " camera " << image.camera;
+  }
 };
 
 class PublishedImage : public testing::TestWithParam<GoldenImage> {};

@@ -101,19 +101,25 @@ struct QuadBoxNaive {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
+  /// The four boxes are found once; a tile of a box is visited unless an earlier box has it.
   template <class Visit>
   static QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
     const QuadBoxes boxes = QuadBoxes::of(footprint);
-    for (int quadrant = 0; quadrant < 4; ++quadrant) {
-      const TileRect rect = boxes.tiles(quadrant, grid);
-      for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
-        for (int column = rect.columns.begin; column < rect.columns.end; ++column) {
-          bool listed = false;
-          for (int earlier = 0; earlier < quadrant; ++earlier) {
-            listed = listed || boxes.tiles(earlier, grid).contains(column, row);
-          }
-          if (!listed) visit(row * grid.columns + column);
-        }
+    const TileRect a = boxes.tiles(0, grid), b = boxes.tiles(1, grid);
+    const TileRect c = boxes.tiles(2, grid), d = boxes.tiles(3, grid);
+    loop(a, grid, visit, [](int, int) { return false; });
+    loop(b, grid, visit, [&](int x, int y) { return a.contains(x, y); });
+    loop(c, grid, visit, [&](int x, int y) { return a.contains(x, y) || b.contains(x, y); });
+    loop(d, grid, visit,
+         [&](int x, int y) { return a.contains(x, y) || b.contains(x, y) || c.contains(x, y); });
+  }
+
+ private:
+  template <class Visit, class Listed>
+  static QS_HD void loop(const TileRect& rect, TileGrid grid, Visit& visit, const Listed& listed) {
+    for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
+      for (int column = rect.columns.begin; column < rect.columns.end; ++column) {
+        if (!listed(column, row)) visit(row * grid.columns + column);
       }
     }
   }

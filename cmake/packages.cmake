@@ -6,8 +6,9 @@
 if(QUADSPLAT_STATIC)
   list(PREPEND CMAKE_FIND_LIBRARY_SUFFIXES .a)
   add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt
-  add_link_options(-static-libstdc++ -static-libgcc -Wl,--as-needed
-                   -Wl,--disable-new-dtags "-Wl,-rpath,$ORIGIN/../lib")
+  set(CMAKE_BUILD_RPATH "$ORIGIN/../lib")
+  add_link_options(-static-libstdc++ -static-libgcc -Wl,--as-needed -Wl,--gc-sections
+                   -Wl,--disable-new-dtags)
 endif()
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)

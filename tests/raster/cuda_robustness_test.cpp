@@ -114,11 +114,13 @@ TEST_F(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_
   Outputs outputs;
   outputs.evaluated = true;
   std::vector<Image> expected;
-  const Camera largest = test::front_camera(640, 480);
   for (const CullMode mode : test::tiled_modes()) {
     RenderSettings settings;
     settings.mode = mode;
-    gpu->render(largest, settings, outputs);  // every buffer reaches its largest size
+    // Every buffer reaches its largest size, every kernel for small and large frames is loaded.
+    for (const auto& [width, height] : {std::pair{1, 1}, {64, 48}, {320, 240}, {1280, 960}}) {
+      gpu->render(test::front_camera(width, height), settings, outputs);
+    }
     expected.push_back(gpu->render(test::front_camera(200, 150), settings).color);
   }
   const std::uint64_t before = free_bytes();

@@ -39,7 +39,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
   }
   if (choice.index || choice.all) {
     fail(
-        "{}: no cameras.json was found beside it or in the three folders above: name one with "
+        "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",
         scene.path.string());
   }

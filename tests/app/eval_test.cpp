@@ -193,6 +193,7 @@ TEST(Photographs, are_found_by_name_with_fewer_and_fewer_folders) {
     std::filesystem::create_directories((folder / name).parent_path());
     std::ofstream(folder / name) << "x";
   }
+  std::filesystem::create_symlink("nowhere", folder / "broken.png");
   const Photographs photographs(folder.path());
   EXPECT_EQ(photographs.find("left/1"), folder / "left/1.png");
   EXPECT_EQ(photographs.find("images/left/1"), folder / "left/1.png");

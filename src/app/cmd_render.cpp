@@ -94,7 +94,7 @@ class Run {
     Outputs outputs;
     if (command_.heatmap) outputs = outputs_for(*command_.heatmap);
     const int frames = command_.frames.value_or(command_.several_modes() ? 3 : 1);
-    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, frames};
+    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, frames, {}, {}};
     const Image truth = command_.psnr ? reference_image(shot) : Image();
     const std::size_t first_record = records_.size();
     std::vector<double> psnrs;
@@ -108,7 +108,9 @@ class Run {
                       });
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (command_.psnr) results[i].psnr = psnrs[i];
-      if (command_.stats) mark_stages(shot.camera, results[i]);
+      if (command_.stats && session_.backend != Backend::cpu) {  // the CPU has them always
+        mark_stages(*session_.renderer, shot.camera, session_.settings, results[i]);
+      }
       records_[first_record + i].result = results[i];
     }
     if (command_.measures()) {
@@ -117,17 +119,6 @@ class Run {
                  kBackendNames[static_cast<int>(session_.backend)], frames, frames == 1 ? "" : "s",
                  format_mode_table(results));
     }
-  }
-
-  // Stage times come from a frame of their own where measuring them would slow the measured ones.
-  void mark_stages(const Camera& camera, ModeResult& result) {
-    if (session_.backend == Backend::cpu) return;  // has them always
-    RenderSettings settings = session_.settings;
-    settings.mode = result.mode;
-    Outputs outputs;
-    outputs.stage_times = true;
-    const RenderStats& marked = session_.renderer->render(camera, settings, outputs).stats;
-    std::copy(std::begin(marked.stage_ms), std::end(marked.stage_ms), result.stats.stage_ms);
   }
 
   // The fp64 image of this view; the CPU renders it whatever the session's backend.

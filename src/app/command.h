@@ -28,6 +28,9 @@ int run_program(Arguments arguments);
 int run_view(Arguments arguments);
 int run_render(Arguments arguments);
 int run_eval(Arguments arguments);
+int run_bench(Arguments arguments);
+int run_zoom(Arguments arguments);
+int run_merge(Arguments arguments);
 int run_info(Arguments arguments);
 int run_convert(Arguments arguments);
 

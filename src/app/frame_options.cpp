@@ -51,6 +51,10 @@ Backend choose_backend(const FrameOptions& frame) {
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
   options.positional("SCENE", frame.scene, "splat file or model folder");
+  declare_common_options(options, frame);
+}
+
+void declare_common_options(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
                   "of a model folder: point_cloud/iteration_N (default: the highest)");
   options.text("--cameras", "FILE", frame.cameras,
@@ -101,10 +105,12 @@ std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backe
   return renderer;
 }
 
-Session open_session(const FrameOptions& frame) {
+Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
   Session session;
   session.backend = choose_backend(frame);
   session.scene = load_scene(frame.scene, frame.iteration);
+  session.device = frame.renderer.device;
+  if (change) change(session.scene);
   session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);
   const bool white = !frame.background && model_wants_white_background(session.scene.path);
   session.settings.mode = frame.modes.front();

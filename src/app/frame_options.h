@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -34,16 +35,21 @@ struct FrameOptions {
 /// Declares SCENE and the common options.
 void declare_frame_options(Options& options, FrameOptions& frame);
 
+/// Declares all of them but SCENE, for commands that take several scenes.
+void declare_common_options(Options& options, FrameOptions& frame);
+
 /// A scene uploaded to a renderer.
 struct Session {
   Scene scene;
   Backend backend = Backend::cpu;
+  int device = 0;           ///< RendererOptions::device
   RenderSettings settings;  ///< mode: the first of the chosen ones
   std::unique_ptr<Renderer> renderer;
 };
 
 /// Reads and uploads, with progress bars; warnings about the file go to stderr. Throws Error.
-Session open_session(const FrameOptions& frame);
+/// `change` may alter the scene before it is uploaded.
+Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change = {});
 
 /// A renderer with this cloud uploaded.
 std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,

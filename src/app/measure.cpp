@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "app/bench/statistics.h"
 #include "app/text.h"
 
 namespace qs {
@@ -28,18 +29,42 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
   assert(plan.frames > 0);
   std::vector<std::vector<RenderStats>> measured(plan.modes.size());
   for (int round = -plan.warmup; round < plan.frames; ++round) {
+    plan.progress.update(static_cast<float>(round + plan.warmup) /
+                         static_cast<float>(plan.warmup + plan.frames));
     for (std::size_t i = 0; i < plan.modes.size(); ++i) {
       settings.mode = plan.modes[i];
-      const Frame& frame = renderer.render(camera, settings, outputs);
+      const Frame& frame = renderer.render(camera, settings, outputs, plan.target);
       if (round >= 0) measured[i].push_back(frame.stats);
       if (round + 1 == plan.frames) visit(settings.mode, frame);
     }
   }
   std::vector<ModeResult> results;
   for (std::size_t i = 0; i < plan.modes.size(); ++i) {
-    results.push_back({plan.modes[i], median_frame(measured[i]), std::nullopt});
+    ModeResult& result = results.emplace_back();
+    result.mode = plan.modes[i];
+    for (const RenderStats& stats : measured[i])
+      result.frame_ms.push_back(static_cast<double>(stats.frame_ms));
+    result.stats = median_frame(measured[i]);
   }
   return results;
+}
+
+void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                 ModeResult& result, int frames, const Target& target) {
+  assert(frames > 0);
+  settings.mode = result.mode;
+  Outputs outputs;
+  outputs.stage_times = true;
+  std::vector<double> frame_ms, stage_ms[kStageCount];
+  for (int i = 0; i < frames; ++i) {
+    const RenderStats& marked = renderer.render(camera, settings, outputs, target).stats;
+    frame_ms.push_back(static_cast<double>(marked.frame_ms));
+    for (int stage = 0; stage < kStageCount; ++stage)
+      stage_ms[stage].push_back(static_cast<double>(marked.stage_ms[stage]));
+  }
+  result.marked_frame_ms = static_cast<float>(median(frame_ms));
+  for (int stage = 0; stage < kStageCount; ++stage)
+    result.stats.stage_ms[stage] = static_cast<float>(median(stage_ms[stage]));
 }
 
 double pairs_per_visible(const RenderStats& stats) {

@@ -26,6 +26,11 @@ void Options::positionals(std::string name, std::vector<std::filesystem::path>& 
   positionals_.push_back({std::move(name), std::move(help), nullptr, &target});
 }
 
+void Options::optional_positional(std::string name, std::vector<std::filesystem::path>& target,
+                                  std::string help) {
+  positionals_.push_back({std::move(name), std::move(help), nullptr, &target, false});
+}
+
 void Options::flag(std::string name, bool& target, std::string help) {
   options_.push_back({std::move(name), "", std::move(help), &target, {}});
 }
@@ -91,7 +96,8 @@ bool Options::parse(std::span<const std::string> arguments) const {
 }
 
 void Options::assign_positionals(std::vector<std::string> words) const {
-  if (words.size() < positionals_.size()) complain(positionals_[words.size()].name + " is missing");
+  if (words.size() < positionals_.size() && positionals_[words.size()].required)
+    complain(positionals_[words.size()].name + " is missing");
   for (std::size_t i = 0; i < positionals_.size(); ++i) {
     const Positional& positional = positionals_[i];
     if (positional.one) *positional.one = words[i];
@@ -113,7 +119,8 @@ std::string Options::help() const {
   std::string text =
       fmt::format("quadsplat {}: {}\n\nusage: quadsplat {}", command_, summary_, command_);
   for (const Positional& word : positionals_) {
-    text += fmt::format(" {}{}", word.name, word.many ? "..." : "");
+    text += word.required ? fmt::format(" {}{}", word.name, word.many ? "..." : "")
+                          : fmt::format(" [{}]", word.name);
   }
   text += " [options]\n\n";
   const auto line = [&text](const std::string& left, const std::string& right) {

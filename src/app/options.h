@@ -29,6 +29,10 @@ class Options {
   /// The last positional may take one or more.
   void positionals(std::string name, std::vector<std::filesystem::path>& target, std::string help);
 
+  /// The last positional may take none or more.
+  void optional_positional(std::string name, std::vector<std::filesystem::path>& target,
+                           std::string help);
+
   void flag(std::string name, bool& target, std::string help);
 
   /// The general form: accept(text) converts and throws Error(usage).
@@ -72,6 +76,7 @@ class Options {
     std::string name, help;
     std::filesystem::path* one;
     std::vector<std::filesystem::path>* many;
+    bool required = true;
   };
   struct Option {
     std::string name, placeholder, help;

@@ -32,8 +32,12 @@ void ProgressBar::show(float fraction) {
   if (percent == shown_percent_ || std::chrono::steady_clock::now() - start_ < kPatience) return;
   shown_percent_ = percent;
   const auto filled = static_cast<std::size_t>(clamped * kWidth);
-  fmt::print(stderr, "\r{} [{}{}] {:3} %", label_, std::string(filled, '#'),
-             std::string(kWidth - filled, ' '), percent);
+  const double elapsed =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const auto left = static_cast<long>(percent > 0 ? elapsed * (100 - percent) / percent + 0.5 : 0);
+  fmt::print(stderr, "\r{} [{}{}] {:3} %{}\033[K", label_, std::string(filled, '#'),
+             std::string(kWidth - filled, ' '), percent,
+             percent > 0 ? fmt::format(", {}:{:02} left", left / 60, left % 60) : "");
   std::fflush(stderr);
 }
 

@@ -52,15 +52,22 @@ ordered_json frame_json(const FrameRecord& record) {
 
 ordered_json environment_json(const Session& session) {
   const Environment environment = read_environment();
-  return {{"version", environment.version},
-          {"commit", environment.commit},
-          {"build_type", environment.build_type},
-          {"sanitizers", environment.sanitizers},
-          {"cuda_toolkit", environment.cuda_toolkit},
-          {"cpu", environment.cpu},
-          {"hardware_threads", environment.hardware_threads},
-          {"backend", kBackendNames[static_cast<int>(session.backend)]},
-          {"utc", environment.utc}};
+  ordered_json json = {{"version", environment.version},
+                       {"commit", environment.commit},
+                       {"build_type", environment.build_type},
+                       {"sanitizers", environment.sanitizers},
+                       {"cuda_toolkit", environment.cuda_toolkit},
+                       {"cpu", environment.cpu},
+                       {"hardware_threads", environment.hardware_threads},
+                       {"backend", kBackendNames[static_cast<int>(session.backend)]},
+                       {"utc", environment.utc}};
+  if (session.backend == Backend::cuda) {
+    const GpuReport report = gpu_report();
+    const auto index = static_cast<std::size_t>(session.device);
+    json["gpu"] = index < report.gpus.size() ? report.gpus[index].name : "unknown";
+    json["cuda_of_driver"] = report.driver;
+  }
+  return json;
 }
 
 ordered_json scene_json(const Scene& scene) {

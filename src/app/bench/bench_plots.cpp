@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "app/bench/bench_plots.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "app/bench/markdown.h"
+#include "app/text.h"
+#include "raster/renderer.h"
+
+namespace qs {
+namespace {
+
+std::vector<std::string> different(const std::vector<ModeMean>& means,
+                                   std::string ModeMean::*member) {
+  std::vector<std::string> words;
+  for (const ModeMean& mean : means) {
+    if (std::find(words.begin(), words.end(), mean.*member) == words.end())
+      words.push_back(mean.*member);
+  }
+  return words;
+}
+
+// One block per mode: a line "scene values..." per scene.
+template <class Values>
+std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
+  std::string text;
+  const std::vector<std::string> modes = different(means, &ModeMean::mode);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    text += fmt::format("$mode{} << END\n", i);
+    for (const ModeMean& mean : means) {
+      if (mean.mode == modes[i]) text += fmt::format("{} {}\n", quoted(mean.scene), values(mean));
+    }
+    text += "END\n";
+  }
+  return text;
+}
+
+// plot $mode0 USING title "3dgs" linecolor ..., $mode1 ...
+std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
+  std::string text = "plot ";
+  const std::vector<std::string> modes = different(means, &ModeMean::mode);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    text += fmt::format("{}$mode{} {} title {} linecolor rgb {}", i == 0 ? "" : ", \\\n  ", i, how,
+                        quoted(modes[i]), quoted(mode_color(modes[i])));
+  }
+  return text;
+}
+
+std::string caption(const BenchReport& report, const std::vector<ModeMean>& means) {
+  std::vector<std::string> sizes;
+  for (const BenchRow& row : report.rows) {
+    const std::string size = fmt::format("{} x {}", row.width, row.height);
+    if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
+  }
+  return fmt::format("{}; {}; {}", joined(different(means, &ModeMean::scene), ", "),
+                     sizes.size() == 1 ? sizes.front() : "several sizes",
+                     measured_on(report.environment));
+}
+
+std::string stage_commands(const std::vector<ModeMean>& means) {
+  constexpr const char* kColors[kStageCount] = {"#0072B2", "#56B4E9", "#E69F00", "#D55E00"};
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  std::string text, plots = "plot ";
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    text += fmt::format("$scene{} << END\n", s);
+    for (const ModeMean& mean : means) {
+      if (mean.scene != scenes[s]) continue;
+      text += fmt::format("{} {} {} {} {}\n", quoted(mean.mode), mean.stage_ms[0], mean.stage_ms[1],
+                          mean.stage_ms[2], mean.stage_ms[3]);
+    }
+    text += "END\n";
+    plots += fmt::format("{}newhistogram {}", s == 0 ? "" : ", \\\n  ", quoted(scenes[s]));
+    for (int stage = 0; stage < kStageCount; ++stage) {
+      plots += fmt::format(", \\\n  $scene{} using {}:xtic(1) linecolor rgb {} {}", s, stage + 2,
+                           quoted(kColors[stage]),
+                           s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle");
+    }
+  }
+  return text +
+         "set style data histograms\nset style histogram rowstacked title offset 0,-3.5\n"
+         "set boxwidth 0.8\nset key invert\nset bmargin 9\nset xtics rotate by -35\n"
+         "set yrange [0:*]\nset ylabel \"time per frame (ms)\"\n" +
+         plots;
+}
+
+}  // namespace
+
+std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
+  const std::vector<ModeMean> means = mode_means(report.rows);
+  const std::string where = caption(report, means);
+  const std::string bars =
+      "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
+      "set xlabel \"scene\"\n";
+  std::vector<Plot> plots;
+  plots.push_back(
+      {"fps", "Frames per second per culling mode (whiskers: 5-95 % of the frames)", where,
+       blocks_per_mode(means,
+                       [](const ModeMean& m) {
+                         return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_p95, 1000 / m.ms_p05);
+                       }) +
+           bars +
+           "set style histogram errorbars gap 2 linewidth 1\n"
+           "set errorbars front linecolor rgb \"#555555\" linewidth 1.2\nset ylabel \"frames per "
+           "second\"\n" +
+           plot_per_mode(means, "using 2:3:4:xtic(1)")});
+  plots.push_back({"stages", "Time of the stages per culling mode (from a pass of its own)", where,
+                   stage_commands(means)});
+  plots.push_back(
+      {"pairs", "Tile pairs per culling mode", where,
+       blocks_per_mode(means, [](const ModeMean& m) { return fmt::format("{}", m.pairs / 1e6); }) +
+           bars + "set ylabel \"pairs (millions)\"\n" + plot_per_mode(means, "using 2:xtic(1)")});
+  if (scaling) {
+    plots.push_back(
+        {"scaling", "Frame time against scene size (copies of one scene, all in view)", where,
+         blocks_per_mode(
+             means,
+             [](const ModeMean& m) { return fmt::format("{} {}", m.gaussians / 1e6, m.ms); }) +
+             "set logscale xy\nset xlabel \"Gaussians (millions)\"\n"
+             "set ylabel \"time per frame (ms)\"\n" +
+             plot_per_mode(means, "using 2:3 with linespoints pointtype 7 linewidth 1.5")});
+  }
+  return plots;
+}
+
+}  // namespace qs

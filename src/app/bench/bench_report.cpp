@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "app/bench/bench_report.h"
+
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "io/json_text.h"
+#include "raster/scene/fail.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kTolerance = 0.03;  ///< of drift and of the rounds' medians
+
+std::string cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+std::string cell(double value) { return fmt::format("{:.4f}", value); }
+std::string cell(const std::optional<double>& value) { return value ? cell(*value) : ""; }
+template <class Integer>
+requires std::is_integral_v<Integer> std::string cell(Integer value) {
+  return fmt::format("{}", value);
+}
+
+// JSON knows no infinity: equal pictures are the text "inf", an absent value is null.
+ordered_json to_json(const std::optional<double>& value) {
+  if (!value) return nullptr;
+  return std::isinf(*value) ? ordered_json("inf") : ordered_json(*value);
+}
+template <class T>
+ordered_json to_json(const T& value) {
+  return value;
+}
+
+void from_json(const ordered_json& json, std::optional<double>& value) {
+  if (json.is_string()) value = std::numeric_limits<double>::infinity();
+  if (json.is_number()) value = json.get<double>();
+}
+template <class T>
+void from_json(const ordered_json& json, T& value) {
+  json.get_to(value);
+}
+
+}  // namespace
+
+std::string format_csv(const std::vector<BenchRow>& rows) {
+  std::string text;
+  const auto append = [&text](const std::string& word) {
+    if (!text.empty() && text.back() != '\n') text += ',';
+    text += word;
+  };
+  const BenchRow header;
+  for_each_column(header, [&](const char* name, const auto&) { append(name); });
+  text += '\n';
+  for (const BenchRow& row : rows) {
+    std::string line;
+    for_each_column(row, [&](const char*, const auto& value) { line += cell(value) + ","; });
+    line.back() = '\n';
+    text += line;
+  }
+  return text;
+}
+
+ordered_json rows_json(const std::vector<BenchRow>& rows) {
+  ordered_json list = ordered_json::array();
+  for (const BenchRow& row : rows) {
+    ordered_json& json = list.emplace_back(ordered_json::object());
+    const auto add = [&](const char* name, const auto& value) { json[name] = to_json(value); };
+    for_each_column(row, add);
+    for_each_detail(row, add);
+  }
+  return list;
+}
+
+std::vector<BenchRow> read_rows(const ordered_json& list) {
+  std::vector<BenchRow> rows;
+  for (const ordered_json& from : list) {
+    BenchRow& row = rows.emplace_back();
+    const auto take = [&](const char* name, auto& value) { from_json(from.at(name), value); };
+    for_each_column(row, take);
+    for_each_detail(row, take);
+  }
+  return rows;
+}
+
+std::string format_bench_json(const BenchReport& report) {
+  const ordered_json json = {{"environment", report.environment},
+                             {"scenes", report.scenes},
+                             {"rows", rows_json(report.rows)}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+BenchReport read_bench_json(const std::filesystem::path& path) try {
+  const ordered_json json = ordered_json::parse(read_text_file(path, kMaxReportBytes));
+  return {json.at("environment"), json.at("scenes"), read_rows(json.at("rows"))};
+} catch (const nlohmann::json::exception& error) {
+  fail("{}: is not a benchmark's bench.json: {}", path.string(), error.what());
+}
+
+std::string measured_on(const ordered_json& environment) {
+  const std::string gpu = environment.value("gpu", "");
+  return gpu.empty() ? environment.value("cpu", "unknown") : gpu;
+}
+
+std::vector<std::string> warnings(const BenchReport& report) {
+  std::vector<std::string> sentences;
+  for (const BenchRow& row : report.rows) {
+    const std::string who = fmt::format("{}, camera {}, {}", row.scene, row.camera, row.mode);
+    if (std::abs(row.drift) > kTolerance) {
+      sentences.push_back(fmt::format(
+          "{}: the later half of the frames took {:+.1f} % of the earlier half's time: the clock "
+          "or the load changed, measure longer or with more warm-up",
+          who, 100 * row.drift));
+    }
+    if (row.round_spread > kTolerance) {
+      sentences.push_back(
+          fmt::format("{}: the rounds' medians differ by {:.1f} %: the machine was not at rest, or "
+                      "the rounds are too short",
+                      who, 100 * row.round_spread));
+    }
+  }
+  return sentences;
+}
+
+}  // namespace qs

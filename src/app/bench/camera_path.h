@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// A smooth camera path through keyframes: a Catmull-Rom spline in time for position, rotation and
+// logarithm of the focal length, so the path passes through every keyframe and its speed never
+// jumps. A path file is a list of cameras in the layout of cameras.json, each with an optional
+// "time" in seconds (default: one second apart); so every cameras.json is a path.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+struct Keyframe {
+  double time = 0;  ///< seconds
+  Camera camera;
+};
+
+/// At least two, with times that rise. Throws Error(input).
+std::vector<Keyframe> read_camera_path(const std::filesystem::path& path);
+
+/// The camera at `time`, clamped to the path; size and near plane are the first keyframe's.
+Camera camera_at(const std::vector<Keyframe>& keyframes, double time);
+
+/// `count` cameras at equal time steps from the first keyframe to the last, both included.
+std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int count);
+
+}  // namespace qs

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "app/bench/measure_view.h"
+
+#include <algorithm>
+
+#include "app/bench/statistics.h"
+
+namespace qs {
+namespace {
+
+constexpr int kMarkedFrames = 20;  ///< at most, of the marked pass
+
+BenchRow make_row(const Session& session, const Camera& camera, const ModeResult& result,
+                  const std::vector<double>& frame_ms) {
+  const RenderStats& stats = result.stats;
+  const Summary summary = summarise(frame_ms);
+  BenchRow row;
+  row.mode = kCullers[static_cast<std::size_t>(result.mode)].name;
+  row.backend = kBackendNames[static_cast<int>(session.backend)];
+  row.width = camera.width;
+  row.height = camera.height;
+  row.gaussians = stats.gaussians;
+  row.visible = stats.visible;
+  row.pairs = stats.tile_pairs;
+  row.pairs_per_visible = pairs_per_visible(stats);
+  row.max_tile = stats.max_pairs_in_a_tile;
+  row.ms_median = summary.median;
+  row.ms_p05 = summary.p05;
+  row.ms_p95 = summary.p95;
+  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
+  row.ms_mean = summary.mean;
+  row.drift = summary.drift;
+  row.frame_ms = static_cast<double>(result.marked_frame_ms);
+  double* stages[kStageCount] = {&row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms};
+  for (int stage = 0; stage < kStageCount; ++stage)
+    *stages[stage] = static_cast<double>(stats.stage_ms[stage]);
+  return row;
+}
+
+}  // namespace
+
+Target bench_target(Backend backend) {
+  return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
+}
+
+std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
+                                   const Camera& camera, const ViewPlan& plan,
+                                   const Progress& progress) {
+  MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend), {}};
+  std::vector<std::vector<double>> frame_ms(modes.size()), medians(modes.size());
+  std::vector<ModeResult> results;
+  for (int round = 0; round < plan.rounds; ++round) {
+    measuring.progress = {
+        [&](float done) {
+          progress.update((static_cast<float>(round) + done) / static_cast<float>(plan.rounds));
+        },
+        progress.stop};
+    results = measure_modes(*session.renderer, camera, session.settings, {}, measuring,
+                            [](CullMode, const Frame&) {});
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      frame_ms[i].insert(frame_ms[i].end(), results[i].frame_ms.begin(), results[i].frame_ms.end());
+      medians[i].push_back(median(results[i].frame_ms));
+    }
+  }
+  std::vector<BenchRow> rows;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    mark_stages(*session.renderer, camera, session.settings, results[i],
+                std::min(plan.frames, kMarkedFrames), measuring.target);
+    rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
+    rows.back().round_spread = relative_spread(medians[i]);
+  }
+  return rows;
+}
+
+}  // namespace qs

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "app/bench/zoom_path.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace qs {
+
+std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
+  assert(steps >= 2 && closest > 0);
+  const glm::dvec3 away = start.position() - target;
+  const glm::dmat3 rotation(start.view_from_world);
+  std::vector<Camera> cameras;
+  for (int step = 0; step < steps; ++step) {
+    Camera camera = start;
+    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
+    if (step > 0) camera.view_from_world[3] = -(rotation * (target + distance * away));
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+std::optional<double> center_depth(const Trace& trace, const Camera& camera) {
+  const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
+  const int x = camera.width / 2, y = camera.height / 2;
+  const auto tile = static_cast<std::size_t>(y / kTileSize * grid.columns + x / kTileSize);
+  double transmittance = 1;
+  for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
+    const auto found = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(),
+                                        trace.listed[static_cast<std::size_t>(i)]);
+    const auto slot = static_cast<std::size_t>(found - trace.gaussians.begin());
+    const Footprint& footprint = trace.footprints[slot];
+    const double dx = x - static_cast<double>(footprint.mean_px.x);
+    const double dy = y - static_cast<double>(footprint.mean_px.y);
+    const double squared = static_cast<double>(footprint.conic.x) * dx * dx +
+                           2 * static_cast<double>(footprint.conic.y) * dx * dy +
+                           static_cast<double>(footprint.conic.z) * dy * dy;
+    // gamma = 2 ln(255 opacity), so this is 255 alpha before its cap.
+    const double alpha_255 = std::exp(0.5 * (static_cast<double>(footprint.gamma) - squared));
+    if (alpha_255 < 1) continue;
+    transmittance *= 1 - std::min(0.99, alpha_255 / 255);
+    if (transmittance <= 0.5) return static_cast<double>(trace.depths[slot]);
+  }
+  return std::nullopt;
+}
+
+glm::dvec3 center_point(const Camera& camera, double depth) {
+  const glm::dvec2 pixel(camera.width / 2, camera.height / 2);
+  const glm::dvec3 view(depth * (pixel - camera.center_px) / camera.focal_px, depth);
+  return glm::transpose(glm::dmat3(camera.view_from_world)) * (view - camera.view_from_world[3]);
+}
+
+}  // namespace qs

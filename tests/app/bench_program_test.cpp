@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+//
+// bench, zoom and merge as users run them, on a tiny scene.
+#include <fstream>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/bench/bench_report.h"
+#include "app/command.h"
+#include "app/run_program.h"
+#include "io/cameras.h"
+#include "io/writer.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::json;
+using test::ProgramRun;
+using test::run_quadsplat;
+using testing::HasSubstr;
+
+class BenchProgram : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_scene(test::random_cloud(300, 1, 11), scene_);
+    json cameras = json::array();
+    for (int i = 0; i < 2; ++i)
+      cameras.push_back(json::parse(format_camera(test::front_camera(64 + 16 * i, 48))));
+    std::ofstream(folder_ / "cameras.json") << cameras;
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  ProgramRun bench(const std::string& out, std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"bench", scene_,      "--frames", "2",         "--warmup",
+                                      "1",     "--backend", "cpu",      "--out-dir", path(out)};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_quadsplat(words);
+  }
+
+  ProgramRun zoom(std::vector<std::string> words) const {
+    words.insert(words.begin(), "zoom");
+    words.insert(words.end(), {"--frames", "1", "--warmup", "0", "--backend", "cpu"});
+    return run_quadsplat(words);
+  }
+
+  TemporaryFolder folder_;
+  std::string scene_ = path("scene.ply");
+};
+
+TEST_F(BenchProgram, bench_writes_one_row_per_scene_camera_and_mode) {
+  const ProgramRun run = bench("out", {"--psnr", "--rounds", "2"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| `quadbox` |"));
+  const BenchReport report = read_bench_json(folder_ / "out/bench.json");
+  ASSERT_EQ(report.rows.size(), 12u);
+  std::set<std::string> keys;
+  for (const BenchRow& row : report.rows) {
+    keys.insert(row.scene + row.camera + row.mode);
+    EXPECT_GT(row.ms_median, 0);
+    EXPECT_GT(row.blend_ms, 0);
+    EXPECT_GT(row.pairs, 0u);
+    EXPECT_TRUE(row.psnr_vs_reference.has_value());
+  }
+  EXPECT_EQ(keys.size(), 12u);
+  EXPECT_THAT(report.scenes[0]["hash"].get<std::string>(), HasSubstr("crc32:"));
+  for (const char* file : {"bench.csv", "bench.md", "fps.gp", "stages.gp", "pairs.gp"})
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / file)) << file;
+}
+
+TEST_F(BenchProgram, two_merged_shards_equal_one_run_but_for_the_times) {
+  ASSERT_EQ(bench("whole").exit_code, kExitOk);
+  ASSERT_EQ(bench("one", {"--shard", "1/2"}).exit_code, kExitOk);
+  ASSERT_EQ(bench("two", {"--shard", "2/2"}).exit_code, kExitOk);
+  const ProgramRun merge =
+      run_quadsplat({"merge", path("two"), path("one"), "--out-dir", path("merged")});
+  ASSERT_EQ(merge.exit_code, kExitOk) << merge.err;
+  const BenchReport whole = read_bench_json(folder_ / "whole/bench.json");
+  const BenchReport merged = read_bench_json(folder_ / "merged/bench.json");
+  ASSERT_EQ(merged.rows.size(), whole.rows.size());
+  for (std::size_t i = 0; i < whole.rows.size(); ++i) {
+    EXPECT_EQ(merged.rows[i].camera, whole.rows[i].camera);
+    EXPECT_EQ(merged.rows[i].mode, whole.rows[i].mode);
+    EXPECT_EQ(merged.rows[i].pairs, whole.rows[i].pairs);
+  }
+  EXPECT_EQ(run_quadsplat({"merge", path("one"), path("one"), "--out-dir", path("x")}).exit_code,
+            kExitInput);
+}
+
+TEST_F(BenchProgram, scaling_measures_growing_grids_of_one_scene) {
+  const ProgramRun run = bench("out", {"--scaling", "2", "--cull", "quadbox", "--size", "64x48"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  const BenchReport report = read_bench_json(folder_ / "out/bench.json");
+  ASSERT_EQ(report.rows.size(), 2u);
+  EXPECT_EQ(report.rows[0].gaussians, 300u);
+  EXPECT_EQ(report.rows[1].gaussians, 1200u);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/scaling.gp"));
+}
+
+TEST_F(BenchProgram, bench_follows_a_camera_path) {
+  const ProgramRun run = bench(
+      "out", {"--camera-path", path("cameras.json"), "--path-steps", "3", "--cull", "quadbox"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_EQ(read_bench_json(folder_ / "out/bench.json").rows.size(), 3u);
+}
+
+TEST_F(BenchProgram, a_replayed_zoom_has_equal_counts_and_a_changed_count_ends_with_4) {
+  const ProgramRun first =
+      zoom({scene_, "--target", "0,0,4", "--steps", "4", "--out-dir", path("zoom")});
+  ASSERT_EQ(first.exit_code, kExitOk) << first.err;
+  for (const char* file : {"zoom.csv", "zoom_fps.gp", "step_0000.png", "step_0003.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "zoom" / file)) << file;
+  const ProgramRun again = zoom({"--replay", path("zoom")});
+  EXPECT_EQ(again.exit_code, kExitOk) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("all pair counts are equal"));
+
+  const std::filesystem::path file = folder_ / "zoom/zoom.json";
+  json bundle = json::parse(std::ifstream(file));
+  ASSERT_EQ(bundle["rows"].size(), 24u);
+  bundle["rows"][5]["pairs"] = bundle["rows"][5]["pairs"].get<int>() + 1;
+  std::ofstream(file) << bundle;
+  const ProgramRun changed = zoom({"--replay", path("zoom")});
+  EXPECT_EQ(changed.exit_code, kExitComparison);
+  EXPECT_THAT(changed.err, HasSubstr("step 0, exact"));
+}
+
+}  // namespace
+}  // namespace qs

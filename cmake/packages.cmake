@@ -6,7 +6,8 @@
 if(QUADSPLAT_STATIC)
   list(PREPEND CMAKE_FIND_LIBRARY_SUFFIXES .a)
   add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt
-  set(CMAKE_BUILD_RPATH "$ORIGIN/../lib")
+  set(CMAKE_INSTALL_RPATH "$ORIGIN/../lib")
+  set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
   add_link_options(-static-libstdc++ -static-libgcc -Wl,--as-needed -Wl,--gc-sections
                    -Wl,--disable-new-dtags)
 endif()

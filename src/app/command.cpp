@@ -58,6 +58,9 @@ std::string gpu_list() {
                         bytes_text(gpu.total_bytes), gpu.problem.empty() ? "" : ": ", gpu.problem);
   }
   if (!report.problem.empty()) text += fmt::format("no GPU can be used: {}\n", report.problem);
+  text += fmt::format("driver: {}; this program: {}\n",
+                      report.driver.empty() ? "none" : "for CUDA up to " + report.driver,
+                      report.runtime.empty() ? "without CUDA" : "CUDA runtime " + report.runtime);
   return text;
 }
 

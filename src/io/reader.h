@@ -22,15 +22,16 @@ namespace qs {
 /// A cloud and what its file says about it.
 struct Scene {
   GaussianCloud cloud;
-  std::filesystem::path path;         ///< the file that was read (inside a model directory, the one chosen)
-  std::string format;                 ///< name of the reader's row, with a variant: "ply, binary little endian"
+  std::filesystem::path
+      path;            ///< the file that was read (inside a model directory, the one chosen)
+  std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< whole sentences: what was dropped or assumed
-  std::string vertical_axis;          ///< from the file ("y", "-z", ...), empty when it says nothing
+  std::string vertical_axis;  ///< from the file ("y", "-z", ...), empty when it says nothing
   std::uint64_t file_bytes = 0;
 };
 
 struct ReadOptions {
-  int iteration = -1;   ///< of a model directory: point_cloud/iteration_N; -1 = the highest
+  int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
   Progress progress;
 };
 
@@ -41,15 +42,16 @@ struct ReaderRow {
   const char* extensions;  ///< ".ply", space separated
   const char* summary;
   bool (*recognises)(std::span<const std::byte> content, const std::filesystem::path& path);
-  void (*read)(std::span<const std::byte> content, const std::filesystem::path& path, const ReadOptions& options,
-               Scene& scene);
+  void (*read)(std::span<const std::byte> content, const std::filesystem::path& path,
+               const ReadOptions& options, Scene& scene);
 };
 
 /// All readable formats; content decides, the extension breaks ties.
 std::span<const ReaderRow> readers();
 
-/// Reads a splat file, or of a model directory its highest (or chosen) point_cloud/iteration_*/point_cloud.ply.
-/// Throws Error(input) with one sentence "path: what" and Cancelled.
+/// Reads a splat file, or of a model directory its highest (or chosen)
+/// point_cloud/iteration_*/point_cloud.ply. Throws Error(input) with one sentence "path: what" and
+/// Cancelled.
 Scene read_scene(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// The scene file that `path` stands for: itself, or the one inside a model directory.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes a cloud in any writable format; one row of writers() per format.
-// To add a format: a write function in the format's own file, its row in writer.cpp, its round-trip test.
+// To add a format: a write function in the format's own file, its row in writer.cpp, its round-trip
+// test.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +17,15 @@ struct WriterRow {
   const char* name;       ///< "ply"
   const char* extension;  ///< ".ply"
   const char* summary;
-  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path, const Progress& progress);
+  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path,
+                const Progress& progress);
 };
 
 std::span<const WriterRow> writers();
 
 /// Writes by the extension of `path`; the file appears whole or not at all.
 /// Throws Error(usage) for an unknown extension, Error(input) when the file cannot be written.
-void write_scene(const GaussianCloud& cloud, const std::filesystem::path& path, const Progress& progress = {});
+void write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                 const Progress& progress = {});
 
 }  // namespace qs

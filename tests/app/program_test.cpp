@@ -82,6 +82,8 @@ TEST_F(Program, list_gpus_names_gpus_or_why_there_is_none) {
   const ProgramRun run = run_quadsplat({"--list-gpus"});
   EXPECT_EQ(run.exit_code, kExitOk);
   EXPECT_THAT(run.out, testing::AnyOf(HasSubstr("0: "), HasSubstr("no GPU can be used: ")));
+  EXPECT_THAT(run.out, HasSubstr("driver: "));
+  EXPECT_THAT(run.out, HasSubstr("this program: "));
 }
 
 TEST_F(Program, wrong_command_lines_end_with_1) {

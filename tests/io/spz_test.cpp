@@ -7,10 +7,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include "raster/scene/error.h"
 #include "support/corpus.h"
+#include "support/gzip.h"
 
 namespace qs::test {
 namespace {
@@ -18,20 +18,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-std::string gzip(const std::string& text) {
-  z_stream stream{};
-  deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
-  std::string packed(text.size() + 1000, '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
-  stream.avail_in = static_cast<uInt>(text.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  deflate(&stream, Z_FINISH);
-  packed.resize(stream.total_out);
-  deflateEnd(&stream);
-  return packed;
-}
 
 // One Gaussian.
 std::string header(char version, char sh_degree, char fractional_bits, char flags = 0) {
@@ -62,7 +48,7 @@ TEST(Spz, version_1_has_half_float_positions) {
   // 1.5, -2, 2^-24 (the smallest half) in x right, y up, z back.
   const std::string text = header(1, 0, 0) + std::string("\x00\x3e\x00\xc0\x01\x00", 6) +
                            kAlphaColorScale + "\x80\x80\x80";
-  const Scene scene = read(to_bytes(gzip(text)));
+  const Scene scene = read(to_bytes(gzip(text, 9)));
   EXPECT_EQ(scene.cloud.positions[0], glm::vec3(1.5f, 2, -5.9604645e-8f));
   EXPECT_EQ(scene.cloud.log_scales[0], glm::vec3(0));
   EXPECT_EQ(scene.format, "spz, version 1");
@@ -71,14 +57,14 @@ TEST(Spz, version_1_has_half_float_positions) {
 TEST(Spz, infinite_half_floats_are_dropped) {
   const std::string text = header(1, 0, 0) + std::string("\x00\x7c\x00\xc0\x01\x00", 6) +
                            kAlphaColorScale + "\x80\x80\x80";
-  EXPECT_THAT(error_of(to_bytes(gzip(text))), HasSubstr("position"));
+  EXPECT_THAT(error_of(to_bytes(gzip(text, 9))), HasSubstr("position"));
 }
 
 TEST(Spz, positions_are_signed_24_bit_fixed_point) {
   const std::string position("\x00\x10\x00\xff\xff\xff\x00\x00\x80", 9);
   const std::string text =
       header(3, 0, 12) + position + kAlphaColorScale + std::string("\0\0\0\xc0", 4);
-  const Scene scene = read(to_bytes(gzip(text)));
+  const Scene scene = read(to_bytes(gzip(text, 9)));
   EXPECT_EQ(scene.cloud.positions[0], glm::vec3(1, 1 / 4096.f, 2048));
   EXPECT_EQ(scene.cloud.rotations[0], glm::quat(1, 0, 0, 0));
 }
@@ -90,7 +76,7 @@ TEST(Spz, degree_4_is_cut_to_degree_3) {
   sh[3 * 15] = '\xff';  // degree 4
   const std::string text = header(3, 4, 12) + std::string(9, '\0') + kAlphaColorScale +
                            std::string("\0\0\0\xc0", 4) + sh;
-  const Scene scene = read(to_bytes(gzip(text)));
+  const Scene scene = read(to_bytes(gzip(text, 9)));
   EXPECT_EQ(scene.cloud.sh_degree, 3);
   EXPECT_EQ(scene.cloud.sh.size(), 16u);
   EXPECT_EQ(scene.cloud.sh[1], glm::vec3(-0.5f, 0, 0));
@@ -102,14 +88,14 @@ TEST(Spz, antialiased_flag_is_kept) {
   for (const char flag : {'\0', '\1'}) {
     const std::string text = header(3, 0, 12, flag) + std::string(9, '\0') + kAlphaColorScale +
                              std::string("\0\0\0\xc0", 4);
-    EXPECT_EQ(read(to_bytes(gzip(text))).cloud.antialiased, flag == '\1');
+    EXPECT_EQ(read(to_bytes(gzip(text, 9))).cloud.antialiased, flag == '\1');
   }
 }
 
 TEST(Spz, tree_of_levels_is_refused) {
   const std::string text = header(3, 0, 12, '\x80') + std::string(9, '\0') + kAlphaColorScale +
                            std::string("\0\0\0\xc0", 4);
-  EXPECT_THAT(error_of(to_bytes(gzip(text))), HasSubstr("level-of-detail"));
+  EXPECT_THAT(error_of(to_bytes(gzip(text, 9))), HasSubstr("level-of-detail"));
 }
 
 TEST(Spz, every_frame_with_parallel_axes_is_turned_to_right_down_forward) {
@@ -135,9 +121,9 @@ TEST(Spz, every_frame_with_parallel_axes_is_turned_to_right_down_forward) {
 TEST(Spz, one_byte_too_much_or_too_little_is_an_error) {
   const std::string text =
       header(3, 0, 12) + std::string(9, '\0') + kAlphaColorScale + std::string("\0\0\0\xc0", 4);
-  EXPECT_EQ(error_of(to_bytes(gzip(text))), "no error");
-  EXPECT_THAT(error_of(to_bytes(gzip(text + "x"))), HasSubstr("more data"));
-  EXPECT_THAT(error_of(to_bytes(gzip(text.substr(0, text.size() - 1)))), HasSubstr("cut off"));
+  EXPECT_EQ(error_of(to_bytes(gzip(text, 9))), "no error");
+  EXPECT_THAT(error_of(to_bytes(gzip(text + "x", 9))), HasSubstr("more data"));
+  EXPECT_THAT(error_of(to_bytes(gzip(text.substr(0, text.size() - 1), 9))), HasSubstr("cut off"));
 }
 
 }  // namespace

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// Packs bytes for tests of readers that inflate.
+#pragma once
+
+#include <zlib.h>
+
+namespace qs::test {
+
+/// One gzip member holding `plain`, a container of one-byte elements; level 1 (fast) to 9 (small).
+template <class Bytes>
+Bytes gzip(const Bytes& plain, int level) {
+  z_stream stream{};
+  deflateInit2(&stream, level, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
+  Bytes packed(plain);
+  packed.resize(plain.size() + 1000);
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<typename Bytes::value_type*>(plain.data()));
+  stream.avail_in = static_cast<uInt>(plain.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  return packed;
+}
+
+}  // namespace qs::test

@@ -83,15 +83,9 @@ bool parse(ZoomCommand& command, Arguments arguments) {
 
 // What lies under the image's centre, by the trace of one frame.
 glm::dvec3 find_target(Session& session, const Camera& camera) {
-  Outputs outputs;
-  outputs.color = false;
-  outputs.trace = true;
-  RenderSettings settings = session.settings;
-  settings.mode = kDefaultMode;
-  const Trace& trace = session.renderer->render(camera, settings, outputs).trace;
-  const std::optional<double> depth = center_depth(trace, camera);
-  if (!depth) fail("zoom: nothing is under the image's centre: name a point with --target X,Y,Z");
-  return center_point(camera, *depth);
+  const auto target = find_point(*session.renderer, camera, session.settings, center_pixel(camera));
+  if (!target) fail("zoom: nothing is under the image's centre: name a point with --target X,Y,Z");
+  return *target;
 }
 
 std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const ViewPlan& plan) {

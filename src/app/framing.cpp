@@ -44,9 +44,7 @@ Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, 
   return camera;
 }
 
-Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, int width,
-                   int height) {
-  // A scene of one Gaussian is framed at three of its standard deviations.
+float smallest_framing(const GaussianCloud& cloud) {
   float largest = 0;
   if (!cloud.empty()) {
     std::vector<float> logs(cloud.size());
@@ -58,8 +56,13 @@ Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, i
     std::nth_element(logs.begin(), median, logs.end());
     largest = std::exp(*median);
   }
-  const float smallest = largest > 0 && std::isfinite(largest) ? 3 * largest : 1e-3f;
-  return frame_box(core_box(cloud), smallest, world_up(vertical_axis), width, height);
+  return largest > 0 && std::isfinite(largest) ? 3 * largest : 1e-3f;
+}
+
+Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, int width,
+                   int height) {
+  return frame_box(core_box(cloud), smallest_framing(cloud), world_up(vertical_axis), width,
+                   height);
 }
 
 }  // namespace qs

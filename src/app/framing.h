@@ -22,6 +22,10 @@ glm::dvec3 world_up(std::string_view vertical_axis);
 /// min(0.2, 0.01 x the box's longest side).
 Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height);
 
+/// What frame_box() should show at least of this scene: three standard deviations of a typical
+/// Gaussian, so that a scene of one is framed too; world units, > 0.
+float smallest_framing(const GaussianCloud& cloud);
+
 /// frame_box() of the scene's core extents.
 Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, int width,
                    int height);

@@ -29,11 +29,14 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
   assert(plan.frames > 0);
   std::vector<std::vector<RenderStats>> measured(plan.modes.size());
   for (int round = -plan.warmup; round < plan.frames; ++round) {
-    plan.progress.update(static_cast<float>(round + plan.warmup) /
-                         static_cast<float>(plan.warmup + plan.frames));
     for (std::size_t i = 0; i < plan.modes.size(); ++i) {
+      const auto modes = static_cast<float>(plan.modes.size());
+      plan.progress.update(
+          (static_cast<float>(round + plan.warmup) + static_cast<float>(i) / modes) /
+          static_cast<float>(plan.warmup + plan.frames));
       settings.mode = plan.modes[i];
-      const Frame& frame = renderer.render(camera, settings, outputs, plan.target);
+      const Frame& frame =
+          renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
       if (round >= 0) measured[i].push_back(frame.stats);
       if (round + 1 == plan.frames) visit(settings.mode, frame);
     }
@@ -50,14 +53,14 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames, const Target& target) {
+                 ModeResult& result, int frames, const Target& target, std::stop_token stop) {
   assert(frames > 0);
   settings.mode = result.mode;
   Outputs outputs;
   outputs.stage_times = true;
   std::vector<double> frame_ms, stage_ms[kStageCount];
   for (int i = 0; i < frames; ++i) {
-    const RenderStats& marked = renderer.render(camera, settings, outputs, target).stats;
+    const RenderStats& marked = renderer.render(camera, settings, outputs, target, stop).stats;
     frame_ms.push_back(static_cast<double>(marked.frame_ms));
     for (int stage = 0; stage < kStageCount; ++stage)
       stage_ms[stage].push_back(static_cast<double>(marked.stage_ms[stage]));

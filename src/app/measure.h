@@ -30,7 +30,7 @@ struct MeasurePlan {
 };
 
 /// Renders the rounds; the last one's frames go to visit(mode, frame). Results are parallel to the
-/// modes.
+/// modes. Throws Cancelled when plan.progress.stop is triggered.
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,
@@ -39,7 +39,8 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 /// Takes `result`'s stage times (medians) from frames of their own, because measuring stages may
 /// slow a frame.
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames = 1, const Target& target = HostImage{});
+                 ModeResult& result, int frames = 1, const Target& target = HostImage{},
+                 std::stop_token stop = {});
 
 /// The table that people read: one line per mode, and what the mode is.
 std::string format_mode_table(std::span<const ModeResult> results);

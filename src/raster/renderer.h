@@ -56,10 +56,11 @@ struct Outputs {
   bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
 };
 
-struct HostImage {};    ///< Frame::color holds it
-struct DeviceImage {};  ///< it stays where it was drawn, as when only time is measured
-struct GlBuffer {       ///< RGBA8 rows from the top, in a pixel buffer of the current GL context
-  unsigned name = 0;    ///< of a buffer with at least width * height * 4 bytes
+struct HostImage {};     ///< Frame::color holds it
+struct DeviceImage {};   ///< it stays where it was drawn, as when only time is measured
+struct GlBuffer {        ///< RGBA8 rows from the top, in a pixel buffer of the current GL context
+  unsigned name = 0;     ///< of a buffer with at least width * height * 4 bytes
+  unsigned version = 0;  ///< another one for every storage that any name ever had
 };
 
 /// Where the colours of a frame go. The CPU backend draws a HostImage only.
@@ -76,8 +77,9 @@ struct Trace {
 };
 
 struct RenderStats {
-  float frame_ms = 0;  ///< first stage to finished image, on the backend's own clock; without the
-                       ///< way of the image to the host
+  float frame_ms = 0;    ///< first stage to finished image, on the backend's own clock; without the
+                         ///< way of the image to the host
+  float present_ms = 0;  ///< after the frame: its way into a GlBuffer, 0 for other targets
   float stage_ms[kStageCount] = {};  ///< index = Stage; zeros unless asked for (the CPU: always)
   std::uint32_t gaussians = 0;       ///< in the cloud
   std::uint32_t visible = 0;         ///< Gaussians with at least one tile

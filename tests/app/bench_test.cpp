@@ -131,10 +131,11 @@ TEST(ZoomPath, the_target_is_the_opaque_gaussian_under_the_centre) {
   const Camera camera = test::front_camera(64, 48);
   Outputs outputs;
   outputs.trace = true;
-  const auto depth = center_depth(renderer->render(camera, {}, outputs).trace, camera);
+  const auto depth =
+      pixel_depth(renderer->render(camera, {}, outputs).trace, camera, center_pixel(camera));
   ASSERT_TRUE(depth.has_value());
   EXPECT_NEAR(*depth, 3, 1e-5);
-  EXPECT_NEAR(center_point(camera, *depth).z, 3, 1e-5);
+  EXPECT_NEAR(pixel_point(camera, center_pixel(camera), *depth).z, 3, 1e-5);
 }
 
 TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {

@@ -64,8 +64,11 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
   }
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    mark_stages(*session.renderer, camera, session.settings, results[i],
-                std::min(plan.frames, kMarkedFrames), measuring.target);
+    // The CPU measures stages always, and at no cost.
+    results[i].marked_frame_ms = results[i].stats.frame_ms;
+    if (session.backend != Backend::cpu)
+      mark_stages(*session.renderer, camera, session.settings, results[i],
+                  std::min(plan.frames, kMarkedFrames), measuring.target, progress.stop);
     rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
     rows.back().round_spread = relative_spread(medians[i]);
   }

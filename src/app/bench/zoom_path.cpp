@@ -21,9 +21,10 @@ std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps,
   return cameras;
 }
 
-std::optional<double> center_depth(const Trace& trace, const Camera& camera) {
+std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel) {
   const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
-  const int x = camera.width / 2, y = camera.height / 2;
+  const int x = pixel.x, y = pixel.y;
+  if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return std::nullopt;
   const auto tile = static_cast<std::size_t>(y / kTileSize * grid.columns + x / kTileSize);
   double transmittance = 1;
   for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
@@ -45,10 +46,23 @@ std::optional<double> center_depth(const Trace& trace, const Camera& camera) {
   return std::nullopt;
 }
 
-glm::dvec3 center_point(const Camera& camera, double depth) {
-  const glm::dvec2 pixel(camera.width / 2, camera.height / 2);
-  const glm::dvec3 view(depth * (pixel - camera.center_px) / camera.focal_px, depth);
+glm::dvec3 pixel_point(const Camera& camera, glm::ivec2 pixel, double depth) {
+  const glm::dvec3 view(depth * (glm::dvec2(pixel) - camera.center_px) / camera.focal_px, depth);
   return glm::transpose(glm::dmat3(camera.view_from_world)) * (view - camera.view_from_world[3]);
+}
+
+glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }
+
+std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
+                                     RenderSettings settings, glm::ivec2 pixel) {
+  Outputs outputs;
+  outputs.color = false;
+  outputs.trace = true;
+  settings.mode = kDefaultMode;
+  const Trace& trace = renderer.render(camera, settings, outputs).trace;
+  const std::optional<double> depth = pixel_depth(trace, camera, pixel);
+  if (!depth) return std::nullopt;
+  return pixel_point(camera, pixel, *depth);
 }
 
 }  // namespace qs

@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include <glm/vec2.hpp>
+
 #include "raster/renderer.h"
 
 namespace qs {
@@ -15,11 +17,18 @@ namespace qs {
 /// distance away from the target.
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest);
 
-/// View depth at which light of the image's centre is half absorbed, from a frame's trace; empty
-/// when it never is.
-std::optional<double> center_depth(const Trace& trace, const Camera& camera);
+/// View depth at which light of a pixel is half absorbed, from a frame's trace; empty when it never
+/// is or the pixel is outside.
+std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel);
 
-/// The world position at this view depth under the image's centre.
-glm::dvec3 center_point(const Camera& camera, double depth);
+/// The world position at this view depth under a pixel.
+glm::dvec3 pixel_point(const Camera& camera, glm::ivec2 pixel, double depth);
+
+/// The pixel that stands for the image's centre.
+glm::ivec2 center_pixel(const Camera& camera);
+
+/// The world position that is seen at a pixel, by the trace of one frame without an image.
+std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
+                                     RenderSettings settings, glm::ivec2 pixel);
 
 }  // namespace qs

@@ -3,6 +3,7 @@
 
 #include "raster/cuda/blend.cuh"
 #include "raster/cuda/cuda_renderer.h"
+#include "raster/cuda/gl_target.cuh"
 #include "raster/cuda/gpu_info.h"
 #include "raster/cuda/stage_clock.cuh"
 
@@ -48,9 +49,6 @@ class CudaRenderer final : public Renderer {
     if (settings.mode == kReferenceMode) {
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
     }
-    if (std::holds_alternative<GlBuffer>(target)) {
-      throw Error(ErrorKind::device, "cuda: drawing into a GL buffer is not built yet");
-    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -71,7 +69,12 @@ class CudaRenderer final : public Renderer {
     timed(frame, Stage::bin, [&] { bin(frame, visible_, pairs_); });
     timed(frame, Stage::sort, [&] { sort(frame, pairs_, lists_); });
     timed(frame, Stage::blend, [&] { blend(frame, visible_, pairs_, lists_, outputs_, pixels_); });
+    const auto* buffer = std::get_if<GlBuffer>(&target_);
+    if (buffer != nullptr && outputs_.color) {
+      gl_target_.present(pixels_.color.data(), camera_.width, camera_.height, *buffer, stream_);
+    }
     collect_stats();
+    if (buffer != nullptr && outputs_.color) result_.stats.present_ms = gl_target_.present_ms();
     collect_maps();
     if (outputs_.trace) collect_trace();
     return result_;
@@ -180,6 +183,7 @@ class CudaRenderer final : public Renderer {
   TilePairs pairs_;
   TileLists lists_;
   Pixels pixels_;
+  GlTarget gl_target_;
   Frame result_;
 };
 

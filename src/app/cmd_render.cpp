@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "app/bench/shard.h"
 #include "app/command.h"
 #include "app/compare.h"
 #include "app/frame_options.h"
@@ -25,12 +26,13 @@ struct RenderCommand {
   CameraChoice cameras;
   std::optional<std::filesystem::path> output, stats, reference;
   std::optional<HeatQuantity> heatmap;
-  std::optional<int> frames, heatmap_max;
+  std::optional<int> repeats, heatmap_max;
+  std::optional<Shard> shard;
   double reference_threshold = 0;
   bool psnr = false;
 
   bool several_modes() const { return frame.modes.size() > 1; }
-  bool measures() const { return several_modes() || frames.has_value() || psnr; }
+  bool measures() const { return several_modes() || repeats.has_value() || psnr; }
 };
 
 bool parse(RenderCommand& command, Arguments arguments) {
@@ -46,20 +48,26 @@ bool parse(RenderCommand& command, Arguments arguments) {
                   "end of the scale (default: from the first frame)");
   options.text("--stats", "FILE", command.stats, "the frames' statistics as JSON; - = stdout");
   options.integer(
-      "--frames", "N", 1, 100000, command.frames,
-      "measured frames per mode, after one that warms up (default with several modes: 3)");
+      "--repeats", "N", 1, 100000, command.repeats,
+      "measured frames per picture, after one that warms up (default with several modes: 3)");
   options.flag("--psnr", command.psnr,
                "adds each mode's PSNR against mode reference (slow) to the table");
   options.text("--reference", "FILE", command.reference,
                "picture to compare with; writes OUT.difference.png");
   options.real("--reference-threshold", "DB", 0, 1000, command.reference_threshold,
                "ends with exit code 4 when the PSNR is lower");
+  options.value("--shard", "I/N",
+                "renders every N-th picture of --all-cameras or --camera-path from the I-th; see "
+                "quadsplat merge",
+                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
   options.example("quadsplat render garden/ --camera-index 0 --output garden.png",
                   "one view of a trained model");
   options.example("quadsplat render plush.spz --cull all --psnr --output plush.png",
                   "compares the culling modes on one view");
   options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
                   "where the tile pairs are");
+  options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
+                  "the pictures of a flight: f_0000.png to f_0239.png");
   return options.parse(arguments);
 }
 
@@ -67,12 +75,26 @@ void check(const RenderCommand& command) {
   if (!command.output && !command.stats && !command.measures() && !command.reference) {
     fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
   }
-  if (command.reference && (command.several_modes() || command.cameras.all)) {
+  if (command.reference && (command.several_modes() || command.cameras.several())) {
     fail(ErrorKind::usage,
          "render: --reference compares one picture: choose one camera and one mode");
   }
   if (command.reference_threshold > 0 && !command.reference) {
     fail(ErrorKind::usage, "render: --reference-threshold needs --reference");
+  }
+  if (command.cameras.frames && !command.cameras.path) {
+    fail(
+        ErrorKind::usage,
+        "render: --frames counts the pictures along a --camera-path, and there is none; to measure "
+        "a picture several times use --repeats");
+  }
+  if (command.shard && !command.cameras.several()) {
+    fail(ErrorKind::usage,
+         "render: --shard shares the pictures of --all-cameras or --camera-path: give one of them");
+  }
+  if (command.shard && command.heatmap && !command.heatmap_max) {
+    fail(ErrorKind::usage,
+         "render: --shard with --heatmap needs --heatmap-max, so that all shards have one scale");
   }
 }
 
@@ -84,24 +106,29 @@ class Run {
 
   int all_shots() {
     const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_.scene);
-    for (const Shot& shot : shots) one_shot(shot);
-    if (command_.stats) write_stats(*command_.stats, format_stats(session_, records_));
+    const Shard shard = command_.shard.value_or(Shard());
+    for (std::size_t view = 0; view < shots.size(); ++view) {
+      if (shard.takes(view)) one_shot(shots[view], view);
+    }
+    if (command_.stats) {
+      write_stats(*command_.stats, format_stats(session_, records_, shots.size()));
+    }
     return exit_code_;
   }
 
  private:
-  void one_shot(const Shot& shot) {
+  void one_shot(const Shot& shot, std::size_t view) {
     Outputs outputs;
     if (command_.heatmap) outputs = outputs_for(*command_.heatmap);
-    const int frames = command_.frames.value_or(command_.several_modes() ? 3 : 1);
-    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, frames, {}, {}};
+    const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
+    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     const Image truth = command_.psnr ? reference_image(shot) : Image();
     const std::size_t first_record = records_.size();
     std::vector<double> psnrs;
     std::vector<ModeResult> results =
         measure_modes(*session_.renderer, shot.camera, session_.settings, outputs, plan,
                       [&](CullMode mode, const Frame& frame) {
-                        records_.push_back({shot, {}, save(shot, mode, frame), std::nullopt});
+                        records_.push_back({shot, view, {}, save(shot, mode, frame), std::nullopt});
                         if (command_.reference)
                           compare_with_reference(frame.color, records_.back());
                         if (command_.psnr) psnrs.push_back(psnr_8bit(frame.color, truth));
@@ -116,8 +143,8 @@ class Run {
     if (command_.measures()) {
       fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}\n{}", shot.origin,
                  shot.camera.width, shot.camera.height,
-                 kBackendNames[static_cast<int>(session_.backend)], frames, frames == 1 ? "" : "s",
-                 format_mode_table(results));
+                 kBackendNames[static_cast<int>(session_.backend)], repeats,
+                 repeats == 1 ? "" : "s", format_mode_table(results));
     }
   }
 
@@ -136,7 +163,7 @@ class Run {
     if (!command_.output) return {};
     const char* mode_name = kCullers[static_cast<std::size_t>(mode)].name;
     std::filesystem::path path = *command_.output;
-    if (command_.cameras.all) path = with_shot(path, shot);
+    if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, mode_name);
     ImageMetadata metadata = {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
                               {"Scene", session_.scene.path.filename().string()},

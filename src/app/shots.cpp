@@ -3,6 +3,7 @@
 
 #include <cctype>
 
+#include "app/bench/camera_path.h"
 #include "app/framing.h"
 #include "io/cameras.h"
 #include "raster/scene/fail.h"
@@ -18,9 +19,20 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
 }
 
+// At a fixed time step, from the first keyframe to the last.
+std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
+  std::vector<Shot> shots;
+  for (const Camera& camera : sample_path(read_camera_path(file), count)) {
+    const auto number = static_cast<int>(shots.size());
+    shots.push_back({camera, number, fmt::format("path {:04}", number)});
+  }
+  return shots;
+}
+
 std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
                                 const Scene& scene) {
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
+  if (choice.path) return path_shots(*choice.path, choice.frames.value_or(kPathFrames));
   const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
   if (file) {
     const std::vector<Camera> cameras = read_cameras(*file);
@@ -54,12 +66,19 @@ void declare_camera_choice(Options& options, CameraChoice& choice) {
                   "camera N of the file, counted from 0");
   options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json");
   options.flag("--all-cameras", choice.all, "every camera; OUT gets its number and name inserted");
+  options.text("--camera-path", "FILE", choice.path,
+               "keyframes: pictures OUT_0000, OUT_0001, .. along the spline through them");
+  options.integer(
+      "--frames", "N", 1, 1'000'000, choice.frames,
+      fmt::format("pictures along --camera-path, at a fixed time step (default: {})", kPathFrames));
 }
 
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Scene& scene) {
-  if (choice.index.has_value() + choice.json.has_value() + choice.all > 1) {
-    fail(ErrorKind::usage, "--camera-index, --camera-json and --all-cameras exclude each other");
+  if (choice.index.has_value() + choice.json.has_value() + choice.all + choice.path.has_value() >
+      1) {
+    fail(ErrorKind::usage,
+         "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");
   }
   std::vector<Shot> shots = unsized_shots(choice, frame, scene);
   if (frame.size) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which views a command renders: cameras of a file, one given as JSON, or a framing of the scene.
+// Which views a command renders: cameras of a file, one given as JSON, steps along a camera path,
+// or a framing of the scene.
 #pragma once
 
 #include <optional>
@@ -12,15 +13,21 @@
 namespace qs {
 
 struct CameraChoice {
-  std::optional<int> index;         ///< position in the cameras file
-  std::optional<std::string> json;  ///< one camera as text
-  bool all = false;                 ///< every camera of the file
+  std::optional<int> index;                   ///< position in the cameras file
+  std::optional<std::string> json;            ///< one camera as text
+  bool all = false;                           ///< every camera of the file
+  std::optional<std::filesystem::path> path;  ///< keyframes, see bench/camera_path.h
+  std::optional<int> frames;                  ///< along the path (default: kPathFrames)
+
+  bool several() const { return all || path; }
 };
+
+inline constexpr int kPathFrames = 32;
 
 struct Shot {
   Camera camera;
-  int number = -1;     ///< position in the cameras file, -1 when it has none
-  std::string origin;  ///< for people: "camera 3 (IMG_0004)", "framing"
+  int number = -1;     ///< position in the cameras file or on the path, -1 when it has none
+  std::string origin;  ///< for people: "camera 3 (IMG_0004)", "path 0003", "framing"
 };
 
 void declare_camera_choice(Options& options, CameraChoice& choice);

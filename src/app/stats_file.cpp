@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/scene_facts.h"
 #include "app/environment.h"
 #include "io/cameras.h"
 #include "io/replace_file.h"
@@ -29,7 +30,8 @@ ordered_json frame_json(const FrameRecord& record) {
   ordered_json stages;
   for (int stage = 0; stage < kStageCount; ++stage)
     stages[kStageNames[stage]] = rounded_ms(stats.stage_ms[stage]);
-  ordered_json frame = {{"mode", kCullers[static_cast<std::size_t>(record.result.mode)].name},
+  ordered_json frame = {{"view", record.view},
+                        {"mode", kCullers[static_cast<std::size_t>(record.result.mode)].name},
                         {"width", record.shot.camera.width},
                         {"height", record.shot.camera.height},
                         {"gaussians", stats.gaussians},
@@ -71,14 +73,20 @@ ordered_json environment_json(const Session& session) {
 }
 
 ordered_json scene_json(const Scene& scene) {
-  return {{"file", scene.path.string()},        {"format", scene.format},
-          {"bytes", scene.file_bytes},          {"gaussians", scene.cloud.size()},
-          {"sh_degree", scene.cloud.sh_degree}, {"antialiased", scene.cloud.antialiased}};
+  return {{"file", scene.path.string()},
+          {"hash", file_hash(scene.path)},
+          {"format", scene.format},
+          {"bytes", scene.file_bytes},
+          {"gaussians", scene.cloud.size()},
+          {"sh_degree", scene.cloud.sh_degree},
+          {"antialiased", scene.cloud.antialiased}};
 }
 
-std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames) {
+std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames,
+                         std::size_t view_count) {
   ordered_json json = {{"environment", environment_json(session)},
                        {"scene", scene_json(session.scene)},
+                       {"view_count", view_count},
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";

@@ -98,6 +98,12 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
                  kExitUsage, "exclude");
   expect_failure(render({"--output", path("a.png"), "--reference-threshold", "50"}), kExitUsage,
                  "needs --reference");
+  expect_failure(render({"--output", path("a.png"), "--frames", "3"}), kExitUsage, "use --repeats");
+  expect_failure(render({"--output", path("a.png"), "--shard", "1/2"}), kExitUsage,
+                 "--all-cameras or --camera-path");
+  expect_failure(
+      render({"--output", path("a.png"), "--all-cameras", "--shard", "1/2", "--heatmap", "pairs"}),
+      kExitUsage, "needs --heatmap-max");
   EXPECT_EQ(run_quadsplat({}).exit_code, kExitUsage);
 }
 
@@ -163,9 +169,34 @@ TEST_F(Program, all_cameras_write_one_picture_each_with_number_and_name) {
   }
 }
 
+TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
+  json keys = json::array();
+  for (int i = 0; i < 3; ++i) {
+    Camera camera = test::front_camera(64, 48);
+    camera.view_from_world[3].x = 0.1 * i;
+    keys.push_back(json::parse(format_camera(camera)));
+  }
+  std::ofstream(folder_ / "path.json") << keys;
+  const ProgramRun run = render({"--camera-path", path("path.json"), "--frames", "5", "--size",
+                                 "32x24", "--output", path("p.ppm"), "--stats", path("s.json")});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  const json stats = json::parse(std::ifstream(folder_ / "s.json"));
+  ASSERT_EQ(stats["frames"].size(), 5u);
+  for (int i = 0; i < 5; ++i) {
+    const std::filesystem::path picture = folder_ / ("p_000" + std::to_string(i) + ".ppm");
+    ASSERT_TRUE(std::filesystem::exists(picture)) << picture;
+    EXPECT_EQ(read_image(picture).width, 32);
+    const Camera camera = parse_camera(stats["frames"][i]["camera"].dump(), "stats");
+    EXPECT_NEAR(camera.view_from_world[3].x, 0.05 * i, 1e-6);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "p_0005.ppm"));
+  expect_failure(render({"--camera-path", path("path.json"), "--all-cameras", "--output", "a.png"}),
+                 kExitUsage, "exclude");
+}
+
 TEST_F(Program, cull_all_prints_the_mode_table_and_writes_every_mode) {
   const ProgramRun run =
-      render({"--cull", "all", "--psnr", "--frames", "1", "--output", path("m.png")});
+      render({"--cull", "all", "--psnr", "--repeats", "1", "--output", path("m.png")});
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     const CullerRow& row = kCullers[static_cast<std::size_t>(mode)];
@@ -178,7 +209,7 @@ TEST_F(Program, cull_all_prints_the_mode_table_and_writes_every_mode) {
 
 TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
   const ProgramRun run =
-      render({"--stats", "-", "--cull", "all", "--frames", "2", "--camera-index", "0"});
+      render({"--stats", "-", "--cull", "all", "--repeats", "2", "--camera-index", "0"});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
   const json stats = json::parse(run.out);
   EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(kCullerCount));

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "app/bench/camera_path.h"
 #include "app/bench/markdown.h"
 #include "app/bench/measure_view.h"
+#include "app/bench/noise.h"
 #include "app/bench/replicate.h"
 #include "app/bench/scene_facts.h"
 #include "app/bench/shard.h"
@@ -106,9 +106,10 @@ class Bench {
                                              : command_.replicate.value_or(glm::ivec2(1)));
       }
     }
+    report_.view_count = view_;
     fmt::print("{}", format_markdown(report_));
-    for (const std::string& sentence : warnings(report_))
-      fmt::print(stderr, "quadsplat: warning: {}\n", sentence);
+    if (const std::string noise = noise_sentence(report_.rows); !noise.empty())
+      fmt::print(stderr, "quadsplat: warning: {}\n", noise);
     if (command_.out_dir) {
       const std::string problem = write_report(report_, *command_.out_dir);
       if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
@@ -125,9 +126,10 @@ class Bench {
     Session session = open_session(frame, [&](Scene& scene) {
       if (grid) scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
     });
+    if (report_.environment.is_null()) describe(session);
     std::string name = scene_name(session.scene.path);
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
-    if (report_.environment.is_null()) describe(session);
+    if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
     report_.scenes.push_back(scene_facts(session.scene, name));
     const std::vector<View> views = choose_views(frame, session.scene);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
@@ -165,19 +167,13 @@ class Bench {
       const glm::ivec2 size = frame.size.value_or(kFramingSize);
       return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), "framing"}};
     }
-    if (command_.camera_path) {
-      for (const Camera& camera :
-           sample_path(read_camera_path(*command_.camera_path), command_.path_steps)) {
-        views.push_back({frame.size ? camera.resized(frame.size->x, frame.size->y) : camera,
-                         fmt::format("path {:04}", views.size())});
-      }
-      return views;
-    }
     CameraChoice choice;
+    choice.path = command_.camera_path;
+    choice.frames = command_.path_steps;
     const auto add = [&] {
       for (const Shot& shot : choose_shots(choice, frame, scene)) {
-        views.push_back(
-            {shot.camera, shot.number < 0 ? shot.origin : fmt::format("{}", shot.number)});
+        const bool of_file = shot.number >= 0 && !choice.path;
+        views.push_back({shot.camera, of_file ? fmt::format("{}", shot.number) : shot.origin});
       }
     };
     for (const int index : command_.camera_indices) {
@@ -185,7 +181,7 @@ class Bench {
       add();
     }
     if (command_.camera_indices.empty()) {
-      choice.all = frame.cameras || find_cameras_file(scene.path);
+      choice.all = !choice.path && (frame.cameras || find_cameras_file(scene.path));
       add();
     }
     return views;
@@ -205,6 +201,12 @@ class Bench {
       psnrs.push_back(psnr_8bit(session.renderer->render(camera, settings).color, truth));
     }
     return psnrs;
+  }
+
+  // Rows are grouped by the scene's name, and two files may have one name.
+  bool is_taken(const std::string& name) const {
+    return std::any_of(report_.scenes.begin(), report_.scenes.end(),
+                       [&](const auto& scene) { return scene["name"] == name; });
   }
 
   void describe(const Session& session) {

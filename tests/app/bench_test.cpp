@@ -11,7 +11,8 @@
 
 #include "app/bench/camera_path.h"
 #include "app/bench/markdown.h"
-#include "app/bench/merge.h"
+#include "app/bench/measure_view.h"
+#include "app/bench/noise.h"
 #include "app/bench/replicate.h"
 #include "app/bench/shard.h"
 #include "app/bench/statistics.h"
@@ -43,6 +44,7 @@ BenchRow row(const std::string& mode, double ms, std::uint64_t pairs, std::uint6
 BenchReport report(std::vector<BenchRow> rows) {
   return {{{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", "abc"}},
           nlohmann::ordered_json::array(),
+          rows.size(),
           std::move(rows)};
 }
 
@@ -77,29 +79,52 @@ TEST(BenchReport, markdown_tells_speed_up_and_sort_bytes) {
   EXPECT_THAT(text, HasSubstr("| `quadbox` | 1,000 | - | 1.000 | 1000.0 | 2.00x | 400 | 4.8 kB |"));
 }
 
-TEST(BenchReport, drift_above_three_per_cent_gives_a_warning) {
-  BenchRow drifting = row("3dgs", 1, 1);
-  drifting.drift = 0.02;
-  EXPECT_TRUE(warnings(report({drifting})).empty());
-  drifting.drift = -0.04;
-  EXPECT_THAT(warnings(report({drifting})), testing::ElementsAre(HasSubstr("-4.0 %")));
+// Says that its frames took the times of a list, one after another.
+class ScriptedRenderer : public Renderer {
+ public:
+  explicit ScriptedRenderer(std::vector<float> times_ms) : times_ms_(std::move(times_ms)) {}
+  void upload(const GaussianCloud&, const Progress&) override {}
+  void submit(const Camera&, const RenderSettings&, const Outputs&, const Target&,
+              std::stop_token) override {
+    frame_.stats.frame_ms = times_ms_[next_++ % times_ms_.size()];
+  }
+  const Frame& wait() override { return frame_; }
+
+ private:
+  std::vector<float> times_ms_;
+  std::size_t next_ = 0;
+  Frame frame_;
+};
+
+// The row of a view that was measured in three rounds of two frames, which take these times.
+BenchRow three_rounds(std::vector<float> times_ms) {
+  Session session;
+  session.renderer = std::make_unique<ScriptedRenderer>(std::move(times_ms));
+  return measure_view(session, {kDefaultMode}, test::front_camera(64, 48), {2, 0, 3}, {}).front();
 }
 
-TEST(Merge, shards_in_any_order_give_the_rows_of_one_run) {
-  const std::array parts = {report({row("3dgs", 1, 3, 1), row("exact", 1, 2, 1)}),
-                            report({row("3dgs", 1, 5, 0), row("exact", 1, 4, 0)})};
-  const BenchReport whole = report(
-      {row("3dgs", 1, 5, 0), row("exact", 1, 4, 0), row("3dgs", 1, 3, 1), row("exact", 1, 2, 1)});
-  EXPECT_EQ(format_bench_json(merge_reports(parts, false)), format_bench_json(whole));
+TEST(Noise, rounds_whose_medians_differ_by_more_than_three_per_cent_are_told) {
+  const BenchRow calm = three_rounds({2.00f, 2.00f, 2.02f, 2.02f, 2.00f, 2.00f});
+  EXPECT_NEAR(calm.round_spread, 0.01, 1e-6);
+  EXPECT_EQ(noise_sentence({calm}), "");
+  const BenchRow restless = three_rounds({2.0f, 2.0f, 1.9f, 1.9f, 2.0f, 2.0f});
+  EXPECT_NEAR(restless.round_spread, 0.05, 1e-6);
+  EXPECT_THAT(noise_sentence({restless}), HasSubstr("rounds differ by 5.0 %"));
 }
 
-TEST(Merge, refuses_other_devices_unless_told_and_rows_measured_twice) {
-  std::array parts = {report({row("3dgs", 1, 3, 0)}), report({row("3dgs", 1, 3, 1)})};
-  parts[1].environment["cpu"] = "another CPU";
-  EXPECT_THROW(merge_reports(parts, false), Error);
-  EXPECT_EQ(merge_reports(parts, true).rows.size(), 2u);
-  parts[1] = parts[0];
-  EXPECT_THROW(merge_reports(parts, true), Error);
+TEST(Noise, is_told_in_one_sentence_that_names_the_worst_row) {
+  std::vector<BenchRow> rows = {row("3dgs", 1, 1, 0), row("adr", 1, 1, 1), row("exact", 1, 1, 2)};
+  rows[0].drift = 0.02;
+  EXPECT_EQ(noise_sentence(rows), "");
+  EXPECT_EQ(noise_markdown(rows), "");
+  rows[0].drift = 0.04;
+  rows[1].drift = -0.08;
+  rows[2].round_spread = 0.05;
+  EXPECT_THAT(noise_sentence(rows), testing::StartsWith("3 of 3 rows are noisy, beyond 3 %: the "
+                                                        "worst is tiny, camera 1, adr: its later "
+                                                        "frames took -8.0 %"));
+  EXPECT_EQ(noise_sentence(rows).find('\n'), std::string::npos);
+  EXPECT_THAT(noise_markdown(rows), HasSubstr("| tiny | 2 | `exact` | +0.0 % | 5.0 % |"));
 }
 
 TEST(Shard, every_view_belongs_to_exactly_one_shard) {

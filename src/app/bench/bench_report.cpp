@@ -13,8 +13,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kTolerance = 0.03;  ///< of drift and of the rounds' medians
-
 std::string cell(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -92,13 +90,18 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
 std::string format_bench_json(const BenchReport& report) {
   const ordered_json json = {{"environment", report.environment},
                              {"scenes", report.scenes},
+                             {"view_count", report.view_count},
                              {"rows", rows_json(report.rows)}};
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
+BenchReport parse_bench_report(const ordered_json& json) {
+  return {json.at("environment"), json.at("scenes"), json.at("view_count").get<std::size_t>(),
+          read_rows(json.at("rows"))};
+}
+
 BenchReport read_bench_json(const std::filesystem::path& path) try {
-  const ordered_json json = ordered_json::parse(read_text_file(path, kMaxReportBytes));
-  return {json.at("environment"), json.at("scenes"), read_rows(json.at("rows"))};
+  return parse_bench_report(ordered_json::parse(read_text_file(path, kMaxReportBytes)));
 } catch (const nlohmann::json::exception& error) {
   fail("{}: is not a benchmark's bench.json: {}", path.string(), error.what());
 }
@@ -106,26 +109,6 @@ BenchReport read_bench_json(const std::filesystem::path& path) try {
 std::string measured_on(const ordered_json& environment) {
   const std::string gpu = environment.value("gpu", "");
   return gpu.empty() ? environment.value("cpu", "unknown") : gpu;
-}
-
-std::vector<std::string> warnings(const BenchReport& report) {
-  std::vector<std::string> sentences;
-  for (const BenchRow& row : report.rows) {
-    const std::string who = fmt::format("{}, camera {}, {}", row.scene, row.camera, row.mode);
-    if (std::abs(row.drift) > kTolerance) {
-      sentences.push_back(fmt::format(
-          "{}: the later half of the frames took {:+.1f} % of the earlier half's time: the clock "
-          "or the load changed, measure longer or with more warm-up",
-          who, 100 * row.drift));
-    }
-    if (row.round_spread > kTolerance) {
-      sentences.push_back(
-          fmt::format("{}: the rounds' medians differ by {:.1f} %: the machine was not at rest, or "
-                      "the rounds are too short",
-                      who, 100 * row.round_spread));
-    }
-  }
-  return sentences;
 }
 
 }  // namespace qs

@@ -71,6 +71,7 @@ void for_each_detail(Row& row, Visit&& visit) {
 struct BenchReport {
   nlohmann::ordered_json environment;  ///< of environment_json(), with the command's flags
   nlohmann::ordered_json scenes;       ///< list of scene_facts()
+  std::size_t view_count = 0;          ///< (scene, camera)s of the sweep, in all shards
   std::vector<BenchRow> rows;
 };
 
@@ -82,13 +83,13 @@ std::vector<BenchRow> read_rows(const nlohmann::ordered_json& list);  ///< throw
 std::string format_csv(const std::vector<BenchRow>& rows);
 std::string format_bench_json(const BenchReport& report);
 
+/// The report that format_bench_json() wrote. Throws json::exception.
+BenchReport parse_bench_report(const nlohmann::ordered_json& json);
+
 /// Reads bench.json. Throws Error(input) naming the file.
 BenchReport read_bench_json(const std::filesystem::path& path);
 
 /// "NVIDIA H200" on CUDA, the CPU's model otherwise: what a caption says.
 std::string measured_on(const nlohmann::ordered_json& environment);
-
-/// Sentences about rows whose times drifted, or whose rounds differ, by more than 3 %.
-std::vector<std::string> warnings(const BenchReport& report);
 
 }  // namespace qs

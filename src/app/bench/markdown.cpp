@@ -136,7 +136,6 @@ std::string format_markdown(const BenchReport& report) {
         "mean of the scenes'.\n\n{}",
         scenes, table(over_scenes(means)));
   }
-  for (const std::string& sentence : warnings(report)) text += "\n> Warning: " + sentence + "\n";
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include "app/bench/bench_plots.h"
 #include "app/bench/markdown.h"
+#include "app/bench/noise.h"
 #include "app/stats_file.h"
 #include "raster/scene/fail.h"
 
@@ -20,7 +21,7 @@ std::string write_report(const BenchReport& report, const std::filesystem::path&
   make_folder(folder);
   write_stats(folder / "bench.csv", format_csv(report.rows));
   write_stats(folder / "bench.json", format_bench_json(report));
-  write_stats(folder / "bench.md", format_markdown(report));
+  write_stats(folder / "bench.md", format_markdown(report) + noise_markdown(report.rows));
   if (report.rows.empty()) return "there are no rows, so no plots";
   return draw_plots(folder, bench_plots(report, report.environment.value("scaling", false)));
 }

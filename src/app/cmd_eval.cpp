@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <system_error>
 
+#include "app/bench/shard.h"
+#include "app/bench/write_report.h"
 #include "app/command.h"
 #include "app/eval_report.h"
 #include "app/frame_options.h"
@@ -25,7 +26,8 @@ namespace {
 
 struct EvalCommand {
   FrameOptions frame;
-  std::optional<std::filesystem::path> images, save, csv, json;
+  std::optional<std::filesystem::path> images, save, csv, json, out_dir;
+  Shard shard;
   int holdout = 0, images_scale = 1;
   std::string save_format = "png";
 };
@@ -34,6 +36,13 @@ struct EvalCommand {
 struct View {
   Camera camera;
   std::filesystem::path photograph;
+};
+
+// The views of a run, and where they come from.
+struct Views {
+  std::filesystem::path cameras;
+  std::vector<View> list;
+  std::size_t skipped = 0;  ///< cameras without a photograph
 };
 
 bool parse(EvalCommand& command, Arguments arguments) {
@@ -46,10 +55,13 @@ bool parse(EvalCommand& command, Arguments arguments) {
                   "only test views: every Nth by name, from the first (3DGS: 8; default: all)");
   options.integer("--images-scale", "N", 1, 64, command.images_scale,
                   "compares at 1/N of the photographs' size");
+  options.text("--out-dir", "DIR", command.out_dir, "folder for eval.csv and eval.json");
   options.text("--csv", "FILE", command.csv, "one row per view and mode; - = stdout");
   options.text("--json", "FILE", command.json,
                "means, views, method and environment; - = stdout. LPIPS is not among them: the "
                "weights of its network cannot be shipped");
+  options.value("--shard", "I/N", "evaluates every N-th view from the I-th; see quadsplat merge",
+                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
   options.text("--save", "DIR", command.save,
                "writes every render, and the photographs as they were compared");
   options.choice(
@@ -68,26 +80,34 @@ bool parse(EvalCommand& command, Arguments arguments) {
   return true;
 }
 
-// The views to evaluate, by name. What has no photograph is counted in report.skipped.
-std::vector<View> choose_views(const EvalCommand& command, EvalReport& report) {
-  std::vector<Camera> cameras = read_cameras(report.cameras);
+// The views to evaluate, by name.
+Views choose_views(const EvalCommand& command) {
+  const auto file =
+      command.frame.cameras
+          ? command.frame.cameras
+          : find_cameras_file(find_scene_file(command.frame.scene, command.frame.iteration));
+  if (!file) {
+    fail("{}: no cameras were found beside it: name their file with --cameras",
+         command.frame.scene.string());
+  }
+  std::vector<Camera> cameras = read_cameras(*file);
   std::stable_sort(cameras.begin(), cameras.end(),
                    [](const Camera& a, const Camera& b) { return a.name < b.name; });
-  const Photographs photographs(report.images);
+  const Photographs photographs(*command.images);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
-  std::vector<View> views;
+  Views views{*file, {}, 0};
   for (std::size_t i = 0; i < cameras.size(); i += step) {
     Camera camera = cameras[i];
     if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
-      views.push_back({camera, *photograph});
+      views.list.push_back({camera, *photograph});
     } else {
-      ++report.skipped;
+      ++views.skipped;
     }
   }
-  if (views.empty()) {
+  if (views.list.empty()) {
     fail("{}: none of the {} views of {} has a photograph of its name there",
-         report.images.string(), report.skipped, report.cameras.string());
+         command.images->string(), views.skipped, file->string());
   }
   return views;
 }
@@ -101,55 +121,53 @@ void require_same_shape(const Image& photograph, const View& view) {
        photograph.width, photograph.height, view.camera.width, view.camera.height);
 }
 
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) fail("{}: cannot be made: {}", folder.string(), error.message());
-}
-
 class Run {
  public:
   explicit Run(const EvalCommand& command)
-      : command_(command), pool_(command.frame.renderer.threads) {
-    const auto cameras =
-        command.frame.cameras
-            ? command.frame.cameras
-            : find_cameras_file(find_scene_file(command.frame.scene, command.frame.iteration));
-    if (!cameras) {
-      fail("{}: no cameras were found beside it: name their file with --cameras",
-           command.frame.scene.string());
-    }
-    report_.cameras = *cameras;
-    report_.images = *command.images;
-    report_.holdout = command.holdout;
-    report_.images_scale = command.images_scale;
-  }
+      : command_(command), pool_(command.frame.renderer.threads) {}
 
   void all_views() {
-    const std::vector<View> views = choose_views(command_, report_);
-    if (report_.skipped > 0) {
-      fmt::print(stderr, "quadsplat: {} view{} without a photograph {} left out\n", report_.skipped,
-                 report_.skipped == 1 ? "" : "s", report_.skipped == 1 ? "is" : "are");
+    const Views views = choose_views(command_);
+    if (views.skipped > 0) {
+      fmt::print(stderr, "quadsplat: {} view{} without a photograph {} left out\n", views.skipped,
+                 views.skipped == 1 ? "" : "s", views.skipped == 1 ? "is" : "are");
     }
     session_ = open_session(command_.frame);
+    report_ = {environment_json(session_),
+               scene_json(session_.scene),
+               method(views),
+               views.list.size(),
+               {}};
     if (command_.save) make_folder(*command_.save);
     {
       ProgressBar bar("evaluating");
       const Progress progress = bar.progress();
-      for (std::size_t i = 0; i < views.size(); ++i) {
-        one_view(views[i]);
-        progress.update(static_cast<float>(i + 1) / static_cast<float>(views.size()));
+      for (std::size_t i = 0; i < views.list.size(); ++i) {
+        if (command_.shard.takes(i)) one_view(views.list[i], i);
+        progress.update(static_cast<float>(i + 1) / static_cast<float>(views.list.size()));
       }
     }
-    const std::vector<CullMode>& modes = command_.frame.modes;
     const bool to_stdout = command_.csv == "-" || command_.json == "-";
-    fmt::print(to_stdout ? stderr : stdout, "{}", format_eval_table(report_, modes));
-    if (command_.csv) write_stats(*command_.csv, format_eval_csv(report_, session_));
-    if (command_.json) write_stats(*command_.json, format_eval_json(report_, session_, modes));
+    fmt::print(to_stdout ? stderr : stdout, "{}", format_eval_table(report_));
+    if (command_.csv) write_stats(*command_.csv, format_eval_csv(report_));
+    if (command_.json) write_stats(*command_.json, format_eval_json(report_));
+    if (command_.out_dir) write_eval_report(report_, *command_.out_dir);
   }
 
  private:
-  void one_view(const View& view) {
+  nlohmann::ordered_json method(const Views& views) const {
+    return {
+        {"cameras", views.cameras.string()},
+        {"images", command_.images->string()},
+        {"holdout", command_.holdout},
+        {"images_scale", command_.images_scale},
+        {"views_without_photograph", views.skipped},
+        {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
+        {"ssim", "Gaussian window 11 x 11, sigma 1.5, zeros outside, K 0.01 and 0.03, per channel"},
+        {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
+  }
+
+  void one_view(const View& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
                                              command_.images_scale, pool_);
     require_same_shape(photograph, view);
@@ -161,8 +179,8 @@ class Run {
       clamp_to_unit(image);
       image = area_average(image, photograph.width, photograph.height, pool_);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
-                              mode, psnr(image, photograph, pool_),
-                              ssim(image, photograph, pool_)});
+                              mode, psnr(image, photograph, pool_), ssim(image, photograph, pool_),
+                              number});
     }
   }
 

@@ -20,7 +20,7 @@ constexpr std::array kCommands = {
     Command{"eval", "measures PSNR and SSIM against photographs", run_eval},
     Command{"bench", "measures the culling modes on scenes and views", run_bench},
     Command{"zoom", "measures the culling modes while zooming in", run_zoom},
-    Command{"merge", "joins the folders that bench --shard wrote", run_merge},
+    Command{"merge", "joins the reports of bench, eval and render --shard", run_merge},
     Command{"info", "tells what is in scene files", run_info},
     Command{"convert", "writes a scene in another format", run_convert},
 };

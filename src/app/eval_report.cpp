@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
+#include "app/bench/write_report.h"
 #include "app/stats_file.h"
 #include "app/text.h"
 #include "io/cameras.h"
+#include "raster/scene/fail.h"
 
 namespace qs {
 namespace {
@@ -32,63 +32,68 @@ std::string csv_field(const std::string& text) {
 
 }  // namespace
 
-Quality mean_quality(const EvalReport& report, CullMode mode) {
-  Quality mean;
-  mean.mode = mode;
-  int count = 0;
-  for (const Quality& row : report.rows) {
-    if (row.mode != mode) continue;
-    mean.psnr += row.psnr;
-    mean.ssim += row.ssim;
-    ++count;
+std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows) {
+  std::vector<MeanQuality> means;
+  for (const Quality& row : rows) {
+    auto mean = std::find_if(means.begin(), means.end(),
+                             [&](const MeanQuality& other) { return other.mode == row.mode; });
+    if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0});
+    mean->views += 1;
+    mean->psnr += row.psnr;
+    mean->ssim += row.ssim;
   }
-  mean.psnr /= count;
-  mean.ssim /= count;
-  return mean;
+  for (MeanQuality& mean : means) {
+    mean.psnr /= static_cast<double>(mean.views);
+    mean.ssim /= static_cast<double>(mean.views);
+  }
+  return means;
 }
 
-std::string format_eval_table(const EvalReport& report, const std::vector<CullMode>& modes) {
-  const std::string mean_title = fmt::format("mean of {}", report.rows.size() / modes.size());
-  std::size_t width = mean_title.size();
+std::string format_eval_table(const EvalReport& report) {
+  const std::vector<MeanQuality> means = mean_qualities(report.rows);
+  const auto mean_title = [](const MeanQuality& mean) {
+    return fmt::format("mean of {}", mean.views);
+  };
+  std::size_t width = 4;
+  for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
   for (const Quality& row : report.rows) width = std::max(width, row.camera.name.size());
   std::string text =
       fmt::format("{:{}}  {:13}  {:>7}  {:>6}\n", "view", width, "mode", "PSNR dB", "SSIM");
-  const auto line = [&](const std::string& name, const Quality& row) {
+  const auto line = [&](const std::string& name, const auto& row) {
     text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}\n", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);
   };
   for (const Quality& row : report.rows) line(row.camera.name, row);
-  for (const CullMode mode : modes) line(mean_title, mean_quality(report, mode));
+  for (const MeanQuality& mean : means) line(mean_title(mean), mean);
   return text;
 }
 
-std::string format_eval_csv(const EvalReport& report, const Session& session) {
+std::string format_eval_csv(const EvalReport& report) {
+  const std::filesystem::path scene = report.scene.at("file").get<std::string>();
   std::string text =
       "scene,camera,mode,backend,gaussians,width,height,compared_width,"
       "compared_height,psnr,ssim\n";
   for (const Quality& row : report.rows) {
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}\n",
-                    csv_field(session.scene.path.filename().string()), csv_field(row.camera.name),
-                    mode_name(row.mode), kBackendNames[static_cast<int>(session.backend)],
-                    session.scene.cloud.size(), row.camera.width, row.camera.height, row.width,
-                    row.height, row.psnr, row.ssim);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}\n",
+                        csv_field(scene.filename().string()), csv_field(row.camera.name),
+                        mode_name(row.mode), report.environment.at("backend").get<std::string>(),
+                        report.scene.at("gaussians").get<std::uint64_t>(), row.camera.width,
+                        row.camera.height, row.width, row.height, row.psnr, row.ssim);
   }
   return text;
 }
 
-std::string format_eval_json(const EvalReport& report, const Session& session,
-                             const std::vector<CullMode>& modes) {
+std::string format_eval_json(const EvalReport& report) {
   ordered_json means = ordered_json::array(), views = ordered_json::array();
-  for (const CullMode mode : modes) {
-    const Quality mean = mean_quality(report, mode);
-    means.push_back({{"mode", mode_name(mode)},
-                     {"views", report.rows.size() / modes.size()},
+  for (const MeanQuality& mean : mean_qualities(report.rows)) {
+    means.push_back({{"mode", mode_name(mean.mode)},
+                     {"views", mean.views},
                      {"psnr", finite_or_null(mean.psnr)},
                      {"ssim", mean.ssim}});
   }
   for (const Quality& row : report.rows) {
-    views.push_back({{"name", row.camera.name},
+    views.push_back({{"view", row.view},
+                     {"name", row.camera.name},
                      {"photograph", row.photograph.string()},
                      {"mode", mode_name(row.mode)},
                      {"compared_width", row.width},
@@ -98,20 +103,37 @@ std::string format_eval_json(const EvalReport& report, const Session& session,
                      {"camera", ordered_json::parse(format_camera(row.camera))}});
   }
   const ordered_json json = {
-      {"environment", environment_json(session)},
-      {"scene", scene_json(session.scene)},
-      {"method",
-       {{"cameras", report.cameras.string()},
-        {"images", report.images.string()},
-        {"holdout", report.holdout},
-        {"images_scale", report.images_scale},
-        {"views_without_photograph", report.skipped},
-        {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
-        {"ssim", "Gaussian window 11 x 11, sigma 1.5, zeros outside, K 0.01 and 0.03, per channel"},
-        {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}}},
-      {"means", means},
-      {"views", views}};
+      {"environment", report.environment}, {"scene", report.scene}, {"method", report.method},
+      {"view_count", report.view_count},   {"means", means},        {"views", views}};
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+EvalReport parse_eval_report(const ordered_json& json) {
+  EvalReport report{json.at("environment"),
+                    json.at("scene"),
+                    json.at("method"),
+                    json.at("view_count").get<std::size_t>(),
+                    {}};
+  for (const ordered_json& view : json.at("views")) {
+    Quality& row = report.rows.emplace_back();
+    row.camera = parse_camera(view.at("camera").dump(), "eval.json");
+    row.photograph = view.at("photograph").get<std::string>();
+    view.at("compared_width").get_to(row.width);
+    view.at("compared_height").get_to(row.height);
+    row.mode = find_culler(view.at("mode").get<std::string>());
+    if (row.mode < 0) fail("eval.json: there is no mode {}", view["mode"].dump());
+    row.psnr = view.at("psnr").is_null() ? std::numeric_limits<double>::infinity()
+                                         : view["psnr"].get<double>();
+    view.at("ssim").get_to(row.ssim);
+    view.at("view").get_to(row.view);
+  }
+  return report;
+}
+
+void write_eval_report(const EvalReport& report, const std::filesystem::path& folder) {
+  make_folder(folder);
+  write_stats(folder / "eval.csv", format_eval_csv(report));
+  write_stats(folder / "eval.json", format_eval_json(report));
 }
 
 }  // namespace qs

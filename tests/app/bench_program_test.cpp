@@ -110,6 +110,7 @@ TEST_F(BenchProgram, scaling_measures_growing_grids_of_one_scene) {
   EXPECT_EQ(report.rows[0].gaussians, 300u);
   EXPECT_EQ(report.rows[1].gaussians, 1200u);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/scaling.gp"));
+  EXPECT_THAT(run.err, Not(HasSubstr("gnuplot failed")));
 }
 
 TEST_F(BenchProgram, bench_follows_a_camera_path) {
@@ -125,6 +126,7 @@ TEST_F(BenchProgram, a_replayed_zoom_has_equal_counts_and_a_changed_count_ends_w
   ASSERT_EQ(first.exit_code, kExitOk) << first.err;
   for (const char* file : {"zoom.csv", "zoom_fps.gp", "step_0000.png", "step_0003.png"})
     EXPECT_TRUE(std::filesystem::exists(folder_ / "zoom" / file)) << file;
+  EXPECT_THAT(first.err, Not(HasSubstr("gnuplot failed")));
   const ProgramRun again = zoom({"--replay", path("zoom")});
   EXPECT_EQ(again.exit_code, kExitOk) << again.err;
   EXPECT_THAT(again.out, HasSubstr("all pair counts are equal"));

@@ -37,13 +37,14 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
   return text;
 }
 
-// plot $mode0 USING title "3dgs" linecolor ..., $mode1 ...
+// plot $mode0 HOW linecolor ... title "3dgs", $mode1 ...; a "{}" in `how` is the mode's marker.
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::string text = "plot ";
   const std::vector<std::string> modes = different(means, &ModeMean::mode);
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    text += fmt::format("{}$mode{} {} title {} linecolor rgb {}", i == 0 ? "" : ", \\\n  ", i, how,
-                        quoted(modes[i]), quoted(mode_color(modes[i])));
+    text += fmt::format("{}$mode{} {} linecolor rgb {} title {}", i == 0 ? "" : ", \\\n  ", i,
+                        fmt::format(fmt::runtime(how), mode_marker(modes[i])),
+                        quoted(mode_color(modes[i])), quoted(modes[i]));
   }
   return text;
 }
@@ -57,6 +58,17 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
   return fmt::format("{}; {}; {}", joined(different(means, &ModeMean::scene), ", "),
                      sizes.size() == 1 ? sizes.front() : "several sizes",
                      measured_on(report.environment));
+}
+
+// Labels at the measured sizes.
+std::string scaling_axis(const std::vector<ModeMean>& means) {
+  std::vector<double> sizes;
+  for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
+  const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
+  std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    text += fmt::format("{}\"{:.2f}\" {}", i == 0 ? "" : ", ", sizes[i], sizes[i]);
+  return text + ")\n";
 }
 
 std::string stage_commands(const std::vector<ModeMean>& means) {
@@ -79,8 +91,8 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     }
   }
   return text +
-         "set style data histograms\nset style histogram rowstacked title offset 0,-3.5\n"
-         "set boxwidth 0.8\nset key invert\nset bmargin 9\nset xtics rotate by -35\n"
+         "set style data histograms\nset style histogram rowstacked title offset 0,-2.0\n"
+         "set boxwidth 0.8\nset key invert\nset bmargin 8.5\nset xtics rotate by -35\n"
          "set yrange [0:*]\nset ylabel \"time per frame (ms)\"\n" +
          plots;
 }
@@ -90,9 +102,10 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
 std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
   const std::vector<ModeMean> means = mode_means(report.rows);
   const std::string where = caption(report, means);
-  const std::string bars =
+  const std::string bars = fmt::format(
       "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
-      "set xlabel \"scene\"\n";
+      "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
+      static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
   std::vector<Plot> plots;
   plots.push_back(
       {"fps", "Frames per second per culling mode (whiskers: 5-95 % of the frames)", where,
@@ -102,7 +115,7 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
                        }) +
            bars +
            "set style histogram errorbars gap 2 linewidth 1\n"
-           "set errorbars front linecolor rgb \"#555555\" linewidth 1.2\nset ylabel \"frames per "
+           "set errorbars front linecolor rgb \"#808080\" linewidth 1.2\nset ylabel \"frames per "
            "second\"\n" +
            plot_per_mode(means, "using 2:3:4:xtic(1)")});
   plots.push_back({"stages", "Time of the stages per culling mode (from a pass of its own)", where,
@@ -117,9 +130,11 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
          blocks_per_mode(
              means,
              [](const ModeMean& m) { return fmt::format("{} {}", m.gaussians / 1e6, m.ms); }) +
-             "set logscale xy\nset xlabel \"Gaussians (millions)\"\n"
+             scaling_axis(means) +
+             "set logscale xy 2\nset xlabel \"Gaussians (millions)\"\n"
              "set ylabel \"time per frame (ms)\"\n" +
-             plot_per_mode(means, "using 2:3 with linespoints pointtype 7 linewidth 1.5")});
+             plot_per_mode(means,
+                           "using 2:3 with linespoints pointtype {} pointsize 1.3 linewidth 1.8")});
   }
   return plots;
 }

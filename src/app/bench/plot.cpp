@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/bench/plot.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -19,10 +20,10 @@ constexpr const char* kScript = R"(# {0}: draw it again with `gnuplot {0}.gp` in
 set encoding utf8
 set termoption noenhanced
 set title {1} . "\n" . {2} font ",19"
-set grid ytics linecolor rgb "#cccccc"
+set grid back ytics linetype 1 linewidth 0.5 linecolor rgb "#d0d0d0"
 set border 3
-set tics nomirror
-set style fill solid 0.9 noborder
+set tics nomirror out
+set style fill solid noborder
 set key outside right top spacing 1.2
 {3}
 )";
@@ -36,7 +37,8 @@ std::string script(const Plot& plot) {
          fmt::format(fmt::runtime(kScript), plot.name, quoted(plot.title), quoted(plot.caption),
                      plot.commands) +
          fmt::format(
-             "set terminal svg size 1400,800 font 'sans,17' linewidth 2 background 'white'\n"
+             "set terminal svg size 1400,800 font 'sans,17' fontscale 1.3 linewidth 2 "
+             "background 'white'\n"
              "set output {}\nreplot\nunset output\n",
              quoted(plot.name + ".svg"));
 }
@@ -83,6 +85,10 @@ std::string mode_color(const std::string& mode) {
                                   "#CC79A7", "#0072B2", "#D55E00"};
   const CullMode found = find_culler(mode);
   return found < 0 ? "#999999" : kColors[static_cast<std::size_t>(found) % kColors.size()];
+}
+
+int mode_marker(const std::string& mode) {
+  return 5 + 2 * (std::max(0, find_culler(mode)) % 6);  // 5, 7, .. 15 are six filled shapes
 }
 
 std::string quoted(const std::string& text) {

@@ -2,8 +2,8 @@
 //
 // Draws plots with gnuplot. Every plot is a script NAME.gp with its data inside, saved beside
 // NAME.png and NAME.svg, so that anybody can change and redraw it: `gnuplot NAME.gp` in its folder.
-// Colours are Okabe and Ito's, which colour-blind people tell apart; a mode keeps its colour in
-// every plot.
+// Colours are Okabe and Ito's, which colour-blind people tell apart; a mode keeps its colour and
+// its marker in every plot.
 #pragma once
 
 #include <filesystem>
@@ -25,6 +25,9 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
 
 /// "#0072B2" for "quadbox"; grey for a name that is no mode.
 std::string mode_color(const std::string& mode);
+
+/// Number of the gnuplot point type that marks a mode's curve.
+int mode_marker(const std::string& mode);
 
 /// A gnuplot string literal.
 std::string quoted(const std::string& text);

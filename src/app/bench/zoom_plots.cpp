@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/bench/zoom_plots.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -36,10 +37,10 @@ std::string curves(const ZoomBundle& bundle, int column, bool band) {
       const std::string mode = kCullers[static_cast<std::size_t>(bundle.modes[m])].name;
       text += text.empty() ? "plot " : ", \\\n  ";
       text += line ? fmt::format(
-                         "$mode{} using 1:{} with lines linewidth {} linecolor rgb {} "
-                         "title {}",
-                         m, column, mode == "quadbox-naive" ? 4.0 : 1.8, quoted(mode_color(mode)),
-                         quoted(mode))
+                         "$mode{} using 1:{} with linespoints linewidth {} pointtype {} "
+                         "pointsize 1.3 pointinterval {} linecolor rgb {} title {}",
+                         m, column, mode == "quadbox-naive" ? 4.0 : 1.8, mode_marker(mode),
+                         std::max(1, bundle.steps / 8), quoted(mode_color(mode)), quoted(mode))
                    : fmt::format(
                          "$mode{} using 1:{}:{} with filledcurves linecolor rgb {} "
                          "fillstyle transparent solid 0.2 noborder notitle",
@@ -56,9 +57,10 @@ std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
   const BenchRow& row = bundle.rows.front();
   const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
                                           measured_on(bundle.environment));
-  const std::string axes =
-      "set logscale x 2\nset yrange [0:*]\nset xrange [1:*]\n"
-      "set xlabel \"zoom (first distance to the target / distance)\"\n";
+  const std::string axes = fmt::format(
+      "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\n"
+      "set xlabel \"zoom (first distance to the target / distance)\"\n",
+      1 / bundle.closest);
   const auto plot = [&](const char* name, const char* title, const char* label, int column,
                         bool band) {
     return Plot{name, title, caption,

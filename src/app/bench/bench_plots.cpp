@@ -55,7 +55,10 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
     const std::string size = fmt::format("{} x {}", row.width, row.height);
     if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
   }
-  return fmt::format("{}; {}; {}", joined(different(means, &ModeMean::scene), ", "),
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  return fmt::format("{}; {}; {}",
+                     scenes.size() <= 3 ? joined(scenes, ", ")
+                                        : fmt::format("{} .. {}", scenes.front(), scenes.back()),
                      sizes.size() == 1 ? sizes.front() : "several sizes",
                      measured_on(report.environment));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Finds the files that come with the program (fonts, colour maps): ../share/quadsplat/assets beside
-// an installed executable, else the source tree's assets folder.
+// Finds the files that come with the program: ../share/quadsplat beside an installed executable,
+// else the source tree.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace qs {
 
-/// `name` relative to the assets folder, for example "fonts/Roboto-Regular.ttf".
+/// For example "assets/fonts/Roboto-Regular.ttf", "shaders/present.vert".
 std::optional<std::filesystem::path> find_asset(std::string_view name);
 
 }  // namespace qs

@@ -8,15 +8,14 @@
 #include "app/bench/shard.h"
 #include "app/command.h"
 #include "app/compare.h"
+#include "app/frame_metadata.h"
 #include "app/frame_options.h"
 #include "app/measure.h"
 #include "app/picture/heatmap.h"
 #include "app/shots.h"
 #include "app/stats_file.h"
-#include "io/cameras.h"
 #include "io/image_file.h"
 #include "raster/scene/fail.h"
-#include "version.h"
 
 namespace qs {
 namespace {
@@ -165,11 +164,7 @@ class Run {
     std::filesystem::path path = *command_.output;
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, mode_name);
-    ImageMetadata metadata = {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
-                              {"Scene", session_.scene.path.filename().string()},
-                              {"Camera", format_camera(shot.camera)},
-                              {"Mode", mode_name},
-                              {"TilePairs", fmt::format("{}", frame.stats.tile_pairs)}};
+    ImageMetadata metadata = frame_metadata(session_.scene.path, shot.camera, mode, frame.stats);
     if (command_.heatmap) {
       const Heatmap map =
           make_heatmap(frame, *command_.heatmap, shot.camera.width, shot.camera.height);

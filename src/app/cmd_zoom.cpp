@@ -5,17 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "app/bench/measure_view.h"
 #include "app/bench/scene_facts.h"
-#include "app/bench/write_report.h"
-#include "app/bench/zoom_bundle.h"
 #include "app/bench/zoom_path.h"
-#include "app/bench/zoom_plots.h"
+#include "app/bench/zoom_recording.h"
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "app/shots.h"
 #include "app/stats_file.h"
-#include "io/image_file.h"
 #include "raster/scene/fail.h"
 
 namespace qs {
@@ -89,44 +85,14 @@ glm::dvec3 find_target(Session& session, const Camera& camera) {
 }
 
 std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const ViewPlan& plan) {
-  const std::vector<Camera> path =
-      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
-  const std::string name = scene_name(session.scene.path);
-  std::vector<BenchRow> rows;
-  ProgressBar bar(fmt::format("zoom {}", name));
-  const Progress progress = bar.progress();
-  for (std::size_t step = 0; step < path.size(); ++step) {
-    progress.update(static_cast<float>(step) / static_cast<float>(path.size()));
-    for (BenchRow& row : measure_view(session, bundle.modes, path[step], plan, {})) {
-      row.scene = name;
-      row.camera = fmt::format("{}", step);
-      row.view = step;
-      rows.push_back(std::move(row));
-    }
-  }
-  return rows;
+  ProgressBar bar(fmt::format("zoom {}", scene_name(session.scene.path)));
+  return record_zoom(session, bundle, plan, bar.progress());
 }
 
-// First, middle and last step in the default mode.
-void save_pictures(Session& session, const ZoomBundle& bundle, const std::filesystem::path& dir) {
-  const std::vector<Camera> path =
-      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
-  RenderSettings settings = session.settings;
-  settings.mode = kDefaultMode;
-  for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
-    write_image(session.renderer->render(path[step], settings).color,
-                dir / fmt::format("step_{:04}.png", step));
-  }
-}
-
-void save(Session& session, const ZoomBundle& bundle, const std::filesystem::path& dir) {
-  make_folder(dir);
-  write_stats(dir / "zoom.csv", format_csv(bundle.rows));
-  write_stats(dir / "zoom.json", format_zoom_json(bundle));
-  save_pictures(session, bundle, dir);
-  const std::string problem = draw_plots(dir, zoom_plots(bundle));
+void save(Session& session, const ZoomBundle& bundle, const std::filesystem::path& folder) {
+  const std::string problem = save_zoom(session, bundle, folder);
   if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
-  fmt::print(stderr, "wrote {}\n", dir.string());
+  fmt::print(stderr, "wrote {}\n", folder.string());
 }
 
 int replay(const ZoomCommand& command) {
@@ -166,16 +132,12 @@ int run_zoom(Arguments arguments) {
   Session session = open_session(command.frame);
   CameraChoice choice;
   choice.index = command.from_camera;
-  ZoomBundle bundle;
-  bundle.scene = std::filesystem::absolute(session.scene.path);
-  bundle.scene_hash = file_hash(session.scene.path);
-  bundle.start = choose_shots(choice, command.frame, session.scene).front().camera;
-  bundle.target = command.target ? *command.target : find_target(session, bundle.start);
+  const Camera start = choose_shots(choice, command.frame, session.scene).front().camera;
+  ZoomBundle bundle =
+      start_zoom(session, start, command.target ? *command.target : find_target(session, start));
   bundle.steps = command.steps;
   bundle.closest = command.closest;
   bundle.modes = command.frame.modes;
-  bundle.settings = session.settings;
-  bundle.environment = environment_json(session);
   bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
   bundle.rows = measure(session, bundle, command.plan);
   fmt::print("{}", command.out_dir ? "" : format_csv(bundle.rows));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The program as users run it: exit codes, what goes to stdout and stderr, files that appear.
+#include <cstdlib>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -89,7 +90,8 @@ TEST_F(Program, list_gpus_names_gpus_or_why_there_is_none) {
 TEST_F(Program, wrong_command_lines_end_with_1) {
   expect_failure(run_quadsplat({"info", scene_, "--bogus"}), kExitUsage,
                  "unknown option '--bogus'");
-  expect_failure(run_quadsplat({"rendr", scene_}), kExitUsage, "unexpected argument");
+  expect_failure(run_quadsplat({"rendr", scene_}), kExitUsage,
+                 "'rendr' is neither a command nor a file");
   expect_failure(run_quadsplat({"rendr"}), kExitUsage, "'rendr' is neither a command nor a file");
   expect_failure(render({}), kExitUsage, "--output is missing");
   expect_failure(render({"--output", path("a.png"), "--cull", "fast"}), kExitUsage,
@@ -120,8 +122,10 @@ TEST_F(Program, bad_input_ends_with_2) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
 }
 
-TEST_F(Program, a_scene_without_a_viewer_says_what_to_do_instead) {
-  expect_failure(run_quadsplat({scene_}), kExitUsage, "no viewer; 'quadsplat render");
+TEST_F(Program, a_scene_without_a_display_says_what_to_do_instead) {
+  unsetenv("DISPLAY");
+  expect_failure(run_quadsplat({scene_, "--settings", "-"}), kExitDevice,
+                 "view: there is no display");
 }
 
 TEST_F(Program, render_writes_a_picture_of_the_camera_s_size_with_camera_and_mode_in_it) {

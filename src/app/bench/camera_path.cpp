@@ -68,6 +68,15 @@ std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
   return keyframes;
 }
 
+std::string format_camera_path(const std::vector<Keyframe>& keyframes) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Keyframe& keyframe : keyframes) {
+    list.push_back(nlohmann::ordered_json::parse(format_camera(keyframe.camera)));
+    list.back()["time"] = keyframe.time;
+  }
+  return list.dump(2) + "\n";
+}
+
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   const std::size_t last = keyframes.size() - 1;
   const double clamped = std::clamp(time, keyframes.front().time, keyframes.back().time);

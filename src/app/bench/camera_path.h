@@ -7,6 +7,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "raster/scene/camera.h"
@@ -20,6 +21,9 @@ struct Keyframe {
 
 /// At least two, with times that rise. Throws Error(input).
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path);
+
+/// What read_camera_path() reads back exactly.
+std::string format_camera_path(const std::vector<Keyframe>& keyframes);
 
 /// The camera at `time`, clamped to the path; size and near plane are the first keyframe's.
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time);

@@ -32,7 +32,7 @@ Font::Font(int line_height)
   config.OversampleH = 1;  // glyphs sit on whole pixels and are copied texel by pixel
   config.PixelSnapH = true;
   const auto size = static_cast<float>(line_height_);
-  if (const auto file = find_asset("fonts/Roboto-Regular.ttf")) {
+  if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {
     font_ = atlas_->AddFontFromFileTTF(file->c_str(), size, &config);
   }
   if (!font_) {

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/hud_text.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/text.h"
+#include "io/cameras.h"
+
+namespace qs {
+
+std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
+std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
+
+std::vector<HudRow> hud_rows(const Viewer& viewer) {
+  const std::vector<BenchRow>& measured = viewer.numbers.rows;
+  const auto row_of = [&](const char* name) {
+    return std::find_if(measured.begin(), measured.end(),
+                        [&](const BenchRow& row) { return row.mode == name; });
+  };
+  const auto base = row_of("3dgs");
+  std::vector<HudRow> rows;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    HudRow& row = rows.emplace_back();
+    row.mode = mode;
+    row.name = kCullers[static_cast<std::size_t>(mode)].name;
+    const auto found = row_of(row.name.c_str());
+    if (found == measured.end()) {
+      row.ms = row.fps = row.pairs = row.per_visible = row.speedup = "-";
+      continue;
+    }
+    row.ms = ms_text(found->ms_median);
+    row.fps = fps_text(found->fps_median);
+    row.pairs = grouped(found->pairs);
+    row.per_visible = fmt::format("{:.2f}", found->pairs_per_visible);
+    row.speedup = found->ms_median > 0 && base != measured.end()
+                      ? fmt::format("{:.2f}x", base->ms_median / found->ms_median)
+                      : "-";
+  }
+  return rows;
+}
+
+bool numbers_are_current(const Viewer& viewer) {
+  return viewer.numbers.version == viewer.view_version;
+}
+
+std::vector<HudFact> hud_facts(const Viewer& viewer) {
+  const RenderStats& stats = viewer.shown.stats;
+  const double ms = static_cast<double>(stats.frame_ms);
+  std::vector<HudFact> facts = {
+      {"render", ms > 0 ? fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)) : "-"},
+      {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
+      {"present",
+       fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
+                   viewer.shown.interop ? ", by interop" : ", through the host")},
+      {"tile pairs", grouped(stats.tile_pairs)},
+      {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
+      {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
+  };
+  if (viewer.process_bytes > 0) {
+    facts.push_back(
+        {"memory",
+         bytes_text(viewer.process_bytes) +
+             (viewer.gpu_bytes > 0 ? fmt::format(", GPU {}", bytes_text(viewer.gpu_bytes)) : "")});
+  }
+  return facts;
+}
+
+std::string hud_caveat(const Viewer& viewer) {
+  const std::vector<std::string> reasons = not_a_measurement(viewer);
+  return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
+}
+
+std::string state_json(const Viewer& viewer) {
+  using nlohmann::ordered_json;
+  ordered_json json;
+  json["scene"] = viewer.scene ? viewer.scene->name : "";
+  json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
+  json["mode"] = kCullers[static_cast<std::size_t>(viewer.mode())].name;
+  json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
+  json["camera"] = viewer.camera.width > 0 && viewer.scene
+                       ? ordered_json::parse(format_camera(viewer.camera))
+                       : ordered_json();
+  json["dataset_camera"] = viewer.dataset_camera;
+  json["divisor"] = viewer.shown.divisor;
+  json["interop"] = viewer.shown.interop;
+  json["caveat"] = hud_caveat(viewer);
+  json["numbers_are_current"] = numbers_are_current(viewer);
+  for (const HudRow& row : hud_rows(viewer)) {
+    json["modes"].push_back({{"mode", row.name},
+                             {"ms", row.ms},
+                             {"fps", row.fps},
+                             {"pairs", row.pairs},
+                             {"per_visible", row.per_visible},
+                             {"speedup", row.speedup}});
+  }
+  for (const HudFact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
+  if (viewer.shown.heatmap) {
+    json["heatmap"] = {
+        {"quantity", kHeatmaps[static_cast<std::size_t>(viewer.shown.heatmap->quantity)].name},
+        {"total", viewer.shown.heatmap->total}};
+  }
+  json["toasts"] = ordered_json::array();
+  for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
+  json["keyframes"] = viewer.keyframes.size();
+  json["zoom"] = {{"running", viewer.zoom.running},
+                  {"rows", viewer.zoom.rows.size()},
+                  {"folder", viewer.zoom.folder.string()}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace qs

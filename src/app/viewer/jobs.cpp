@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/jobs.h"
+
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "app/bench/scene_facts.h"
+#include "app/bench/write_report.h"
+#include "app/bench/zoom_path.h"
+#include "app/bench/zoom_recording.h"
+#include "app/frame_metadata.h"
+#include "app/shots.h"
+#include "app/stats_file.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kReportStep = 0.01f;
+
+std::unique_ptr<Renderer> uploaded(Studio& studio, const Scene& scene, Backend backend) {
+  auto renderer = make_renderer(backend, studio.options);
+  float reported = 0;
+  const auto report = [&](float fraction) {
+    if (fraction < reported + kReportStep) return;
+    reported = fraction;
+    studio.report(action::SetLoading{Loading{scene.path, "uploading", fraction}});
+  };
+  renderer->upload(scene.cloud, {report, studio.stop});
+  return renderer;
+}
+
+// Ends the progress in the window, however the work before ended.
+class LoadingEnd {
+ public:
+  explicit LoadingEnd(Studio& studio) : studio_(studio) {}
+  ~LoadingEnd() { studio_.report(action::SetLoading{}); }
+  LoadingEnd(const LoadingEnd&) = delete;
+  LoadingEnd& operator=(const LoadingEnd&) = delete;
+
+ private:
+  Studio& studio_;
+};
+
+// Steps and frames of a zoom that a person waits for.
+struct ZoomPlan {
+  int steps;
+  ViewPlan plan;
+};
+ZoomPlan zoom_plan(Backend backend) {
+  return backend == Backend::cpu ? ZoomPlan{12, {1, 0, 1}} : ZoomPlan{32, {20, 3, 1}};
+}
+ViewPlan bench_plan(Backend backend) {
+  return backend == Backend::cpu ? ViewPlan{5, 1, 1} : ViewPlan{};
+}
+
+// The session with a view's settings, as long as this lives.
+class WithSettings {
+ public:
+  WithSettings(Session& session, const RenderSettings& settings)
+      : session_(session), kept_(std::exchange(session.settings, settings)) {}
+  ~WithSettings() { session_.settings = kept_; }
+  WithSettings(const WithSettings&) = delete;
+  WithSettings& operator=(const WithSettings&) = delete;
+
+ private:
+  Session& session_;
+  RenderSettings kept_;
+};
+
+}  // namespace
+
+fs::path free_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
+  for (int n = 1;; ++n) {
+    fs::path path = folder / fmt::format("{}_{:04}{}", stem, n, ending);
+    std::error_code error;
+    if (!fs::exists(path, error)) return path;
+  }
+}
+
+Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, bool keep_background) {
+  return [loaded = std::move(loaded), backend, settings, keep_background](Studio& studio) mutable {
+    const LoadingEnd end(studio);
+    auto renderer = uploaded(studio, loaded.scene, backend);
+    if (!keep_background)
+      settings.background = glm::vec3(loaded.facts.white_background ? 1.0f : 0.0f);
+    Session& session = studio.session;
+    session.renderer = std::move(renderer);
+    session.scene = std::move(loaded.scene);
+    session.backend = backend;
+    session.device = studio.options.device;
+    session.settings = settings;
+    studio.report(action::SceneOpened{std::move(loaded.facts), settings, backend});
+  };
+}
+
+Job switch_backend(Backend backend) {
+  return [backend](Studio& studio) {
+    const LoadingEnd end(studio);
+    Session& session = studio.session;
+    session.renderer = uploaded(studio, session.scene, backend);
+    session.backend = backend;
+    studio.report(action::BackendChanged{backend});
+  };
+}
+
+Job pick_pivot(FrameOrder order, glm::ivec2 pixel) {
+  return [order = std::move(order), pixel](Studio& studio) {
+    const auto point = find_point(*studio.session.renderer, order.camera, order.settings, pixel);
+    if (point) {
+      studio.report(action::SetPivot{*point});
+    } else {
+      studio.report(action::Say{"nothing is under the cursor"});
+    }
+  };
+}
+
+Job take_screenshot(FrameOrder order, std::string camera_name, fs::path folder) {
+  return [order = std::move(order), camera_name = std::move(camera_name),
+          folder = std::move(folder)](Studio& studio) {
+    Outputs outputs;
+    if (order.heatmap) outputs = outputs_for(*order.heatmap);
+    const Camera& camera = order.camera;
+    const Frame& frame =
+        studio.session.renderer->render(camera, order.settings, outputs, HostImage{}, studio.stop);
+    const char* mode = kCullers[static_cast<std::size_t>(order.settings.mode)].name;
+    const fs::path scene = studio.session.scene.path;
+    make_folder(folder / "screenshots");
+    const fs::path name =
+        with_word("picture", fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name, mode,
+                                         camera.width, camera.height));
+    const fs::path path =
+        free_name(folder / "screenshots", name.string().substr(sizeof "picture"), ".png");
+    const ImageMetadata metadata = frame_metadata(scene, camera, order.settings.mode, frame.stats);
+    if (order.heatmap) {
+      const Heatmap map = make_heatmap(frame, *order.heatmap, camera.width, camera.height);
+      write_image(draw_heatmap(frame.color, map, scale_for(map.values), mode), path, metadata);
+    } else {
+      write_image(frame.color, path, metadata);
+    }
+    studio.report(action::Say{fmt::format("wrote {}", path.string())});
+  };
+}
+
+Job record_zoom_from(FrameOrder order, glm::ivec2 pixel, fs::path folder) {
+  return [order = std::move(order), pixel, folder = std::move(folder)](Studio& studio) {
+    Session& session = studio.session;
+    const WithSettings settings(session, order.settings);
+    const auto target = find_point(*session.renderer, order.camera, order.settings, pixel);
+    if (!target) {
+      studio.report(action::ZoomEnded{});
+      return studio.report(action::Say{"nothing is in the middle of the picture to zoom to", true});
+    }
+    const ZoomPlan plan = zoom_plan(session.backend);
+    ZoomBundle bundle = start_zoom(session, order.camera, *target);
+    bundle.steps = plan.steps;
+    studio.report(action::ZoomStepped{bundle.steps, {}});
+    FrameOrder shown = order;
+    const auto on_step = [&](const Camera& camera, const std::vector<BenchRow>& rows) {
+      studio.report(action::ZoomStepped{bundle.steps, rows});
+      shown.camera = camera;
+      studio.show(shown);
+    };
+    try {
+      bundle.rows = record_zoom(session, bundle, plan.plan, {{}, studio.stop}, on_step);
+      const fs::path path = free_name(folder / "zoom", scene_name(session.scene.path), "");
+      const std::string problem = save_zoom(session, bundle, path);
+      if (!problem.empty()) studio.report(action::Say{problem});
+      studio.report(action::ZoomEnded{path});
+      studio.report(action::Say{fmt::format("wrote {}", path.string())});
+    } catch (...) {
+      studio.report(action::ZoomEnded{});
+      studio.report(action::Say{"the zoom was stopped, nothing was saved"});
+      throw;
+    }
+  };
+}
+
+Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
+  return [order = std::move(order), camera_name = std::move(camera_name),
+          folder = std::move(folder)](Studio& studio) {
+    Session& session = studio.session;
+    const WithSettings settings(session, order.settings);
+    studio.report(action::MeasuringChanged{true});
+    std::vector<CullMode> modes;
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
+    BenchReport report;
+    report.environment = environment_json(session);
+    const std::string name = scene_name(session.scene.path);
+    report.scenes.push_back(scene_facts(session.scene, name));
+    report.rows =
+        measure_view(session, modes, order.camera, bench_plan(session.backend), {{}, studio.stop});
+    for (BenchRow& row : report.rows) {
+      row.scene = name;
+      row.camera = camera_name;
+    }
+    const fs::path path = free_name(folder / "bench", name, "");
+    const std::string problem = write_report(report, path);
+    if (!problem.empty()) studio.report(action::Say{problem});
+    studio.report(action::NumbersMeasured{{order.version, report.rows}});
+    studio.report(action::MeasuringChanged{false});
+    studio.report(action::Say{fmt::format("wrote {}", path.string())});
+  };
+}
+
+}  // namespace qs

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+//
+// The data set's cameras and the path of keyframes.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/style.h"
+
+namespace qs {
+namespace {
+
+void draw_list(const Viewer& viewer, Actions& actions) {
+  const ViewedScene& scene = *viewer.scene;
+  if (scene.cameras.empty()) {
+    ImGui::TextWrapped(
+        "This scene came without cameras. Drop its cameras.json, transforms.json or "
+        "COLMAP folder on the window.");
+    return;
+  }
+  ImGui::BeginChild("list", {0, 10 * ImGui::GetTextLineHeightWithSpacing()});
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(scene.cameras.size()));
+  while (clipper.Step()) {
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
+      const Camera& camera = scene.cameras[static_cast<std::size_t>(i)];
+      const std::string label =
+          fmt::format("{}  {}  {} x {}{}", i, camera.name, camera.width, camera.height,
+                      scene.photographs.count(i) > 0 ? "  photograph" : "");
+      if (ImGui::Selectable(label.c_str(), i == viewer.dataset_camera))
+        actions.push_back(action::GoToCamera{i});
+    }
+  }
+  ImGui::EndChild();
+  bool frusta = viewer.panels.frusta, photograph = viewer.panels.photograph;
+  if (ImGui::Checkbox("in the scene", &frusta))
+    actions.push_back(action::TogglePanel{&Panels::frusta});
+  ImGui::SameLine();
+  if (ImGui::Checkbox("photograph", &photograph)) actions.push_back(action::TogglePhotograph{});
+  if (viewer.panels.photograph) {
+    float opacity = viewer.photograph_opacity;
+    ImGui::SetNextItemWidth(10 * ImGui::GetFontSize());
+    if (ImGui::SliderFloat("opacity", &opacity, 0, 1, "%.2f"))
+      actions.push_back(action::SetPhotographOpacity{opacity});
+  }
+}
+
+void draw_path(const Viewer& viewer, Actions& actions) {
+  ImGui::TextColored(palette::kFaint, "Path: %d keyframes",
+                     static_cast<int>(viewer.keyframes.size()));
+  for (std::size_t i = 0; i < viewer.keyframes.size(); ++i) {
+    const Keyframe& keyframe = viewer.keyframes[i];
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::SmallButton("x")) actions.push_back(action::RemoveKeyframe{i});
+    ImGui::SameLine();
+    if (ImGui::Selectable(fmt::format("{}  at {:.2f} s", i + 1, keyframe.time).c_str()))
+      actions.push_back(action::SetCamera{keyframe.camera});
+    ImGui::PopID();
+  }
+  if (ImGui::Button("Set here (K)")) actions.push_back(action::AddKeyframe{});
+  if (viewer.keyframes.size() < 2) return;
+  ImGui::SameLine();
+  if (ImGui::Button(viewer.playback.running ? "Stop" : "Play (Space)"))
+    actions.push_back(action::TogglePlayback{});
+  ImGui::SameLine();
+  if (ImGui::Button("Save")) actions.push_back(action::SaveKeyframes{});
+  auto time = static_cast<float>(viewer.playback.time);
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##time", &time, static_cast<float>(viewer.keyframes.front().time),
+                         static_cast<float>(viewer.keyframes.back().time), "%.2f s"))
+    actions.push_back(action::Seek{static_cast<double>(time)});
+}
+
+}  // namespace
+
+void draw_cameras(const Viewer& viewer, Actions& actions, float top) {
+  const float width = 20 * ImGui::GetFontSize();
+  ImGui::SetNextWindowPos(
+      {ImGui::GetIO().DisplaySize.x - width - 25 * ImGui::GetFontSize(), top + 10},
+      ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize({width, 0});
+  bool open = true;
+  ImGui::Begin("Cameras and path", &open, ImGuiWindowFlags_NoNav);
+  draw_list(viewer, actions);
+  ImGui::Separator();
+  draw_path(viewer, actions);
+  ImGui::End();
+  if (!open) actions.push_back(action::TogglePanel{&Panels::cameras});
+}
+
+}  // namespace qs

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+//
+// Performance: every mode's numbers for the view in the window, stage bars, the frame on show.
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "app/viewer/hud_text.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/style.h"
+
+namespace qs {
+namespace {
+
+void right_aligned(const std::string& text) {
+  const float shift = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
+  if (shift > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + shift);
+  ImGui::TextUnformatted(text.c_str());
+}
+
+std::array<double, kStageCount> stages_of(const BenchRow& row) {
+  return {row.preprocess_ms, row.bin_ms, row.sort_ms, row.blend_ms};
+}
+
+double stage_sum(const BenchRow& row) {
+  double sum = 0;
+  for (const double ms : stages_of(row)) sum += ms;
+  return sum;
+}
+
+// Stages side by side, as long as their times; `longest` fills the column.
+void draw_stage_bar(const BenchRow* row, double longest) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight();
+  if (row != nullptr && longest > 0) {
+    float x = at.x;
+    const auto stages = stages_of(*row);
+    for (std::size_t stage = 0; stage < stages.size(); ++stage) {
+      const float end = x + width * static_cast<float>(stages[stage] / longest);
+      ImGui::GetWindowDrawList()->AddRectFilled({x, at.y + 2}, {end, at.y + height - 2},
+                                                ImGui::GetColorU32(palette::kStages[stage]));
+      x = end;
+    }
+  }
+  ImGui::Dummy({width, height});
+  if (row != nullptr && ImGui::IsItemHovered()) {
+    std::string text;
+    const auto stages = stages_of(*row);
+    for (std::size_t stage = 0; stage < stages.size(); ++stage)
+      text += fmt::format("{}{} {} ms", stage > 0 ? "\n" : "", kStageNames[stage],
+                          ms_text(stages[stage]));
+    ImGui::SetTooltip("%s", text.c_str());
+  }
+}
+
+void draw_stage_legend() {
+  for (int stage = 0; stage < kStageCount; ++stage) {
+    if (stage > 0) ImGui::SameLine(0, 14);
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float side = ImGui::GetTextLineHeight() * 0.6f;
+    const float top = at.y + 0.5f * (ImGui::GetTextLineHeight() - side);
+    ImGui::GetWindowDrawList()->AddRectFilled({at.x, top}, {at.x + side, top + side},
+                                              ImGui::GetColorU32(palette::kStages[stage]));
+    ImGui::Dummy({side, side});
+    ImGui::SameLine(0, 5);
+    ImGui::TextColored(palette::kFaint, "%s", kStageNames[stage]);
+  }
+}
+
+void draw_mode_table(const Viewer& viewer, Actions& actions) {
+  const std::vector<BenchRow>& measured = viewer.numbers.rows;
+  double longest = 0;
+  for (const BenchRow& row : measured) longest = std::max(longest, stage_sum(row));
+  const int columns = static_cast<int>(std::size(kHudColumns)) + 1;
+  const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
+  if (!ImGui::BeginTable("modes", columns, flags)) return;
+  const float em = ImGui::GetFontSize();
+  const float widths[] = {7.0f * em, 3.6f * em, 3.2f * em, 4.6f * em, 4.6f * em, 3.4f * em};
+  for (std::size_t i = 0; i < std::size(kHudColumns); ++i)
+    ImGui::TableSetupColumn(kHudColumns[i], ImGuiTableColumnFlags_WidthFixed, widths[i]);
+  ImGui::TableSetupColumn("stages", ImGuiTableColumnFlags_WidthFixed, 5.0f * em);
+  ImGui::TableNextRow();
+  for (int i = 0; i < columns; ++i) {
+    ImGui::TableNextColumn();
+    ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+    const bool words = i == 0 || i == columns - 1;
+    if (words) ImGui::TextUnformatted(ImGui::TableGetColumnName(i));
+    if (!words) right_aligned(ImGui::TableGetColumnName(i));
+    ImGui::PopStyleColor();
+  }
+  const bool current = numbers_are_current(viewer);
+  for (const HudRow& row : hud_rows(viewer)) {
+    const bool chosen = row.mode == viewer.mode();
+    ImGui::TableNextRow();
+    if (chosen)
+      ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, ImGui::GetColorU32(ImGuiCol_Header));
+    ImGui::TableNextColumn();
+    const std::string label = fmt::format("{} {}", row.mode, row.name);
+    if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
+      actions.push_back(action::SetMode{row.mode});
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s", kCullers[static_cast<std::size_t>(row.mode)].summary);
+    ImGui::PushStyleColor(ImGuiCol_Text, current ? palette::kText : palette::kFaint);
+    for (const std::string* text :
+         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.speedup}) {
+      ImGui::TableNextColumn();
+      right_aligned(*text);
+    }
+    ImGui::PopStyleColor();
+    ImGui::TableNextColumn();
+    const auto found = std::find_if(measured.begin(), measured.end(),
+                                    [&](const BenchRow& m) { return m.mode == row.name; });
+    draw_stage_bar(found == measured.end() ? nullptr : &*found, longest);
+  }
+  ImGui::EndTable();
+}
+
+// Two facts to a line, so that the panel stays low.
+void draw_facts(const Viewer& viewer) {
+  if (!ImGui::BeginTable("facts", 4, ImGuiTableFlags_SizingFixedFit)) return;
+  const float em = ImGui::GetFontSize();
+  for (const float width : {5.0f * em, 12.5f * em, 5.0f * em, 9.0f * em})
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, width);
+  for (const HudFact& fact : hud_facts(viewer)) {
+    ImGui::TableNextColumn();
+    ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+    ImGui::TableNextColumn();
+    ImGui::TextUnformatted(fact.value.c_str());
+  }
+  ImGui::EndTable();
+}
+
+void draw_plot(const Viewer& viewer) {
+  if (viewer.frame_ms.size() < 8) return;
+  const std::vector<float> values(viewer.frame_ms.begin(), viewer.frame_ms.end());
+  const float most = *std::max_element(values.begin(), values.end());
+  const std::string text = fmt::format("render ms, last {} frames, 0 to {}", values.size(),
+                                       ms_text(static_cast<double>(most)));
+  ImGui::PushStyleColor(ImGuiCol_FrameBg, {0.12f, 0.125f, 0.14f, 1});
+  ImGui::PlotLines("##frames", values.data(), static_cast<int>(values.size()), 0, nullptr, 0,
+                   most * 1.15f, {-1, 3.2f * ImGui::GetFontSize()});
+  ImGui::PopStyleColor();
+  ImGui::TextColored(palette::kFaint, "%s", text.c_str());
+}
+
+}  // namespace
+
+void draw_hud(const Viewer& viewer, Actions& actions, float top) {
+  ImGui::SetNextWindowPos({10, top + 10}, ImGuiCond_FirstUseEver);
+  const ImGuiWindowFlags flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
+                                 ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
+  ImGui::Begin("Performance", nullptr, flags);
+  draw_mode_table(viewer, actions);
+  draw_stage_legend();
+  const bool current = numbers_are_current(viewer);
+  ImGui::TextColored(palette::kFaint, "%s",
+                     viewer.measuring      ? "measuring all modes for this view ..."
+                     : current             ? "all modes measured off screen for this view"
+                     : viewer.zoom.running ? "recording a zoom"
+                                           : "of an earlier view");
+  ImGui::Separator();
+  draw_facts(viewer);
+  const std::string caveat = hud_caveat(viewer);
+  if (!caveat.empty()) ImGui::TextColored(palette::kCaution, "this frame: %s", caveat.c_str());
+  draw_plot(viewer);
+  ImGui::End();
+}
+
+}  // namespace qs

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+//
+// What lies in the picture itself: the photograph of the camera, the data set's cameras, the pivot.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <imgui.h>
+
+#include "app/viewer/camera_control.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/style.h"
+
+namespace qs {
+namespace {
+
+ImVec2 to_screen(glm::dvec2 pixel, const Camera& camera) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  return {static_cast<float>((pixel.x + 0.5) / camera.width) * display.x,
+          static_cast<float>((pixel.y + 0.5) / camera.height) * display.y};
+}
+
+// A line of the world, cut at the near plane.
+void draw_line(const Camera& camera, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
+  glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);
+  glm::dvec3 b = camera.view_from_world * glm::dvec4(to, 1);
+  const double near_depth = camera.near_depth;
+  if (a.z < near_depth && b.z < near_depth) return;
+  if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
+  if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
+  const auto pixel = [&](glm::dvec3 p) {
+    return to_screen(glm::dvec2(p) / p.z * camera.focal_px + camera.center_px, camera);
+  };
+  ImGui::GetBackgroundDrawList()->AddLine(pixel(a), pixel(b), color, width);
+}
+
+void draw_frustum(const Camera& view, const Camera& camera, double depth, ImU32 color,
+                  float width) {
+  const glm::dvec3 eye = camera.position();
+  const std::array<glm::dvec2, 4> corners = {
+      glm::dvec2(-0.5, -0.5), glm::dvec2(camera.width - 0.5, -0.5),
+      glm::dvec2(camera.width - 0.5, camera.height - 0.5), glm::dvec2(-0.5, camera.height - 0.5)};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const glm::dvec3 here = point_at(camera, corners[i], depth);
+    const glm::dvec3 next = point_at(camera, corners[(i + 1) % corners.size()], depth);
+    draw_line(view, eye, here, color, width);
+    draw_line(view, here, next, color, width);
+  }
+}
+
+void draw_photograph(const Viewer& viewer, const PanelMemory& memory) {
+  const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
+  if (memory.photograph == 0 || found == viewer.scene->photographs.end() ||
+      found->second != memory.photograph_path)
+    return;
+  // The picture keeps its vertical field of view: the photograph fills the height.
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float width = display.y * static_cast<float>(memory.photograph_aspect);
+  const float left = 0.5f * (display.x - width);
+  ImGui::GetBackgroundDrawList()->AddImage(
+      reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(memory.photograph)), {left, 0},
+      {left + width, display.y}, {0, 0}, {1, 1},
+      ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
+}
+
+void draw_pivot(const Viewer& viewer) {
+  const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
+  if (at.z <= viewer.camera.near_depth) return;
+  const ImVec2 screen = to_screen(
+      glm::dvec2(at) / at.z * viewer.camera.focal_px + viewer.camera.center_px, viewer.camera);
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddCircle(screen, 7, IM_COL32(0, 0, 0, 160), 24, 3.5f);
+  draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
+}
+
+}  // namespace
+
+void draw_overlay(const Viewer& viewer, const PanelMemory& memory) {
+  if (!viewer.scene) return;
+  if (viewer.panels.photograph && viewer.dataset_camera >= 0) draw_photograph(viewer, memory);
+  if (viewer.panels.frusta) {
+    const double depth = 0.06 * viewer.scene->extent();
+    for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
+      const bool here = static_cast<int>(i) == viewer.dataset_camera;
+      if (here) continue;  // the view stands inside of it
+      draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, IM_COL32(86, 180, 233, 190), 1);
+    }
+  }
+  if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
+}
+
+}  // namespace qs

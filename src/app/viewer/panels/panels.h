@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+//
+// What is drawn over the picture. A panel reads the viewer and appends actions, nothing else. To
+// add one: a file here with its function, a switch in Panels, a row of kBindings, its call in
+// panels.cpp.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/viewer/actions.h"
+
+namespace qs {
+
+/// What panels keep between frames and the viewer has no use for.
+struct PanelMemory {
+  std::filesystem::path folder;                ///< of the open window
+  std::vector<std::filesystem::path> entries;  ///< folders and readable files in it
+  std::string typed;                           ///< path being typed
+  unsigned photograph = 0;                     ///< GL texture, 0 = none
+  std::filesystem::path photograph_path;       ///< of which picture it is
+  double photograph_aspect = 1;                ///< width / height
+  glm::dvec2 cursor{-1};                       ///< pixels of the picture
+  Scale heat_scale;                            ///< of the heat map on show
+};
+
+/// Everything that is open. Called between Window::begin_ui() and end_ui().
+void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions);
+
+/// Is the mouse over the picture and not over a panel?
+bool mouse_is_free();
+
+// ---- one file each
+// -------------------------------------------------------------------------------
+float draw_menu_bar(const Viewer& viewer, Actions& actions);  ///< its height
+void draw_hud(const Viewer& viewer, Actions& actions, float top);
+void draw_heat_legend(const Viewer& viewer, const PanelMemory& memory);
+void draw_info(const Viewer& viewer, Actions& actions, float top);
+void draw_help(const Viewer& viewer, Actions& actions);
+void draw_cameras(const Viewer& viewer, Actions& actions, float top);
+void draw_recorder(const Viewer& viewer, Actions& actions, float top);
+void draw_open(const Viewer& viewer, PanelMemory& memory, Actions& actions);
+void draw_overlay(const Viewer& viewer, const PanelMemory& memory);
+void draw_messages(const Viewer& viewer, Actions& actions);
+void draw_welcome(const Viewer& viewer, Actions& actions);
+
+}  // namespace qs

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render_thread.h"
+
+#include <algorithm>
+
+namespace qs {
+namespace {
+
+std::vector<std::uint8_t> to_rgba(const Image& image) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  std::vector<std::uint8_t> rgba(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
+    rgba[4 * i + 3] = 255;
+  }
+  return rgba;
+}
+
+// Quick enough not to be noticed, long enough for a steady median; a slow CPU gets one frame.
+ViewPlan numbers_plan(Backend backend) {
+  return backend == Backend::cpu ? ViewPlan{1, 0, 1} : ViewPlan{40, 8, 1};
+}
+
+std::vector<CullMode> all_modes() {
+  std::vector<CullMode> modes;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
+  return modes;
+}
+
+}  // namespace
+
+RenderThread::RenderThread(const RendererOptions& options, std::function<void()> wake,
+                           GlFrames* frames)
+    : wake_(std::move(wake)), frames_(frames), gl_works_(frames != nullptr) {
+  studio_.options = options;
+  studio_.report = [this](Action action) { report(std::move(action)); };
+  studio_.show = [this](const FrameOrder& order) { draw(order); };
+  thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
+}
+
+RenderThread::~RenderThread() {
+  thread_.request_stop();
+  {
+    const std::lock_guard lock(mutex_);
+    running_.request_stop();
+  }
+  changed_.notify_all();
+}
+
+void RenderThread::order(FrameOrder order) {
+  {
+    const std::lock_guard lock(mutex_);
+    frame_ = std::move(order);
+    numbers_.reset();
+    if (task_ == Task::numbers || task_ == Task::refinement) running_.request_stop();
+  }
+  changed_.notify_all();
+}
+
+void RenderThread::order(NumbersOrder order) {
+  {
+    const std::lock_guard lock(mutex_);
+    numbers_ = std::move(order);
+  }
+  changed_.notify_all();
+}
+
+void RenderThread::run(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+    if (task_ == Task::numbers || task_ == Task::refinement) running_.request_stop();
+  }
+  changed_.notify_all();
+}
+
+void RenderThread::stop_job() {
+  const std::lock_guard lock(mutex_);
+  if (task_ == Task::job) running_.request_stop();
+}
+
+void RenderThread::take_reports(Actions& actions) {
+  const std::lock_guard lock(mutex_);
+  for (Action& report : reports_) actions.push_back(std::move(report));
+  reports_.clear();
+}
+
+std::optional<FrameReply> RenderThread::take_frame() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(reply_, std::nullopt);
+}
+
+bool RenderThread::busy() {
+  const std::lock_guard lock(mutex_);
+  return task_ != Task::none || !jobs_.empty() || frame_ || numbers_ || reply_ || !reports_.empty();
+}
+
+void RenderThread::report(Action action) {
+  {
+    const std::lock_guard lock(mutex_);
+    reports_.push_back(std::move(action));
+  }
+  wake_();
+}
+
+// Runs one piece of work; what goes wrong becomes a sentence in the window.
+template <class Work>
+void RenderThread::guarded(Work&& work) {
+  try {
+    work();
+  } catch (const Cancelled&) {
+  } catch (const std::bad_alloc&) {
+    report(action::Say{"not enough memory", true});
+  } catch (const std::exception& error) {
+    report(action::Say{error.what(), true});
+  }
+}
+
+void RenderThread::loop(const std::stop_token& stop) {
+  if (frames_ != nullptr) frames_->bind();
+  std::unique_lock lock(mutex_);
+  while (!stop.stop_requested()) {
+    running_ = {};
+    studio_.stop = running_.get_token();
+    const bool ready = studio_.session.renderer != nullptr;
+    if (!jobs_.empty()) {
+      const Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      task_ = Task::job;
+      lock.unlock();
+      guarded([&] { job(studio_); });
+    } else if (ready && frame_) {
+      const FrameOrder order = *std::exchange(frame_, std::nullopt);
+      task_ = order.divisor > 1 ? Task::frame : Task::refinement;
+      lock.unlock();
+      guarded([&] { draw(order); });
+    } else if (ready && numbers_) {
+      const NumbersOrder order = *std::exchange(numbers_, std::nullopt);
+      task_ = Task::numbers;
+      lock.unlock();
+      guarded([&] { measure(order); });
+    } else {
+      task_ = Task::none;
+      changed_.wait(lock, stop, [&] {
+        const bool drawable = studio_.session.renderer != nullptr;
+        return !jobs_.empty() || (drawable && (frame_ || numbers_));
+      });
+      continue;
+    }
+    wake_();
+    lock.lock();
+  }
+  lock.unlock();
+  studio_.session.renderer.reset();
+  if (frames_ != nullptr) frames_->unbind();
+}
+
+// The frame in a GL buffer, or null where that is not possible: never tried again then.
+const Frame* RenderThread::draw_into_gl(const Camera& camera, const FrameOrder& order,
+                                        const Outputs& outputs, GlBuffer& buffer) {
+  if (!gl_works_ || studio_.session.backend != Backend::cuda) return nullptr;
+  buffer = frames_->take(camera.width, camera.height);
+  try {
+    return &studio_.session.renderer->render(camera, order.settings, outputs, buffer, studio_.stop);
+  } catch (const Error& error) {
+    frames_->give_back(std::exchange(buffer, {}));
+    gl_works_ = false;
+    report(action::Say{std::string(error.what()) + "; frames pass the host instead"});
+    return nullptr;
+  } catch (...) {
+    frames_->give_back(std::exchange(buffer, {}));
+    throw;
+  }
+}
+
+void RenderThread::draw(const FrameOrder& order) {
+  Camera camera = order.camera;
+  if (order.divisor > 1) {
+    camera = camera.resized(std::max(1, camera.width / order.divisor),
+                            std::max(1, camera.height / order.divisor));
+  }
+  Outputs outputs;
+  if (order.heatmap) outputs = outputs_for(*order.heatmap);
+  FrameReply reply;
+  const Frame* frame = draw_into_gl(camera, order, outputs, reply.buffer);
+  if (frame == nullptr) {
+    frame = &studio_.session.renderer->render(camera, order.settings, outputs, HostImage{},
+                                              studio_.stop);
+    reply.rgba = to_rgba(frame->color);
+  }
+  reply.width = camera.width;
+  reply.height = camera.height;
+  reply.shown = {frame->stats,  order.settings.mode, order.version,         order.camera,
+                 order.divisor, std::nullopt,        reply.buffer.name != 0};
+  if (order.heatmap)
+    reply.shown.heatmap = make_heatmap(*frame, *order.heatmap, camera.width, camera.height);
+  {
+    const std::lock_guard lock(mutex_);
+    if (reply_ && reply_->buffer.name != 0) frames_->give_back(reply_->buffer);
+    reply_ = std::move(reply);
+  }
+  wake_();
+}
+
+void RenderThread::measure(const NumbersOrder& order) {
+  report(action::MeasuringChanged{true});
+  Session& session = studio_.session;
+  const RenderSettings kept = std::exchange(session.settings, order.settings);
+  try {
+    const Progress progress{{}, studio_.stop};
+    report(action::NumbersMeasured{
+        {order.version, measure_view(session, all_modes(), order.camera,
+                                     numbers_plan(session.backend), progress)}});
+  } catch (const Cancelled&) {
+    session.settings = kept;
+    report(action::MeasuringChanged{false});
+    throw;
+  } catch (...) {
+    session.settings = kept;
+    report(action::NumbersMeasured{{order.version, {}}});  // there are none: not to be tried again
+    report(action::MeasuringChanged{false});
+    throw;
+  }
+  session.settings = kept;
+  report(action::MeasuringChanged{false});
+}
+
+}  // namespace qs

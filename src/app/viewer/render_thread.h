@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+//
+// The thread that owns the renderer and the cloud, so that a slow frame never stops the window. It
+// does, in this order: jobs (first come, first served), the newest frame that was ordered, and when
+// nothing else is to do, the numbers of all modes. An order interrupts numbers, and a frame that is
+// outdated.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "app/bench/measure_view.h"
+#include "app/frame_options.h"
+#include "app/viewer/actions.h"
+#include "app/viewer/gl_frames.h"
+
+namespace qs {
+
+struct FrameOrder {
+  Camera camera;    ///< of the full-size view
+  int divisor = 1;  ///< rendered at 1 / divisor of its size
+  RenderSettings settings;
+  std::optional<HeatQuantity> heatmap;
+  int version = 0;
+};
+
+struct NumbersOrder {
+  Camera camera;
+  RenderSettings settings;
+  int version = 0;
+};
+
+/// A frame on its way to the window: pixels on the host, or in a GL buffer.
+struct FrameReply {
+  ShownFrame shown;
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;  ///< rows from the top; empty when in a buffer
+  GlBuffer buffer;                 ///< name 0: not used
+};
+
+/// What a job works with.
+struct Studio {
+  Session session;  ///< renderer null until the first scene
+  RendererOptions options;
+  std::stop_token stop;
+  std::function<void(Action)> report;
+  std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
+};
+using Job = std::function<void(Studio&)>;
+
+class RenderThread {
+ public:
+  /// `wake` is called from the render thread when there is something to take. `frames` may be null:
+  /// then every frame passes the host.
+  RenderThread(const RendererOptions& options, std::function<void()> wake, GlFrames* frames);
+  ~RenderThread();
+
+  void order(FrameOrder order);
+  void order(NumbersOrder order);
+  void run(Job job);
+  void stop_job();  ///< the one that runs
+
+  void take_reports(Actions& actions);
+  std::optional<FrameReply> take_frame();
+
+  /// False when nothing is ordered, running or waiting to be taken.
+  bool busy();
+
+ private:
+  void loop(const std::stop_token& stop);
+  void draw(const FrameOrder& order);
+  void measure(const NumbersOrder& order);
+  template <class Work>
+  void guarded(Work&& work);
+  void report(Action action);
+  const Frame* draw_into_gl(const Camera& camera, const FrameOrder& order, const Outputs& outputs,
+                            GlBuffer& buffer);
+
+  std::function<void()> wake_;
+  GlFrames* frames_;
+  bool gl_works_;
+  Studio studio_;
+
+  std::mutex mutex_;  // of everything below but the thread
+  std::condition_variable_any changed_;
+  std::deque<Job> jobs_;
+  std::optional<FrameOrder> frame_;
+  std::optional<NumbersOrder> numbers_;
+  std::optional<FrameReply> reply_;
+  Actions reports_;
+  std::stop_source running_;  // what runs now
+  enum class Task { none, job, frame, refinement, numbers } task_ = Task::none;
+
+  std::jthread thread_;
+};
+
+}  // namespace qs

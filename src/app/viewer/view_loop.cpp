@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/view_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include "app/stats_file.h"
+#include "app/text.h"
+#include "app/viewer/hud_text.h"
+#include "app/viewer/input_script.h"
+#include "app/viewer/jobs.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/photograph_texture.h"
+#include "app/viewer/preferences.h"
+#include "app/viewer/presenter.h"
+#include "app/viewer/resolution.h"
+#include "app/viewer/window.h"
+#include "io/cameras.h"
+#include "io/image_file.h"
+#include "raster/scene/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr double kRestSeconds = 0.5;    ///< longest sleep
+constexpr double kStillSeconds = 0.25;  ///< without motion before modes are measured
+constexpr double kUiSeconds = 0.35;     ///< panels are drawn this long after the last event
+constexpr double kMemorySeconds = 2;
+constexpr double kScriptPatience = 120;  ///< that `wait` of a script has, seconds
+
+std::uint64_t process_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * 4096;
+}
+
+std::uint64_t gpu_bytes(int device) {
+  const GpuReport report = gpu_report();
+  const auto index = static_cast<std::size_t>(device);
+  if (index >= report.gpus.size()) return 0;
+  return report.gpus[index].total_bytes - report.gpus[index].free_bytes;
+}
+
+class ViewLoop {
+ public:
+  explicit ViewLoop(const ViewOptions& options)
+      : options_(options),
+        preferences_(read_preferences(options.settings, problem_)),
+        window_({options.frame.size.value_or(glm::ivec2(preferences_.width, preferences_.height)),
+                 true}),
+        loader_(Window::wake) {
+    if (options.script) script_ = read_script(*options.script);
+    set_up_viewer();
+    if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
+    render_.emplace(options.frame.renderer, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
+    if (!options.frame.scene.empty()) open(options.frame.scene);
+  }
+
+  int run() {
+    while (!quit_) {
+      Actions actions;
+      window_.poll(resting() ? kRestSeconds : 0, viewer_.navigation, actions);
+      if (window_.close_requested()) actions.push_back(action::Quit{});
+      const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, 0.1);
+      actions.insert(actions.begin(), action::Tick{now, seconds});
+      play_script(actions);
+      window_.input().tick(seconds, actions);
+      take_reports(actions);
+      for (const Action& action : actions) {
+        apply(viewer_, action);
+        if (std::holds_alternative<action::SceneOpened>(action)) restore_camera();
+      }
+      carry_out_requests();
+      order_work();
+      take_frame();
+      take_photograph();
+      draw();
+    }
+    remember();
+    return exit_code_;
+  }
+
+ private:
+  void set_up_viewer() {
+    const FrameOptions& frame = options_.frame;
+    viewer_.backend = frame.backend.value_or(available_backends().front());
+    viewer_.settings.mode =
+        frame.modes.front() == kReferenceMode ? kDefaultMode : frame.modes.front();
+    viewer_.settings.sh_degree = frame.sh_degree;
+    viewer_.settings.splat_scale = frame.splat_scale;
+    viewer_.settings.background = frame.background.value_or(glm::vec3(0));
+    viewer_.settings.antialiased = frame.antialiased;
+    viewer_.previous_mode = find_culler("3dgs");
+    viewer_.vsync = options_.vsync && preferences_.vsync;
+    viewer_.on_demand = preferences_.on_demand;
+    viewer_.reduce_when_moving = preferences_.reduce_when_moving;
+    viewer_.panels = preferences_.panels;
+    viewer_.navigation = preferences_.navigation;
+    viewer_.recent = preferences_.recent;
+    window_.set_vsync(viewer_.vsync);
+    const glm::ivec2 pixels = window_.framebuffer();
+    apply(viewer_, action::Resize{pixels.x, pixels.y});
+    if (!problem_.empty()) apply(viewer_, action::Say{problem_, true});
+  }
+
+  void open(const std::filesystem::path& path) {
+    const bool first = path == options_.frame.scene;
+    loader_.start(path, first ? options_.frame.iteration : -1,
+                  first ? options_.frame.cameras : std::nullopt);
+  }
+
+  void take_reports(Actions& actions) {
+    render_->take_reports(actions);
+    if (auto loaded = loader_.poll(actions)) {
+      remember_camera();
+      render_->run(open_scene(std::move(*loaded), viewer_.backend, viewer_.settings,
+                              options_.frame.background.has_value()));
+    }
+    const glm::ivec2 pixels = window_.framebuffer();
+    if (pixels.x != viewer_.camera.width || pixels.y != viewer_.camera.height)
+      actions.push_back(action::Resize{pixels.x, pixels.y});
+    if (viewer_.now - memory_measured_ > kMemorySeconds && !resting()) {
+      memory_measured_ = viewer_.now;
+      const bool cuda = viewer_.backend == Backend::cuda;
+      actions.push_back(action::MemoryMeasured{
+          process_bytes(), cuda ? gpu_bytes(options_.frame.renderer.device) : 0});
+    }
+  }
+
+  // ---- requests -------------------------------------------------------------------------------
+  void carry_out_requests() {
+    for (const Request& request : std::exchange(viewer_.requests, {})) {
+      try {
+        std::visit([&](const auto& what) { carry_out(what); }, request);
+      } catch (const Error& error) {
+        apply(viewer_, action::Say{error.what(), true});
+      }
+    }
+  }
+
+  FrameOrder current_order() const {
+    FrameOrder order{viewer_.camera, 1, viewer_.settings, viewer_.heatmap, viewer_.version};
+    order.settings.mode = viewer_.mode();
+    return order;
+  }
+
+  std::string camera_name() const {
+    return viewer_.dataset_camera >= 0 ? fmt::format("camera{}", viewer_.dataset_camera) : "view";
+  }
+
+  void carry_out(const request::Open& what) { open(what.path); }
+  void carry_out(const request::CancelLoading&) {
+    loader_.cancel();
+    render_->stop_job();
+    apply(viewer_, action::SetLoading{});
+  }
+  void carry_out(const request::Pick& what) {
+    const glm::ivec2 pixel(glm::floor(what.pixel));
+    render_->run(what.record ? record_zoom_from(current_order(), pixel, options_.out_dir)
+                             : pick_pivot(current_order(), pixel));
+  }
+  void carry_out(const request::Screenshot& what) {
+    if (what.with_ui) {
+      grab_wanted_ = free_name(options_.out_dir / "screenshots",
+                               fmt::format("{}_window", viewer_.scene->name), ".png");
+    } else {
+      render_->run(take_screenshot(current_order(), camera_name(), options_.out_dir));
+    }
+  }
+  void carry_out(const request::CopyText& what) { window_.set_clipboard(what.text); }
+  void carry_out(const request::PasteText&) {
+    apply(viewer_, action::SetCamera{parse_camera(window_.clipboard(), "clipboard")});
+  }
+  void carry_out(const request::StopRecording&) { render_->stop_job(); }
+  void carry_out(const request::Bench&) {
+    FrameOrder order = current_order();
+    order.version = viewer_.view_version;
+    render_->run(bench_view(order, camera_name(), options_.out_dir));
+  }
+  void carry_out(const request::SwitchBackend& what) { render_->run(switch_backend(what.backend)); }
+  void carry_out(const request::ReadPhotograph& what) { photograph_.show(what.path); }
+  void carry_out(const request::SavePath& what) {
+    const std::filesystem::path path = options_.out_dir / what.path;
+    write_stats(path, format_camera_path(viewer_.keyframes));
+    apply(viewer_, action::Say{fmt::format("wrote {}", path.string())});
+  }
+  void carry_out(const request::Fullscreen&) { window_.toggle_fullscreen(); }
+  void carry_out(const request::Quit&) { quit_ = true; }
+
+  // ---- rendering ------------------------------------------------------------------------------
+  void order_work() {
+    if (!viewer_.scene || viewer_.zoom.running) return;
+    // Small while it moves, whole as soon as it rests.
+    const int divisor =
+        viewer_.backend == Backend::cpu && viewer_.reduce_when_moving && viewer_.moving()
+            ? resolution_divisor(ms_per_megapixel_, viewer_.camera.width, viewer_.camera.height)
+            : 1;
+    const bool continuous = !viewer_.on_demand && !render_->busy();
+    if (viewer_.version != ordered_version_ || divisor < ordered_divisor_ || continuous) {
+      FrameOrder order = current_order();
+      order.divisor = divisor;
+      render_->order(order);
+      ordered_version_ = viewer_.version;
+      ordered_divisor_ = divisor;
+    }
+    if (wants_numbers() && !render_->busy())
+      render_->order(NumbersOrder{viewer_.camera, viewer_.settings, viewer_.view_version});
+  }
+
+  // The modes are measured when the view rests, is drawn whole, and somebody can see the table.
+  bool wants_numbers() const {
+    const bool still =
+        viewer_.now - viewer_.last_motion > kStillSeconds && !viewer_.playback.running;
+    const bool drawn = viewer_.shown.version == viewer_.version && viewer_.shown.divisor == 1;
+    return still && drawn && viewer_.on_demand && viewer_.panels.hud && viewer_.panels.all &&
+           !numbers_are_current(viewer_);
+  }
+
+  void take_frame() {
+    std::optional<FrameReply> reply = render_->take_frame();
+    if (!reply) return;
+    const ShownFrame& shown = reply->shown;
+    if (shown.heatmap) memory_.heat_scale = scale_for(shown.heatmap->values);
+    presenter_.upload(*reply, memory_.heat_scale);
+    if (reply->buffer.name != 0) {
+      // The copy into the texture may still run: the buffer rests for one more frame.
+      if (resting_buffer_.name != 0) gl_frames_->give_back(resting_buffer_);
+      resting_buffer_ = reply->buffer;
+    }
+    const double megapixels = 1e-6 * reply->width * reply->height;
+    ms_per_megapixel_ = static_cast<double>(shown.stats.frame_ms) / std::max(megapixels, 1e-3);
+    apply(viewer_, action::FrameShown{shown});
+    draw_until_ = glfwGetTime() + kUiSeconds;
+  }
+
+  void take_photograph() try {
+    if (!photograph_.reading()) return;
+    photograph_.poll(memory_);
+    draw_until_ = glfwGetTime() + kUiSeconds;
+  } catch (const Error& error) {
+    apply(viewer_, action::Say{error.what(), true});
+  }
+
+  // ---- the window -----------------------------------------------------------------------------
+  bool resting() {
+    return script_.empty() && !window_.input().busy() && !viewer_.playback.running &&
+           glfwGetTime() > draw_until_ && window_.seconds_since_event() > kUiSeconds &&
+           viewer_.on_demand && viewer_.version == ordered_version_ && !waits_for_rest();
+  }
+
+  // The view moved a moment ago: soon it is drawn whole and its modes are measured.
+  bool waits_for_rest() const {
+    return viewer_.scene && glfwGetTime() - viewer_.last_motion < kStillSeconds + 0.1;
+  }
+
+  void draw() {
+    const double now = glfwGetTime();
+    const bool wanted = now < draw_until_ || window_.seconds_since_event() < kUiSeconds ||
+                        !viewer_.on_demand || viewer_.loading || viewer_.playback.running ||
+                        viewer_.moving() || !viewer_.toasts.empty() || !script_.empty() ||
+                        viewer_.measuring || viewer_.zoom.running || first_draw_;
+    if (!wanted) return;
+    if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
+    const glm::ivec2 pixels = window_.framebuffer();
+    memory_.cursor = window_.input().cursor();
+    Actions actions;
+    window_.begin_ui();
+    draw_panels(viewer_, memory_, actions);
+    presenter_.draw(pixels.x, pixels.y);
+    window_.end_ui();
+    grab(pixels);
+    window_.swap();
+    first_draw_ = false;
+    measure_window(now);
+    for (const Action& action : actions) apply(viewer_, action);
+    if (!actions.empty()) draw_until_ = now + kUiSeconds;
+    title();
+  }
+
+  void grab(glm::ivec2 pixels) {
+    if (grab_wanted_.empty()) return;
+    const std::filesystem::path path = std::exchange(grab_wanted_, {});
+    try {
+      std::error_code ignored;
+      std::filesystem::create_directories(path.parent_path(), ignored);
+      write_image(Presenter::grab(pixels.x, pixels.y), path);
+      if (script_.empty()) apply(viewer_, action::Say{fmt::format("wrote {}", path.string())});
+    } catch (const Error& error) {
+      apply(viewer_, action::Say{error.what(), true});
+    }
+  }
+
+  void measure_window(double now) {
+    const double seconds = now - last_draw_;
+    last_draw_ = now;
+    // A pause is no frame rate.
+    const double fps = seconds > 0 && seconds < 0.25 ? 1 / seconds : 0;
+    display_fps_ = fps == 0 ? 0 : display_fps_ == 0 ? fps : 0.9 * display_fps_ + 0.1 * fps;
+    apply(viewer_, action::WindowMeasured{viewer_.on_demand && !viewer_.moving() ? 0 : display_fps_,
+                                          presenter_.gpu_ms()});
+  }
+
+  void title() {
+    const std::string text = viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat";
+    if (text != title_) window_.set_title(title_ = text);
+  }
+
+  // ---- scripts ----------------------------------------------------------------------------------
+  bool at_rest() {
+    if (loader_.busy() || viewer_.loading || render_->busy() || photograph_.reading()) return false;
+    if (!viewer_.scene) return true;
+    const bool drawn = viewer_.version == viewer_.shown.version && viewer_.shown.divisor == 1;
+    return drawn && !wants_numbers() && !viewer_.measuring && !viewer_.moving() &&
+           !viewer_.playback.running && !viewer_.zoom.running;
+  }
+
+  void play_script(Actions& actions) {
+    if (script_.empty() || viewer_.now < script_sleeps_until_) return;
+    if (!script_held_.empty()) {
+      window_.play({"release", {script_held_}, 0}, viewer_.now, actions);
+      script_held_.clear();
+      return;
+    }
+    const ScriptStep step = script_.front();
+    if (!grab_wanted_.empty()) return;
+    if (step.command == "wait") {
+      if (!at_rest()) {
+        if (viewer_.now - script_waits_since_ < kScriptPatience) return;
+        fail("{}: line {}: still busy after {} seconds", options_.script->string(), step.line,
+             kScriptPatience);
+      }
+    } else if (step.command == "sleep") {
+      script_sleeps_until_ = viewer_.now + std::stod(step.words[0]);
+    } else if (step.command == "hold") {
+      window_.play({"press", {step.words[0]}, step.line}, viewer_.now, actions);
+      script_held_ = step.words[0];
+      script_sleeps_until_ = viewer_.now + std::stod(step.words[1]);
+    } else if (step.command == "shot") {
+      grab_wanted_ = step.words[0];
+    } else if (step.command == "state") {
+      write_stats(step.words[0], state_json(viewer_));
+    } else if (step.command == "quit") {
+      quit_ = true;
+    } else {
+      window_.play(step, viewer_.now, actions);
+    }
+    script_.erase(script_.begin());
+    script_waits_since_ = viewer_.now;
+    draw_until_ = glfwGetTime() + kUiSeconds;
+  }
+
+  // ---- what is kept -----------------------------------------------------------------------------
+  // Where this scene was left, unless the command line names cameras.
+  void restore_camera() {
+    const auto kept = preferences_.cameras.find(viewer_.scene->path.string());
+    if (kept == preferences_.cameras.end() || options_.frame.cameras) return;
+    try {
+      apply(viewer_, action::SetCamera{parse_camera(kept->second, "settings")});
+      apply(viewer_, action::Say{"the view of last time; Home goes to the first view"});
+    } catch (const Error&) {  // kept by hand: the first view will do
+    }
+  }
+
+  void remember_camera() {
+    if (viewer_.scene)
+      preferences_.cameras[viewer_.scene->path.string()] = format_camera(viewer_.camera);
+  }
+
+  void remember() {
+    remember_camera();
+    const glm::ivec2 size = window_.windowed_size();
+    preferences_.width = size.x;
+    preferences_.height = size.y;
+    preferences_.vsync = viewer_.vsync;
+    preferences_.on_demand = viewer_.on_demand;
+    preferences_.reduce_when_moving = viewer_.reduce_when_moving;
+    preferences_.panels = viewer_.panels;
+    preferences_.navigation = viewer_.navigation;
+    preferences_.recent = viewer_.recent;
+    write_preferences(options_.settings, preferences_);
+  }
+
+  const ViewOptions& options_;
+  std::string problem_;  // of the preferences
+  Preferences preferences_;
+  Window window_;
+  Presenter presenter_;
+  PhotographTexture photograph_;
+  std::optional<GlFrames> gl_frames_;
+  SceneLoader loader_;
+  std::optional<RenderThread> render_;
+  Viewer viewer_;
+  PanelMemory memory_;
+
+  std::vector<ScriptStep> script_;
+  double script_sleeps_until_ = 0, script_waits_since_ = 0;
+  std::string script_held_;
+
+  int ordered_version_ = -1, ordered_divisor_ = 1;
+  double ms_per_megapixel_ = 0;
+  GlBuffer resting_buffer_;
+  std::filesystem::path grab_wanted_;
+  bool quit_ = false, vsync_ = true, first_draw_ = true;
+  double draw_until_ = 0, last_draw_ = 0, display_fps_ = 0, memory_measured_ = -10;
+  std::string title_;
+  int exit_code_ = 0;
+};
+
+}  // namespace
+
+int run_viewer(const ViewOptions& options) { return ViewLoop(options).run(); }
+
+}  // namespace qs

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+//
+// The viewer's loop on the main thread: input -> actions -> state -> orders for the render thread
+// -> frames -> window. When nothing happens it sleeps.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "app/frame_options.h"
+
+namespace qs {
+
+struct ViewOptions {
+  FrameOptions frame;  ///< scene empty: an empty window
+  bool vsync = true, interop = true;
+  std::filesystem::path settings;               ///< preferences file; empty: nothing is remembered
+  std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
+  std::filesystem::path out_dir = ".";          ///< screenshots, zooms and benches go below it
+};
+
+/// Opens the window and stays until it is closed. The process's exit code. Throws Error.
+int run_viewer(const ViewOptions& options);
+
+}  // namespace qs

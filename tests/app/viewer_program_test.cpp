@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+//
+// The real program in a real window: Xvfb, software OpenGL, the CPU backend, scripted input.
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/run_program.h"
+#include "app/viewer/input_script.h"
+#include "app/virtual_display.h"
+#include "io/cameras.h"
+#include "io/image_file.h"
+#include "io/json_text.h"
+#include "io/writer.h"
+#include "raster/kernel/cull/list.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::json;
+using test::ProgramRun;
+using test::run_quadsplat;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// One X server for all tests of this file.
+test::VirtualDisplay& display() {
+  static test::VirtualDisplay server("1280x720x24");
+  return server;
+}
+
+class ViewerProgram : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+    GaussianCloud cloud = test::random_cloud(400, 0, 3);
+    test::append(cloud, test::single_gaussian({0, 0, 4}, 0.5f, {0.9f, 0.4f, 0.1f}, 5));
+    write_scene(cloud, path("scene.ply"));
+    json cameras = json::array();
+    for (const double x : {0.0, 0.3}) {
+      Camera camera = test::front_camera(320, 240);
+      camera.view_from_world[3].x = x;
+      cameras.push_back(json::parse(format_camera(camera)));
+    }
+    std::ofstream(folder_ / "cameras.json") << cameras;
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  ProgramRun play(const std::string& script, std::vector<std::string> arguments = {}) {
+    std::ofstream(folder_ / "script") << script;
+    for (const std::string& word : {std::string("--input"), path("script"),
+                                    std::string("--out-dir"), folder_.path().string()})
+      arguments.push_back(word);
+    if (std::find(arguments.begin(), arguments.end(), "--settings") == arguments.end())
+      arguments.insert(arguments.end(), {"--settings", "-"});
+    arguments.insert(arguments.begin(),
+                     {"view", "--backend", "cpu", "--threads", "2", "--size", "320x240"});
+    return run_quadsplat(arguments);
+  }
+
+  json state(const std::string& name) const {
+    return json::parse(read_text_file(folder_ / name, 1 << 20));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes) {
+  const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json a = state("a.json");
+  EXPECT_EQ(a["scene"], "scene");
+  EXPECT_EQ(a["dataset_camera"], 0);
+  EXPECT_EQ(a["modes"].size(), static_cast<std::size_t>(kCullerCount));
+  for (const json& row : a["modes"]) EXPECT_NE(row["ms"], "-") << row;
+  EXPECT_TRUE(a["numbers_are_current"]);
+}
+
+TEST_F(ViewerProgram, opens_what_is_dropped_on_an_empty_window) {
+  const ProgramRun run = play("state " + path("a.json") + "\ndrop " + path("scene.ply") +
+                              "\nwait\nstate " + path("b.json") + "\nquit\n");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(state("a.json")["scene"], "");
+  EXPECT_EQ(state("b.json")["scene"], "scene");
+}
+
+TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
+  std::string script = "wait\n";
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    script += "key " + std::to_string(mode) + "\nwait\nstate " +
+              path("key" + std::to_string(mode)) + "\n";
+  }
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    script += "keypad " + std::to_string(mode) + "\nwait\nstate " +
+              path("keypad" + std::to_string(mode)) + "\n";
+  }
+  const ProgramRun run = play(script + "quit\n", {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const char* name = kCullers[static_cast<std::size_t>(mode)].name;
+    const json by_key = state("key" + std::to_string(mode));
+    EXPECT_EQ(by_key["mode"], name);
+    EXPECT_EQ(state("keypad" + std::to_string(mode))["mode"], name);
+    // The frame's pairs are those of the table.
+    EXPECT_EQ(by_key["facts"]["tile pairs"],
+              by_key["modes"][static_cast<std::size_t>(mode - 1)]["pairs"]);
+  }
+}
+
+TEST_F(ViewerProgram, heat_map_shows_its_total_and_changes_the_picture) {
+  const ProgramRun run = play("key Tab\nwait\nshot " + path("off.png") + "\nkey H\nwait\nshot " +
+                                  path("on.png") + "\nstate " + path("on.json") +
+                                  "\nkey H\nwait\nshot " + path("again.png") + "\nquit\n",
+                              {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json on = state("on.json");
+  EXPECT_EQ(on["heatmap"]["quantity"], "pairs");
+  std::string pairs = on["facts"]["tile pairs"];
+  std::erase(pairs, ',');
+  EXPECT_EQ(std::to_string(on["heatmap"]["total"].get<std::uint64_t>()), pairs);
+  EXPECT_THAT(on["caveat"].get<std::string>(), HasSubstr("heat map"));
+  const Image off = read_image(path("off.png")), heat = read_image(path("on.png"));
+  EXPECT_LT(psnr_8bit(off, heat), 25);
+  EXPECT_EQ(off.values, read_image(path("again.png")).values);
+}
+
+TEST_F(ViewerProgram, flying_moves_the_camera_and_home_brings_it_back) {
+  const ProgramRun run =
+      play("wait\nstate " + path("a.json") + "\nhold W 0.3\nwait\nstate " + path("b.json") +
+               "\nkey Home\nwait\nstate " + path("c.json") +
+               "\ndrag 40 10 left\nwheel 2\nwait\nstate " + path("d.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(state("b.json")["camera"]["position"][2].get<double>(), 0.01);
+  EXPECT_EQ(state("b.json")["dataset_camera"], -1);
+  EXPECT_EQ(state("c.json")["camera"], state("a.json")["camera"]);
+  EXPECT_NE(state("d.json")["camera"], state("a.json")["camera"]);
+}
+
+TEST_F(ViewerProgram, the_window_and_the_screenshot_equal_a_headless_render) {
+  const ProgramRun run = play("wait\nkey Tab\nkey ]\nwait\nshot " + path("window.png") +
+                                  "\nkey Ctrl+F12\nwait\nstate " + path("a.json") + "\nquit\n",
+                              {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun render =
+      run_quadsplat({"render", path("scene.ply"), "--backend", "cpu", "--camera-index", "1",
+                     "--size", "320x240", "--output", path("render.png")});
+  ASSERT_EQ(render.exit_code, 0) << render.err;
+  const std::string screenshot = path("screenshots/scene_camera1_quadbox_320x240_0001.png");
+  EXPECT_EQ(read_text_file(screenshot, 1 << 24), read_text_file(path("render.png"), 1 << 24));
+  // The window shows the same bytes, apart from the sentence that the file was written.
+  EXPECT_EQ(read_image(path("window.png")).values, read_image(path("render.png")).values);
+}
+
+TEST_F(ViewerProgram, a_bad_file_keeps_the_scene_and_shows_the_sentence) {
+  std::ofstream(folder_ / "broken.ply") << "ply\nnonsense";
+  const ProgramRun run =
+      play("wait\ndrop " + path("broken.ply") + "\nwait\nstate " + path("a.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json a = state("a.json");
+  EXPECT_EQ(a["scene"], "scene");
+  ASSERT_EQ(a["toasts"].size(), 1u);
+  EXPECT_THAT(a["toasts"][0].get<std::string>(), HasSubstr("broken.ply"));
+}
+
+TEST_F(ViewerProgram, cameras_are_dropped_copied_and_pasted) {
+  std::filesystem::rename(folder_ / "cameras.json", folder_ / "other.json");
+  Camera pasted = test::front_camera(320, 240);
+  pasted.view_from_world[3].z = 0.5;
+  const ProgramRun run =
+      play("wait\nstate " + path("a.json") + "\ndrop " + path("other.json") + "\nwait\nstate " +
+               path("b.json") + "\npaste " + format_camera(pasted) + "\nkey Ctrl+V\nwait\nstate " +
+               path("c.json") + "\npaste nonsense\nkey Ctrl+V\nwait\nstate " + path("d.json") +
+               "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(state("a.json")["dataset_camera"], -1);
+  EXPECT_EQ(state("b.json")["dataset_camera"], 0);
+  EXPECT_EQ(state("c.json")["camera"], json::parse(format_camera(pasted)));
+  EXPECT_EQ(state("d.json")["camera"], state("c.json")["camera"]);
+  EXPECT_THAT(state("d.json")["toasts"].back().get<std::string>(), HasSubstr("clipboard"));
+}
+
+TEST_F(ViewerProgram, a_recorded_zoom_replays_with_equal_counts) {
+  const ProgramRun run =
+      play("wait\nkey Z\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string zoom = state("a.json")["zoom"]["folder"];
+  ASSERT_THAT(zoom, StartsWith(path("zoom")));
+  EXPECT_EQ(run_quadsplat({"zoom", "--replay", zoom, "--backend", "cpu"}).exit_code, 0);
+}
+
+TEST_F(ViewerProgram, a_bench_s_csv_holds_the_numbers_of_the_display) {
+  const ProgramRun run =
+      play("wait\nkey P\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::ifstream csv(folder_ / "bench/scene_0001/bench.csv");
+  std::string line;
+  std::getline(csv, line);
+  const json a = state("a.json");
+  for (const json& row : a["modes"]) {
+    ASSERT_TRUE(std::getline(csv, line));
+    std::vector<std::string> cells;
+    std::istringstream words(line);
+    for (std::string cell; std::getline(words, cell, ',');) cells.push_back(cell);
+    EXPECT_EQ(cells[2], row["mode"]);
+    std::string pairs = row["pairs"];
+    std::erase(pairs, ',');
+    EXPECT_EQ(cells[9], pairs);
+    EXPECT_NEAR(std::stod(cells[12]), std::stod(row["ms"].get<std::string>()), 5e-4);
+  }
+}
+
+TEST_F(ViewerProgram, settings_and_the_last_view_are_kept) {
+  const std::vector<std::string> arguments = {path("scene.ply"), "--settings", path("kept.json")};
+  ASSERT_EQ(
+      play("wait\nkey F10\nkey V\nwheel 3\nwait\nstate " + path("a.json") + "\nquit\n", arguments)
+          .exit_code,
+      0);
+  ASSERT_EQ(play("wait\nstate " + path("b.json") + "\nquit\n", arguments).exit_code, 0);
+  EXPECT_EQ(state("a.json")["camera"], state("b.json")["camera"]);
+  const json kept = state("kept.json");
+  EXPECT_EQ(kept["hud"], false);
+  EXPECT_EQ(kept["navigation"], "fly");
+  EXPECT_EQ(kept["recent"][0], path("scene.ply"));
+  std::ofstream(folder_ / "kept.json") << "{ damaged";
+  ASSERT_EQ(play("wait\nstate " + path("c.json") + "\nquit\n", arguments).exit_code, 0);
+  EXPECT_THAT(state("c.json")["toasts"].dump(), HasSubstr("ignored"));
+}
+
+}  // namespace
+}  // namespace qs

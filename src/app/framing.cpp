@@ -11,6 +11,7 @@ namespace qs {
 namespace {
 
 constexpr double kVerticalFov = glm::radians(60.0);
+constexpr double kMargin = 1.15;  // what lies outside of the core extents shows too
 constexpr double kElevation = glm::radians(15.0);
 
 // Horizontal direction of sight: along the world's forward axis of RDF (z), or y where z points up.
@@ -32,7 +33,7 @@ glm::dvec3 world_up(std::string_view vertical_axis) {
 
 Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height) {
   const glm::dvec3 size(box.size());
-  const double radius = std::max<double>(0.5 * glm::length(size), smallest);
+  const double radius = kMargin * std::max<double>(0.5 * glm::length(size), smallest);
   const double slope =
       std::tan(0.5 * kVerticalFov) * std::min(1.0, static_cast<double>(width) / height);
   const double distance = radius / std::sin(std::atan(slope));

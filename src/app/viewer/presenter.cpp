@@ -86,8 +86,13 @@ Presenter::~Presenter() {
   glDeleteProgram(program_);
 }
 
-void Presenter::upload(const FrameReply& reply, const Scale& scale) {
-  begin_timing();
+void Presenter::show(FrameReply reply, const Scale& scale) {
+  next_ = std::move(reply);
+  heat_maximum_ = next_->shown.heatmap ? static_cast<float>(scale.maximum) : 0;
+}
+
+void Presenter::upload() {
+  const FrameReply reply = *std::exchange(next_, std::nullopt);
   glBindTexture(GL_TEXTURE_2D, picture_);
   if (reply.width != width_ || reply.height != height_) {
     width_ = reply.width;
@@ -100,7 +105,6 @@ void Presenter::upload(const FrameReply& reply, const Scale& scale) {
                   reply.buffer.name != 0 ? nullptr : reply.rgba.data());
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 
-  heat_maximum_ = 0;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
                   reply.shown.heatmap ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
   if (!reply.shown.heatmap) return;
@@ -110,7 +114,6 @@ void Presenter::upload(const FrameReply& reply, const Scale& scale) {
   glBindTexture(GL_TEXTURE_2D, heat_);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, map.columns, map.rows, 0, GL_RED, GL_FLOAT,
                values.data());
-  heat_maximum_ = static_cast<float>(scale.maximum);
   heat_cells_ = glm::vec2(width_, height_) / static_cast<float>(map.cell_px);
 }
 
@@ -118,6 +121,10 @@ void Presenter::draw(int width, int height) {
   glViewport(0, 0, width, height);
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
+  if (next_) {
+    begin_timing();
+    upload();
+  }
   if (width_ == 0) {
     glClearColor(0.075f, 0.08f, 0.095f, 1);
     glClear(GL_COLOR_BUFFER_BIT);
@@ -163,6 +170,8 @@ void Presenter::end_timing() {
   timing_ = false;
   timed_ = true;
 }
+
+void Presenter::finish() { glFinish(); }
 
 Image Presenter::grab(int width, int height) {
   const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

@@ -17,8 +17,9 @@ class Presenter {
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
 
-  /// Makes the frame the one on show; `scale` belongs to its heat map.
-  void upload(const FrameReply& reply, const Scale& scale);
+  /// Makes the frame the one on show; `scale` belongs to its heat map. A GL buffer must stay as it
+  /// is until the next draw().
+  void show(FrameReply reply, const Scale& scale);
 
   /// Fills the framebuffer.
   void draw(int width, int height);
@@ -26,13 +27,18 @@ class Presenter {
   /// GPU time of a recent upload and draw, milliseconds; 0 until the first is known.
   float gpu_ms() const { return gpu_ms_; }
 
+  /// Waits for the GPU.
+  static void finish();
+
   /// Pixels of the framebuffer as they are, for screenshots.
   static Image grab(int width, int height);
 
  private:
+  void upload();
   void begin_timing();
   void end_timing();
 
+  std::optional<FrameReply> next_;  // shown and not yet uploaded
   unsigned program_ = 0, empty_vertices_ = 0;
   unsigned picture_ = 0, heat_ = 0, colors_ = 0;
   int width_ = 0, height_ = 0;

@@ -66,6 +66,12 @@ void RenderThread::order(NumbersOrder order) {
   changed_.notify_all();
 }
 
+void RenderThread::drop_numbers() {
+  const std::lock_guard lock(mutex_);
+  numbers_.reset();
+  if (task_ == Task::numbers) running_.request_stop();
+}
+
 void RenderThread::run(Job job) {
   {
     const std::lock_guard lock(mutex_);

@@ -61,6 +61,7 @@ class RenderThread {
 
   void order(FrameOrder order);
   void order(NumbersOrder order);
+  void drop_numbers();  ///< they are disturbed: measured anew when they are ordered again
   void run(Job job);
   void stop_job();  ///< the one that runs
 

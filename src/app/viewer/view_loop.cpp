@@ -26,6 +26,7 @@
 namespace qs {
 namespace {
 
+constexpr double kIdleSeconds = 0.01;   ///< sleep while something else works
 constexpr double kRestSeconds = 0.5;    ///< longest sleep
 constexpr double kStillSeconds = 0.25;  ///< without motion before modes are measured
 constexpr double kUiSeconds = 0.35;     ///< panels are drawn this long after the last event
@@ -64,7 +65,10 @@ class ViewLoop {
   int run() {
     while (!quit_) {
       Actions actions;
-      window_.poll(resting() ? kRestSeconds : 0, viewer_.navigation, actions);
+      window_.poll(resting() ? kRestSeconds
+                   : draws() ? 0
+                             : kIdleSeconds,
+                   viewer_.navigation, actions);
       if (window_.close_requested()) actions.push_back(action::Quit{});
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, 0.1);
       actions.insert(actions.begin(), action::Tick{now, seconds});
@@ -73,13 +77,14 @@ class ViewLoop {
       take_reports(actions);
       for (const Action& action : actions) {
         apply(viewer_, action);
+        note_change(action);
         if (std::holds_alternative<action::SceneOpened>(action)) restore_camera();
       }
       carry_out_requests();
-      order_work();
       take_frame();
       take_photograph();
       draw();
+      order_work();
     }
     remember();
     return exit_code_;
@@ -208,16 +213,18 @@ class ViewLoop {
       ordered_version_ = viewer_.version;
       ordered_divisor_ = divisor;
     }
-    if (wants_numbers() && !render_->busy())
+    if (still() && numbers_are_missing() && !draws() && !render_->busy())
       render_->order(NumbersOrder{viewer_.camera, viewer_.settings, viewer_.view_version});
   }
 
-  // The modes are measured when the view rests, is drawn whole, and somebody can see the table.
-  bool wants_numbers() const {
-    const bool still =
-        viewer_.now - viewer_.last_motion > kStillSeconds && !viewer_.playback.running;
-    const bool drawn = viewer_.shown.version == viewer_.version && viewer_.shown.divisor == 1;
-    return still && drawn && viewer_.on_demand && viewer_.panels.hud && viewer_.panels.all &&
+  bool still() const {
+    return viewer_.now - viewer_.last_motion > kStillSeconds && !viewer_.playback.running;
+  }
+
+  // The table is measured for views that are drawn whole, when somebody can see it.
+  bool numbers_are_missing() const {
+    return viewer_.shown.version == viewer_.version && viewer_.shown.divisor == 1 &&
+           viewer_.on_demand && viewer_.panels.hud && viewer_.panels.all &&
            !numbers_are_current(viewer_);
   }
 
@@ -226,45 +233,63 @@ class ViewLoop {
     if (!reply) return;
     const ShownFrame& shown = reply->shown;
     if (shown.heatmap) memory_.heat_scale = scale_for(shown.heatmap->values);
-    presenter_.upload(*reply, memory_.heat_scale);
-    if (reply->buffer.name != 0) {
-      // The copy into the texture may still run: the buffer rests for one more frame.
-      if (resting_buffer_.name != 0) gl_frames_->give_back(resting_buffer_);
-      resting_buffer_ = reply->buffer;
-    }
     const double megapixels = 1e-6 * reply->width * reply->height;
     ms_per_megapixel_ = static_cast<double>(shown.stats.frame_ms) / std::max(megapixels, 1e-3);
     apply(viewer_, action::FrameShown{shown});
-    draw_until_ = glfwGetTime() + kUiSeconds;
+    if (reply->buffer.name != 0) {
+      // The window may still copy from the buffer before: it rests for one more frame.
+      if (resting_buffer_.name != 0) gl_frames_->give_back(resting_buffer_);
+      resting_buffer_ = reply->buffer;
+    }
+    presenter_.show(std::move(*reply), memory_.heat_scale);
+    draw_again();
   }
 
   void take_photograph() try {
     if (!photograph_.reading()) return;
     photograph_.poll(memory_);
-    draw_until_ = glfwGetTime() + kUiSeconds;
+    draw_again();
   } catch (const Error& error) {
     apply(viewer_, action::Say{error.what(), true});
   }
 
   // ---- the window -----------------------------------------------------------------------------
-  bool resting() {
-    return script_.empty() && !window_.input().busy() && !viewer_.playback.running &&
-           glfwGetTime() > draw_until_ && window_.seconds_since_event() > kUiSeconds &&
-           viewer_.on_demand && viewer_.version == ordered_version_ && !waits_for_rest();
+  // Things that people should see: draw for a moment, and while a measurement runs just once.
+  void draw_again() {
+    draw_once_ = true;
+    if (!measures()) draw_until_ = glfwGetTime() + kUiSeconds;
   }
 
-  // The view moved a moment ago: soon it is drawn whole and its modes are measured.
-  bool waits_for_rest() const {
-    return viewer_.scene && glfwGetTime() - viewer_.last_motion < kStillSeconds + 0.1;
+  void note_change(const Action& action) {
+    const bool silent = std::holds_alternative<action::Tick>(action) ||
+                        std::holds_alternative<action::MeasuringChanged>(action) ||
+                        std::holds_alternative<action::MemoryMeasured>(action);
+    if (!silent) draw_again();
+  }
+
+  // Drawing the window takes time from what the GPU or the CPU is measured with.
+  bool measures() const { return viewer_.measuring || viewer_.zoom.running; }
+
+  bool draws() const {
+    const double now = glfwGetTime();
+    if (draw_once_ || window_.seconds_since_event() < kUiSeconds) return true;
+    return now < draw_until_ || !viewer_.on_demand || viewer_.loading || viewer_.playback.running ||
+           now - viewer_.last_motion < 0.2;
+  }
+
+  bool resting() {
+    return !draws() && script_.empty() && !window_.input().busy() &&
+           viewer_.version == ordered_version_ &&
+           glfwGetTime() - viewer_.last_motion > kStillSeconds && !numbers_are_missing();
   }
 
   void draw() {
+    if (viewer_.toasts.size() != toasts_) draw_once_ = true;
+    toasts_ = viewer_.toasts.size();
+    if (!draws()) return;
+    if (viewer_.measuring && !draw_once_) render_->drop_numbers();
+    draw_once_ = false;
     const double now = glfwGetTime();
-    const bool wanted = now < draw_until_ || window_.seconds_since_event() < kUiSeconds ||
-                        !viewer_.on_demand || viewer_.loading || viewer_.playback.running ||
-                        viewer_.moving() || !viewer_.toasts.empty() || !script_.empty() ||
-                        viewer_.measuring || viewer_.zoom.running || first_draw_;
-    if (!wanted) return;
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
     const glm::ivec2 pixels = window_.framebuffer();
     memory_.cursor = window_.input().cursor();
@@ -275,10 +300,11 @@ class ViewLoop {
     window_.end_ui();
     grab(pixels);
     window_.swap();
-    first_draw_ = false;
+    // Frames and window take turns on the GPU, so that the frame's time is its own.
+    if (!viewer_.on_demand) Presenter::finish();
     measure_window(now);
     for (const Action& action : actions) apply(viewer_, action);
-    if (!actions.empty()) draw_until_ = now + kUiSeconds;
+    if (!actions.empty()) draw_again();
     title();
   }
 
@@ -301,8 +327,8 @@ class ViewLoop {
     // A pause is no frame rate.
     const double fps = seconds > 0 && seconds < 0.25 ? 1 / seconds : 0;
     display_fps_ = fps == 0 ? 0 : display_fps_ == 0 ? fps : 0.9 * display_fps_ + 0.1 * fps;
-    apply(viewer_, action::WindowMeasured{viewer_.on_demand && !viewer_.moving() ? 0 : display_fps_,
-                                          presenter_.gpu_ms()});
+    const bool steady = !viewer_.on_demand || viewer_.moving() || viewer_.loading;
+    apply(viewer_, action::WindowMeasured{steady ? display_fps_ : 0, presenter_.gpu_ms()});
   }
 
   void title() {
@@ -315,7 +341,7 @@ class ViewLoop {
     if (loader_.busy() || viewer_.loading || render_->busy() || photograph_.reading()) return false;
     if (!viewer_.scene) return true;
     const bool drawn = viewer_.version == viewer_.shown.version && viewer_.shown.divisor == 1;
-    return drawn && !wants_numbers() && !viewer_.measuring && !viewer_.moving() &&
+    return drawn && !numbers_are_missing() && !viewer_.measuring && !viewer_.moving() &&
            !viewer_.playback.running && !viewer_.zoom.running;
   }
 
@@ -351,7 +377,7 @@ class ViewLoop {
     }
     script_.erase(script_.begin());
     script_waits_since_ = viewer_.now;
-    draw_until_ = glfwGetTime() + kUiSeconds;
+    draw_again();
   }
 
   // ---- what is kept -----------------------------------------------------------------------------
@@ -405,7 +431,8 @@ class ViewLoop {
   double ms_per_megapixel_ = 0;
   GlBuffer resting_buffer_;
   std::filesystem::path grab_wanted_;
-  bool quit_ = false, vsync_ = true, first_draw_ = true;
+  bool quit_ = false, vsync_ = true, draw_once_ = true;
+  std::size_t toasts_ = 0;
   double draw_until_ = 0, last_draw_ = 0, display_fps_ = 0, memory_measured_ = -10;
   std::string title_;
   int exit_code_ = 0;

@@ -156,10 +156,11 @@ void draw_hud(const Viewer& viewer, Actions& actions, float top) {
   draw_stage_legend();
   const bool current = numbers_are_current(viewer);
   ImGui::TextColored(palette::kFaint, "%s",
-                     viewer.measuring      ? "measuring all modes for this view ..."
-                     : current             ? "all modes measured off screen for this view"
-                     : viewer.zoom.running ? "recording a zoom"
-                                           : "of an earlier view");
+                     viewer.measuring ? "measuring all modes for this view ..."
+                     : current        ? "all modes measured off screen for this view"
+                     : viewer.zoom.running
+                         ? "recording a zoom"
+                         : "of an earlier view; measured again when this one rests");
   ImGui::Separator();
   draw_facts(viewer);
   const std::string caveat = hud_caveat(viewer);

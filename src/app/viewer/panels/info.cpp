@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The scene's facts and the render settings.
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 #include <imgui.h>
@@ -23,7 +25,11 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
   RenderSettings settings = viewer.settings;
   bool changed = false;
   ImGui::PushItemWidth(9 * ImGui::GetFontSize());
-  changed |= ImGui::SliderInt("SH degree", &settings.sh_degree, 0, viewer.scene->sh_degree);
+  int sh_degree = std::min(settings.sh_degree, viewer.scene->sh_degree);
+  if (ImGui::SliderInt("SH degree", &sh_degree, 0, viewer.scene->sh_degree)) {
+    settings.sh_degree = sh_degree;
+    changed = true;
+  }
   changed |= ImGui::SliderFloat("splat scale", &settings.splat_scale, 0.01f, 3, "%.2f",
                                 ImGuiSliderFlags_Logarithmic);
   changed |= ImGui::ColorEdit3("background", &settings.background.x, ImGuiColorEditFlags_NoInputs);

@@ -49,6 +49,9 @@ class CudaRenderer final : public Renderer {
     if (settings.mode == kReferenceMode) {
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
     }
+    if (settings.pipeline == Pipeline::fast) {
+      throw Error(ErrorKind::device, "cuda: pipeline fast is not built yet");
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;

@@ -54,7 +54,11 @@ void ClassicPipeline::collect_trace(const FrameContext& frame, Frame& result) co
 
 std::vector<std::uint32_t> ClassicPipeline::list_lengths(const FrameContext& frame) const {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  return lengths_of(copied(lists_.ranges.data(), tiles, frame.stream));
+  std::vector<std::uint32_t> lengths;
+  for (const uint2 range : copied(lists_.ranges.data(), tiles, frame.stream)) {
+    lengths.push_back(range.y - range.x);
+  }
+  return lengths;
 }
 
 }  // namespace qs::cuda

@@ -63,12 +63,4 @@ std::vector<T> copied(const T* from, std::size_t count, cudaStream_t stream) {
   return host;
 }
 
-/// What Frame::pairs holds, of ranges [x, y).
-inline std::vector<std::uint32_t> lengths_of(const std::vector<uint2>& ranges) {
-  std::vector<std::uint32_t> lengths;
-  lengths.reserve(ranges.size());
-  for (const uint2 range : ranges) lengths.push_back(range.y - range.x);
-  return lengths;
-}
-
 }  // namespace qs::cuda

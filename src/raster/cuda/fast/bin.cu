@@ -5,7 +5,9 @@ namespace qs::cuda::fast {
 namespace {
 
 struct BinInput {
-  const std::uint32_t* order;
+  const std::uint32_t* order;        // where the depth sort's last pass rested, else
+  const std::uint32_t* other_order;  // here
+  const std::uint32_t* last_digits;  // of the depth keys
   const Shape* shapes;
   TileGrid grid;
   std::uint32_t room;  // for pairs
@@ -20,122 +22,124 @@ struct BinOutput {
   volatile std::uint64_t* words;  // look-back
 };
 
-/// Writes the pairs of a block and counts their digits.
+/// Writes pairs and counts their digits for the block.
 template <class Key>
 struct Writer {
   static constexpr int kPasses = Radix<Key>::kPasses;
   static constexpr unsigned kCounts = kPasses * kBins<Key>;
   const BinOutput<Key>& out;
-  std::uint32_t room;
   std::uint32_t* digit_counts;  // shared, kCounts
 
-  __device__ void write(std::uint64_t slot, Key tile, std::uint32_t gaussian) const {
-    if (slot >= room) return;
-    out.keys[slot] = tile;
+  __device__ void write(std::uint64_t slot, int tile, std::uint32_t gaussian) const {
+    const auto key = static_cast<Key>(tile);
+    out.keys[slot] = key;
     out.gaussians[slot] = gaussian;
     for (int pass = 0; pass < kPasses; ++pass) {
-      atomicAdd(&digit_counts[pass * kBins<Key> + digit_of(tile, pass)], 1u);
+      atomicAdd(&digit_counts[pass * kBins<Key> + digit_of(key, pass)], 1u);
     }
   }
 };
 
-/// The whole warp writes the pairs of one Gaussian: a lane finds the span of a line, then all write
-/// it side by side.
+/// The last of kThreads ascending numbers that is not above `item`; the first is not.
+__device__ unsigned owner_of(const std::uint32_t* begins, std::uint32_t item) {
+  unsigned owner = 0;
+  for (unsigned step = kThreads / 2; step > 0; step /= 2) {
+    if (begins[owner + step] <= item) owner += step;
+  }
+  return owner;
+}
+
+/// The runs of tiles that a block's threads have found, and where their pairs begin.
+struct Runs {
+  int tile[kThreads], step[kThreads];
+  std::uint32_t gaussian[kThreads], begin[kThreads];
+};
+
+/// The Gaussians of a block, whose pairs lie side by side from `slot` on. First every thread takes
+/// a line of tiles of whichever Gaussian owns it and finds its run, then every thread takes a pair
+/// of whichever run owns it: neither large Gaussians nor long runs keep one thread busy.
 template <class P, class Key>
-__device__ void write_together(const Shape& shape, std::uint32_t gaussian, std::uint64_t slot,
-                               TileGrid grid, const Writer<Key>& writer) {
-  const Footprint footprint = shape.footprint();
-  const std::uint64_t end = min(slot + shape.tiles, std::uint64_t{writer.room});
-  if constexpr (requires { P::walk(footprint, grid); }) {
-    const auto walk = P::walk(footprint, grid);
-    const int lane = static_cast<int>(lane_index());
-    for (int first = walk.lines.begin; first < walk.lines.end && slot < end; first += kWarp) {
-      const Span mine = first + lane < walk.lines.end ? walk.span(first + lane) : Span{0, 0};
-      for (int k = 0; k < static_cast<int>(kWarp) && first + k < walk.lines.end; ++k) {
-        const Span span{__shfl_sync(kAllLanes, mine.begin, k), __shfl_sync(kAllLanes, mine.end, k)};
-        for (int i = lane; i < span.size(); i += kWarp) {
-          const int line = first + k, at = span.begin + i;
-          const int tile = walk.by_rows ? line * grid.columns + at : at * grid.columns + line;
-          if (slot + i < end) writer.write(slot + i, static_cast<Key>(tile), gaussian);
-        }
-        slot += span.size();
-      }
+__device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, std::uint64_t slot,
+                            const BinInput& in, const Writer<Key>& writer) {
+  __shared__ Shape shapes[kThreads];
+  __shared__ std::uint32_t gaussians[kThreads], first_lines[kThreads];
+  __shared__ Runs runs;
+  const unsigned thread = threadIdx.x;
+  const BlockSum<std::uint32_t> lines = sum_of_block<kThreads>(own_shape.lines);
+  shapes[thread] = own_shape;
+  gaussians[thread] = own_gaussian;
+  first_lines[thread] = lines.before;
+  for (std::uint32_t first = 0; first < lines.total && slot < in.room; first += kThreads) {
+    __syncthreads();
+    const std::uint32_t line = first + thread;
+    int size = 0;
+    if (line < lines.total) {
+      const unsigned owner = owner_of(first_lines, line);
+      const auto walk = P::walk(shapes[owner].footprint(), in.grid);
+      const int at = walk.lines.begin + static_cast<int>(line - first_lines[owner]);
+      const Span span = walk.span(at);
+      size = span.size();
+      const int columns = in.grid.columns;
+      runs.tile[thread] = walk.by_rows ? at * columns + span.begin : span.begin * columns + at;
+      runs.step[thread] = walk.by_rows ? 1 : columns;
+      runs.gaussian[thread] = gaussians[owner];
     }
-  } else if (lane_index() == 0) {
-    P::for_each_tile(footprint, grid, [&](int tile) {
-      if (slot < end) writer.write(slot++, static_cast<Key>(tile), gaussian);
-    });
+    const BlockSum<std::uint32_t> pairs = sum_of_block<kThreads>(static_cast<std::uint32_t>(size));
+    runs.begin[thread] = pairs.before;
+    __syncthreads();
+    const std::uint64_t room = in.room - slot;
+    const auto end = static_cast<std::uint32_t>(min(std::uint64_t{pairs.total}, room));
+    for (std::uint32_t i = thread; i < end; i += kThreads) {
+      const unsigned run = owner_of(runs.begin, i);
+      const int tile = runs.tile[run] + static_cast<int>(i - runs.begin[run]) * runs.step[run];
+      writer.write(slot + i, tile, runs.gaussian[run]);
+    }
+    slot += pairs.total;
   }
 }
 
-/// A thread per visible Gaussian, front to back. A warp's pairs lie side by side: it collects them
-/// in shared memory and writes them in one go, unless they are too many.
+/// A block per kThreads visible Gaussians, front to back.
 template <class P, class Key>
 __global__ void __launch_bounds__(kThreads) list_tiles(BinInput in, BinOutput<Key> out) {
-  constexpr std::uint32_t kCollected = 2048 / sizeof(Key);  // pairs of a warp
-  constexpr unsigned kCounts = Writer<Key>::kCounts;
-  __shared__ std::uint32_t digit_counts[kCounts];
-  __shared__ Key tiles_of_warp[kWarps][kCollected];
-  __shared__ std::uint8_t lane_of_tile[kWarps][kCollected];
+  __shared__ std::uint32_t digit_counts[Writer<Key>::kCounts];
   __shared__ std::uint64_t block_begin;
   const std::uint32_t visible = out.counters->visible, first = blockIdx.x * kThreads;
   if (first >= visible) return;
-  const unsigned thread = threadIdx.x, warp = thread / kWarp, lane = lane_index();
-  for (unsigned i = thread; i < kCounts; i += kThreads) digit_counts[i] = 0;
+  const unsigned thread = threadIdx.x;
+  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kThreads) digit_counts[i] = 0;
 
   Shape shape{};
   std::uint32_t gaussian = 0;
   if (first + thread < visible) {
-    gaussian = in.order[first + thread];
+    const std::uint32_t* order = in.last_digits[0] == visible ? in.order : in.other_order;
+    gaussian = order[first + thread];
     shape = in.shapes[gaussian];
   }
-  const BlockSum<std::uint64_t> tiles = sum_of_block(std::uint64_t{shape.tiles});
-  if (warp == 0) {
+  const BlockSum<std::uint64_t> tiles = sum_of_block<kThreads>(std::uint64_t{shape.tiles});
+  if (thread < kWarp) {
     const std::uint64_t earlier = sum_of_earlier_blocks(out.words, tiles.total);
-    if (lane == 0) block_begin = earlier;
-    if (lane == 0 && first + kThreads >= visible) {
-      out.counters->tile_pairs = earlier + tiles.total;
-      out.counters->listed =
-          static_cast<std::uint32_t>(min(earlier + tiles.total, std::uint64_t{in.room}));
+    if (thread == 0) block_begin = earlier;
+    if (thread == 0 && first + kThreads >= visible) {
+      const std::uint64_t total = earlier + tiles.total;
+      out.counters->tile_pairs = total;
+      out.counters->listed = static_cast<std::uint32_t>(min(total, std::uint64_t{in.room}));
     }
   }
   __syncthreads();
 
-  const std::uint64_t slot = block_begin + tiles.before;
-  const std::uint64_t warp_begin = __shfl_sync(kAllLanes, slot, 0);
-  const std::uint64_t warp_tiles =
-      __shfl_sync(kAllLanes, slot + shape.tiles, kWarp - 1) - warp_begin;
-  const Writer<Key> writer{out, in.room, digit_counts};
-  if (warp_tiles <= kCollected) {
-    auto at = static_cast<std::uint32_t>(slot - warp_begin);
-    const std::uint32_t end = at + shape.tiles;
-    if (shape.tiles > 0) {
-      for_each_tile<P>(shape.footprint(), in.grid, [&](int tile) {
-        if (at == end) return;
-        tiles_of_warp[warp][at] = static_cast<Key>(tile);
-        lane_of_tile[warp][at] = static_cast<std::uint8_t>(lane);
-        ++at;
-      });
-    }
-    __syncwarp();
-    const auto count = static_cast<std::uint32_t>(warp_tiles);
-    for (std::uint32_t begin = 0; begin < count; begin += kWarp) {
-      const std::uint32_t i = begin + lane;
-      const unsigned owner = i < count ? lane_of_tile[warp][i] : 0;
-      const std::uint32_t owners = __shfl_sync(kAllLanes, gaussian, owner);
-      if (i < count) writer.write(warp_begin + i, tiles_of_warp[warp][i], owners);
-    }
-  } else {
-    for (unsigned k = 0; k < kWarp; ++k) {
-      const std::uint64_t begin = __shfl_sync(kAllLanes, slot, k);
-      const std::uint32_t owner = __shfl_sync(kAllLanes, gaussian, k);
-      if (__shfl_sync(kAllLanes, shape.tiles, k) == 0 || begin >= in.room) continue;
-      write_together<P>(in.shapes[owner], owner, begin, in.grid, writer);
-    }
+  const Writer<Key> writer{out, digit_counts};
+  if constexpr (requires { P::walk(shape.footprint(), in.grid); }) {
+    write_lines<P>(shape, gaussian, block_begin, in, writer);
+  } else if (shape.tiles > 0) {
+    std::uint64_t slot = block_begin + tiles.before;
+    const std::uint64_t end = min(slot + shape.tiles, std::uint64_t{in.room});
+    P::for_each_tile(shape.footprint(), in.grid, [&](int tile) {
+      if (slot < end) writer.write(slot++, tile, gaussian);
+    });
   }
 
   __syncthreads();
-  for (unsigned i = thread; i < kCounts; i += kThreads) {
+  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kThreads) {
     if (digit_counts[i] > 0) atomicAdd(&out.digit_counts[i], digit_counts[i]);
   }
 }
@@ -143,7 +147,13 @@ __global__ void __launch_bounds__(kThreads) list_tiles(BinInput in, BinOutput<Ke
 template <class P, class Key>
 void bin_as(const FrameContext& frame, const FrameSize& size, Visible& visible,
             const DepthOrder& order, Scratch& scratch, TilePairs& pairs) {
-  const BinInput in{order.gaussians.data(), visible.shapes.data(), frame.grid, size.pairs};
+  constexpr int kLastPass = Radix<std::uint32_t>::kPasses - 1;
+  const BinInput in{order.gaussians.data(),
+                    order.other_gaussians.data(),
+                    scratch.depth_digits + kLastPass * kBins<std::uint32_t>,
+                    visible.shapes.data(),
+                    frame.grid,
+                    size.pairs};
   const BinOutput<Key> out{pairs.keys_as<Key>(), pairs.gaussians.data(), scratch.counters,
                            scratch.tile_digits, scratch.bin_words};
   launch("bin", list_tiles<P, Key>, std::max(1u, blocks_for(size.gaussians)), frame.stream, in,

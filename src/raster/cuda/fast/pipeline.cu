@@ -88,7 +88,10 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, Fr
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   if (!outputs.pairs && !outputs.trace) return;
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  std::vector<std::uint32_t> lengths = lengths_of(copied(scratch_.ranges, tiles, frame.stream));
+  std::vector<std::uint32_t> lengths;
+  for (const KeyRange& range : copied(scratch_.ranges, tiles, frame.stream)) {
+    lengths.push_back(range.size());
+  }
   if (outputs.trace) collect_trace(frame, lengths, result);
   if (outputs.pairs) result.pairs = std::move(lengths);
 }
@@ -102,7 +105,7 @@ void FastPipeline::collect_trace(const FrameContext& frame,
     if (keys[i] == kInvisibleKey) continue;
     trace.gaussians.push_back(static_cast<std::uint32_t>(i));
     trace.footprints.push_back(shapes[i].footprint());
-    trace.depths.push_back(shapes[i].depth);
+    trace.depths.push_back(depth_of_key(keys[i], frame.camera));
   }
   trace.tile_begin.push_back(0);
   for (const std::uint32_t length : lengths) {

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <bit>
-
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/fast/preprocess.cuh"
@@ -21,7 +18,23 @@ struct ProjectInput {
 
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   const std::uint32_t bits = __float_as_uint(depth);
-  return bits > nearest_bits ? min(bits - nearest_bits, kFarthestKey) : 0;
+  return bits > nearest_bits ? bits - nearest_bits : 0;
+}
+
+struct Listed {
+  std::uint32_t lines, tiles;
+};
+
+template <class P>
+__device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid grid) {
+  if constexpr (requires { P::walk(footprint, grid); }) {
+    const auto walk = P::walk(footprint, grid);
+    Listed listed{static_cast<std::uint32_t>(walk.lines.size()), 0};
+    for_each_line(walk, [&](int, Span span) { listed.tiles += span.size(); });
+    return listed;
+  } else {
+    return {0, count_tiles<P>(footprint, grid)};
+  }
 }
 
 template <class P>
@@ -29,22 +42,25 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, V
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= in.cloud.count) return;
   Projected projected;
-  std::uint32_t tiles = 0;
+  Listed listed{0, 0};
   if (project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
-    tiles = count_tiles<P>(projected.footprint, in.grid);
+    listed = count_lines_and_tiles<P>(projected.footprint, in.grid);
   }
-  out.depth_keys[i] = tiles > 0 ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
-  if (tiles == 0) return;
+  const bool visible = listed.tiles > 0;
+  out.depth_keys[i] = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
+  if (!visible) return;
   const Footprint& footprint = projected.footprint;
-  out.shapes[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, projected.depth,
-                   tiles};
+  out.shapes[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
+                   listed.tiles};
 }
 
-/// Half extents of the ellipse in which pixels can count, with room for rounding. What is cut off
-/// is the same in every mode, so that lossless modes stay equal to the bit.
-__device__ glm::vec2 counting_extents(const Footprint& footprint) {
-  if (!(footprint.gamma > 0.0f)) return glm::vec2(-1.0f);
-  return extents(footprint).max * 1.0005f + 0.01f;
+__device__ Reach reach_of(const Footprint& footprint) {
+  if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
+  constexpr float kWider = 1.0005f, kRoom = 0.01f;  // of lengths, and pixels
+  const glm::vec2 max = extents(footprint).max * kWider + kRoom;
+  const glm::vec3 conic = footprint.conic;
+  const float half2 = footprint.gamma / conic.x * (kWider * kWider);
+  return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
 }
 
 __device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
@@ -52,19 +68,18 @@ __device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
   constexpr float kRoundingRoom = 1.00001f;
   const Splat splat = make_splat(footprint, 1.0f, color);
   const float log2_opacity = kGammaToLog2 * footprint.gamma - BlendRecord::kLog2Of255;
-  const glm::vec2 half = counting_extents(footprint);
   return {splat.mean_px.x,
           splat.mean_px.y,
           splat.log2_conic.x,
           splat.log2_conic.y,
           splat.log2_conic.z,
           log2_opacity,
+          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingRoom),
           color.x,
           color.y,
           color.z,
-          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingRoom),
-          half.x,
-          half.y};
+          reach_of(footprint),
+          0};
 }
 
 struct ColorInput {
@@ -93,12 +108,10 @@ void Visible::reserve(std::size_t gaussians) {
 }
 
 void project(const FrameContext& frame, Visible& visible) {
-  constexpr float kNearest = 1e-30f;  // where the near plane lies at or behind the camera
-  const View<float> view = make_view<float>(frame.camera);
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
-    const ProjectInput in{frame.cloud.view(), view, rules, frame.grid,
-                          std::bit_cast<std::uint32_t>(std::max(view.near_depth, kNearest))};
+    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules, frame.grid,
+                          nearest_bits(frame.camera)};
     launch("preprocess", project_gaussians<P>, blocks_for(std::max(1u, frame.cloud.count)),
            frame.stream, in, visible.view());
   });

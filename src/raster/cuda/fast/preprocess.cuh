@@ -6,6 +6,9 @@
 // sorting. A Gaussian keeps its index in the cloud.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+
 #include "raster/cuda/frame_context.cuh"
 
 namespace qs::cuda::fast {
@@ -16,29 +19,45 @@ struct alignas(32) Shape {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
-  float depth;          ///< view z
-  std::uint32_t tiles;  ///< of the frame's mode, > 0
+  std::uint32_t lines;  ///< of tiles in the mode's walk; 0 in a mode without one
+  std::uint32_t tiles;  ///< in them, > 0
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
 };
 
-/// What blending reads of a Gaussian.
-struct alignas(16) BlendRecord {
+/// Where a Gaussian counts: an ellipse. In the row v pixels below its mean it spans
+/// slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. Widened for rounding; what is cut off
+/// is the same in every mode, so that lossless modes stay equal to the bit.
+struct Reach {
+  float y_max;      ///< < 0: nowhere
+  float slope;      ///< of the line through the middles of the rows
+  float v_extreme;  ///< row in which it reaches furthest to the right; -v_extreme: to the left
+  float half2, narrowing;
+};
+
+/// What blending reads of a Gaussian: 64 bytes, two sectors.
+struct alignas(64) BlendRecord {
   float x, y;              ///< mean_px
   float xx, xy, yy;        ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
   float log2_opacity;      ///< -inf for opacity 0
-  float red, green, blue;  ///< >= 0
   float alpha_max;         ///< kAlphaMax, or a little more than the opacity where that is less
-  float x_max, y_max;      ///< half extents of the pixels that can count; < 0 where none can
+  float red, green, blue;  ///< >= 0
+  Reach reach;
+  float unused;
 
   static constexpr float kLog2Of255 = 7.994353436858858f;
 };
 
-/// Order of the bits of positive depths is order of depths. Keys count from the near plane, so that
-/// kDepthBits of them reach 128 octaves beyond it; further away depths are one.
-inline constexpr int kDepthBits = 30;
-inline constexpr std::uint32_t kFarthestKey = (1u << kDepthBits) - 1;
+/// A key is the bits of a depth less those of the near plane. Positive floats are ordered as their
+/// bits are, and few scenes reach so far that the keys' highest digit is not zero.
 inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;
+
+inline std::uint32_t nearest_bits(const Camera& camera) {
+  return std::bit_cast<std::uint32_t>(std::max(static_cast<float>(camera.near_depth), 0.0f));
+}
+inline float depth_of_key(std::uint32_t key, const Camera& camera) {
+  return std::bit_cast<float>(key + nearest_bits(camera));
+}
 
 struct VisibleView {
   std::uint32_t* depth_keys;  ///< kInvisibleKey = not visible, and the rest undefined

@@ -8,30 +8,39 @@ namespace {
 
 using Key32 = std::uint32_t;
 
-constexpr unsigned kCountingBlocks = 96;  // few: each adds all its bins to the totals
+constexpr unsigned kCountingBlocks = 132;  // few: each adds all its bins to the totals
 
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kSortThreads)
     count_all_digits(const Key32* keys, std::uint32_t size, std::uint32_t* counts,
                      std::uint32_t* kept) {
-  constexpr int kPasses = Radix<Key32>::kPasses;
+  constexpr int kPasses = Radix<Key32>::kPasses, kAtATime = 4;
   constexpr unsigned kCounts = kPasses * kBins<Key32>;
   __shared__ std::uint32_t block_counts[kCounts];
-  for (unsigned i = threadIdx.x; i < kCounts; i += kThreads) block_counts[i] = 0;
+  for (unsigned i = threadIdx.x; i < kCounts; i += kSortThreads) block_counts[i] = 0;
   __syncthreads();
   std::uint32_t mine = 0;
-  for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < size; i += gridDim.x * kThreads) {
-    const Key32 key = keys[i];
-    if (key == kDroppedKey) continue;
-    ++mine;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      atomicAdd(&block_counts[pass * kBins<Key32> + digit_of(key, pass)], 1u);
+  const std::uint32_t stride = gridDim.x * kSortThreads;
+  for (std::uint32_t i = blockIdx.x * kSortThreads + threadIdx.x; i < size;
+       i += kAtATime * stride) {
+    Key32 own[kAtATime];
+#pragma unroll
+    for (std::uint32_t k = 0; k < kAtATime; ++k) {
+      own[k] = std::uint64_t{i} + k * stride < size ? keys[i + k * stride] : kDroppedKey;
+    }
+#pragma unroll
+    for (const Key32 key : own) {
+      if (key == kDroppedKey) continue;
+      ++mine;
+      for (int pass = 0; pass < kPasses; ++pass) {
+        atomicAdd(&block_counts[pass * kBins<Key32> + digit_of(key, pass)], 1u);
+      }
     }
   }
   __syncthreads();
-  for (unsigned i = threadIdx.x; i < kCounts; i += kThreads) {
+  for (unsigned i = threadIdx.x; i < kCounts; i += kSortThreads) {
     if (block_counts[i] > 0) atomicAdd(&counts[i], block_counts[i]);
   }
-  const std::uint32_t total = sum_of_block(mine).total;
+  const std::uint32_t total = sum_of_block<kSortThreads>(mine).total;
   if (threadIdx.x == 0 && total > 0) atomicAdd(kept, total);
 }
 
@@ -48,70 +57,52 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
   return peers;
 }
 
-/// For each of a thread's kOwn neighbouring bins, how many items with that digit earlier parts
-/// have.
-template <unsigned kAllBins, unsigned kOwn>
-__device__ void look_back(volatile std::uint32_t* words, unsigned first_bin,
-                          const std::uint32_t (&own)[kOwn], std::uint32_t (&before)[kOwn]) {
+/// How many items with the digit `bin` earlier parts have, after telling later ones of this part's.
+__device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins, unsigned bin,
+                                   std::uint32_t own) {
   using Word = LookBackWord<std::uint32_t>;
-  constexpr int kWindow = 4;  // parts read at a time, to wait for memory less often
+  constexpr int kWindow = 8;  // parts read at a time, to wait for memory less often
   const int part = static_cast<int>(blockIdx.x);
-  const auto word_of = [&](int p, unsigned k) -> volatile std::uint32_t& {
-    return words[static_cast<std::size_t>(p) * kAllBins + first_bin + k];
+  const auto word_of = [&](int p) -> volatile std::uint32_t& {
+    return words[static_cast<std::size_t>(p) * bins + bin];
   };
-#pragma unroll
-  for (unsigned k = 0; k < kOwn; ++k) {
-    word_of(part, k) = (part == 0 ? Word::kUpTo : Word::kOwn) | own[k];
-    before[k] = 0;
-  }
-  unsigned open = part == 0 ? 0 : (1u << kOwn) - 1;  // bins that are not complete
-  for (int nearest = part - 1; open != 0;) {
-    std::uint32_t seen[kWindow][kOwn];
+  word_of(part) = (part == 0 ? Word::kUpTo : Word::kOwn) | own;
+  std::uint32_t before = 0;
+  bool complete = part == 0;
+  for (int nearest = part - 1; !complete;) {
+    std::uint32_t seen[kWindow];
 #pragma unroll
     for (int w = 0; w < kWindow; ++w) {
-#pragma unroll
-      for (unsigned k = 0; k < kOwn; ++k) {
-        seen[w][k] = Word::kUpTo;
-        if (nearest - w >= 0) seen[w][k] = word_of(nearest - w, k);
-      }
+      seen[w] = 0;
+      if (nearest >= w) seen[w] = word_of(nearest - w);
     }
-    bool told = true;
 #pragma unroll
     for (int w = 0; w < kWindow; ++w) {
-#pragma unroll
-      for (unsigned k = 0; k < kOwn; ++k) told = told && (seen[w][k] != 0 || (open >> k & 1) == 0);
-      if (!told) continue;
-#pragma unroll
-      for (unsigned k = 0; k < kOwn; ++k) {
-        if ((open >> k & 1) == 0) continue;
-        before[k] += seen[w][k] & Word::kValue;
-        if ((seen[w][k] & Word::kUpTo) != 0) open &= ~(1u << k);
-      }
+      if (complete || seen[w] == 0) break;
+      before += seen[w] & Word::kValue;
+      complete = (seen[w] & Word::kUpTo) != 0;
       --nearest;
     }
   }
-#pragma unroll
-  for (unsigned k = 0; k < kOwn; ++k) {
-    if (part > 0) word_of(part, k) = Word::kUpTo | (before[k] + own[k]);
-  }
+  if (part > 0) word_of(part) = Word::kUpTo | (before + own);
+  return before;
 }
 
 template <class Key>
-__global__ void __launch_bounds__(kThreads) sort_digit(SortPass<Key> pass) {
-  constexpr int kItems = Radix<Key>::kItems;
-  constexpr unsigned kAllBins = kBins<Key>, kOwnBins = kAllBins / kThreads;
+__global__ void __launch_bounds__(kSortThreads) sort_digit(SortPass<Key> pass) {
+  constexpr int kItems = kPart / kSortThreads;
+  constexpr unsigned kAllBins = kBins<Key>, kWarps = kSortThreads / kWarp;
+  static_assert(kAllBins <= kSortThreads);
   __shared__ std::uint16_t counts[kWarps][kAllBins];  // then: items of lower warps
   __shared__ std::uint32_t begin[kAllBins];           // of a digit among the part's sorted items
   __shared__ std::uint32_t target[kAllBins];          // where they go, less their place in the part
-  __shared__ Key part_keys[kPart<Key>];
-  __shared__ std::uint32_t part_values[kPart<Key>];
-  const std::uint32_t size = pass.count.get(), first = blockIdx.x * kPart<Key>;
-  if (first >= size) return;
+  __shared__ std::uint32_t exchange[kPart];           // the part's sorted keys, then values
+  const std::uint32_t size = pass.count.get(), first = blockIdx.x * kPart;
+  if (first >= size || (pass.may_rest && pass.digit_counts[0] == size)) return;
   const unsigned thread = threadIdx.x, warp = thread / kWarp, lane = lane_index();
 
-  for (unsigned bin = thread; bin < kAllBins; bin += kThreads) {
-    for (unsigned w = 0; w < kWarps; ++w) counts[w][bin] = 0;
-  }
+  for (unsigned i = lane; i < kAllBins; i += kWarp) counts[warp][i] = 0;
+  __syncwarp();
   Key keys[kItems];
   std::uint32_t values[kItems];
   unsigned valid = 0;  // bit per item
@@ -122,14 +113,12 @@ __global__ void __launch_bounds__(kThreads) sort_digit(SortPass<Key> pass) {
     values[j] = i;
     if (i >= size) continue;
     keys[j] = pass.keys[i];
-    if (pass.drops && keys[j] == static_cast<Key>(kDroppedKey)) continue;
     if (pass.values != nullptr) values[j] = pass.values[i];
-    valid |= 1u << j;
+    if (!pass.drops || keys[j] != static_cast<Key>(kDroppedKey)) valid |= 1u << j;
   }
-  __syncthreads();
 
   // Rank every item among the warp's items of its digit, in order.
-  std::uint16_t ranks[kItems];
+  std::uint16_t places[kItems];
 #pragma unroll
   for (int j = 0; j < kItems; ++j) {
     const std::uint32_t digit = digit_of(keys[j], pass.pass);
@@ -142,35 +131,28 @@ __global__ void __launch_bounds__(kThreads) sort_digit(SortPass<Key> pass) {
       counts[warp][digit] = static_cast<std::uint16_t>(earlier + __popc(peers));
     }
     __syncwarp();
-    ranks[j] = static_cast<std::uint16_t>(earlier + below);
+    places[j] = static_cast<std::uint16_t>(earlier + below);
   }
   __syncthreads();
 
-  // Every thread turns the counts of its bins into places.
-  const unsigned first_bin = thread * kOwnBins;
-  std::uint32_t own[kOwnBins], before[kOwnBins];
-  std::uint64_t sums = 0;  // upper half: items of the whole input, lower half: of the part
-#pragma unroll
-  for (unsigned k = 0; k < kOwnBins; ++k) {
+  // A thread per bin turns counts into places.
+  std::uint64_t own = 0;  // upper half: items of the whole input, lower half: of the part
+  std::uint32_t before = 0;
+  if (thread < kAllBins) {
     std::uint32_t sum = 0;
+#pragma unroll
     for (unsigned w = 0; w < kWarps; ++w) {
-      const std::uint32_t count = counts[w][first_bin + k];
-      counts[w][first_bin + k] = static_cast<std::uint16_t>(sum);
+      const std::uint32_t count = counts[w][thread];
+      counts[w][thread] = static_cast<std::uint16_t>(sum);
       sum += count;
     }
-    own[k] = sum;
-    sums += std::uint64_t{pass.digit_counts[first_bin + k]} << 32 | sum;
+    own = std::uint64_t{pass.digit_counts[thread]} << 32 | sum;
+    before = look_back(pass.words, kAllBins, thread, sum);
   }
-  look_back<kAllBins>(pass.words, first_bin, own, before);
-  const BlockSum<std::uint64_t> block = sum_of_block(sums);
-  auto begin_here = static_cast<std::uint32_t>(block.before);
-  auto begin_in_all = static_cast<std::uint32_t>(block.before >> 32);
-#pragma unroll
-  for (unsigned k = 0; k < kOwnBins; ++k) {
-    begin[first_bin + k] = begin_here;
-    target[first_bin + k] = begin_in_all + before[k] - begin_here;
-    begin_here += own[k];
-    begin_in_all += pass.digit_counts[first_bin + k];
+  const BlockSum<std::uint64_t> block = sum_of_block<kSortThreads>(own);
+  if (thread < kAllBins) {
+    begin[thread] = static_cast<std::uint32_t>(block.before);
+    target[thread] = static_cast<std::uint32_t>(block.before >> 32) + before - begin[thread];
   }
   __syncthreads();
 
@@ -179,17 +161,35 @@ __global__ void __launch_bounds__(kThreads) sort_digit(SortPass<Key> pass) {
   for (int j = 0; j < kItems; ++j) {
     if ((valid >> j & 1) == 0) continue;
     const std::uint32_t digit = digit_of(keys[j], pass.pass);
-    const std::uint32_t place = begin[digit] + counts[warp][digit] + ranks[j];
-    part_keys[place] = keys[j];
-    part_values[place] = values[j];
+    places[j] = static_cast<std::uint16_t>(places[j] + begin[digit] + counts[warp][digit]);
+    exchange[places[j]] = keys[j];
   }
   __syncthreads();
   const auto kept = static_cast<std::uint32_t>(block.total);
-  for (std::uint32_t i = thread; i < kept; i += kThreads) {
-    const Key key = part_keys[i];
-    const std::uint32_t to = target[digit_of(key, pass.pass)] + i;
-    if (pass.sorted_keys != nullptr) pass.sorted_keys[to] = key;
-    pass.sorted_values[to] = part_values[i];
+  std::uint32_t to[kItems];
+#pragma unroll
+  for (int j = 0; j < kItems; ++j) {
+    const std::uint32_t i = thread + j * kSortThreads;
+    if (i >= kept) break;
+    const Key key = static_cast<Key>(exchange[i]);
+    to[j] = target[digit_of(key, pass.pass)] + i;
+    if (pass.sorted_keys != nullptr) pass.sorted_keys[to[j]] = key;
+    if (pass.ranges != nullptr) {
+      // A part was sorted by the lower digits: here equal keys are side by side.
+      if (i == 0 || exchange[i - 1] != key) atomicMax(&pass.ranges[key].not_begin, ~to[j]);
+      if (i + 1 == kept || exchange[i + 1] != key) atomicMax(&pass.ranges[key].end, to[j] + 1);
+    }
+  }
+  __syncthreads();
+#pragma unroll
+  for (int j = 0; j < kItems; ++j) {
+    if ((valid >> j & 1) != 0) exchange[places[j]] = values[j];
+  }
+  __syncthreads();
+#pragma unroll
+  for (int j = 0; j < kItems; ++j) {
+    const std::uint32_t i = thread + j * kSortThreads;
+    if (i < kept) pass.sorted_values[to[j]] = exchange[i];
   }
 }
 
@@ -198,12 +198,12 @@ __global__ void __launch_bounds__(kThreads) sort_digit(SortPass<Key> pass) {
 void count_digits(const std::uint32_t* keys, std::uint32_t size, std::uint32_t* counts,
                   std::uint32_t* kept, cudaStream_t stream) {
   const unsigned blocks = std::clamp(blocks_for(size), 1u, kCountingBlocks);
-  launch("sort", count_all_digits, blocks, stream, keys, size, counts, kept);
+  launch("sort", count_all_digits, Blocks(blocks, kSortThreads), stream, keys, size, counts, kept);
 }
 
 template <class Key>
 void sort_pass(const SortPass<Key>& pass, cudaStream_t stream) {
-  launch("sort", sort_digit<Key>, pass.count.template parts<Key>(), stream, pass);
+  launch("sort", sort_digit<Key>, Blocks(pass.count.parts(), kSortThreads), stream, pass);
 }
 
 template void sort_pass(const SortPass<std::uint16_t>&, cudaStream_t);

@@ -13,22 +13,23 @@
 
 namespace qs::cuda::fast {
 
-/// How keys are cut into digits and items into the parts of blocks.
+inline constexpr unsigned kSortThreads = 512;
+inline constexpr unsigned kPart = 4096;  ///< items of a block
+
+/// How keys are cut into digits.
 template <class Key>
 struct Radix;
 template <>
 struct Radix<std::uint32_t> {
-  static constexpr int kBits = 10, kPasses = 3, kItems = 8;  // items of a thread
+  static constexpr int kBits = 9, kPasses = 4;
 };
 template <>
 struct Radix<std::uint16_t> {
-  static constexpr int kBits = 8, kPasses = 2, kItems = 16;
+  static constexpr int kBits = 8, kPasses = 2;
 };
 
 template <class Key>
 inline constexpr std::uint32_t kBins = 1u << Radix<Key>::kBits;
-template <class Key>
-inline constexpr std::uint32_t kPart = kThreads* Radix<Key>::kItems;  ///< items of a block
 
 template <class Key>
 QS_HD std::uint32_t digit_of(Key key, int pass) {
@@ -41,22 +42,29 @@ struct DeviceCount {
   std::uint32_t limit;
 
   __device__ std::uint32_t get() const { return size == nullptr ? limit : min(*size, limit); }
-  template <class Key>
-  unsigned parts() const {
-    return std::max(1u, (limit + kPart<Key> - 1) / kPart<Key>);
-  }
+  unsigned parts() const { return std::max(1u, (limit + kPart - 1) / kPart); }
+};
+
+/// Where the items of a key lie, [begin(), end); all zero: nowhere. Made by atomicMax alone.
+struct KeyRange {
+  std::uint32_t not_begin, end;
+
+  QS_HD std::uint32_t begin() const { return end == 0 ? 0 : ~not_begin; }
+  QS_HD std::uint32_t size() const { return end - begin(); }
 };
 
 /// One pass. Passed to the kernel by value.
 template <class Key>
 struct SortPass {
   DeviceCount count;
-  int pass;    ///< number of the digit, from the lowest
-  bool drops;  ///< leave items out whose key is kDroppedKey
+  int pass;       ///< number of the digit, from the lowest
+  bool drops;     ///< leave items out whose key is kDroppedKey
+  bool may_rest;  ///< do nothing where no key has anything but 0 for the digit
   const Key* keys;
   const std::uint32_t* values;  ///< null: the value of an item is its index
   Key* sorted_keys;             ///< null: not wanted
   std::uint32_t* sorted_values;
+  KeyRange* ranges;  ///< of every key, zero before; null: not wanted; last pass only
   const std::uint32_t* digit_counts;  ///< kBins: how many items have each digit
   volatile std::uint32_t* words;      ///< look-back, kBins per part, zero
 };

@@ -34,12 +34,12 @@ struct Scratch {
   std::uint64_t* bin_words = nullptr;     ///< look-back
   std::uint32_t* tile_digits = nullptr;
   std::uint32_t* tile_words = nullptr;
-  uint2* ranges = nullptr;  ///< per tile: its list is pairs [x, y)
+  KeyRange* ranges = nullptr;  ///< per tile: where its list lies among the sorted pairs
 
   /// Words of one pass.
   template <class Key>
   static std::size_t look_back_words(std::uint32_t items) {
-    return std::size_t{DeviceCount{nullptr, items}.parts<Key>()} * kBins<Key>;
+    return std::size_t{DeviceCount{nullptr, items}.parts()} * kBins<Key>;
   }
 
   /// Finds room for a frame of this size and makes it zero, in the order of the stream.

@@ -5,39 +5,28 @@ namespace qs::cuda::fast {
 namespace {
 
 using DepthKey = std::uint32_t;
-static_assert(kDepthBits == Radix<DepthKey>::kBits * Radix<DepthKey>::kPasses);
 static_assert(kInvisibleKey == kDroppedKey);
-
-constexpr unsigned kRangeBlocks = 1024;
-
-/// The first and the last pair of a tile say so.
-template <class Key>
-__global__ void __launch_bounds__(kThreads)
-    find_ranges(const Key* keys, DeviceCount count, uint2* ranges) {
-  const std::uint32_t size = count.get();
-  for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < size; i += gridDim.x * kThreads) {
-    const Key tile = keys[i];
-    if (i == 0 || keys[i - 1] != tile) ranges[tile].x = i;
-    if (i + 1 == size || keys[i + 1] != tile) ranges[tile].y = i + 1;
-  }
-}
 
 template <class Key>
 void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
                      Scratch& scratch) {
   const DeviceCount count{&scratch.counters->listed, size.pairs};
   for (int pass = 0; pass < Radix<Key>::kPasses; ++pass) {
-    sort_pass<Key>({count, pass, false, pairs.keys_as<Key>(), pairs.gaussians.data(),
-                    pairs.other_keys_as<Key>(), pairs.other_gaussians.data(),
-                    scratch.tile_digits + pass * kBins<Key>,
-                    scratch.tile_words + pass * Scratch::look_back_words<Key>(size.pairs)},
-                   frame.stream);
+    const bool last = pass + 1 == Radix<Key>::kPasses;
+    SortPass<Key> sort{};
+    sort.count = count;
+    sort.pass = pass;
+    sort.keys = pairs.keys_as<Key>();
+    sort.values = pairs.gaussians.data();
+    sort.sorted_keys = last ? nullptr : pairs.other_keys_as<Key>();
+    sort.sorted_values = pairs.other_gaussians.data();
+    sort.ranges = last ? scratch.ranges : nullptr;
+    sort.digit_counts = scratch.tile_digits + pass * kBins<Key>;
+    sort.words = scratch.tile_words + pass * Scratch::look_back_words<Key>(size.pairs);
+    sort_pass(sort, frame.stream);
     pairs.keys.swap(pairs.other_keys);
     pairs.gaussians.swap(pairs.other_gaussians);
   }
-  const unsigned blocks = std::min(kRangeBlocks, blocks_for(size.pairs));
-  launch("sort", find_ranges<Key>, blocks, frame.stream, pairs.keys_as<Key>(), count,
-         scratch.ranges);
 }
 
 }  // namespace
@@ -64,23 +53,28 @@ void TilePairs::reserve(const FrameSize& size) {
 
 void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visible& visible,
                    Scratch& scratch, DepthOrder& order) {
-  constexpr auto kBinsOfPass = kBins<DepthKey>;
   count_digits(visible.depth_keys.data(), size.gaussians, scratch.depth_digits,
                &scratch.counters->visible, frame.stream);
-  const std::size_t words = Scratch::look_back_words<DepthKey>(size.gaussians);
-  const DeviceCount all{nullptr, size.gaussians};
-  const DeviceCount kept{&scratch.counters->visible, size.gaussians};
-  sort_pass<DepthKey>({all, 0, true, visible.depth_keys.data(), nullptr, order.keys.data(),
-                       order.gaussians.data(), scratch.depth_digits, scratch.depth_words},
-                      frame.stream);
-  sort_pass<DepthKey>({kept, 1, false, order.keys.data(), order.gaussians.data(),
-                       order.other_keys.data(), order.other_gaussians.data(),
-                       scratch.depth_digits + kBinsOfPass, scratch.depth_words + words},
-                      frame.stream);
-  sort_pass<DepthKey>({kept, 2, false, order.other_keys.data(), order.other_gaussians.data(),
-                       nullptr, order.gaussians.data(), scratch.depth_digits + 2 * kBinsOfPass,
-                       scratch.depth_words + 2 * words},
-                      frame.stream);
+  const std::uint32_t* keys = visible.depth_keys.data();
+  const std::uint32_t* values = nullptr;
+  for (int pass = 0; pass < Radix<DepthKey>::kPasses; ++pass) {
+    const bool first = pass == 0, last = pass + 1 == Radix<DepthKey>::kPasses;
+    const bool to_other = pass % 2 != 0;
+    SortPass<DepthKey> sort{};
+    sort.count = {first ? nullptr : &scratch.counters->visible, size.gaussians};
+    sort.pass = pass;
+    sort.drops = first;
+    sort.may_rest = last;
+    sort.keys = keys;
+    sort.values = values;
+    sort.sorted_keys = last ? nullptr : (to_other ? order.other_keys : order.keys).data();
+    sort.sorted_values = (to_other ? order.other_gaussians : order.gaussians).data();
+    sort.digit_counts = scratch.depth_digits + pass * kBins<DepthKey>;
+    sort.words = scratch.depth_words + pass * Scratch::look_back_words<DepthKey>(size.gaussians);
+    sort_pass(sort, frame.stream);
+    keys = sort.sorted_keys;
+    values = sort.sorted_values;
+  }
 }
 
 void sort_by_tile(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,

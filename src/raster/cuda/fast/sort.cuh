@@ -10,9 +10,10 @@
 
 namespace qs::cuda::fast {
 
+/// The visible Gaussians, front to back: in one of two buffers, since the sort's last pass has
+/// something to do in very deep scenes only. The device knows which.
 struct DepthOrder {
-  DeviceBuffer<std::uint32_t> gaussians;  ///< visible ones, front to back
-  DeviceBuffer<std::uint32_t> other_gaussians, keys, other_keys;
+  DeviceBuffer<std::uint32_t> gaussians, other_gaussians, keys, other_keys;
 
   void reserve(std::size_t size);
 };

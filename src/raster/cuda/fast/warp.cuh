@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Sums over the threads of a warp and of a block of kThreads, and decoupled look-back: how blocks
+// Sums over the threads of a warp and of a block, and decoupled look-back: how blocks
 // of one launch learn the sum over all blocks before them without waiting for the launch to end
 // (Merrill and Garland, Single-pass Parallel Prefix Scan with Decoupled Look-back, 2016). It relies
 // on blocks starting in ascending order.
@@ -13,7 +13,6 @@
 namespace qs::cuda {
 
 inline constexpr unsigned kWarp = 32;
-inline constexpr unsigned kWarps = kThreads / kWarp;  ///< in a block
 inline constexpr unsigned kAllLanes = 0xffffffffu;
 
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
@@ -35,9 +34,10 @@ struct BlockSum {
   T total;   ///< over the block
 };
 
-/// Every thread of the block must call it.
-template <class T>
+/// Every thread of the block, of `kBlock` threads, must call it.
+template <unsigned kBlock, class T>
 __device__ BlockSum<T> sum_of_block(T value) {
+  constexpr unsigned kWarps = kBlock / kWarp;
   __shared__ T warp_totals[kWarps];
   const unsigned warp = threadIdx.x / kWarp;
   const T inclusive = inclusive_sum_of_warp(value);

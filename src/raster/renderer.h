@@ -37,7 +37,7 @@ enum class Pipeline { classic, fast };
 
 /// Index = Pipeline.
 inline constexpr const char* kPipelineNames[] = {"classic", "fast"};
-inline constexpr Pipeline kDefaultPipeline = Pipeline::classic;
+inline constexpr Pipeline kDefaultPipeline = Pipeline::fast;
 
 /// The words that name files, functions, timers, HUD rows and benchmark columns.
 enum class Stage { preprocess, bin, sort, blend };

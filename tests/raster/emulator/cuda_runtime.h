@@ -110,6 +110,14 @@ T __shfl_sync(unsigned, T value, unsigned lane) {
   std::memcpy(&value, &bits, sizeof value);
   return value;
 }
+inline unsigned __match_any_sync(unsigned, unsigned value) {
+  unsigned mask = 0;
+  const auto& values = emulator::warp_exchange(value);
+  for (unsigned lane = 0; lane < emulator::kWarpSize; ++lane) {
+    mask |= unsigned(values[lane] == value) << lane;
+  }
+  return mask;
+}
 template <class T>
 T __shfl_up_sync(unsigned mask, T value, unsigned distance) {
   const unsigned lane = threadIdx.x % emulator::kWarpSize;

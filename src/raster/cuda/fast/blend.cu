@@ -5,16 +5,16 @@ namespace qs::cuda::fast {
 namespace {
 
 constexpr unsigned kBatch = 128;  // list entries between two looks at what is finished
-constexpr unsigned kGroup = 8;    // queue entries between two looks at what must stop
-constexpr unsigned kSubTiles = 4;
-constexpr unsigned kSubWidth = 8, kSubHeight = 4;      // pixels
-constexpr unsigned kQuarter = kWarp / kSubTiles;       // lanes of a sub-tile
-constexpr unsigned kHalfHeight = 2 * kSubHeight;       // of a warp's pixels: two rows of sub-tiles
-constexpr unsigned kHalves = kTileSize / kHalfHeight;  // warps of a tile
-constexpr int kPixels = kSubHeight;                    // of a lane
-static_assert(kQuarter == kSubWidth && 2 * kSubWidth == kTileSize && kBatch % kGroup == 0);
+constexpr unsigned kUnroll = 4;   // queue entries at a time
+constexpr unsigned kSub = 8;      // pixels along a sub-tile's side
+constexpr unsigned kSubTiles = kTileSize / kSub;  // of a warp, side by side
+constexpr unsigned kRows = kTileSize / kSub;      // warps of a tile, one above the other
+constexpr unsigned kLanes = kWarp / kSubTiles;    // of a sub-tile
+constexpr int kPixels = static_cast<int>(kSub * kSub / kLanes);  // of a lane, one above the other
+static_assert(kBatch % kUnroll == 0 && kBatch % kWarp == 0);
 
 struct BlendInput {
+  const std::uint32_t* schedule;  // tiles, long lists first
   const KeyRange* ranges;
   const std::uint32_t* gaussians;
   const BlendRecord* records;
@@ -26,7 +26,6 @@ struct BlendInput {
 struct BlendOutput {
   float* color;              // null: not wanted
   std::uint32_t* evaluated;  // null: not wanted
-  Counters* counters;
 };
 
 /// What a queue's entry leads to in shared memory.
@@ -37,23 +36,11 @@ struct Staged {
   float2 unused;
 };
 
-/// A warp's shared memory. Entry kBatch of `staged` never counts: it fills up the shorter queues.
+/// A warp's shared memory. Entry kBatch of `staged` never counts: it fills up the shorter queue.
 struct Workspace {
   Staged staged[kBatch + 1];
   std::uint8_t queues[kSubTiles][kBatch];
 };
-
-/// 2^x in one instruction, relative error below 2^-22 (PTX ISA, ex2.approx); results below 2^-126
-/// become 0.
-__device__ float exp2_fast(float x) {
-#ifdef __CUDA_ARCH__
-  float result;
-  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
-  return result;
-#else
-  return exp2f(x);  // in tests on the host
-#endif
-}
 
 /// Enough for a test that has room for rounding.
 __device__ float sqrt_fast(float x) {
@@ -66,124 +53,103 @@ __device__ float sqrt_fast(float x) {
 #endif
 }
 
-/// Which of the four sub-tiles have a pixel centre where the Gaussian counts; bit 2 * row + column.
-/// The first pixel is (x0, y0) away from the mean. Over a band of rows the ellipse reaches as far
-/// as its own extreme, or as the nearer end of the band, as in ExactWalk.
+/// Which sub-tiles have a pixel centre where the Gaussian counts; bit = number from the left. The
+/// first pixel is (x0, y0) away from the mean. Over a band of rows the ellipse reaches as far as
+/// its own extreme, or as the nearer end of the band, as in ExactWalk.
 __device__ unsigned reached_sub_tiles(const Reach& reach, float x0, float y0) {
+  const float v0 = fmaxf(y0, -reach.y_max), v1 = fminf(y0 + (kSub - 1), reach.y_max);
+  const auto half_at = [&](float v) {
+    return sqrt_fast(fmaxf(fmaf(-reach.narrowing * v, v, reach.half2), 0.0f));
+  };
+  const float v_right = fminf(fmaxf(reach.v_extreme, v0), v1);
+  const float v_left = fminf(fmaxf(-reach.v_extreme, v0), v1);
+  constexpr float kRoom = 0.01f;  // pixels, for rounding
+  const float right = fmaf(reach.slope, v_right, half_at(v_right)) + kRoom;
+  const float left = fmaf(reach.slope, v_left, -half_at(v_left)) - kRoom;
   unsigned reached = 0;
 #pragma unroll
-  for (unsigned row = 0; row < 2; ++row) {
-    const float low = y0 + static_cast<float>(row * kSubHeight);
-    const float v0 = fmaxf(low, -reach.y_max), v1 = fminf(low + (kSubHeight - 1), reach.y_max);
-    const auto half_at = [&](float v) {
-      return sqrt_fast(fmaxf(fmaf(-reach.narrowing * v, v, reach.half2), 0.0f));
-    };
-    const float v_right = fminf(fmaxf(reach.v_extreme, v0), v1);
-    const float v_left = fminf(fmaxf(-reach.v_extreme, v0), v1);
-    constexpr float kRoom = 0.01f;  // pixels, for rounding
-    const float right = fmaf(reach.slope, v_right, half_at(v_right)) + kRoom;
-    const float left = fmaf(reach.slope, v_left, -half_at(v_left)) - kRoom;
-#pragma unroll
-    for (unsigned column = 0; column < 2; ++column) {
-      const float first = x0 + static_cast<float>(column * kSubWidth);
-      const bool meets = v0 <= v1 && left <= first + (kSubWidth - 1) && right >= first;
-      reached |= meets ? 1u << (2 * row + column) : 0;
-    }
+  for (unsigned s = 0; s < kSubTiles; ++s) {
+    const float first = x0 + static_cast<float>(s * kSub);
+    const bool meets = v0 <= v1 && left <= first + (kSub - 1) && right >= first;
+    reached |= meets ? 1u << s : 0;
   }
   return reached;
 }
 
-/// What became of a pixel so far.
-struct Pixels4 {
-  float transmittance[kPixels];  // 0 once the pixel has stopped
-  float red[kPixels] = {}, green[kPixels] = {}, blue[kPixels] = {};
+/// A pixel while it is composited. Once it has stopped, its transmittance is kept, negative.
+struct Pixel {
+  float transmittance;
+  float red = 0, green = 0, blue = 0;
+};
 
-  __device__ void add(int j, const Staged& splat, float weight) {
-    red[j] = fmaf(weight, splat.level.w, red[j]);
-    green[j] = fmaf(weight, splat.color.x, green[j]);
-    blue[j] = fmaf(weight, splat.color.y, blue[j]);
+/// One Gaussian on one pixel: alpha = min(2^log2_alpha, alpha_max), skipped below 1/255; the pixel
+/// stops before its transmittance falls below kTransmittanceMin. Written out for the device, where
+/// no branch may remain: 12 instructions, of which a comparison decides both what is added and what
+/// stops. A negative transmittance stays so, since it never passes that comparison.
+__device__ void composite(float log2_alpha, const Staged& splat, Pixel& pixel) {
+  constexpr float kLog2Min = -BlendRecord::kLog2Of255;
+#ifdef __CUDA_ARCH__
+  asm("{\n\t"
+      ".reg .pred counts, adds, stops;\n\t"
+      ".reg .f32 alpha, weight, next;\n\t"
+      "setp.ge.f32 counts, %4, %9;\n\t"
+      "ex2.approx.ftz.f32 alpha, %4;\n\t"  // relative error below 2^-22 (PTX ISA)
+      "min.f32 alpha, alpha, %5;\n\t"
+      "mul.f32 weight, alpha, %0;\n\t"
+      "sub.f32 next, %0, weight;\n\t"
+      "setp.ge.and.f32 adds|stops, next, %10, counts;\n\t"
+      "@adds fma.rn.f32 %1, weight, %6, %1;\n\t"
+      "@adds fma.rn.f32 %2, weight, %7, %2;\n\t"
+      "@adds fma.rn.f32 %3, weight, %8, %3;\n\t"
+      "@adds mov.f32 %0, next;\n\t"
+      "@stops or.b32 %0, %0, 0x80000000;\n\t"
+      "}"
+      : "+f"(pixel.transmittance), "+f"(pixel.red), "+f"(pixel.green), "+f"(pixel.blue)
+      : "f"(log2_alpha), "f"(splat.level.z), "f"(splat.level.w), "f"(splat.color.x),
+        "f"(splat.color.y), "f"(kLog2Min), "f"(kTransmittanceMin));
+#else
+  if (!(log2_alpha >= kLog2Min)) return;  // in tests on the host
+  const float weight = fminf(exp2f(log2_alpha), splat.level.z) * pixel.transmittance;
+  const float next = pixel.transmittance - weight;
+  if (next >= kTransmittanceMin) {
+    pixel.red = fmaf(weight, splat.level.w, pixel.red);
+    pixel.green = fmaf(weight, splat.color.x, pixel.green);
+    pixel.blue = fmaf(weight, splat.color.y, pixel.blue);
+    pixel.transmittance = next;
+  } else {
+    pixel.transmittance = -fabsf(pixel.transmittance);
   }
+#endif
+}
 
-  /// What remains of the light comes from the background.
-  __device__ void stop(int j, glm::vec3 background) {
-    red[j] = fmaf(transmittance[j], background.x, red[j]);
-    green[j] = fmaf(transmittance[j], background.y, green[j]);
-    blue[j] = fmaf(transmittance[j], background.z, blue[j]);
-    transmittance[j] = 0;
-  }
+/// A lane's pixels, from top to bottom. Fused operations are written out, because no translation
+/// unit contracts by itself (kernel/hd.h).
+struct Column {
+  float x, y;  // of the second pixel
+  Pixel pixels[kPixels];
 
   __device__ bool any_live() const {
     bool any = false;
-    for (const float t : transmittance) any = any || t > 0.0f;
+    for (const Pixel& pixel : pixels) any = any || pixel.transmittance > 0.0f;
     return any;
   }
 
-  /// A pixel has gone beyond where it should have stopped.
-  __device__ bool any_too_dark() const {
-    bool any = false;
-    for (const float t : transmittance) any = any || (t > 0.0f && t < kTransmittanceMin);
-    return any;
-  }
-};
-
-/// A Gaussian on a lane's pixels, from top to bottom. Fused operations are written out, because no
-/// translation unit contracts by itself (kernel/hd.h). `x` and `y` belong to the second pixel.
-struct Exponents {
-  float log2_alpha[kPixels];
-
-  __device__ Exponents(const Staged& splat, float x, float y) {
+  __device__ void add(const Staged& splat) {
+    static_assert(kPixels == 4);
     const float4 shape = splat.shape, level = splat.level;
     const float dx = x - shape.x, dy = y - shape.y;
     const float along = fmaf(shape.z * dx, dx, level.y), across = shape.w * dx;
     const float here = fmaf(fmaf(level.x, dy, across), dy, along);
     const float growth = fmaf(level.x, dy + dy, across);
-    log2_alpha[0] = here - (growth - level.x);
-    log2_alpha[1] = here;
-    log2_alpha[2] = here + (growth + level.x);
-    log2_alpha[3] = fmaf(2.0f, fmaf(2.0f, level.x, growth), here);
-  }
-
-  __device__ bool counts(int j) const { return log2_alpha[j] >= -BlendRecord::kLog2Of255; }
-  __device__ float alpha(int j, const Staged& splat) const {
-    return fminf(exp2_fast(log2_alpha[j]), splat.level.z);
+    composite(here - (growth - level.x), splat, pixels[0]);
+    composite(here, splat, pixels[1]);
+    composite(here + (growth + level.x), splat, pixels[2]);
+    composite(fmaf(2.0f, fmaf(2.0f, level.x, growth), here), splat, pixels[3]);
   }
 };
 
-/// Composites without asking whether a pixel should stop.
-__device__ void add_unchecked(const Staged& splat, float x, float y, Pixels4& pixels) {
-  const Exponents exponents(splat, x, y);
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    const float weight = exponents.alpha(j, splat) * pixels.transmittance[j];
-    if (exponents.counts(j)) {
-      pixels.add(j, splat, weight);
-      pixels.transmittance[j] -= weight;
-    }
-  }
-}
-
-/// The same with the rule: a pixel stops before its transmittance falls below kTransmittanceMin.
-/// Calls stopped(j).
-template <class Stopped>
-__device__ void add_checked(const Staged& splat, float x, float y, glm::vec3 background,
-                            Pixels4& pixels, const Stopped& stopped) {
-  const Exponents exponents(splat, x, y);
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    const float weight = exponents.alpha(j, splat) * pixels.transmittance[j];
-    if (!exponents.counts(j) || pixels.transmittance[j] == 0.0f) continue;
-    if (pixels.transmittance[j] - weight < kTransmittanceMin) {
-      pixels.stop(j, background);
-      stopped(j);
-    } else {
-      pixels.add(j, splat, weight);
-      pixels.transmittance[j] -= weight;
-    }
-  }
-}
-
 /// Reads the batch that begins at list entry `first`, and queues it for the sub-tiles in `live`.
-/// The queues are filled up to the same length, a multiple of kGroup, which is returned.
+/// The queues are filled up to the same length, a multiple of kUnroll, which is returned.
 __device__ unsigned fill_queues(const BlendInput& in, std::uint32_t first, std::uint32_t end,
                                 float x0, float y0, unsigned live, Workspace& work) {
   constexpr unsigned kParts = kBatch / kWarp;
@@ -219,68 +185,66 @@ __device__ unsigned fill_queues(const BlendInput& in, std::uint32_t first, std::
       lengths[s] += __popc(reaching);
     }
   }
-  const unsigned longest = max(max(lengths[0], lengths[1]), max(lengths[2], lengths[3]));
-  const unsigned padded = (longest + kGroup - 1) / kGroup * kGroup;
-  const unsigned sub = lane / kQuarter;
-  const unsigned own =
-      sub < 2 ? (sub == 0 ? lengths[0] : lengths[1]) : (sub == 2 ? lengths[2] : lengths[3]);
+  static_assert(kSubTiles == 2);
+  const unsigned longest = max(lengths[0], lengths[1]);
+  const unsigned padded = (longest + kUnroll - 1) / kUnroll * kUnroll;
+  const unsigned sub = lane / kLanes;
 #pragma unroll 1
-  for (unsigned i = own + lane % kQuarter; i < padded; i += kQuarter) work.queues[sub][i] = kBatch;
+  for (unsigned i = (sub == 0 ? lengths[0] : lengths[1]) + lane % kLanes; i < padded; i += kLanes) {
+    work.queues[sub][i] = kBatch;
+  }
   __syncwarp();
   return padded;
 }
 
 template <bool kEvaluated>
-__global__ void __launch_bounds__(kHalves* kWarp) blend_tiles(BlendInput in, BlendOutput out) {
-  __shared__ Workspace workspaces[kHalves];
-  const unsigned tile = blockIdx.x, half = threadIdx.x / kWarp, lane = lane_index();
-  const unsigned sub = lane / kQuarter;
-  Workspace& work = workspaces[half];
+__global__ void __launch_bounds__(kRows* kWarp) blend_tiles(BlendInput in, BlendOutput out) {
+  __shared__ Workspace workspaces[kRows];
+  const unsigned tile = in.schedule[blockIdx.x], row = threadIdx.x / kWarp, lane = lane_index();
+  const unsigned sub = lane / kLanes;
+  Workspace& work = workspaces[row];
   const int x0 = static_cast<int>(tile % in.grid.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + half * kHalfHeight);
-  const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kQuarter);
-  const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
+  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + row * kSub);
+  const int x = x0 + static_cast<int>(sub * kSub + lane % kSub);
+  const int y = y0 + static_cast<int>(lane % kLanes / kSub) * kPixels;
   const KeyRange range = in.ranges[tile];
   const std::uint32_t begin = range.begin(), end = range.end;
-  if (threadIdx.x == 0 && end - begin > out.counters->max_pairs_in_a_tile) {
-    atomicMax(&out.counters->max_pairs_in_a_tile, end - begin);
-  }
 
-  Pixels4 pixels;
+  Column column{static_cast<float>(x), static_cast<float>(y + 1), {}};
   [[maybe_unused]] std::uint32_t evaluated[kPixels];
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
-    pixels.transmittance[j] = x < in.width && y + j < in.height ? 1.0f : 0.0f;
+    column.pixels[j].transmittance = x < in.width && y + j < in.height ? 1.0f : -1.0f;
     evaluated[j] = end - begin;
   }
-  const float second_x = static_cast<float>(x), second_y = static_cast<float>(y + 1);
   if (lane == 0) work.staged[kBatch] = {{}, {0, -INFINITY, 0, 0}, {}, {}};
 
   for (std::uint32_t first = begin; first < end; first += kBatch) {
-    const unsigned live_lanes = __ballot_sync(kAllLanes, pixels.any_live());
+    const unsigned live_lanes = __ballot_sync(kAllLanes, column.any_live());
     if (live_lanes == 0) break;
     unsigned live = 0;
 #pragma unroll
     for (unsigned s = 0; s < kSubTiles; ++s) {
-      if ((live_lanes >> (s * kQuarter) & ((1u << kQuarter) - 1)) != 0) live |= 1u << s;
+      if ((live_lanes >> (s * kLanes) & ((1u << kLanes) - 1)) != 0) live |= 1u << s;
     }
     const unsigned length =
         fill_queues(in, first, end, static_cast<float>(x0), static_cast<float>(y0), live, work);
-    for (unsigned group = 0; group < length; group += kGroup) {
-      const std::uint8_t* queue = &work.queues[sub][group];
-      const Pixels4 before = pixels;
+    const std::uint8_t* queue = work.queues[sub];
+    for (unsigned i = 0; i < length; i += kUnroll) {
 #pragma unroll
-      for (unsigned k = 0; k < kGroup; ++k) {
-        add_unchecked(work.staged[queue[k]], second_x, second_y, pixels);
-      }
-      if (!pixels.any_too_dark()) continue;
-      pixels = before;
-#pragma unroll 1
-      for (unsigned k = 0; k < kGroup; ++k) {
-        const unsigned entry = queue[k];
-        add_checked(work.staged[entry], second_x, second_y, in.background, pixels, [&](int j) {
-          if constexpr (kEvaluated) evaluated[j] = first - begin + entry + 1;
-        });
+      for (unsigned k = 0; k < kUnroll; ++k) {
+        const unsigned entry = queue[i + k];
+        if constexpr (!kEvaluated) {
+          column.add(work.staged[entry]);
+        } else {
+          const Column before = column;
+          column.add(work.staged[entry]);
+          for (int j = 0; j < kPixels; ++j) {
+            const bool stops =
+                column.pixels[j].transmittance < 0.0f && before.pixels[j].transmittance > 0.0f;
+            if (stops) evaluated[j] = first - begin + entry + 1;
+          }
+        }
       }
     }
     __syncwarp();
@@ -290,28 +254,84 @@ __global__ void __launch_bounds__(kHalves* kWarp) blend_tiles(BlendInput in, Ble
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
     if (y + j >= in.height) return;
-    pixels.stop(j, in.background);
     const std::size_t at = static_cast<std::size_t>(y + j) * in.width + x;
     if constexpr (kEvaluated) out.evaluated[at] = evaluated[j];
     if (out.color != nullptr) {
-      out.color[3 * at] = pixels.red[j];
-      out.color[3 * at + 1] = pixels.green[j];
-      out.color[3 * at + 2] = pixels.blue[j];
+      const Pixel& pixel = column.pixels[j];
+      const float rest = fabsf(pixel.transmittance);
+      out.color[3 * at] = fmaf(rest, in.background.x, pixel.red);
+      out.color[3 * at + 1] = fmaf(rest, in.background.y, pixel.green);
+      out.color[3 * at + 2] = fmaf(rest, in.background.z, pixel.blue);
     }
   }
 }
 
+constexpr unsigned kScheduleThreads = 1024;
+constexpr unsigned kLengthClasses = 128;
+
+/// Lists of one class differ by less than a quarter of their length; class 0 has the longest.
+__device__ unsigned length_class(std::uint32_t length) {
+  if (length == 0) return kLengthClasses - 1;
+  const unsigned quarter_octaves = (__float_as_uint(static_cast<float>(length)) >> 21) - (127 << 2);
+  return kLengthClasses - 2 - quarter_octaves;
+}
+
+/// Orders tiles by the class of their list: a block that takes long should not begin last. One
+/// block; the order within a class is whatever it is, no picture depends on it. Also finds the
+/// longest list.
+__global__ void __launch_bounds__(kScheduleThreads)
+    schedule_tiles(const KeyRange* ranges, unsigned tiles, std::uint32_t* schedule,
+                   Counters* counters) {
+  __shared__ std::uint32_t places[kLengthClasses];
+  __shared__ std::uint32_t longest;
+  const unsigned thread = threadIdx.x;
+  if (thread < kLengthClasses) places[thread] = 0;
+  if (thread == 0) longest = 0;
+  __syncthreads();
+  const auto for_each_tile_and_class = [&](const auto& visit) {
+    for (unsigned first = 0; first < tiles; first += kScheduleThreads) {
+      const unsigned tile = first + thread;
+      const std::uint32_t length = tile < tiles ? ranges[tile].size() : 0;
+      const unsigned own = tile < tiles ? length_class(length) : kLengthClasses;
+      const unsigned peers = __match_any_sync(kAllLanes, own);
+      const int below = __popc(peers & lanes_below());
+      std::uint32_t place = 0;
+      if (below == 0 && tile < tiles) place = atomicAdd(&places[own], __popc(peers));
+      place = __shfl_sync(kAllLanes, place, __ffs(static_cast<int>(peers)) - 1) + below;
+      if (tile < tiles) visit(tile, length, place);
+    }
+  };
+  std::uint32_t own_longest = 0;
+  for_each_tile_and_class([&](unsigned, std::uint32_t length, std::uint32_t) {
+    own_longest = max(own_longest, length);
+  });
+  if (own_longest > 0) atomicMax(&longest, own_longest);
+  __syncthreads();
+  const std::uint32_t count = thread < kLengthClasses ? places[thread] : 0;
+  const std::uint32_t begin = sum_of_block<kScheduleThreads>(count).before;
+  if (thread < kLengthClasses) places[thread] = begin;
+  __syncthreads();
+  for_each_tile_and_class(
+      [&](unsigned tile, std::uint32_t, std::uint32_t place) { schedule[place] = tile; });
+  if (thread == 0) counters->max_pairs_in_a_tile = longest;
+}
+
 }  // namespace
+
+void schedule(const FrameContext& frame, Scratch& scratch) {
+  launch("blend", schedule_tiles, Blocks(1, kScheduleThreads), frame.stream, scratch.ranges,
+         static_cast<unsigned>(frame.grid.count()), scratch.schedule, scratch.counters);
+}
 
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
   const BlendInput in{
-      scratch.ranges,     pairs.gaussians.data(), visible.records.data(),   frame.grid,
-      frame.camera.width, frame.camera.height,    frame.settings.background};
+      scratch.schedule, scratch.ranges,     pairs.gaussians.data(), visible.records.data(),
+      frame.grid,       frame.camera.width, frame.camera.height,    frame.settings.background};
   const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
-                        outputs.evaluated ? pixels.evaluated.data() : nullptr, scratch.counters};
+                        outputs.evaluated ? pixels.evaluated.data() : nullptr};
   launch("blend", outputs.evaluated ? blend_tiles<true> : blend_tiles<false>,
-         Blocks(static_cast<unsigned>(frame.grid.count()), kHalves * kWarp), frame.stream, in, out);
+         Blocks(static_cast<unsigned>(frame.grid.count()), kRows * kWarp), frame.stream, in, out);
 }
 
 }  // namespace qs::cuda::fast

@@ -69,6 +69,7 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   bin(frame, size, visible_, order_, scratch_, pairs_);
   mark(Stage::bin);
   sort_by_tile(frame, size, pairs_, scratch_);
+  schedule(frame, scratch_);
   mark(Stage::sort);
   colored_.hold(frame.stream);
   if (blends) blend(frame, visible_, pairs_, scratch_, outputs, pixels);

@@ -34,7 +34,8 @@ struct Scratch {
   std::uint64_t* bin_words = nullptr;     ///< look-back
   std::uint32_t* tile_digits = nullptr;
   std::uint32_t* tile_words = nullptr;
-  KeyRange* ranges = nullptr;  ///< per tile: where its list lies among the sorted pairs
+  std::uint32_t* schedule = nullptr;  ///< tiles in the order in which they are blended
+  KeyRange* ranges = nullptr;         ///< per tile: where its list lies among the sorted pairs
 
   /// Words of one pass.
   template <class Key>
@@ -71,6 +72,7 @@ struct Scratch {
     place(tile_digits, Radix<Wide>::kPasses * kBins<Wide>);
     place(tile_words, size.narrow() ? Radix<Narrow>::kPasses * look_back_words<Narrow>(size.pairs)
                                     : Radix<Wide>::kPasses * look_back_words<Wide>(size.pairs));
+    place(schedule, static_cast<std::size_t>(size.grid.count()));
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     return used;
   }

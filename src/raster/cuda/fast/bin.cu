@@ -4,10 +4,12 @@
 namespace qs::cuda::fast {
 namespace {
 
+constexpr unsigned kBinBlocks = 3;         // of a multiprocessor, which needs them to hide latency
+constexpr unsigned kGaussians = kThreads;  // of a block
+constexpr unsigned kBinThreads = 2 * kThreads;  // more: they share the lines and pairs
+
 struct BinInput {
-  const std::uint32_t* order;        // where the depth sort's last pass rested, else
-  const std::uint32_t* other_order;  // here
-  const std::uint32_t* last_digits;  // of the depth keys
+  const std::uint32_t* order;
   const Shape* shapes;
   TileGrid grid;
   std::uint32_t room;  // for pairs
@@ -40,10 +42,11 @@ struct Writer {
   }
 };
 
-/// The last of kThreads ascending numbers that is not above `item`; the first is not.
-__device__ unsigned owner_of(const std::uint32_t* begins, std::uint32_t item) {
+/// The last of `kCount` ascending numbers that is not above `item`; the first is not.
+template <unsigned kCount>
+__device__ unsigned owner_of(const std::uint32_t (&begins)[kCount], std::uint32_t item) {
   unsigned owner = 0;
-  for (unsigned step = kThreads / 2; step > 0; step /= 2) {
+  for (unsigned step = kCount / 2; step > 0; step /= 2) {
     if (begins[owner + step] <= item) owner += step;
   }
   return owner;
@@ -51,8 +54,8 @@ __device__ unsigned owner_of(const std::uint32_t* begins, std::uint32_t item) {
 
 /// The runs of tiles that a block's threads have found, and where their pairs begin.
 struct Runs {
-  int tile[kThreads], step[kThreads];
-  std::uint32_t gaussian[kThreads], begin[kThreads];
+  int tile[kBinThreads], step[kBinThreads];
+  std::uint32_t gaussian[kBinThreads], begin[kBinThreads];
 };
 
 /// The Gaussians of a block, whose pairs lie side by side from `slot` on. First every thread takes
@@ -61,15 +64,17 @@ struct Runs {
 template <class P, class Key>
 __device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, std::uint64_t slot,
                             const BinInput& in, const Writer<Key>& writer) {
-  __shared__ Shape shapes[kThreads];
-  __shared__ std::uint32_t gaussians[kThreads], first_lines[kThreads];
+  __shared__ Shape shapes[kGaussians];
+  __shared__ std::uint32_t gaussians[kGaussians], first_lines[kGaussians];
   __shared__ Runs runs;
   const unsigned thread = threadIdx.x;
-  const BlockSum<std::uint32_t> lines = sum_of_block<kThreads>(own_shape.lines);
-  shapes[thread] = own_shape;
-  gaussians[thread] = own_gaussian;
-  first_lines[thread] = lines.before;
-  for (std::uint32_t first = 0; first < lines.total && slot < in.room; first += kThreads) {
+  const BlockSum<std::uint32_t> lines = sum_of_block<kBinThreads>(own_shape.lines);
+  if (thread < kGaussians) {
+    shapes[thread] = own_shape;
+    gaussians[thread] = own_gaussian;
+    first_lines[thread] = lines.before;
+  }
+  for (std::uint32_t first = 0; first < lines.total && slot < in.room; first += kBinThreads) {
     __syncthreads();
     const std::uint32_t line = first + thread;
     int size = 0;
@@ -84,12 +89,14 @@ __device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, 
       runs.step[thread] = walk.by_rows ? 1 : columns;
       runs.gaussian[thread] = gaussians[owner];
     }
-    const BlockSum<std::uint32_t> pairs = sum_of_block<kThreads>(static_cast<std::uint32_t>(size));
+    const BlockSum<std::uint32_t> pairs =
+        sum_of_block<kBinThreads>(static_cast<std::uint32_t>(size));
     runs.begin[thread] = pairs.before;
     __syncthreads();
     const std::uint64_t room = in.room - slot;
     const auto end = static_cast<std::uint32_t>(min(std::uint64_t{pairs.total}, room));
-    for (std::uint32_t i = thread; i < end; i += kThreads) {
+#pragma unroll 4
+    for (std::uint32_t i = thread; i < end; i += kBinThreads) {
       const unsigned run = owner_of(runs.begin, i);
       const int tile = runs.tile[run] + static_cast<int>(i - runs.begin[run]) * runs.step[run];
       writer.write(slot + i, tile, runs.gaussian[run]);
@@ -98,28 +105,28 @@ __device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, 
   }
 }
 
-/// A block per kThreads visible Gaussians, front to back.
+/// A block per kGaussians visible Gaussians, front to back.
 template <class P, class Key>
-__global__ void __launch_bounds__(kThreads) list_tiles(BinInput in, BinOutput<Key> out) {
+__global__ void __launch_bounds__(kBinThreads, kBinBlocks)
+    list_tiles(BinInput in, BinOutput<Key> out) {
   __shared__ std::uint32_t digit_counts[Writer<Key>::kCounts];
   __shared__ std::uint64_t block_begin;
-  const std::uint32_t visible = out.counters->visible, first = blockIdx.x * kThreads;
+  const std::uint32_t visible = out.counters->visible, first = blockIdx.x * kGaussians;
   if (first >= visible) return;
   const unsigned thread = threadIdx.x;
-  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kThreads) digit_counts[i] = 0;
+  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kBinThreads) digit_counts[i] = 0;
 
   Shape shape{};
   std::uint32_t gaussian = 0;
-  if (first + thread < visible) {
-    const std::uint32_t* order = in.last_digits[0] == visible ? in.order : in.other_order;
-    gaussian = order[first + thread];
+  if (thread < kGaussians && first + thread < visible) {
+    gaussian = in.order[first + thread];
     shape = in.shapes[gaussian];
   }
-  const BlockSum<std::uint64_t> tiles = sum_of_block<kThreads>(std::uint64_t{shape.tiles});
+  const BlockSum<std::uint64_t> tiles = sum_of_block<kBinThreads>(std::uint64_t{shape.tiles});
   if (thread < kWarp) {
     const std::uint64_t earlier = sum_of_earlier_blocks(out.words, tiles.total);
     if (thread == 0) block_begin = earlier;
-    if (thread == 0 && first + kThreads >= visible) {
+    if (thread == 0 && first + kGaussians >= visible) {
       const std::uint64_t total = earlier + tiles.total;
       out.counters->tile_pairs = total;
       out.counters->listed = static_cast<std::uint32_t>(min(total, std::uint64_t{in.room}));
@@ -139,7 +146,7 @@ __global__ void __launch_bounds__(kThreads) list_tiles(BinInput in, BinOutput<Ke
   }
 
   __syncthreads();
-  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kThreads) {
+  for (unsigned i = thread; i < Writer<Key>::kCounts; i += kBinThreads) {
     if (digit_counts[i] > 0) atomicAdd(&out.digit_counts[i], digit_counts[i]);
   }
 }
@@ -147,17 +154,11 @@ __global__ void __launch_bounds__(kThreads) list_tiles(BinInput in, BinOutput<Ke
 template <class P, class Key>
 void bin_as(const FrameContext& frame, const FrameSize& size, Visible& visible,
             const DepthOrder& order, Scratch& scratch, TilePairs& pairs) {
-  constexpr int kLastPass = Radix<std::uint32_t>::kPasses - 1;
-  const BinInput in{order.gaussians.data(),
-                    order.other_gaussians.data(),
-                    scratch.depth_digits + kLastPass * kBins<std::uint32_t>,
-                    visible.shapes.data(),
-                    frame.grid,
-                    size.pairs};
+  const BinInput in{order.gaussians.data(), visible.shapes.data(), frame.grid, size.pairs};
   const BinOutput<Key> out{pairs.keys_as<Key>(), pairs.gaussians.data(), scratch.counters,
                            scratch.tile_digits, scratch.bin_words};
-  launch("bin", list_tiles<P, Key>, std::max(1u, blocks_for(size.gaussians)), frame.stream, in,
-         out);
+  launch("bin", list_tiles<P, Key>, Blocks(std::max(1u, blocks_for(size.gaussians)), kBinThreads),
+         frame.stream, in, out);
 }
 
 }  // namespace

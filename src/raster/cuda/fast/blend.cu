@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/fast/blend.cuh"
+#include "raster/cuda/fast/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
 constexpr unsigned kBatch = 128;  // list entries between two looks at what is finished
 constexpr unsigned kUnroll = 4;   // queue entries at a time
-constexpr unsigned kSub = 8;      // pixels along a sub-tile's side
-constexpr unsigned kSubTiles = kTileSize / kSub;  // of a warp, side by side
-constexpr unsigned kRows = kTileSize / kSub;      // warps of a tile, one above the other
-constexpr unsigned kLanes = kWarp / kSubTiles;    // of a sub-tile
-constexpr int kPixels = static_cast<int>(kSub * kSub / kLanes);  // of a lane, one above the other
-static_assert(kBatch % kUnroll == 0 && kBatch % kWarp == 0);
+constexpr unsigned kSubWidth = 8, kSubHeight = 4;       // pixels of a sub-tile
+constexpr unsigned kShareHeight = 2 * kSubHeight;       // of a warp: two rows of two sub-tiles
+constexpr unsigned kShares = kTileSize / kShareHeight;  // warps of a tile, one above the other
+constexpr unsigned kSubTiles = 4;                       // of a warp
+constexpr unsigned kLanes = kWarp / kSubTiles;          // of a sub-tile
+constexpr int kPixels = kSubHeight;                     // of a lane, one above the other
+static_assert(kLanes == kSubWidth && 2 * kSubWidth == kTileSize);
+static_assert(kBatch % kWarp == 0 && kBatch % kUnroll == 0);
 
 struct BlendInput {
-  const std::uint32_t* schedule;  // tiles, long lists first
+  ScheduleView schedule;
   const KeyRange* ranges;
   const std::uint32_t* gaussians;
   const BlendRecord* records;
@@ -36,7 +39,7 @@ struct Staged {
   float2 unused;
 };
 
-/// A warp's shared memory. Entry kBatch of `staged` never counts: it fills up the shorter queue.
+/// A warp's shared memory. Entry kBatch of `staged` never counts: it fills up the shorter queues.
 struct Workspace {
   Staged staged[kBatch + 1];
   std::uint8_t queues[kSubTiles][kBatch];
@@ -53,25 +56,30 @@ __device__ float sqrt_fast(float x) {
 #endif
 }
 
-/// Which sub-tiles have a pixel centre where the Gaussian counts; bit = number from the left. The
-/// first pixel is (x0, y0) away from the mean. Over a band of rows the ellipse reaches as far as
+/// Which sub-tiles have a pixel centre where the Gaussian counts; bit 2 * row + column. The first
+/// pixel is (x0, y0) away from the mean. Over a band of rows the ellipse reaches as far as
 /// its own extreme, or as the nearer end of the band, as in ExactWalk.
 __device__ unsigned reached_sub_tiles(const Reach& reach, float x0, float y0) {
-  const float v0 = fmaxf(y0, -reach.y_max), v1 = fminf(y0 + (kSub - 1), reach.y_max);
   const auto half_at = [&](float v) {
     return sqrt_fast(fmaxf(fmaf(-reach.narrowing * v, v, reach.half2), 0.0f));
   };
-  const float v_right = fminf(fmaxf(reach.v_extreme, v0), v1);
-  const float v_left = fminf(fmaxf(-reach.v_extreme, v0), v1);
   constexpr float kRoom = 0.01f;  // pixels, for rounding
-  const float right = fmaf(reach.slope, v_right, half_at(v_right)) + kRoom;
-  const float left = fmaf(reach.slope, v_left, -half_at(v_left)) - kRoom;
   unsigned reached = 0;
 #pragma unroll
-  for (unsigned s = 0; s < kSubTiles; ++s) {
-    const float first = x0 + static_cast<float>(s * kSub);
-    const bool meets = v0 <= v1 && left <= first + (kSub - 1) && right >= first;
-    reached |= meets ? 1u << s : 0;
+  for (unsigned s = 0; s < kSubTiles; s += 2) {
+    const float low = y0 + static_cast<float>(s / 2 * kSubHeight);
+    const float v0 = fmaxf(low, -reach.y_max);
+    const float v1 = fminf(low + (kSubHeight - 1), reach.y_max);
+    const float v_right = fminf(fmaxf(reach.v_extreme, v0), v1);
+    const float v_left = fminf(fmaxf(-reach.v_extreme, v0), v1);
+    const float right = fmaf(reach.slope, v_right, half_at(v_right)) + kRoom;
+    const float left = fmaf(reach.slope, v_left, -half_at(v_left)) - kRoom;
+#pragma unroll
+    for (unsigned column = 0; column < 2; ++column) {
+      const float first = x0 + static_cast<float>(column * kSubWidth);
+      const bool meets = v0 <= v1 && left <= first + (kSubWidth - 1) && right >= first;
+      reached |= meets ? 1u << (s + column) : 0;
+    }
   }
   return reached;
 }
@@ -84,7 +92,7 @@ struct Pixel {
 
 /// One Gaussian on one pixel: alpha = min(2^log2_alpha, alpha_max), skipped below 1/255; the pixel
 /// stops before its transmittance falls below kTransmittanceMin. Written out for the device, where
-/// no branch may remain: 12 instructions, of which a comparison decides both what is added and what
+/// no branch may remain: 11 instructions, of which a comparison decides both what is added and what
 /// stops. A negative transmittance stays so, since it never passes that comparison.
 __device__ void composite(float log2_alpha, const Staged& splat, Pixel& pixel) {
   constexpr float kLog2Min = -BlendRecord::kLog2Of255;
@@ -185,12 +193,16 @@ __device__ unsigned fill_queues(const BlendInput& in, std::uint32_t first, std::
       lengths[s] += __popc(reaching);
     }
   }
-  static_assert(kSubTiles == 2);
-  const unsigned longest = max(lengths[0], lengths[1]);
-  const unsigned padded = (longest + kUnroll - 1) / kUnroll * kUnroll;
   const unsigned sub = lane / kLanes;
+  unsigned longest = 0, own = 0;
+#pragma unroll
+  for (unsigned s = 0; s < kSubTiles; ++s) {
+    longest = max(longest, lengths[s]);
+    if (s == sub) own = lengths[s];
+  }
+  const unsigned padded = (longest + kUnroll - 1) / kUnroll * kUnroll;
 #pragma unroll 1
-  for (unsigned i = (sub == 0 ? lengths[0] : lengths[1]) + lane % kLanes; i < padded; i += kLanes) {
+  for (unsigned i = own + lane % kLanes; i < padded; i += kLanes) {
     work.queues[sub][i] = kBatch;
   }
   __syncwarp();
@@ -198,15 +210,15 @@ __device__ unsigned fill_queues(const BlendInput& in, std::uint32_t first, std::
 }
 
 template <bool kEvaluated>
-__global__ void __launch_bounds__(kRows* kWarp) blend_tiles(BlendInput in, BlendOutput out) {
-  __shared__ Workspace workspaces[kRows];
-  const unsigned tile = in.schedule[blockIdx.x], row = threadIdx.x / kWarp, lane = lane_index();
-  const unsigned sub = lane / kLanes;
-  Workspace& work = workspaces[row];
+__global__ void __launch_bounds__(kShares* kWarp) blend_tiles(BlendInput in, BlendOutput out) {
+  __shared__ Workspace workspaces[kShares];
+  const unsigned tile = in.schedule.tile(blockIdx.x), share = threadIdx.x / kWarp;
+  const unsigned lane = lane_index(), sub = lane / kLanes;
+  Workspace& work = workspaces[share];
   const int x0 = static_cast<int>(tile % in.grid.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + row * kSub);
-  const int x = x0 + static_cast<int>(sub * kSub + lane % kSub);
-  const int y = y0 + static_cast<int>(lane % kLanes / kSub) * kPixels;
+  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + share * kShareHeight);
+  const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
+  const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
   const KeyRange range = in.ranges[tile];
   const std::uint32_t begin = range.begin(), end = range.end;
 
@@ -266,72 +278,22 @@ __global__ void __launch_bounds__(kRows* kWarp) blend_tiles(BlendInput in, Blend
   }
 }
 
-constexpr unsigned kScheduleThreads = 1024;
-constexpr unsigned kLengthClasses = 128;
-
-/// Lists of one class differ by less than a quarter of their length; class 0 has the longest.
-__device__ unsigned length_class(std::uint32_t length) {
-  if (length == 0) return kLengthClasses - 1;
-  const unsigned quarter_octaves = (__float_as_uint(static_cast<float>(length)) >> 21) - (127 << 2);
-  return kLengthClasses - 2 - quarter_octaves;
-}
-
-/// Orders tiles by the class of their list: a block that takes long should not begin last. One
-/// block; the order within a class is whatever it is, no picture depends on it. Also finds the
-/// longest list.
-__global__ void __launch_bounds__(kScheduleThreads)
-    schedule_tiles(const KeyRange* ranges, unsigned tiles, std::uint32_t* schedule,
-                   Counters* counters) {
-  __shared__ std::uint32_t places[kLengthClasses];
-  __shared__ std::uint32_t longest;
-  const unsigned thread = threadIdx.x;
-  if (thread < kLengthClasses) places[thread] = 0;
-  if (thread == 0) longest = 0;
-  __syncthreads();
-  const auto for_each_tile_and_class = [&](const auto& visit) {
-    for (unsigned first = 0; first < tiles; first += kScheduleThreads) {
-      const unsigned tile = first + thread;
-      const std::uint32_t length = tile < tiles ? ranges[tile].size() : 0;
-      const unsigned own = tile < tiles ? length_class(length) : kLengthClasses;
-      const unsigned peers = __match_any_sync(kAllLanes, own);
-      const int below = __popc(peers & lanes_below());
-      std::uint32_t place = 0;
-      if (below == 0 && tile < tiles) place = atomicAdd(&places[own], __popc(peers));
-      place = __shfl_sync(kAllLanes, place, __ffs(static_cast<int>(peers)) - 1) + below;
-      if (tile < tiles) visit(tile, length, place);
-    }
-  };
-  std::uint32_t own_longest = 0;
-  for_each_tile_and_class([&](unsigned, std::uint32_t length, std::uint32_t) {
-    own_longest = max(own_longest, length);
-  });
-  if (own_longest > 0) atomicMax(&longest, own_longest);
-  __syncthreads();
-  const std::uint32_t count = thread < kLengthClasses ? places[thread] : 0;
-  const std::uint32_t begin = sum_of_block<kScheduleThreads>(count).before;
-  if (thread < kLengthClasses) places[thread] = begin;
-  __syncthreads();
-  for_each_tile_and_class(
-      [&](unsigned tile, std::uint32_t, std::uint32_t place) { schedule[place] = tile; });
-  if (thread == 0) counters->max_pairs_in_a_tile = longest;
-}
-
 }  // namespace
-
-void schedule(const FrameContext& frame, Scratch& scratch) {
-  launch("blend", schedule_tiles, Blocks(1, kScheduleThreads), frame.stream, scratch.ranges,
-         static_cast<unsigned>(frame.grid.count()), scratch.schedule, scratch.counters);
-}
 
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
-  const BlendInput in{
-      scratch.schedule, scratch.ranges,     pairs.gaussians.data(), visible.records.data(),
-      frame.grid,       frame.camera.width, frame.camera.height,    frame.settings.background};
+  const BlendInput in{schedule_view(scratch, frame.grid),
+                      scratch.ranges,
+                      pairs.gaussians.data(),
+                      visible.records.data(),
+                      frame.grid,
+                      frame.camera.width,
+                      frame.camera.height,
+                      frame.settings.background};
   const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
                         outputs.evaluated ? pixels.evaluated.data() : nullptr};
   launch("blend", outputs.evaluated ? blend_tiles<true> : blend_tiles<false>,
-         Blocks(static_cast<unsigned>(frame.grid.count()), kRows * kWarp), frame.stream, in, out);
+         Blocks(static_cast<unsigned>(frame.grid.count()), kShares * kWarp), frame.stream, in, out);
 }
 
 }  // namespace qs::cuda::fast

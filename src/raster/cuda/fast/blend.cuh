@@ -12,9 +12,6 @@
 
 namespace qs::cuda::fast {
 
-/// Finds the order in which tiles are blended, and Counters::max_pairs_in_a_tile.
-void schedule(const FrameContext& frame, Scratch& scratch);
-
 /// Fills the maps that `outputs` asks for.
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels);

@@ -3,11 +3,13 @@
 
 #include "raster/cuda/fast/bin.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
+#include "raster/cuda/fast/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-constexpr std::uint64_t kBytesPerPair = 2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));
+constexpr std::uint64_t kBytesPerPair =
+    2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));  // at most
 
 /// For a frame that turned out to have more pairs than there was room for.
 std::uint32_t room_for(const Counters& counters) {
@@ -53,17 +55,12 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   const auto mark = [&](Stage stage) {
     if (side == frame.stream) clock.end(stage, frame.stream);
   };
-  start_.record(frame.stream);
-  start_.hold(side);
-  scratch_.begin(size, side);
-  zeroed_.record(side);
-  project(frame, visible_);
+  project(frame, visible_, scratch_.begin(size));
   projected_.record(frame.stream);
   projected_.hold(side);
   if (blends) color(frame, visible_, side);
   colored_.record(side);
   mark(Stage::preprocess);
-  zeroed_.hold(frame.stream);
   sort_by_depth(frame, size, visible_, scratch_, order_);
   mark(Stage::sort);
   bin(frame, size, visible_, order_, scratch_, pairs_);

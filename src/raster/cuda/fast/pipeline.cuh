@@ -34,8 +34,8 @@ class FastPipeline {
   void collect_trace(const FrameContext& frame, const std::vector<std::uint32_t>& lengths,
                      Frame& result) const;
 
-  Stream side_;  // color and zeros; whatever it does is in nobody's way
-  Event start_, zeroed_, projected_, colored_;
+  Stream side_;  // of color, which gives way to the rest
+  Event projected_, colored_;
   Graph graph_;
   PinnedValue<Counters> counters_;
   Scratch scratch_;

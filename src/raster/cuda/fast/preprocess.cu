@@ -14,6 +14,7 @@ struct ProjectInput {
   FootprintRules rules;
   TileGrid grid;
   std::uint32_t nearest_bits;  // of the depth that keys count from
+  ToClear to_clear;
 };
 
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
@@ -40,6 +41,9 @@ __device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid gri
 template <class P>
 __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, VisibleView out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  for (std::size_t word = i; word < in.to_clear.count; word += gridDim.x * blockDim.x) {
+    in.to_clear.words[word] = uint4{0, 0, 0, 0};
+  }
   if (i >= in.cloud.count) return;
   Projected projected;
   Listed listed{0, 0};
@@ -107,11 +111,11 @@ void Visible::reserve(std::size_t gaussians) {
   records.reserve("the frame's Gaussians", gaussians);
 }
 
-void project(const FrameContext& frame, Visible& visible) {
+void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear) {
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
-    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules, frame.grid,
-                          nearest_bits(frame.camera)};
+    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
+                          frame.grid,         nearest_bits(frame.camera),     to_clear};
     launch("preprocess", project_gaussians<P>, blocks_for(std::max(1u, frame.cloud.count)),
            frame.stream, in, visible.view());
   });

@@ -74,7 +74,13 @@ struct Visible {
   VisibleView view() { return {depth_keys.data(), shapes.data(), records.data()}; }
 };
 
-void project(const FrameContext& frame, Visible& visible);
+/// Memory that a kernel makes zero beside its own work.
+struct ToClear {
+  uint4* words;
+  std::size_t count;
+};
+
+void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear);
 void color(const FrameContext& frame, Visible& visible, cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

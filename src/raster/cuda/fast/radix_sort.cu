@@ -61,7 +61,7 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
 __device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins, unsigned bin,
                                    std::uint32_t own) {
   using Word = LookBackWord<std::uint32_t>;
-  constexpr int kWindow = 8;  // parts read at a time, to wait for memory less often
+  constexpr int kWindow = 12;  // parts read at a time, to wait for memory less often
   const int part = static_cast<int>(blockIdx.x);
   const auto word_of = [&](int p) -> volatile std::uint32_t& {
     return words[static_cast<std::size_t>(p) * bins + bin];
@@ -88,8 +88,10 @@ __device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins,
   return before;
 }
 
+constexpr unsigned kSortBlocks = 3;  // of a multiprocessor, which needs them to hide latency
+
 template <class Key>
-__global__ void __launch_bounds__(kSortThreads) sort_digit(SortPass<Key> pass) {
+__global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass<Key> pass) {
   constexpr int kItems = kPart / kSortThreads;
   constexpr unsigned kAllBins = kBins<Key>, kWarps = kSortThreads / kWarp;
   static_assert(kAllBins <= kSortThreads);
@@ -98,22 +100,19 @@ __global__ void __launch_bounds__(kSortThreads) sort_digit(SortPass<Key> pass) {
   __shared__ std::uint32_t target[kAllBins];          // where they go, less their place in the part
   __shared__ std::uint32_t exchange[kPart];           // the part's sorted keys, then values
   const std::uint32_t size = pass.count.get(), first = blockIdx.x * kPart;
-  if (first >= size || (pass.may_rest && pass.digit_counts[0] == size)) return;
+  if (first >= size) return;
   const unsigned thread = threadIdx.x, warp = thread / kWarp, lane = lane_index();
 
   for (unsigned i = lane; i < kAllBins; i += kWarp) counts[warp][i] = 0;
   __syncwarp();
+  const auto item = [&](int j) { return first + (warp * kItems + j) * kWarp + lane; };
   Key keys[kItems];
-  std::uint32_t values[kItems];
   unsigned valid = 0;  // bit per item
 #pragma unroll
   for (int j = 0; j < kItems; ++j) {
-    const std::uint32_t i = first + (warp * kItems + j) * kWarp + lane;
     keys[j] = 0;
-    values[j] = i;
-    if (i >= size) continue;
-    keys[j] = pass.keys[i];
-    if (pass.values != nullptr) values[j] = pass.values[i];
+    if (item(j) >= size) continue;
+    keys[j] = pass.keys[item(j)];
     if (!pass.drops || keys[j] != static_cast<Key>(kDroppedKey)) valid |= 1u << j;
   }
 
@@ -183,7 +182,8 @@ __global__ void __launch_bounds__(kSortThreads) sort_digit(SortPass<Key> pass) {
   __syncthreads();
 #pragma unroll
   for (int j = 0; j < kItems; ++j) {
-    if ((valid >> j & 1) != 0) exchange[places[j]] = values[j];
+    if ((valid >> j & 1) == 0) continue;
+    exchange[places[j]] = pass.values != nullptr ? pass.values[item(j)] : item(j);
   }
   __syncthreads();
 #pragma unroll

@@ -14,7 +14,7 @@
 namespace qs::cuda::fast {
 
 inline constexpr unsigned kSortThreads = 512;
-inline constexpr unsigned kPart = 4096;  ///< items of a block
+inline constexpr unsigned kPart = 8 * kSortThreads;  ///< items of a block
 
 /// How keys are cut into digits.
 template <class Key>
@@ -57,9 +57,8 @@ struct KeyRange {
 template <class Key>
 struct SortPass {
   DeviceCount count;
-  int pass;       ///< number of the digit, from the lowest
-  bool drops;     ///< leave items out whose key is kDroppedKey
-  bool may_rest;  ///< do nothing where no key has anything but 0 for the digit
+  int pass;    ///< number of the digit, from the lowest
+  bool drops;  ///< leave items out whose key is kDroppedKey
   const Key* keys;
   const std::uint32_t* values;  ///< null: the value of an item is its index
   Key* sorted_keys;             ///< null: not wanted

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// What a frame counts and marks on the device. It lies in one piece of memory, so that one memset
-// makes all of it zero before the frame.
+// What a frame counts and marks on the device. It lies in one piece of memory, which the frame's
+// first kernel makes zero.
 #pragma once
 
 #include "raster/cuda/device_buffer.cuh"
+#include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/radix_sort.cuh"
 #include "raster/kernel/tile_grid.h"
 
@@ -34,8 +35,9 @@ struct Scratch {
   std::uint64_t* bin_words = nullptr;     ///< look-back
   std::uint32_t* tile_digits = nullptr;
   std::uint32_t* tile_words = nullptr;
-  std::uint32_t* schedule = nullptr;  ///< tiles in the order in which they are blended
-  KeyRange* ranges = nullptr;         ///< per tile: where its list lies among the sorted pairs
+  std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView; null where tiles are too many
+  KeyRange* ranges = nullptr;            ///< per tile: where its list lies among the sorted pairs
+  std::uint32_t* schedule = nullptr;     ///< not made zero
 
   /// Words of one pass.
   template <class Key>
@@ -43,15 +45,20 @@ struct Scratch {
     return std::size_t{DeviceCount{nullptr, items}.parts()} * kBins<Key>;
   }
 
-  /// Finds room for a frame of this size and makes it zero, in the order of the stream.
-  void begin(const FrameSize& size, cudaStream_t stream) {
+  /// Finds room for a frame of this size; `project` must make it zero.
+  ToClear begin(const FrameSize& size) {
     std::uint64_t* const base = memory_.data();
-    check(cudaMemsetAsync(base, 0, lay_out(size, base) * sizeof *base, stream), "frame");
+    const std::size_t words = lay_out(size, base);
+    if (!size.narrow()) class_sizes = nullptr;
+    schedule = schedule_.data();
+    return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
   /// Throws Error(device) when memory is short.
   void reserve(const FrameSize& size) {
     memory_.reserve("the frame's counters", lay_out(size, nullptr));
+    if (!size.narrow()) return;
+    schedule_.reserve("the frame's tiles", kWarp * static_cast<std::size_t>(size.grid.count()));
   }
 
  private:
@@ -68,16 +75,17 @@ struct Scratch {
     place(counters, 1);
     place(depth_digits, Radix<Wide>::kPasses * kBins<Wide>);
     place(depth_words, Radix<Wide>::kPasses * look_back_words<Wide>(size.gaussians));
-    place(bin_words, blocks_for(size.gaussians) + std::size_t{1});
+    place(bin_words, std::max(1u, blocks_for(size.gaussians)));
     place(tile_digits, Radix<Wide>::kPasses * kBins<Wide>);
     place(tile_words, size.narrow() ? Radix<Narrow>::kPasses * look_back_words<Narrow>(size.pairs)
                                     : Radix<Wide>::kPasses * look_back_words<Wide>(size.pairs));
-    place(schedule, static_cast<std::size_t>(size.grid.count()));
+    place(class_sizes, kWarp);
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     return used;
   }
 
   DeviceBuffer<std::uint64_t> memory_;
+  DeviceBuffer<std::uint32_t> schedule_;
 };
 
 }  // namespace qs::cuda::fast

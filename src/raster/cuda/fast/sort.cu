@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
 #include "raster/cuda/fast/sort.cuh"
 
 namespace qs::cuda::fast {
@@ -6,6 +10,24 @@ namespace {
 
 using DepthKey = std::uint32_t;
 static_assert(kInvisibleKey == kDroppedKey);
+
+/// How many digits the key of the scene's farthest corner has.
+int depth_passes(const FrameContext& frame) {
+  const auto& view = frame.camera.view_from_world;
+  double farthest = view[3].z, rounding = std::abs(view[3].z);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = view[axis].z * static_cast<double>(frame.cloud.low[axis]);
+    const double b = view[axis].z * static_cast<double>(frame.cloud.high[axis]);
+    farthest += std::max(a, b);
+    rounding += std::abs(a) + std::abs(b);
+  }
+  const auto depth = static_cast<float>(farthest + 1e-5 * rounding);
+  const std::uint32_t nearest = nearest_bits(frame.camera);
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(depth > 0.0f ? depth : INFINITY);
+  const int key_bits = std::bit_width(bits > nearest ? bits - nearest : 0);
+  return std::clamp((key_bits + Radix<DepthKey>::kBits - 1) / Radix<DepthKey>::kBits, 1,
+                    Radix<DepthKey>::kPasses);
+}
 
 template <class Key>
 void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
@@ -55,25 +77,21 @@ void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visib
                    Scratch& scratch, DepthOrder& order) {
   count_digits(visible.depth_keys.data(), size.gaussians, scratch.depth_digits,
                &scratch.counters->visible, frame.stream);
-  const std::uint32_t* keys = visible.depth_keys.data();
-  const std::uint32_t* values = nullptr;
-  for (int pass = 0; pass < Radix<DepthKey>::kPasses; ++pass) {
-    const bool first = pass == 0, last = pass + 1 == Radix<DepthKey>::kPasses;
-    const bool to_other = pass % 2 != 0;
+  for (int pass = 0, passes = depth_passes(frame); pass < passes; ++pass) {
+    const bool first = pass == 0, last = pass + 1 == passes;
     SortPass<DepthKey> sort{};
     sort.count = {first ? nullptr : &scratch.counters->visible, size.gaussians};
     sort.pass = pass;
     sort.drops = first;
-    sort.may_rest = last;
-    sort.keys = keys;
-    sort.values = values;
-    sort.sorted_keys = last ? nullptr : (to_other ? order.other_keys : order.keys).data();
-    sort.sorted_values = (to_other ? order.other_gaussians : order.gaussians).data();
+    sort.keys = first ? visible.depth_keys.data() : order.keys.data();
+    sort.values = first ? nullptr : order.gaussians.data();
+    sort.sorted_keys = last ? nullptr : order.other_keys.data();
+    sort.sorted_values = order.other_gaussians.data();
     sort.digit_counts = scratch.depth_digits + pass * kBins<DepthKey>;
     sort.words = scratch.depth_words + pass * Scratch::look_back_words<DepthKey>(size.gaussians);
     sort_pass(sort, frame.stream);
-    keys = sort.sorted_keys;
-    values = sort.sorted_values;
+    order.keys.swap(order.other_keys);
+    order.gaussians.swap(order.other_gaussians);
   }
 }
 

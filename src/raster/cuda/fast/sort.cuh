@@ -5,15 +5,13 @@
 // of depth without any pair carrying one.
 #pragma once
 
-#include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/scratch.cuh"
 
 namespace qs::cuda::fast {
 
-/// The visible Gaussians, front to back: in one of two buffers, since the sort's last pass has
-/// something to do in very deep scenes only. The device knows which.
 struct DepthOrder {
-  DeviceBuffer<std::uint32_t> gaussians, other_gaussians, keys, other_keys;
+  DeviceBuffer<std::uint32_t> gaussians;  ///< visible ones, front to back
+  DeviceBuffer<std::uint32_t> other_gaussians, keys, other_keys;
 
   void reserve(std::size_t size);
 };
@@ -34,7 +32,7 @@ struct TilePairs {
   }
 };
 
-/// Also counts the visible ones.
+/// Also counts the visible ones. As many digits are sorted as the depths of the scene's box need.
 void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visible& visible,
                    Scratch& scratch, DepthOrder& order);
 

@@ -67,6 +67,11 @@ void declare_common_options(Options& options, FrameOptions& frame) {
       "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
       [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
       "what renders (default: the best that works here)");
+  options.choice(
+      "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
+      [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
+      fmt::format("how the CUDA backend draws; the CPU has one way (default: {})",
+                  kPipelineNames[static_cast<int>(kDefaultPipeline)]));
   options.integer("--device", "N", 0, 1024, frame.renderer.device,
                   "GPU of the CUDA backend, see quadsplat --list-gpus");
   options.integer("--threads", "N", 0, 1024, frame.renderer.threads,
@@ -84,6 +89,11 @@ void declare_common_options(Options& options, FrameOptions& frame) {
         frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
       "opacity compensation (default: auto, as the scene was trained)");
+}
+
+const char* pipeline_name(const Session& session) {
+  if (session.backend == Backend::cpu) return kBackendNames[static_cast<int>(Backend::cpu)];
+  return kPipelineNames[static_cast<int>(session.settings.pipeline)];
 }
 
 Scene load_scene(const std::filesystem::path& path, int iteration) {
@@ -114,6 +124,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);
   const bool white = !frame.background && model_wants_white_background(session.scene.path);
   session.settings.mode = frame.modes.front();
+  session.settings.pipeline = frame.pipeline;
   session.settings.sh_degree = frame.sh_degree;
   session.settings.splat_scale = frame.splat_scale;
   session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));

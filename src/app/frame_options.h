@@ -26,6 +26,7 @@ struct FrameOptions {
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
   RendererOptions renderer;
+  Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;
   std::optional<glm::vec3> background;  ///< unset: white when the model says so, else black
@@ -46,6 +47,9 @@ struct Session {
   RenderSettings settings;  ///< mode: the first of the chosen ones
   std::unique_ptr<Renderer> renderer;
 };
+
+/// Name of the pipeline that draws: the CPU backend's only one is called "cpu".
+const char* pipeline_name(const Session& session);
 
 /// Reads and uploads, with progress bars; warnings about the file go to stderr. Throws Error.
 /// `change` may alter the scene before it is uploaded.

@@ -62,6 +62,7 @@ ordered_json environment_json(const Session& session) {
                        {"cpu", environment.cpu},
                        {"hardware_threads", environment.hardware_threads},
                        {"backend", kBackendNames[static_cast<int>(session.backend)]},
+                       {"pipeline", pipeline_name(session)},
                        {"utc", environment.utc}};
   if (session.backend == Backend::cuda) {
     const GpuReport report = gpu_report();

@@ -31,6 +31,14 @@ enum class Backend { cpu, cuda };
 /// Index = Backend.
 inline constexpr const char* kBackendNames[] = {"cpu", "cuda"};
 
+/// How the CUDA backend goes about a frame: as published with 3DGS, or as fast as it can. Same tile
+/// lists, same pictures. The CPU backend has one pipeline and ignores the choice.
+enum class Pipeline { classic, fast };
+
+/// Index = Pipeline.
+inline constexpr const char* kPipelineNames[] = {"classic", "fast"};
+inline constexpr Pipeline kDefaultPipeline = Pipeline::fast;
+
 /// The words that name files, functions, timers, HUD rows and benchmark columns.
 enum class Stage { preprocess, bin, sort, blend };
 inline constexpr int kStageCount = 4;
@@ -39,7 +47,8 @@ inline constexpr int kStageCount = 4;
 inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "sort", "blend"};
 
 struct RenderSettings {
-  CullMode mode = kDefaultMode;     ///< 0 = reference (CPU only), else a row of kCullers
+  CullMode mode = kDefaultMode;  ///< 0 = reference (CPU only), else a row of kCullers
+  Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;     ///< evaluated degree, capped by the cloud's
   float splat_scale = 1;            ///< factor on every standard deviation, > 0
   glm::vec3 background{0.0f};       ///< what the remaining transmittance shows

@@ -8,7 +8,20 @@ namespace {
 
 using test::row_of;
 
-class Cuda : public test::GpuTest {};
+class Cuda : public test::PipelineTest {
+ protected:
+  /// Settings that reach every branch of preprocessing.
+  static std::vector<RenderSettings> settings_to_try() {
+    RenderSettings plain = settings_of_pipeline(), other = plain;
+    other.antialiased = true;
+    other.splat_scale = 0.6f;
+    other.sh_degree = 1;
+    other.background = {0.2f, 0.4f, 0.9f};
+    return {plain, other};
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Pipelines, Cuda, test::kPipelines, test::name_of_pipeline);
 
 constexpr std::pair<int, int> kSizes[] = {{1, 1}, {17, 33}, {96, 64}, {161, 23}, {320, 200}};
 
@@ -18,17 +31,7 @@ Outputs everything() {
   return outputs;
 }
 
-/// Settings that reach every branch of preprocessing.
-std::vector<RenderSettings> settings_to_try() {
-  RenderSettings plain, other;
-  other.antialiased = true;
-  other.splat_scale = 0.6f;
-  other.sh_degree = 1;
-  other.background = {0.2f, 0.4f, 0.9f};
-  return {plain, other};
-}
-
-TEST_F(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
+TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
   for (int degree = 0; degree <= kMaxShDegree; ++degree) {
     const GaussianCloud cloud =
         test::random_cloud(3000, degree, 40 + static_cast<unsigned>(degree));
@@ -52,7 +55,7 @@ TEST_F(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
   }
 }
 
-TEST_F(Cuda, draws_the_image_of_the_cpu) {
+TEST_P(Cuda, draws_the_image_of_the_cpu) {
   const GaussianCloud cloud = test::random_cloud(3000, 3, 42);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   for (RenderSettings settings : settings_to_try()) {
@@ -74,11 +77,11 @@ TEST_F(Cuda, draws_the_image_of_the_cpu) {
   }
 }
 
-TEST_F(Cuda, lossless_modes_are_within_80_db_of_the_reference) {
+TEST_P(Cuda, lossless_modes_are_within_80_db_of_the_reference) {
   const GaussianCloud cloud = test::random_cloud(3000, 3, 43);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   const Camera camera = test::front_camera(320, 200);
-  RenderSettings settings;
+  RenderSettings settings = settings_of_pipeline();
   settings.mode = kReferenceMode;
   const Image reference = cpu->render(camera, settings).color;
   for (const CullMode mode : test::tiled_modes()) {
@@ -88,11 +91,11 @@ TEST_F(Cuda, lossless_modes_are_within_80_db_of_the_reference) {
   }
 }
 
-TEST_F(Cuda, lossless_modes_are_equal_bit_for_bit) {
+TEST_P(Cuda, lossless_modes_are_equal_bit_for_bit) {
   const GaussianCloud cloud = test::random_cloud(4000, 1, 77);
   const auto gpu = renderer_of(Backend::cuda, cloud);
   const Camera camera = test::front_camera(320, 200);
-  RenderSettings settings;
+  RenderSettings settings = settings_of_pipeline();
   settings.mode = find_culler("adr");
   const Image adr = gpu->render(camera, settings).color;
   for (const char* name : {"quadbox-naive", "quadbox", "exact"}) {
@@ -101,12 +104,12 @@ TEST_F(Cuda, lossless_modes_are_equal_bit_for_bit) {
   }
 }
 
-TEST_F(Cuda, two_runs_are_equal_bit_for_bit) {
+TEST_P(Cuda, two_runs_are_equal_bit_for_bit) {
   const GaussianCloud cloud = test::random_cloud(20000, 2, 5);
   const Camera camera = test::front_camera(300, 180);
   const auto first = renderer_of(Backend::cuda, cloud), second = renderer_of(Backend::cuda, cloud);
   for (const CullMode mode : test::tiled_modes()) {
-    RenderSettings settings;
+    RenderSettings settings = settings_of_pipeline();
     settings.mode = mode;
     const Frame a = first->render(camera, settings, everything());
     for (Renderer* renderer : {first.get(), second.get()}) {
@@ -118,8 +121,8 @@ TEST_F(Cuda, two_runs_are_equal_bit_for_bit) {
   }
 }
 
-TEST_F(Cuda, draws_the_background_where_nothing_is_visible) {
-  RenderSettings settings;
+TEST_P(Cuda, draws_the_background_where_nothing_is_visible) {
+  RenderSettings settings = settings_of_pipeline();
   settings.background = {0.25f, 0.5f, 0.75f};
   GaussianCloud behind = test::random_cloud(100, 0, 1);
   for (glm::vec3& position : behind.positions) position.z = -1;
@@ -140,22 +143,23 @@ TEST_F(Cuda, draws_the_background_where_nothing_is_visible) {
   }
 }
 
-TEST_F(Cuda, leaves_the_image_on_the_device_when_asked_to) {
+TEST_P(Cuda, leaves_the_image_on_the_device_when_asked_to) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(500, 0, 3));
-  const Frame& frame = gpu->render(test::front_camera(64, 48), {}, {}, DeviceImage{});
+  const Frame& frame =
+      gpu->render(test::front_camera(64, 48), settings_of_pipeline(), {}, DeviceImage{});
   EXPECT_TRUE(frame.color.values.empty());
   EXPECT_GT(frame.stats.tile_pairs, 0u);
 }
 
-TEST_F(Cuda, reports_stage_times_only_when_asked_to) {
+TEST_P(Cuda, reports_stage_times_only_when_asked_to) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(5000, 3, 3));
   const Camera camera = test::front_camera(640, 480);
-  const RenderStats plain = gpu->render(camera).stats;
+  const RenderStats plain = gpu->render(camera, settings_of_pipeline()).stats;
   EXPECT_GT(plain.frame_ms, 0);
   for (const float ms : plain.stage_ms) EXPECT_EQ(ms, 0);
   Outputs outputs;
   outputs.stage_times = true;
-  const RenderStats marked = gpu->render(camera, {}, outputs).stats;
+  const RenderStats marked = gpu->render(camera, settings_of_pipeline(), outputs).stats;
   for (const float ms : marked.stage_ms) EXPECT_GT(ms, 0);
 }
 

@@ -13,7 +13,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-class CudaRobustness : public test::GpuTest {
+class CudaRobustness : public test::PipelineTest {
  protected:
   /// The sentence of the Error(device) that `work` throws.
   template <class Work>
@@ -29,6 +29,8 @@ class CudaRobustness : public test::GpuTest {
   }
 };
 
+INSTANTIATE_TEST_SUITE_P(Pipelines, CudaRobustness, test::kPipelines, test::name_of_pipeline);
+
 /// `count` Gaussians that each cover every tile of any image.
 GaussianCloud curtains(std::size_t count) {
   GaussianCloud cloud;
@@ -38,84 +40,94 @@ GaussianCloud curtains(std::size_t count) {
   return cloud;
 }
 
-TEST_F(CudaRobustness, an_image_that_does_not_fit_is_refused_with_needed_and_free_memory) {
+TEST_P(CudaRobustness, an_image_that_does_not_fit_is_refused_with_needed_and_free_memory) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(500, 0, 6));
   const Camera small = test::front_camera(64, 48);
-  const Image before = gpu->render(small).color;
+  const Image before = gpu->render(small, settings_of_pipeline()).color;
   Camera camera = test::front_camera(200'000, 200'000);
   camera.focal_px = glm::dvec2(100);  // little of it is covered
-  EXPECT_THAT(sentence_of([&] { gpu->render(camera); }),
+  EXPECT_THAT(sentence_of([&] { gpu->render(camera, settings_of_pipeline()); }),
               AllOf(HasSubstr("image"), HasSubstr("457763 MiB are needed"), HasSubstr("are free")));
-  EXPECT_EQ(gpu->render(small).color.values, before.values);
+  EXPECT_EQ(gpu->render(small, settings_of_pipeline()).color.values, before.values);
 }
 
-TEST_F(CudaRobustness, more_pairs_than_can_be_indexed_are_counted_right_and_refused) {
-  const auto gpu = renderer_of(Backend::cuda, curtains(20));
+TEST_P(CudaRobustness, more_pairs_than_can_be_indexed_are_counted_right_and_refused) {
+  const auto gpu = renderer_of(Backend::cuda, curtains(140));
+  const std::string at_most = GetParam() == Pipeline::classic ? "2147483647" : "1073741823";
+  Outputs counts;
+  counts.color = false;
   const Camera small = test::front_camera(64, 48);
-  const Image before = gpu->render(small).color;
-  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(262'144, 262'144)); }),
-              AllOf(HasSubstr("5368709120 tile pairs"), HasSubstr("2147483647")));
-  EXPECT_EQ(gpu->render(small).color.values, before.values);
+  const Image before = gpu->render(small, settings_of_pipeline()).color;
+  EXPECT_THAT(sentence_of([&] {
+                gpu->render(test::front_camera(65'536, 65'536), settings_of_pipeline(), counts);
+              }),
+              AllOf(HasSubstr("2348810240 tile pairs"), HasSubstr(at_most)));
+  EXPECT_EQ(gpu->render(small, settings_of_pipeline()).color.values, before.values);
 }
 
-TEST_F(CudaRobustness, pairs_that_do_not_fit_are_refused_with_needed_and_free_memory) {
-  // 2^31 - 2^20 pairs of at least 24 bytes: 48 GiB.
-  if (gpu_report().gpus[0].free_bytes >= std::uint64_t{48} << 30) {
+TEST_P(CudaRobustness, pairs_that_do_not_fit_are_refused_with_needed_and_free_memory) {
+  // 1000 * 2^20 pairs of at least 12 bytes: more than 11 GiB.
+  if (gpu_report().gpus[0].free_bytes >= std::uint64_t{11} << 30) {
     GTEST_SKIP() << "this GPU has room for every number of pairs that can be indexed";
   }
-  const auto gpu = renderer_of(Backend::cuda, curtains(2047));
-  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(16'384, 16'384)); }),
+  const auto gpu = renderer_of(Backend::cuda, curtains(1000));
+  Outputs counts;
+  counts.color = false;
+  EXPECT_THAT(sentence_of([&] {
+                gpu->render(test::front_camera(16'384, 16'384), settings_of_pipeline(), counts);
+              }),
               AllOf(HasSubstr("tile pairs"), HasSubstr("MiB are needed")));
-  EXPECT_NO_THROW(gpu->render(test::front_camera(64, 48)));
+  EXPECT_NO_THROW(gpu->render(test::front_camera(64, 48), settings_of_pipeline()));
 }
 
-TEST_F(CudaRobustness, the_reference_is_left_to_the_cpu) {
+TEST_P(CudaRobustness, the_reference_is_left_to_the_cpu) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(10, 0, 6));
-  RenderSettings settings;
+  RenderSettings settings = settings_of_pipeline();
   settings.mode = kReferenceMode;
   EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(8, 8), settings); }),
               HasSubstr("backend cpu only"));
 }
 
-TEST_F(CudaRobustness, a_gpu_that_is_not_there_is_refused) {
+TEST_P(CudaRobustness, a_gpu_that_is_not_there_is_refused) {
   EXPECT_THAT(sentence_of([] { make_renderer(Backend::cuda, {.threads = 0, .device = 99}); }),
               HasSubstr("there is no GPU 99"));
 }
 
-TEST_F(CudaRobustness, a_cancelled_frame_throws_and_the_next_one_is_right) {
+TEST_P(CudaRobustness, a_cancelled_frame_throws_and_the_next_one_is_right) {
   const GaussianCloud cloud = test::random_cloud(2000, 0, 4);
   const Camera camera = test::front_camera(64, 64);
   const auto gpu = renderer_of(Backend::cuda, cloud);
-  const Image expected = gpu->render(camera).color;
+  const Image expected = gpu->render(camera, settings_of_pipeline()).color;
   std::stop_source source;
   source.request_stop();
-  EXPECT_THROW(gpu->render(camera, {}, {}, HostImage{}, source.get_token()), Cancelled);
-  EXPECT_EQ(gpu->render(camera).color.values, expected.values);
+  EXPECT_THROW(gpu->render(camera, settings_of_pipeline(), {}, HostImage{}, source.get_token()),
+               Cancelled);
+  EXPECT_EQ(gpu->render(camera, settings_of_pipeline()).color.values, expected.values);
 }
 
-TEST_F(CudaRobustness, a_cancelled_upload_leaves_an_empty_scene_and_the_next_one_is_right) {
+TEST_P(CudaRobustness, a_cancelled_upload_leaves_an_empty_scene_and_the_next_one_is_right) {
   const GaussianCloud cloud = test::random_cloud(2000, 1, 4);
   const Camera camera = test::front_camera(64, 64);
   const auto gpu = renderer_of(Backend::cuda, cloud);
-  const Image expected = gpu->render(camera).color;
+  const Image expected = gpu->render(camera, settings_of_pipeline()).color;
   std::stop_source source;
   Progress progress;
   progress.stop = source.get_token();
   source.request_stop();
   EXPECT_THROW(gpu->upload(cloud, progress), Cancelled);
-  EXPECT_EQ(gpu->render(camera).stats.visible, 0u);
+  EXPECT_EQ(gpu->render(camera, settings_of_pipeline()).stats.visible, 0u);
   gpu->upload(cloud, {});
-  EXPECT_EQ(gpu->render(camera).color.values, expected.values);
+  EXPECT_EQ(gpu->render(camera, settings_of_pipeline()).color.values, expected.values);
 }
 
-TEST_F(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_were) {
+TEST_P(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_were) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(3000, 2, 12));
   const auto free_bytes = [] { return gpu_report().gpus[0].free_bytes; };
   Outputs outputs;
   outputs.evaluated = true;
   std::vector<Image> expected;
   for (const CullMode mode : test::tiled_modes()) {
-    RenderSettings settings;
+    RenderSettings settings = settings_of_pipeline();
     settings.mode = mode;
     // Every buffer reaches its largest size, every kernel for small and large frames is loaded.
     for (const auto& [width, height] : {std::pair{1, 1}, {64, 48}, {320, 240}, {1280, 960}}) {
@@ -130,7 +142,7 @@ TEST_F(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_
     return std::uniform_int_distribution<int>(low, high)(random);
   };
   for (int i = 0; i < 1000; ++i) {
-    RenderSettings settings;
+    RenderSettings settings = settings_of_pipeline();
     settings.mode = draw(1, kCullerCount);
     Camera camera = test::front_camera(draw(1, 480), draw(1, 360));
     camera.view_from_world[3] = glm::dvec3(draw(-50, 50), draw(-50, 50), draw(0, 200)) * 0.01;
@@ -139,7 +151,7 @@ TEST_F(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_
 
   EXPECT_EQ(free_bytes(), before);
   for (const CullMode mode : test::tiled_modes()) {
-    RenderSettings settings;
+    RenderSettings settings = settings_of_pipeline();
     settings.mode = mode;
     EXPECT_EQ(gpu->render(test::front_camera(200, 150), settings).color.values,
               expected[static_cast<std::size_t>(mode - 1)].values);

@@ -41,8 +41,10 @@ std::vector<Camera> cameras_of(const std::string& set) {
       std::filesystem::exists(own) ? own : test::shared_path("scenes/plush/cameras.json"));
 }
 
-class CudaScenes : public test::GpuTest {};
-class CudaSceneSets : public CudaScenes, public testing::WithParamInterface<const char*> {};
+class CudaScenes : public test::PipelineTest {};
+class CudaSceneSets : public test::GpuTest, public testing::WithParamInterface<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Pipelines, CudaScenes, test::kPipelines, test::name_of_pipeline);
 
 INSTANTIATE_TEST_SUITE_P(Golden, CudaSceneSets,
                          testing::Values("plush", "plush_big", "plush_big_4k"),
@@ -71,10 +73,14 @@ TEST_P(CudaSceneSets, equal_the_cpu_and_the_published_counts_on_every_camera) {
       RenderSettings settings;
       settings.mode = mode;
       const Frame& a = renderers.cpu->render(camera, settings, outputs);
-      const Frame& b = renderers.gpu->render(camera, settings, outputs);
-      EXPECT_EQ(test::difference(b.trace, a.trace), "");
-      test::expect_same_image(b.color, a.color);
-      counts[name] = b.stats.tile_pairs;
+      for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
+        settings.pipeline = pipeline;
+        SCOPED_TRACE(kPipelineNames[static_cast<int>(pipeline)]);
+        const Frame& b = renderers.gpu->render(camera, settings, outputs);
+        EXPECT_EQ(test::difference(b.trace, a.trace), "");
+        test::expect_same_image(b.color, a.color);
+        counts[name] = b.stats.tile_pairs;
+      }
     }
     for (const auto& [name, published] : published_counts(set["pairs"], k)) {
       EXPECT_NEAR(static_cast<double>(counts[name]), published, 5e-4 * published) << name;
@@ -85,7 +91,7 @@ TEST_P(CudaSceneSets, equal_the_cpu_and_the_published_counts_on_every_camera) {
   }
 }
 
-TEST_F(CudaScenes, draw_the_published_images) {
+TEST_P(CudaScenes, draw_the_published_images) {
   for (const auto& [scene, index] : {std::pair<std::string, std::size_t>{"plush", 0},
                                      {"plush", 32},
                                      {"plush", 64},
@@ -97,7 +103,7 @@ TEST_F(CudaScenes, draw_the_published_images) {
     const Camera camera = cameras_of(scene).at(index);
     Renderer& gpu = *Pair::of("scenes/" + scene + ".spz").gpu;
     for (const auto& [mode, decibels] : {std::pair{"3dgs", 80.0}, {"quadbox", 70.0}}) {
-      RenderSettings settings;
+      RenderSettings settings = settings_of_pipeline();
       settings.mode = find_culler(mode);
       EXPECT_GE(psnr_8bit(gpu.render(camera, settings).color, published), decibels)
           << file << ", " << mode;
@@ -105,11 +111,11 @@ TEST_F(CudaScenes, draw_the_published_images) {
   }
 }
 
-TEST_F(CudaScenes, are_within_80_db_of_the_reference) {
+TEST_P(CudaScenes, are_within_80_db_of_the_reference) {
   QS_NEEDS_SHARED("scenes/plush.spz");
   Pair& renderers = Pair::of("scenes/plush.spz");
   const Camera camera = cameras_of("plush").at(16);
-  RenderSettings settings;
+  RenderSettings settings = settings_of_pipeline();
   settings.mode = kReferenceMode;
   const Image reference = renderers.cpu->render(camera, settings).color;
   settings.mode = kDefaultMode;

@@ -30,6 +30,22 @@ class GpuTest : public testing::Test {
   }
 };
 
+/// A test of both pipelines.
+class PipelineTest : public GpuTest, public testing::WithParamInterface<Pipeline> {
+ protected:
+  static RenderSettings settings_of_pipeline() {
+    RenderSettings settings;
+    settings.pipeline = GetParam();
+    return settings;
+  }
+};
+
+inline const auto kPipelines = testing::Values(Pipeline::classic, Pipeline::fast);
+
+inline std::string name_of_pipeline(const testing::TestParamInfo<Pipeline>& info) {
+  return kPipelineNames[static_cast<int>(info.param)];
+}
+
 /// "" when both decided alike, bit for bit: footprints, depths, tile lists; else what differs.
 inline std::string difference(const Trace& a, const Trace& b) {
   const auto equal_bits = [](const auto& x, const auto& y) {

@@ -109,9 +109,7 @@ __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutp
 void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
   const Camera& camera = frame.camera;
-  const std::size_t count = static_cast<std::size_t>(camera.width) * camera.height;
-  if (outputs.color) pixels.color.reserve("the frame's image", 3 * count);
-  if (outputs.evaluated) pixels.evaluated.reserve("the frame's evaluated pairs", count);
+  pixels.reserve(camera, outputs);
   const BlendInput in{lists.ranges.data(),
                       pairs.buffers.values.data(),
                       visible.records.data(),

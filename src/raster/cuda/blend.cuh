@@ -4,15 +4,10 @@
 // the block reads the list in batches of as many Gaussians as it has threads.
 #pragma once
 
+#include "raster/cuda/pixels.cuh"
 #include "raster/cuda/sort.cuh"
 
 namespace qs::cuda {
-
-/// The frame's maps on the device.
-struct Pixels {
-  DeviceBuffer<float> color;              ///< height x width x 3
-  DeviceBuffer<std::uint32_t> evaluated;  ///< height x width
-};
 
 /// Fills the maps that `outputs` asks for, and Counters::max_pairs_in_a_tile.
 void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,

@@ -27,13 +27,20 @@ inline unsigned blocks_for(std::uint64_t items) {
   return static_cast<unsigned>((items + kThreads - 1) / kThreads);
 }
 
-/// Launches blocks of kThreads threads; `arguments` are what the kernel takes, by value.
+/// How many blocks a kernel gets, and of how many threads.
+struct Blocks {
+  unsigned count, threads = kThreads;
+  Blocks(unsigned count_) : count(count_) {}
+  Blocks(unsigned count_, unsigned threads_) : count(count_), threads(threads_) {}
+};
+
+/// Launches a kernel; `arguments` are what it takes, by value.
 template <class... Parameters, class... Arguments>
-void launch(const char* what, void (*kernel)(Parameters...), unsigned blocks, cudaStream_t stream,
+void launch(const char* what, void (*kernel)(Parameters...), Blocks blocks, cudaStream_t stream,
             Arguments... arguments) {
   cudaLaunchConfig_t config{};
-  config.gridDim = dim3(blocks);
-  config.blockDim = dim3(kThreads);
+  config.gridDim = dim3(blocks.count);
+  config.blockDim = dim3(blocks.threads);
   config.stream = stream;
   check(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), what);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The CUDA backend, pipeline `classic`: preprocess, bin, sort, blend as published with 3DGS, each
-// in the file of its name. Plain C++, so that whoever makes a renderer needs no CUDA headers.
+// The CUDA backend, with pipelines `classic` (classic.cuh) and `fast` (fast/pipeline.cuh). Plain
+// C++, so that whoever makes a renderer needs no CUDA headers.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Times a frame on the GPU's own clock with events. Only a marked frame has an event between its
+// Times a frame on the GPU's own clock with events. Only a marked frame has events between its
 // stages: measuring must not slow what is measured.
 #pragma once
 
@@ -22,25 +22,34 @@ class StageClock {
 
   void begin(bool marked, cudaStream_t stream) {
     marked_ = marked;
+    steps_ = 0;
     record(0, stream);
   }
 
-  /// Stages end in the order of the enumeration.
+  bool marked() const { return marked_; }
+
+  /// What was done since begin() or the last call belongs to `stage`; at most kMaxSteps calls.
   void end(Stage stage, cudaStream_t stream) {
-    const int event = static_cast<int>(stage) + 1;
-    if (marked_ || event == kStageCount) record(event, stream);
+    if (!marked_) return;
+    stages_[steps_] = stage;
+    record(++steps_, stream);
   }
 
-  /// Waits for the frame's end.
+  /// The frame is complete.
+  void finish(cudaStream_t stream) { record(kLast, stream); }
+
+  /// Waits for the frame's end. Adds to the stages' times.
   void read(RenderStats& stats) const {
-    check(cudaEventSynchronize(events_[kStageCount]), "frame");
-    stats.frame_ms = between(0, kStageCount);
-    for (int stage = 0; marked_ && stage < kStageCount; ++stage) {
-      stats.stage_ms[stage] = between(stage, stage + 1);
+    check(cudaEventSynchronize(events_[kLast]), "frame");
+    stats.frame_ms = between(0, kLast);
+    for (int step = 0; step < steps_; ++step) {
+      stats.stage_ms[static_cast<int>(stages_[step])] += between(step, step + 1);
     }
   }
 
  private:
+  static constexpr int kMaxSteps = 8, kLast = kMaxSteps + 1;
+
   void record(int event, cudaStream_t stream) {
     check(cudaEventRecord(events_[event], stream), "cudaEventRecord");
   }
@@ -51,7 +60,9 @@ class StageClock {
     return ms;
   }
 
-  cudaEvent_t events_[kStageCount + 1] = {};  // event s is the start of stage s
+  cudaEvent_t events_[kLast + 1] = {};  // event s is the start of step s
+  Stage stages_[kMaxSteps] = {};
+  int steps_ = 0;
   bool marked_ = false;
 };
 

@@ -77,6 +77,11 @@ void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t s
            cloud.size(), first, device.sh.data());
   }
   check(cudaStreamSynchronize(stream), "upload");
+  if (cloud.size() > 0) device.low = device.high = cloud.positions[0];
+  for (const glm::vec3& position : cloud.positions) {
+    device.low = glm::min(device.low, position);
+    device.high = glm::max(device.high, position);
+  }
   device.sh_degree = cloud.sh_degree;
   device.antialiased = cloud.antialiased;
   device.count = static_cast<std::uint32_t>(cloud.size());

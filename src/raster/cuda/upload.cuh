@@ -38,6 +38,7 @@ struct DeviceCloud {
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;
+  glm::vec3 low{0.0f}, high{0.0f};  ///< corners of the box around all positions
 
   CloudView view() const {
     return {positions.data(), covariances.data(), covariances_z.data(), sh.data(), count};

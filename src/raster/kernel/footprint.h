@@ -21,6 +21,16 @@ struct FootprintRules {
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
 };
 
+/// The footprint of a dilated covariance, its conic and determinant from + - * / alone.
+QS_HD Footprint make_footprint(glm::vec2 mean_px, const Covariance2<float>& covariance,
+                               float gamma) {
+  const float determinant = covariance.determinant();
+  return {mean_px, covariance,
+          glm::vec3(covariance.yy / determinant, -covariance.xy / determinant,
+                    covariance.xx / determinant),
+          determinant, gamma};
+}
+
 struct Projected {
   Footprint footprint;
   float depth;           ///< view z, > near_depth
@@ -50,12 +60,7 @@ QS_HD bool project(const View<float>& view, const FootprintRules& rules,
   }
   const float gamma = 2.0f * static_cast<float>(kLn2) * log2_255_opacity;
   if (!rules.keep_faint && !(gamma > 0.0f)) return false;
-  out.footprint.mean_px = to_pixel(view, point);
-  out.footprint.covariance = covariance;
-  out.footprint.conic = glm::vec3(covariance.yy / determinant, -covariance.xy / determinant,
-                                  covariance.xx / determinant);
-  out.footprint.determinant = determinant;
-  out.footprint.gamma = gamma;
+  out.footprint = make_footprint(to_pixel(view, point), covariance, gamma);
   out.depth = point.z;
   const float sum = out.footprint.mean_px.x + out.footprint.mean_px.y + out.footprint.conic.x +
                     out.footprint.conic.y + out.footprint.conic.z;

@@ -3,10 +3,13 @@
 // Stands in for CUDA's header of this name, so that g++ compiles src/raster/cuda/*.cu and tests run
 // the backend's kernels and host code on machines without a GPU. One GPU of kTotalBytes; streams do
 // everything at once; a block is as many fibers as threads, which take turns from barrier to
-// barrier. It holds what the backend uses, nothing else, and knows nothing of warps.
+// meeting to meeting: a barrier of the block, or an exchange between all 32 threads of a warp.
+// Blocks run one after the other. It holds what the backend uses, nothing else.
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +30,9 @@ struct dim3 {
 struct uint2 {
   std::uint32_t x, y;
 };
+struct alignas(16) uint4 {
+  std::uint32_t x, y, z, w;
+};
 struct float2 {
   float x, y;
 };
@@ -39,10 +45,14 @@ namespace emulator {
 
 inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
 
+inline constexpr unsigned kWarpSize = 32;
+
 /// Runs `thread` as every thread of one block.
 void run_block(unsigned threads, const std::function<void()>& thread);
 /// Called by a thread: waits for all others that have not ended. The sum of what they passed.
 int barrier(int value);
+/// Called by every thread of a warp: what each of them passed, by lane.
+const std::array<std::uint64_t, kWarpSize>& warp_exchange(std::uint64_t value);
 
 inline std::size_t used_bytes = 0;
 
@@ -72,7 +82,47 @@ inline std::uint32_t __float_as_uint(float value) {
   std::memcpy(&bits, &value, sizeof bits);
   return bits;
 }
+inline float __uint_as_float(std::uint32_t bits) {
+  float value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+inline int __popc(unsigned bits) { return std::popcount(bits); }
+inline int __ffs(int bits) { return bits == 0 ? 0 : std::countr_zero(unsigned(bits)) + 1; }
+using std::max;
 using std::min;
+
+// Exchanges between the threads of a warp; all 32 must take part.
+inline void __syncwarp() { emulator::warp_exchange(0); }
+inline unsigned __ballot_sync(unsigned, int predicate) {
+  unsigned mask = 0;
+  const auto& values = emulator::warp_exchange(predicate != 0);
+  for (unsigned lane = 0; lane < emulator::kWarpSize; ++lane)
+    mask |= unsigned(values[lane]) << lane;
+  return mask;
+}
+inline int __any_sync(unsigned mask, int predicate) { return __ballot_sync(mask, predicate) != 0; }
+template <class T>
+T __shfl_sync(unsigned, T value, unsigned lane) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof value);
+  bits = emulator::warp_exchange(bits)[lane % emulator::kWarpSize];
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+inline unsigned __match_any_sync(unsigned, unsigned value) {
+  unsigned mask = 0;
+  const auto& values = emulator::warp_exchange(value);
+  for (unsigned lane = 0; lane < emulator::kWarpSize; ++lane) {
+    mask |= unsigned(values[lane] == value) << lane;
+  }
+  return mask;
+}
+template <class T>
+T __shfl_up_sync(unsigned mask, T value, unsigned distance) {
+  const unsigned lane = threadIdx.x % emulator::kWarpSize;
+  return __shfl_sync(mask, value, lane >= distance ? lane - distance : lane);
+}
 
 // ---- the runtime -----------------------------------------------------------------------------
 enum cudaError_t {
@@ -151,16 +201,46 @@ inline cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaS
   return std::memset(to, value, bytes), cudaSuccess;
 }
 
-inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t*, int) { return cudaSuccess; }
+inline cudaError_t cudaDeviceGetStreamPriorityRange(int*, int*) { return cudaSuccess; }
+inline cudaError_t cudaStreamCreateWithPriority(cudaStream_t*, unsigned, int) {
+  return cudaSuccess;
+}
+inline cudaError_t cudaStreamWaitEvent(cudaStream_t, cudaEvent_t, unsigned = 0) {
+  return cudaSuccess;
+}
 inline cudaError_t cudaStreamDestroy(cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaEventCreate(cudaEvent_t*) { return cudaSuccess; }
+enum { cudaEventDisableTiming = 2 };
+inline cudaError_t cudaEventCreateWithFlags(cudaEvent_t*, unsigned) { return cudaSuccess; }
 inline cudaError_t cudaEventDestroy(cudaEvent_t) { return cudaSuccess; }
 inline cudaError_t cudaEventRecord(cudaEvent_t, cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
 inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t, cudaEvent_t) {
   return *ms = 1, cudaSuccess;
 }
+
+// What is captured has been done already, and so a graph does nothing.
+using cudaGraph_t = void*;
+using cudaGraphExec_t = void*;
+enum cudaStreamCaptureMode { cudaStreamCaptureModeThreadLocal };
+struct cudaGraphExecUpdateResultInfo {};
+inline cudaError_t cudaStreamBeginCapture(cudaStream_t, cudaStreamCaptureMode) {
+  return cudaSuccess;
+}
+inline cudaError_t cudaStreamEndCapture(cudaStream_t, cudaGraph_t* graph) {
+  return *graph = graph, cudaSuccess;
+}
+inline cudaError_t cudaGraphInstantiate(cudaGraphExec_t* exec, cudaGraph_t graph) {
+  return *exec = graph, cudaSuccess;
+}
+inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t, cudaGraph_t,
+                                       cudaGraphExecUpdateResultInfo*) {
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphLaunch(cudaGraphExec_t, cudaStream_t) { return cudaSuccess; }
+inline cudaError_t cudaGraphDestroy(cudaGraph_t) { return cudaSuccess; }
+inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t) { return cudaSuccess; }
 
 struct cudaLaunchConfig_t {
   dim3 gridDim, blockDim;

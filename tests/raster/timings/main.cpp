@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Frame and stage times of every mode on the GPU, over the scenes, cameras and sizes of
-// golden/pairs.json, beside the times that docs/performance.md asks for.
-//   gpu_timings [SHARED_DIR [FRAMES [SET]]]
-// Modes take turns frame by frame, so that a drifting clock meets all alike. Frame times come from
-// unmarked frames, the image stays on the device; stage times from marked ones.
+// Frame and stage times of both pipelines in every mode on the GPU, over the scenes, cameras and
+// sizes of golden/pairs.json, beside the times that docs/performance.md asks for.
+//   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]
+// Pipelines and modes take turns frame by frame, so that a drifting clock meets all alike. Frame
+// times come from unmarked frames, the image stays on the device; stage times from marked ones.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -24,15 +24,25 @@ namespace fs = std::filesystem;
 
 constexpr int kWarmup = 20;
 
+// Milliseconds. Of `classic`: what published implementations took on an H200. Of `fast`: half of
+// what the best of them with fp32 quality took, for the lossless mode with the fewest pairs.
 struct Limits {
   const char* set;
-  float square, adr, quad_box;  // ms; what published implementations took on an H200
-};
-constexpr Limits kLimits[] = {{"plush", 2.993f, 1.536f, 1.348f},
-                              {"plush_big", 5.273f, 2.574f, 2.332f},
-                              {"plush_big_4k", 16.36f, 6.79f, 5.78f}};
+  float square, adr, quad_box;
+  float fast;
 
-struct Samples {
+  float of(Pipeline pipeline, const std::string& mode) const {
+    if (pipeline == Pipeline::fast) return mode == "exact" ? fast : 0;
+    return mode == "3dgs" ? square : mode == "adr" ? adr : mode == "quadbox" ? quad_box : 0;
+  }
+};
+constexpr Limits kLimits[] = {{"plush", 2.993f, 1.536f, 1.348f, 0.46f},
+                              {"plush_big", 5.273f, 2.574f, 2.332f, 0.70f},
+                              {"plush_big_4k", 16.36f, 6.79f, 5.78f, 1.78f}};
+
+struct Variant {
+  Pipeline pipeline;
+  CullMode mode;
   std::vector<float> frame, stages[kStageCount];
   double pairs = 0;
 };
@@ -43,15 +53,24 @@ float median(std::vector<float>& values) {
   return *middle;
 }
 
-void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Samples>& modes) {
+std::vector<Variant> variants_of(const std::string& only) {
+  std::vector<Variant> variants;
+  for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
+    if (!only.empty() && only != kPipelineNames[static_cast<int>(pipeline)]) continue;
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) variants.push_back({pipeline, mode});
+  }
+  return variants;
+}
+
+void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Variant>& variants) {
   for (int round = -kWarmup; round < 2 * frames; ++round) {
     Outputs outputs;
     outputs.stage_times = round >= frames;
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (Variant& samples : variants) {
       RenderSettings settings;
-      settings.mode = mode;
+      settings.pipeline = samples.pipeline;
+      settings.mode = samples.mode;
       const RenderStats& stats = renderer.render(camera, settings, outputs, DeviceImage{}).stats;
-      Samples& samples = modes[static_cast<std::size_t>(mode - 1)];
       if (round >= 0 && round < frames) samples.frame.push_back(stats.frame_ms);
       for (int stage = 0; stage < kStageCount && outputs.stage_times; ++stage) {
         samples.stages[stage].push_back(stats.stage_ms[stage]);
@@ -61,20 +80,18 @@ void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<S
   }
 }
 
-void print_table(const Limits& limits, std::size_t cameras, std::vector<Samples>& modes) {
-  std::printf("%-14s %9s %9s %10s %8s %8s %8s %10s\n", limits.set, "frame ms", "at most",
+void print_table(const Limits& limits, std::size_t cameras, std::vector<Variant>& variants) {
+  std::printf("%-22s %9s %9s %10s %8s %8s %8s %10s\n", limits.set, "frame ms", "at most",
               "preprocess", "bin", "sort", "blend", "M pairs");
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    const std::string name = kCullers[static_cast<std::size_t>(mode)].name;
-    Samples& samples = modes[static_cast<std::size_t>(mode - 1)];
-    const float limit = name == "3dgs"      ? limits.square
-                        : name == "adr"     ? limits.adr
-                        : name == "quadbox" ? limits.quad_box
-                                            : 0;
+  for (Variant& samples : variants) {
+    const std::string mode = kCullers[static_cast<std::size_t>(samples.mode)].name;
+    const std::string name =
+        kPipelineNames[static_cast<int>(samples.pipeline)] + std::string(" ") + mode;
+    const float limit = limits.of(samples.pipeline, mode);
     const float frame = median(samples.frame);
     char limit_text[16] = "-";
     if (limit > 0) std::snprintf(limit_text, sizeof limit_text, "%.3f", static_cast<double>(limit));
-    std::printf("%-14s %9.3f %9s %10.3f %8.3f %8.3f %8.3f %10.3f%s\n", name.c_str(),
+    std::printf("%-22s %9.3f %9s %10.3f %8.3f %8.3f %8.3f %10.3f%s\n", name.c_str(),
                 static_cast<double>(frame), limit_text,
                 static_cast<double>(median(samples.stages[0])),
                 static_cast<double>(median(samples.stages[1])),
@@ -86,7 +103,7 @@ void print_table(const Limits& limits, std::size_t cameras, std::vector<Samples>
   std::printf("\n");
 }
 
-int run(const fs::path& shared, int frames, const std::string& only) {
+int run(const fs::path& shared, int frames, const std::string& only, const std::string& pipeline) {
   const auto sets = nlohmann::json::parse(std::ifstream(shared / "golden/pairs.json"));
   std::string loaded;
   std::unique_ptr<Renderer> renderer = make_renderer(Backend::cuda);
@@ -100,11 +117,11 @@ int run(const fs::path& shared, int frames, const std::string& only) {
     loaded = scene;
     const fs::path own = shared / ("golden/" + std::string(limits.set) + ".cameras.json");
     const auto cameras = read_cameras(fs::exists(own) ? own : shared / "scenes/plush/cameras.json");
-    std::vector<Samples> modes(static_cast<std::size_t>(kCullerCount));
+    std::vector<Variant> variants = variants_of(pipeline);
     for (const auto& index : set["cameras"]) {
-      measure(*renderer, cameras.at(index.get<std::size_t>()), frames, modes);
+      measure(*renderer, cameras.at(index.get<std::size_t>()), frames, variants);
     }
-    print_table(limits, set["cameras"].size(), modes);
+    print_table(limits, set["cameras"].size(), variants);
   }
   return 0;
 }
@@ -114,7 +131,7 @@ int run(const fs::path& shared, int frames, const std::string& only) {
 int main(int argc, char** argv) {
   try {
     return run(argc > 1 ? argv[1] : QUADSPLAT_SHARED_DIR, argc > 2 ? std::atoi(argv[2]) : 100,
-               argc > 3 ? argv[3] : "");
+               argc > 3 ? argv[3] : "", argc > 4 ? argv[4] : "");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gpu_timings: %s\n", error.what());
     return 3;

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include <glm/geometric.hpp>
+
+#include "raster/cuda/fast/preprocess.cuh"
+#include "raster/kernel/blend.h"
+#include "raster/kernel/sh.h"
+
+namespace qs::cuda::fast {
+namespace {
+
+struct ProjectInput {
+  CloudView cloud;
+  View<float> view;
+  FootprintRules rules;
+  TileGrid grid;
+  std::uint32_t nearest_bits;  // of the depth that keys count from
+  ToClear to_clear;
+};
+
+__device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
+  const std::uint32_t bits = __float_as_uint(depth);
+  return bits > nearest_bits ? bits - nearest_bits : 0;
+}
+
+struct Listed {
+  std::uint32_t lines, tiles;
+};
+
+template <class P>
+__device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid grid) {
+  if constexpr (requires { P::walk(footprint, grid); }) {
+    const auto walk = P::walk(footprint, grid);
+    Listed listed{static_cast<std::uint32_t>(walk.lines.size()), 0};
+    for_each_line(walk, [&](int, Span span) { listed.tiles += span.size(); });
+    return listed;
+  } else {
+    return {0, count_tiles<P>(footprint, grid)};
+  }
+}
+
+template <class P>
+__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, VisibleView out) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  for (std::size_t word = i; word < in.to_clear.count; word += gridDim.x * blockDim.x) {
+    in.to_clear.words[word] = uint4{0, 0, 0, 0};
+  }
+  if (i >= in.cloud.count) return;
+  Projected projected;
+  Listed listed{0, 0};
+  if (project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+    listed = count_lines_and_tiles<P>(projected.footprint, in.grid);
+  }
+  const bool visible = listed.tiles > 0;
+  out.depth_keys[i] = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
+  if (!visible) return;
+  const Footprint& footprint = projected.footprint;
+  out.shapes[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
+                   listed.tiles};
+}
+
+__device__ Reach reach_of(const Footprint& footprint) {
+  if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
+  constexpr float kWider = 1.0005f, kRoom = 0.01f;  // of lengths, and pixels
+  const glm::vec2 max = extents(footprint).max * kWider + kRoom;
+  const glm::vec3 conic = footprint.conic;
+  const float half2 = footprint.gamma / conic.x * (kWider * kWider);
+  return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
+}
+
+__device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
+  constexpr float kGammaToLog2 = static_cast<float>(0.5 * kLog2E);
+  constexpr float kRoundingRoom = 1.00001f;
+  const Splat splat = make_splat(footprint, 1.0f, color);
+  const float log2_opacity = kGammaToLog2 * footprint.gamma - BlendRecord::kLog2Of255;
+  return {splat.mean_px.x,
+          splat.mean_px.y,
+          splat.log2_conic.x,
+          splat.log2_conic.y,
+          splat.log2_conic.z,
+          log2_opacity,
+          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingRoom),
+          color.x,
+          color.y,
+          color.z,
+          reach_of(footprint),
+          0};
+}
+
+struct ColorInput {
+  CloudView cloud;
+  glm::vec3 camera;  // world
+  int sh_degree;
+};
+
+__global__ void __launch_bounds__(kThreads) color_gaussians(ColorInput in, VisibleView visible) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= in.cloud.count || visible.depth_keys[i] == kInvisibleKey) return;
+  const float4 position = in.cloud.positions[i];
+  const glm::vec3 direction =
+      glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
+  const glm::vec3 color =
+      sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
+  visible.records[i] = record_of(visible.shapes[i].footprint(), color);
+}
+
+}  // namespace
+
+void Visible::reserve(std::size_t gaussians) {
+  depth_keys.reserve("the frame's Gaussians", gaussians);
+  shapes.reserve("the frame's Gaussians", gaussians);
+  records.reserve("the frame's Gaussians", gaussians);
+}
+
+void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear) {
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
+    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
+                          frame.grid,         nearest_bits(frame.camera),     to_clear};
+    launch("preprocess", project_gaussians<P>, blocks_for(std::max(1u, frame.cloud.count)),
+           frame.stream, in, visible.view());
+  });
+}
+
+void color(const FrameContext& frame, Visible& visible, cudaStream_t stream) {
+  const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
+                      frame.sh_degree()};
+  launch("preprocess", color_gaussians, blocks_for(std::max(1u, frame.cloud.count)), stream, in,
+         visible.view());
+}
+
+}  // namespace qs::cuda::fast

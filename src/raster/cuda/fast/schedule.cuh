@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+//
+// The order in which tiles are blended: long lists first, since a block that takes long should not
+// begin last. Tiles are gathered in classes, by the length of their lists; within a class they come
+// in whatever order, no picture depends on it.
+#pragma once
+
+#include "raster/cuda/fast/sort.cuh"
+
+namespace qs::cuda::fast {
+
+inline constexpr unsigned kLengthClasses = kWarp;  ///< half octaves, the longest first
+
+struct ScheduleView {
+  const std::uint32_t* class_sizes;  ///< kLengthClasses; null: tiles come in their own order
+  const std::uint32_t* tiles;        ///< class after class, with room for all tiles in each
+  unsigned count;                    ///< of tiles
+
+  /// The tile whose turn is `turn`. A whole warp must call it.
+  __device__ unsigned tile(unsigned turn) const {
+    if (class_sizes == nullptr) return turn;
+    const std::uint32_t size = class_sizes[lane_index()];
+    const std::uint32_t end = inclusive_sum_of_warp(size);
+    const unsigned later = __ballot_sync(kAllLanes, end > turn);
+    const unsigned own = static_cast<unsigned>(__ffs(static_cast<int>(later))) - 1;
+    return tiles[own * count + turn - __shfl_sync(kAllLanes, end - size, own)];
+  }
+};
+
+ScheduleView schedule_view(const Scratch& scratch, TileGrid grid);
+
+/// Also finds Counters::max_pairs_in_a_tile.
+void schedule(const FrameContext& frame, Scratch& scratch);
+
+}  // namespace qs::cuda::fast

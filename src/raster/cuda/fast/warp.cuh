@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+//
+// Sums over the threads of a warp and of a block, and decoupled look-back: how blocks
+// of one launch learn the sum over all blocks before them without waiting for the launch to end
+// (Merrill and Garland, Single-pass Parallel Prefix Scan with Decoupled Look-back, 2016). It relies
+// on blocks starting in ascending order.
+#pragma once
+
+#include <cstdint>
+
+#include "raster/cuda/check.cuh"
+
+namespace qs::cuda {
+
+inline constexpr unsigned kWarp = 32;
+inline constexpr unsigned kAllLanes = 0xffffffffu;
+
+__device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
+__device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
+
+/// The sum over this lane and those below it.
+template <class T>
+__device__ T inclusive_sum_of_warp(T value) {
+  for (unsigned distance = 1; distance < kWarp; distance *= 2) {
+    const T other = __shfl_up_sync(kAllLanes, value, distance);
+    if (lane_index() >= distance) value += other;
+  }
+  return value;
+}
+
+template <class T>
+struct BlockSum {
+  T before;  ///< over the threads below this one
+  T total;   ///< over the block
+};
+
+/// Every thread of the block, of `kBlock` threads, must call it.
+template <unsigned kBlock, class T>
+__device__ BlockSum<T> sum_of_block(T value) {
+  constexpr unsigned kWarps = kBlock / kWarp;
+  __shared__ T warp_totals[kWarps];
+  const unsigned warp = threadIdx.x / kWarp;
+  const T inclusive = inclusive_sum_of_warp(value);
+  if (lane_index() == kWarp - 1) warp_totals[warp] = inclusive;
+  __syncthreads();
+  BlockSum<T> sum{inclusive - value, 0};
+  for (unsigned w = 0; w < kWarps; ++w) {
+    if (w < warp) sum.before += warp_totals[w];
+    sum.total += warp_totals[w];
+  }
+  __syncthreads();  // the next call writes warp_totals again
+  return sum;
+}
+
+/// A word by which a block tells a number: 0 until it does. Number and state travel together, so no
+/// fence is needed.
+template <class Word>
+struct LookBackWord {
+  static constexpr int kShift = sizeof(Word) * 8 - 2;
+  static constexpr Word kOwn = Word{1} << kShift;   ///< the block's own sum
+  static constexpr Word kUpTo = Word{2} << kShift;  ///< the sum up to and including this block
+  static constexpr Word kValue = kOwn - 1;          ///< the bits of the number
+};
+
+/// The sum of `own` over all earlier blocks. Called by one whole warp of every block; `words` has
+/// one word per block and is zero before the launch.
+__device__ inline std::uint64_t sum_of_earlier_blocks(volatile std::uint64_t* words,
+                                                      std::uint64_t own) {
+  using Word = LookBackWord<std::uint64_t>;
+  const int block = static_cast<int>(blockIdx.x), lane = static_cast<int>(lane_index());
+  if (lane == 0) words[block] = (block == 0 ? Word::kUpTo : Word::kOwn) | own;
+  std::uint64_t sum = 0;
+  for (int nearest = block - 1; nearest >= 0; nearest -= static_cast<int>(kWarp)) {
+    const int at = nearest - lane;
+    std::uint64_t word;
+    do {
+      word = Word::kUpTo;
+      if (at >= 0) word = words[at];
+    } while (__any_sync(kAllLanes, word == 0));
+    const unsigned up_to = __ballot_sync(kAllLanes, (word & Word::kUpTo) != 0);
+    const int last = up_to != 0 ? __ffs(static_cast<int>(up_to)) - 1 : static_cast<int>(kWarp) - 1;
+    const std::uint64_t value = lane <= last ? word & Word::kValue : 0;
+    sum += __shfl_sync(kAllLanes, inclusive_sum_of_warp(value), kWarp - 1);
+    if (up_to != 0) break;
+  }
+  if (lane == 0 && block > 0) words[block] = Word::kUpTo | (sum + own);
+  return sum;
+}
+
+}  // namespace qs::cuda

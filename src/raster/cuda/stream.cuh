@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Owned streams and events, and copies from the device that wait for their end.
+#pragma once
+
+#include <vector>
+
+#include "raster/cuda/device_buffer.cuh"
+
+namespace qs::cuda {
+
+/// Asks for the GPU before anything is allocated on it.
+class Stream {
+ public:
+  /// Where two streams want the same multiprocessor, an `urgent` one goes first.
+  Stream(int device, bool urgent) {
+    check(cudaSetDevice(device), "cudaSetDevice");
+    int lowest = 0, highest = 0;
+    check(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "cudaStreamCreate");
+    check(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, urgent ? highest : lowest),
+          "cudaStreamCreate");
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  ~Stream() { cudaStreamDestroy(stream_); }
+
+  operator cudaStream_t() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+/// A point in one stream for which another one waits.
+class Event {
+ public:
+  Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  ~Event() { cudaEventDestroy(event_); }
+
+  void record(cudaStream_t stream) { check(cudaEventRecord(event_, stream), "cudaEventRecord"); }
+  void hold(cudaStream_t stream) const {
+    check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent");
+  }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+template <class T>
+void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {
+  if (count == 0) return;
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
+        "copy to the host");
+  check(cudaStreamSynchronize(stream), "frame");
+}
+
+/// The first `count` elements on the host.
+template <class T>
+std::vector<T> copied(const T* from, std::size_t count, cudaStream_t stream) {
+  std::vector<T> host(count);
+  copy_to_host(from, host.data(), count, stream);
+  return host;
+}
+
+}  // namespace qs::cuda

@@ -39,6 +39,12 @@ enum class Pipeline { classic, fast };
 inline constexpr const char* kPipelineNames[] = {"classic", "fast"};
 inline constexpr Pipeline kDefaultPipeline = Pipeline::fast;
 
+/// The pipelines that differ on a backend: the CPU has one, whatever it is called.
+inline std::span<const Pipeline> pipelines_of(Backend backend) {
+  static constexpr Pipeline kAll[] = {Pipeline::fast, Pipeline::classic};
+  return std::span(kAll).first(backend == Backend::cpu ? 1 : 2);
+}
+
 /// The words that name files, functions, timers, HUD rows and benchmark columns.
 enum class Stage { preprocess, bin, sort, blend };
 inline constexpr int kStageCount = 4;

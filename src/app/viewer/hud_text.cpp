@@ -14,30 +14,49 @@ namespace qs {
 std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
 std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
 
+std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
+  if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
+  return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
+}
+
+const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
+  const std::string name = kCullers[static_cast<std::size_t>(mode)].name;
+  const bool one = pipelines_of(viewer.backend).size() < 2;
+  for (const BenchRow& row : viewer.numbers.rows) {
+    if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
+      return &row;
+  }
+  return nullptr;
+}
+
+namespace {
+
+std::string speedup_text(const BenchRow* row, const BenchRow* base) {
+  if (row == nullptr || base == nullptr || row->ms_median <= 0) return "-";
+  return fmt::format("{:.2f}x", base->ms_median / row->ms_median);
+}
+
+}  // namespace
+
 std::vector<HudRow> hud_rows(const Viewer& viewer) {
-  const std::vector<BenchRow>& measured = viewer.numbers.rows;
-  const auto row_of = [&](const char* name) {
-    return std::find_if(measured.begin(), measured.end(),
-                        [&](const BenchRow& row) { return row.mode == name; });
-  };
-  const auto base = row_of("3dgs");
+  const CullMode base_mode = find_culler("3dgs");
+  const Pipeline here = viewer.settings.pipeline;
+  const std::optional<Pipeline> other = other_pipeline(viewer);
   std::vector<HudRow> rows;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const BenchRow* found = measured_row(viewer, mode, here);
     HudRow& row = rows.emplace_back();
     row.mode = mode;
     row.name = kCullers[static_cast<std::size_t>(mode)].name;
-    const auto found = row_of(row.name.c_str());
-    if (found == measured.end()) {
-      row.ms = row.fps = row.pairs = row.per_visible = row.speedup = "-";
-      continue;
-    }
-    row.ms = ms_text(found->ms_median);
-    row.fps = fps_text(found->fps_median);
-    row.pairs = grouped(found->pairs);
-    row.per_visible = fmt::format("{:.2f}", found->pairs_per_visible);
-    row.speedup = found->ms_median > 0 && base != measured.end()
-                      ? fmt::format("{:.2f}x", base->ms_median / found->ms_median)
-                      : "-";
+    row.ms = found == nullptr ? "-" : ms_text(found->ms_median);
+    row.fps = found == nullptr ? "-" : fps_text(found->fps_median);
+    row.pairs = found == nullptr ? "-" : grouped(found->pairs);
+    row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
+    row.speedup = speedup_text(found, measured_row(viewer, base_mode, here));
+    if (!other) continue;
+    const BenchRow* beside = measured_row(viewer, mode, *other);
+    row.other_ms = beside == nullptr ? "-" : ms_text(beside->ms_median);
+    row.other_speedup = speedup_text(beside, measured_row(viewer, base_mode, *other));
   }
   return rows;
 }
@@ -80,6 +99,7 @@ std::string state_json(const Viewer& viewer) {
   json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
   json["mode"] = kCullers[static_cast<std::size_t>(viewer.mode())].name;
   json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
+  json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
   json["camera"] = viewer.camera.width > 0 && viewer.scene
                        ? ordered_json::parse(format_camera(viewer.camera))
                        : ordered_json();
@@ -94,7 +114,9 @@ std::string state_json(const Viewer& viewer) {
                              {"fps", row.fps},
                              {"pairs", row.pairs},
                              {"per_visible", row.per_visible},
-                             {"speedup", row.speedup}});
+                             {"speedup", row.speedup},
+                             {"other_ms", row.other_ms},
+                             {"other_speedup", row.other_speedup}});
   }
   for (const HudFact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
   if (viewer.shown.heatmap) {

@@ -4,6 +4,7 @@
 // them with the CSV of the same measurement.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace qs {
 struct HudRow {
   CullMode mode = 0;
   std::string name, ms, fps, pairs, per_visible, speedup;
+  std::string other_ms, other_speedup;  ///< of the other pipeline; empty where there is one only
 };
 
 /// Titles of HudRow's texts.
@@ -22,6 +24,12 @@ inline constexpr const char* kHudColumns[] = {"mode",  "ms",          "FPS",
                                               "pairs", "per visible", "vs 3dgs"};
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
+
+/// The pipeline whose numbers stand beside those of the one on show; empty on a backend with one.
+std::optional<Pipeline> other_pipeline(const Viewer& viewer);
+
+/// The row of a mode in the pipeline on show, or in another; null when it was not measured.
+const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
 /// Are the rows of the view in the window? They may be of an earlier one while they are measured.
 bool numbers_are_current(const Viewer& viewer);

@@ -214,10 +214,14 @@ void RenderThread::measure(const NumbersOrder& order) {
   Session& session = studio_.session;
   const RenderSettings kept = std::exchange(session.settings, order.settings);
   try {
-    const Progress progress{{}, studio_.stop};
-    report(action::NumbersMeasured{
-        {order.version, measure_view(session, all_modes(), order.camera,
-                                     numbers_plan(session.backend), progress)}});
+    std::vector<BenchRow> rows;
+    for (const Pipeline pipeline : pipelines_of(session.backend)) {
+      session.settings.pipeline = pipeline;
+      const std::vector<BenchRow> measured = measure_view(
+          session, all_modes(), order.camera, numbers_plan(session.backend), {{}, studio_.stop});
+      rows.insert(rows.end(), measured.begin(), measured.end());
+    }
+    report(action::NumbersMeasured{{order.version, std::move(rows)}});
   } catch (const Cancelled&) {
     session.settings = kept;
     report(action::MeasuringChanged{false});

@@ -96,6 +96,7 @@ class ViewLoop {
     viewer_.backend = frame.backend.value_or(available_backends().front());
     viewer_.settings.mode =
         frame.modes.front() == kReferenceMode ? kDefaultMode : frame.modes.front();
+    viewer_.settings.pipeline = frame.pipeline;
     viewer_.settings.sh_degree = frame.sh_degree;
     viewer_.settings.splat_scale = frame.splat_scale;
     viewer_.settings.background = frame.background.value_or(glm::vec3(0));

@@ -70,16 +70,25 @@ void draw_stage_legend() {
 }
 
 void draw_mode_table(const Viewer& viewer, Actions& actions) {
-  const std::vector<BenchRow>& measured = viewer.numbers.rows;
   double longest = 0;
-  for (const BenchRow& row : measured) longest = std::max(longest, stage_sum(row));
-  const int columns = static_cast<int>(std::size(kHudColumns)) + 1;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const BenchRow* row = measured_row(viewer, mode, viewer.settings.pipeline);
+    if (row != nullptr) longest = std::max(longest, stage_sum(*row));
+  }
+  const std::optional<Pipeline> other = other_pipeline(viewer);
+  const int columns = static_cast<int>(std::size(kHudColumns)) + (other ? 3 : 1);
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
   if (!ImGui::BeginTable("modes", columns, flags)) return;
   const float em = ImGui::GetFontSize();
   const float widths[] = {7.0f * em, 3.6f * em, 3.2f * em, 4.6f * em, 4.6f * em, 3.4f * em};
   for (std::size_t i = 0; i < std::size(kHudColumns); ++i)
     ImGui::TableSetupColumn(kHudColumns[i], ImGuiTableColumnFlags_WidthFixed, widths[i]);
+  if (other) {
+    const char* name = kPipelineNames[static_cast<int>(*other)];
+    ImGui::TableSetupColumn(fmt::format("{} ms", name).c_str(), ImGuiTableColumnFlags_WidthFixed,
+                            4.6f * em);
+    ImGui::TableSetupColumn("vs 3dgs ", ImGuiTableColumnFlags_WidthFixed, 3.4f * em);
+  }
   ImGui::TableSetupColumn("stages", ImGuiTableColumnFlags_WidthFixed, 5.0f * em);
   ImGui::TableNextRow();
   for (int i = 0; i < columns; ++i) {
@@ -108,11 +117,15 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
       ImGui::TableNextColumn();
       right_aligned(*text);
     }
+    if (other) {
+      for (const std::string* text : {&row.other_ms, &row.other_speedup}) {
+        ImGui::TableNextColumn();
+        right_aligned(*text);
+      }
+    }
     ImGui::PopStyleColor();
     ImGui::TableNextColumn();
-    const auto found = std::find_if(measured.begin(), measured.end(),
-                                    [&](const BenchRow& m) { return m.mode == row.name; });
-    draw_stage_bar(found == measured.end() ? nullptr : &*found, longest);
+    draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), longest);
   }
   ImGui::EndTable();
 }
@@ -161,6 +174,9 @@ void draw_hud(const Viewer& viewer, Actions& actions, float top) {
                      : viewer.zoom.running
                          ? "recording a zoom"
                          : "of an earlier view; measured again when this one rests");
+  if (other_pipeline(viewer))
+    ImGui::TextColored(palette::kFaint,
+                       "culling saves more in classic, which spends more on pairs");
   ImGui::Separator();
   draw_facts(viewer);
   const std::string caveat = hud_caveat(viewer);

@@ -47,6 +47,13 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
     }
     ImGui::EndCombo();
   }
+  if (pipelines_of(viewer.backend).size() > 1) {
+    int pipeline = static_cast<int>(settings.pipeline);
+    if (ImGui::Combo("pipeline", &pipeline, kPipelineNames, 2)) {
+      settings.pipeline = static_cast<Pipeline>(pipeline);
+      changed = true;
+    }
+  }
   ImGui::PopItemWidth();
   if (changed) actions.push_back(action::ChangeSettings{settings});
 }

@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint64_t kBytesPerPair =
     2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));  // at most
 
+bool blends(const Outputs& outputs) { return outputs.color || outputs.evaluated; }
+
 /// For a frame that turned out to have more pairs than there was room for.
 std::uint32_t room_for(const Counters& counters) {
   const std::uint64_t pairs = counters.tile_pairs;
@@ -38,7 +40,8 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      graph_.capture(frame.stream, [&] { run(frame, size, outputs, pixels, clock, side_); });
+      const Graph::Shape shape{depth_passes(frame), size.narrow(), blends(outputs)};
+      graph_.capture(frame.stream, shape, [&] { run(frame, size, outputs, pixels, clock, side_); });
       clock.begin(false, frame.stream);
       graph_.launch(frame.stream);
     }
@@ -51,14 +54,13 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
 
 void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs,
                        Pixels& pixels, StageClock& clock, cudaStream_t side) {
-  const bool blends = outputs.color || outputs.evaluated;
   const auto mark = [&](Stage stage) {
     if (side == frame.stream) clock.end(stage, frame.stream);
   };
   project(frame, visible_, scratch_.begin(size));
   projected_.record(frame.stream);
   projected_.hold(side);
-  if (blends) color(frame, visible_, side);
+  if (blends(outputs)) color(frame, visible_, side);
   colored_.record(side);
   mark(Stage::preprocess);
   sort_by_depth(frame, size, visible_, scratch_, order_);
@@ -69,7 +71,7 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   schedule(frame, scratch_);
   mark(Stage::sort);
   colored_.hold(frame.stream);
-  if (blends) blend(frame, visible_, pairs_, scratch_, outputs, pixels);
+  if (blends(outputs)) blend(frame, visible_, pairs_, scratch_, outputs, pixels);
   mark(Stage::blend);
 }
 

@@ -11,24 +11,6 @@ namespace {
 using DepthKey = std::uint32_t;
 static_assert(kInvisibleKey == kDroppedKey);
 
-/// How many digits the key of the scene's farthest corner has.
-int depth_passes(const FrameContext& frame) {
-  const auto& view = frame.camera.view_from_world;
-  double farthest = view[3].z, rounding = std::abs(view[3].z);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double a = view[axis].z * static_cast<double>(frame.cloud.low[axis]);
-    const double b = view[axis].z * static_cast<double>(frame.cloud.high[axis]);
-    farthest += std::max(a, b);
-    rounding += std::abs(a) + std::abs(b);
-  }
-  const auto depth = static_cast<float>(farthest + 1e-5 * rounding);
-  const std::uint32_t nearest = nearest_bits(frame.camera);
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(depth > 0.0f ? depth : INFINITY);
-  const int key_bits = std::bit_width(bits > nearest ? bits - nearest : 0);
-  return std::clamp((key_bits + Radix<DepthKey>::kBits - 1) / Radix<DepthKey>::kBits, 1,
-                    Radix<DepthKey>::kPasses);
-}
-
 template <class Key>
 void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
                      Scratch& scratch) {
@@ -52,6 +34,23 @@ void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs
 }
 
 }  // namespace
+
+int depth_passes(const FrameContext& frame) {
+  const auto& view = frame.camera.view_from_world;
+  double farthest = view[3].z, rounding = std::abs(view[3].z);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = view[axis].z * static_cast<double>(frame.cloud.low[axis]);
+    const double b = view[axis].z * static_cast<double>(frame.cloud.high[axis]);
+    farthest += std::max(a, b);
+    rounding += std::abs(a) + std::abs(b);
+  }
+  const auto depth = static_cast<float>(farthest + 1e-5 * rounding);
+  const std::uint32_t nearest = nearest_bits(frame.camera);
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(depth > 0.0f ? depth : INFINITY);
+  const int key_bits = std::bit_width(bits > nearest ? bits - nearest : 0);
+  return std::clamp((key_bits + Radix<DepthKey>::kBits - 1) / Radix<DepthKey>::kBits, 1,
+                    Radix<DepthKey>::kPasses);
+}
 
 void DepthOrder::reserve(std::size_t size) {
   for (auto* buffer : {&gaussians, &other_gaussians, &keys, &other_keys}) {

@@ -32,7 +32,10 @@ struct TilePairs {
   }
 };
 
-/// Also counts the visible ones. As many digits are sorted as the depths of the scene's box need.
+/// How many digits the depth key of the farthest corner of the scene's box has.
+int depth_passes(const FrameContext& frame);
+
+/// Also counts the visible ones.
 void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visible& visible,
                    Scratch& scratch, DepthOrder& order);
 

@@ -39,7 +39,13 @@ GlBuffer GlFrames::take(int width, int height) {
     glDeleteBuffers(1, &slot->buffer.name);
     glGenBuffers(1, &slot->buffer.name);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, slot->buffer.name);
-    glBufferData(GL_PIXEL_UNPACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_COPY);
+    // Storage that no CPU can reach stays in the GPU's own memory.
+    const auto size = static_cast<GLsizeiptr>(bytes);
+    if (epoxy_gl_version() >= 44 || epoxy_has_gl_extension("GL_ARB_buffer_storage")) {
+      glBufferStorage(GL_PIXEL_UNPACK_BUFFER, size, nullptr, 0);
+    } else {
+      glBufferData(GL_PIXEL_UNPACK_BUFFER, size, nullptr, GL_DYNAMIC_COPY);
+    }
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
     glFinish();
     slot->bytes = bytes;

@@ -106,6 +106,7 @@ std::string state_json(const Viewer& viewer) {
   json["dataset_camera"] = viewer.dataset_camera;
   json["divisor"] = viewer.shown.divisor;
   json["interop"] = viewer.shown.interop;
+  json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
   json["caveat"] = hud_caveat(viewer);
   json["numbers_are_current"] = numbers_are_current(viewer);
   for (const HudRow& row : hud_rows(viewer)) {

@@ -36,12 +36,8 @@ struct BenchCommand {
 
 std::vector<int> parse_indices(const std::string& text) {
   std::vector<int> indices;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    indices.push_back(
-        parse_integer("--camera-index", text.substr(begin, end - begin), 0, 1'000'000'000));
-    begin = end + 1;
-  }
+  for (const std::string& word : separated(text))
+    indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
   return indices;
 }
 
@@ -74,9 +70,7 @@ bool parse(BenchCommand& command, Arguments arguments) {
   options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
                   "two modes on two views of two scenes, three times");
   if (!options.parse(arguments)) return false;
-  if (command.frame.modes.empty()) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) command.frame.modes.push_back(mode);
-  }
+  if (command.frame.modes.empty()) command.frame.modes = all_modes();
   if (command.scaling > 0 && (command.replicate || command.camera_path)) {
     fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
   }

@@ -42,7 +42,8 @@ int run_view(Arguments arguments) {
   view.vsync = !no_vsync;
   view.interop = !no_interop;
   if (settings != "-") view.settings = settings.value_or(preferences_file());
-  return run_viewer(view);
+  run_viewer(view);
+  return kExitOk;
 }
 
 }  // namespace qs

@@ -71,9 +71,7 @@ bool parse(ZoomCommand& command, Arguments arguments) {
   if (command.scenes.size() != (command.replay ? 0u : 1u)) {
     fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
   }
-  if (command.frame.modes.empty()) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) command.frame.modes.push_back(mode);
-  }
+  if (command.frame.modes.empty()) command.frame.modes = all_modes();
   return true;
 }
 

@@ -21,19 +21,12 @@ std::string mode_names() {
 
 // "all" (modes 1-6), a name, or several names with commas.
 std::vector<CullMode> parse_modes(const std::string& text) {
+  if (text == "all") return all_modes();
   std::vector<CullMode> modes;
-  if (text == "all") {
-    modes.resize(kCullerCount);
-    std::iota(modes.begin(), modes.end(), 1);
-    return modes;
-  }
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string name = text.substr(begin, end - begin);
+  for (const std::string& name : separated(text)) {
     const CullMode mode = find_culler(name);
     if (mode < 0) fail(ErrorKind::usage, "--cull: '{}' is none of {}, all", name, mode_names());
     if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
-    begin = end + 1;
   }
   return modes;
 }
@@ -48,6 +41,12 @@ Backend choose_backend(const FrameOptions& frame) {
 }
 
 }  // namespace
+
+std::vector<CullMode> all_modes() {
+  std::vector<CullMode> modes(kCullerCount);
+  std::iota(modes.begin(), modes.end(), 1);
+  return modes;
+}
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
   options.positional("SCENE", frame.scene, "splat file or model folder");

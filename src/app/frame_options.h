@@ -33,6 +33,9 @@ struct FrameOptions {
   std::optional<bool> antialiased;
 };
 
+/// Modes 1 to 6: what `--cull all` means.
+std::vector<CullMode> all_modes();
+
 /// Declares SCENE and the common options.
 void declare_frame_options(Options& options, FrameOptions& frame);
 

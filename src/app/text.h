@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -22,6 +23,12 @@ glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B
 
 /// "a", "b" -> "a, b".
 std::string joined(std::span<const std::string> words, std::string_view separator);
+
+/// "a,b" -> "a", "b"; "" -> one empty word.
+std::vector<std::string> separated(std::string_view text, char separator = ',');
+
+/// A cell of a CSV file: in quotes when it holds a comma, a quote or a line's end.
+std::string csv_field(const std::string& text);
 
 /// 1796342 -> "1,796,342".
 std::string grouped(std::uint64_t number);

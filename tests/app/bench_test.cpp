@@ -18,6 +18,7 @@
 #include "app/bench/statistics.h"
 #include "app/bench/zoom_bundle.h"
 #include "app/bench/zoom_path.h"
+#include "app/camera_control.h"
 #include "io/cameras.h"
 #include "raster/scene/error.h"
 #include "support/scenes.h"
@@ -160,7 +161,7 @@ TEST(ZoomPath, the_target_is_the_opaque_gaussian_under_the_centre) {
       pixel_depth(renderer->render(camera, {}, outputs).trace, camera, center_pixel(camera));
   ASSERT_TRUE(depth.has_value());
   EXPECT_NEAR(*depth, 3, 1e-5);
-  EXPECT_NEAR(pixel_point(camera, center_pixel(camera), *depth).z, 3, 1e-5);
+  EXPECT_NEAR(point_at(camera, glm::dvec2(center_pixel(camera)), *depth).z, 3, 1e-5);
 }
 
 TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Moving the camera by plain functions.
-#include "app/viewer/camera_control.h"
+#include "app/camera_control.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>

@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/camera_control.h"
 #include "app/viewer/bindings.h"
-#include "app/viewer/camera_control.h"
 #include "app/viewer/hud_text.h"
 #include "app/viewer/input.h"
 #include "app/viewer/input_script.h"

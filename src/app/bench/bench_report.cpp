@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "app/text.h"
 #include "io/json_text.h"
 #include "raster/scene/fail.h"
 
@@ -13,12 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
+std::string cell(const std::string& text) { return csv_field(text); }
 std::string cell(double value) { return fmt::format("{:.4f}", value); }
 std::string cell(const std::optional<double>& value) { return value ? cell(*value) : ""; }
 template <class Integer>

@@ -5,18 +5,17 @@
 #include <cassert>
 #include <cmath>
 
+#include "app/camera_control.h"
+
 namespace qs {
 
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
   assert(steps >= 2 && closest > 0);
   const glm::dvec3 away = start.position() - target;
-  const glm::dmat3 rotation(start.view_from_world);
   std::vector<Camera> cameras;
   for (int step = 0; step < steps; ++step) {
-    Camera camera = start;
     const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
-    if (step > 0) camera.view_from_world[3] = -(rotation * (target + distance * away));
-    cameras.push_back(camera);
+    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
   }
   return cameras;
 }
@@ -46,11 +45,6 @@ std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm:
   return std::nullopt;
 }
 
-glm::dvec3 pixel_point(const Camera& camera, glm::ivec2 pixel, double depth) {
-  const glm::dvec3 view(depth * (glm::dvec2(pixel) - camera.center_px) / camera.focal_px, depth);
-  return glm::transpose(glm::dmat3(camera.view_from_world)) * (view - camera.view_from_world[3]);
-}
-
 glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }
 
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
@@ -62,7 +56,7 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
   const Trace& trace = renderer.render(camera, settings, outputs).trace;
   const std::optional<double> depth = pixel_depth(trace, camera, pixel);
   if (!depth) return std::nullopt;
-  return pixel_point(camera, pixel, *depth);
+  return point_at(camera, glm::dvec2(pixel), *depth);
 }
 
 }  // namespace qs

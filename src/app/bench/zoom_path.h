@@ -21,9 +21,6 @@ std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps,
 /// is or the pixel is outside.
 std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel);
 
-/// The world position at this view depth under a pixel.
-glm::dvec3 pixel_point(const Camera& camera, glm::ivec2 pixel, double depth);
-
 /// The pixel that stands for the image's centre.
 glm::ivec2 center_pixel(const Camera& camera);
 

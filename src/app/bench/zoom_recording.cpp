@@ -36,7 +36,7 @@ ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 ta
   bundle.target = target;
   bundle.settings = session.settings;
   bundle.environment = environment_json(session);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) bundle.modes.push_back(mode);
+  bundle.modes = all_modes();
   return bundle;
 }
 

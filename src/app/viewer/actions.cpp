@@ -9,8 +9,9 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "app/bench/zoom_path.h"
+#include "app/camera_control.h"
 #include "app/framing.h"
-#include "app/viewer/camera_control.h"
 #include "io/cameras.h"
 
 namespace qs {
@@ -182,7 +183,7 @@ void on(Viewer& v, const Pan& a) {
 }
 void on(Viewer& v, const Dolly& a) {
   const double depth = pivot_depth(v);
-  const double goal = depth * std::pow(kDollyPerNotch, a.notches * v.speed);
+  const double goal = depth * std::pow(kDollyPerNotch, a.notches);
   move(v, stepped(v.camera, {0, 0, depth - goal}));
 }
 void on(Viewer& v, const ChangeFov& a) {
@@ -191,7 +192,7 @@ void on(Viewer& v, const ChangeFov& a) {
 void on(Viewer& v, const Roll& a) { move(v, rolled(v.camera, kRadiansPerRollNotch * a.notches)); }
 void on(Viewer& v, const Fly& a) {
   if (!v.scene || a.direction == glm::dvec3(0)) return;
-  const double distance = kFlyExtentsPerSecond * v.scene->extent() * v.speed * a.factor * a.seconds;
+  const double distance = kFlyExtentsPerSecond * v.scene->extent() * a.factor * a.seconds;
   const glm::dvec3 step = distance * a.direction;
   const ViewAxes axes = view_axes(v.camera);
   move(v, stepped(v.camera, step));
@@ -274,9 +275,7 @@ void on(Viewer& v, const ToggleZoomRecorder&) {
   if (v.zoom.running) return request_now(v, request::StopRecording{});
   if (!v.scene) return;
   v.panels.recorder = true;
-  // Towards the pivot when it is in front, else what is under the middle of the picture.
-  const glm::dvec2 middle(v.camera.width / 2, v.camera.height / 2);
-  request_now(v, request::Pick{middle, true});
+  request_now(v, request::Pick{glm::dvec2(center_pixel(v.camera)), true});
 }
 void on(Viewer& v, const BenchView&) {
   if (v.scene) request_now(v, request::Bench{});

@@ -134,11 +134,4 @@ const Binding* find_binding(int key, int mods) {
   return found == rows.end() ? nullptr : &*found;
 }
 
-const Binding* find_binding(const char* help) {
-  const std::span<const Binding> rows = bindings();
-  const auto found =
-      std::find_if(rows.begin(), rows.end(), [&](const Binding& row) { return row.help == help; });
-  return found == rows.end() ? nullptr : &*found;
-}
-
 }  // namespace qs

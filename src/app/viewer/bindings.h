@@ -50,7 +50,4 @@ std::string key_name(int key, int mods = 0);
 /// none.
 const Binding* find_binding(int key, int mods);
 
-/// The row whose action is the same kind as `action`, for labels on buttons. By its help text.
-const Binding* find_binding(const char* help);
-
 }  // namespace qs

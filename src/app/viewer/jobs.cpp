@@ -18,31 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kReportStep = 0.01f;
-
 std::unique_ptr<Renderer> uploaded(Studio& studio, const Scene& scene, Backend backend) {
   auto renderer = make_renderer(backend, studio.options);
-  float reported = 0;
-  const auto report = [&](float fraction) {
-    if (fraction < reported + kReportStep) return;
-    reported = fraction;
-    studio.report(action::SetLoading{Loading{scene.path, "uploading", fraction}});
-  };
-  renderer->upload(scene.cloud, {report, studio.stop});
+  renderer->upload(scene.cloud,
+                   loading_progress(scene.path, "uploading", studio.stop, studio.report));
   return renderer;
 }
-
-// Ends the progress in the window, however the work before ended.
-class LoadingEnd {
- public:
-  explicit LoadingEnd(Studio& studio) : studio_(studio) {}
-  ~LoadingEnd() { studio_.report(action::SetLoading{}); }
-  LoadingEnd(const LoadingEnd&) = delete;
-  LoadingEnd& operator=(const LoadingEnd&) = delete;
-
- private:
-  Studio& studio_;
-};
 
 // Steps and frames of a zoom that a person waits for.
 struct ZoomPlan {
@@ -56,20 +37,6 @@ ViewPlan bench_plan(Backend backend) {
   return backend == Backend::cpu ? ViewPlan{5, 1, 1} : ViewPlan{};
 }
 
-// The session with a view's settings, as long as this lives.
-class WithSettings {
- public:
-  WithSettings(Session& session, const RenderSettings& settings)
-      : session_(session), kept_(std::exchange(session.settings, settings)) {}
-  ~WithSettings() { session_.settings = kept_; }
-  WithSettings(const WithSettings&) = delete;
-  WithSettings& operator=(const WithSettings&) = delete;
-
- private:
-  Session& session_;
-  RenderSettings kept_;
-};
-
 }  // namespace
 
 fs::path free_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
@@ -82,7 +49,7 @@ fs::path free_name(const fs::path& folder, const std::string& stem, const std::s
 
 Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, bool keep_background) {
   return [loaded = std::move(loaded), backend, settings, keep_background](Studio& studio) mutable {
-    const LoadingEnd end(studio);
+    const ReportAtEnd end(studio, action::SetLoading{});
     auto renderer = uploaded(studio, loaded.scene, backend);
     if (!keep_background)
       settings.background = glm::vec3(loaded.facts.white_background ? 1.0f : 0.0f);
@@ -98,7 +65,7 @@ Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, boo
 
 Job switch_backend(Backend backend) {
   return [backend](Studio& studio) {
-    const LoadingEnd end(studio);
+    const ReportAtEnd end(studio, action::SetLoading{});
     Session& session = studio.session;
     session.renderer = uploaded(studio, session.scene, backend);
     session.backend = backend;
@@ -184,14 +151,13 @@ Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
     Session& session = studio.session;
     const WithSettings settings(session, order.settings);
     studio.report(action::MeasuringChanged{true});
-    std::vector<CullMode> modes;
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
+    const ReportAtEnd end(studio, action::MeasuringChanged{false});
     BenchReport report;
     report.environment = environment_json(session);
     const std::string name = scene_name(session.scene.path);
     report.scenes.push_back(scene_facts(session.scene, name));
-    report.rows =
-        measure_view(session, modes, order.camera, bench_plan(session.backend), {{}, studio.stop});
+    report.rows = measure_view(session, all_modes(), order.camera, bench_plan(session.backend),
+                               {{}, studio.stop});
     for (BenchRow& row : report.rows) {
       row.scene = name;
       row.camera = camera_name;
@@ -200,7 +166,6 @@ Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
     const std::string problem = write_report(report, path);
     if (!problem.empty()) studio.report(action::Say{problem});
     studio.report(action::NumbersMeasured{{order.version, report.rows}});
-    studio.report(action::MeasuringChanged{false});
     studio.report(action::Say{fmt::format("wrote {}", path.string())});
   };
 }

@@ -64,6 +64,12 @@ unsigned new_texture(GLenum target, GLint filter) {
 Presenter::Presenter() {
   program_ = linked(compiled(GL_VERTEX_SHADER, "present.vert"),
                     compiled(GL_FRAGMENT_SHADER, "present.frag"));
+  glUseProgram(program_);
+  glUniform1i(glGetUniformLocation(program_, "picture"), 0);
+  glUniform1i(glGetUniformLocation(program_, "heat"), 1);
+  glUniform1i(glGetUniformLocation(program_, "colors"), 2);
+  heat_maximum_uniform_ = glGetUniformLocation(program_, "heat_maximum");
+  heat_cells_uniform_ = glGetUniformLocation(program_, "heat_cells");
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
@@ -131,11 +137,8 @@ void Presenter::draw(int width, int height) {
     return;
   }
   glUseProgram(program_);
-  glUniform1i(glGetUniformLocation(program_, "picture"), 0);
-  glUniform1i(glGetUniformLocation(program_, "heat"), 1);
-  glUniform1i(glGetUniformLocation(program_, "colors"), 2);
-  glUniform1f(glGetUniformLocation(program_, "heat_maximum"), heat_maximum_);
-  glUniform2f(glGetUniformLocation(program_, "heat_cells"), heat_cells_.x, heat_cells_.y);
+  glUniform1f(heat_maximum_uniform_, heat_maximum_);
+  glUniform2f(heat_cells_uniform_, heat_cells_.x, heat_cells_.y);
   glActiveTexture(GL_TEXTURE2);
   glBindTexture(GL_TEXTURE_1D, colors_);
   glActiveTexture(GL_TEXTURE1);

@@ -40,6 +40,7 @@ class Presenter {
 
   std::optional<FrameReply> next_;  // shown and not yet uploaded
   unsigned program_ = 0, empty_vertices_ = 0;
+  int heat_maximum_uniform_ = -1, heat_cells_uniform_ = -1;
   unsigned picture_ = 0, heat_ = 0, colors_ = 0;
   int width_ = 0, height_ = 0;
   float heat_maximum_ = 0;

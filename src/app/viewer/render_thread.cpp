@@ -22,12 +22,6 @@ ViewPlan numbers_plan(Backend backend) {
   return backend == Backend::cpu ? ViewPlan{1, 0, 1} : ViewPlan{40, 8, 1};
 }
 
-std::vector<CullMode> all_modes() {
-  std::vector<CullMode> modes;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
-  return modes;
-}
-
 }  // namespace
 
 RenderThread::RenderThread(const RendererOptions& options, std::function<void()> wake,
@@ -211,29 +205,24 @@ void RenderThread::draw(const FrameOrder& order) {
 
 void RenderThread::measure(const NumbersOrder& order) {
   report(action::MeasuringChanged{true});
+  const ReportAtEnd end(studio_, action::MeasuringChanged{false});
   Session& session = studio_.session;
-  const RenderSettings kept = std::exchange(session.settings, order.settings);
+  const WithSettings settings(session, order.settings);
+  std::vector<BenchRow> rows;
   try {
-    std::vector<BenchRow> rows;
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
       session.settings.pipeline = pipeline;
       const std::vector<BenchRow> measured = measure_view(
           session, all_modes(), order.camera, numbers_plan(session.backend), {{}, studio_.stop});
       rows.insert(rows.end(), measured.begin(), measured.end());
     }
-    report(action::NumbersMeasured{{order.version, std::move(rows)}});
   } catch (const Cancelled&) {
-    session.settings = kept;
-    report(action::MeasuringChanged{false});
     throw;
   } catch (...) {
-    session.settings = kept;
     report(action::NumbersMeasured{{order.version, {}}});  // there are none: not to be tried again
-    report(action::MeasuringChanged{false});
     throw;
   }
-  session.settings = kept;
-  report(action::MeasuringChanged{false});
+  report(action::NumbersMeasured{{order.version, std::move(rows)}});
 }
 
 }  // namespace qs

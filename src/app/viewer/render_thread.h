@@ -14,19 +14,10 @@
 #include <thread>
 
 #include "app/bench/measure_view.h"
-#include "app/frame_options.h"
-#include "app/viewer/actions.h"
 #include "app/viewer/gl_frames.h"
+#include "app/viewer/studio.h"
 
 namespace qs {
-
-struct FrameOrder {
-  Camera camera;    ///< of the full-size view
-  int divisor = 1;  ///< rendered at 1 / divisor of its size
-  RenderSettings settings;
-  std::optional<HeatQuantity> heatmap;
-  int version = 0;
-};
 
 struct NumbersOrder {
   Camera camera;
@@ -41,16 +32,6 @@ struct FrameReply {
   std::vector<std::uint8_t> rgba;  ///< rows from the top; empty when in a buffer
   GlBuffer buffer;                 ///< name 0: not used
 };
-
-/// What a job works with.
-struct Studio {
-  Session session;  ///< renderer null until the first scene
-  RendererOptions options;
-  std::stop_token stop;
-  std::function<void(Action)> report;
-  std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
-};
-using Job = std::function<void(Studio&)>;
 
 class RenderThread {
  public:

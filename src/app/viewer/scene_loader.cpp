@@ -7,9 +7,10 @@
 #include <glm/geometric.hpp>
 
 #include "app/bench/scene_facts.h"
+#include "app/camera_control.h"
 #include "app/framing.h"
 #include "app/photographs.h"
-#include "app/viewer/camera_control.h"
+#include "app/viewer/studio.h"
 #include "io/cameras.h"
 #include "io/json_text.h"
 
@@ -18,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kReportStep = 0.01f;
 constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
 
 // Photographers hold cameras upright on the whole.
@@ -152,13 +152,8 @@ void SceneLoader::read(const fs::path& path, int iteration,
   }
   ReadOptions options;
   options.iteration = iteration;
-  options.progress.stop = stop;
-  float reported = 0;
-  options.progress.report = [&](float fraction) {
-    if (fraction < reported + kReportStep) return;
-    reported = fraction;
-    report(action::SetLoading{Loading{path, "reading", fraction}});
-  };
+  options.progress =
+      loading_progress(path, "reading", stop, [this](Action action) { report(std::move(action)); });
   LoadedScene loaded;
   loaded.scene = read_scene(path, options);
   loaded.facts = view_facts(loaded.scene, cameras_file);

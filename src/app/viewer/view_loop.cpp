@@ -52,8 +52,7 @@ class ViewLoop {
   explicit ViewLoop(const ViewOptions& options)
       : options_(options),
         preferences_(read_preferences(options.settings, problem_)),
-        window_({options.frame.size.value_or(glm::ivec2(preferences_.width, preferences_.height)),
-                 true}),
+        window_(options.frame.size.value_or(glm::ivec2(preferences_.width, preferences_.height))),
         loader_(Window::wake) {
     if (options.script) script_ = read_script(*options.script);
     set_up_viewer();
@@ -62,7 +61,7 @@ class ViewLoop {
     if (!options.frame.scene.empty()) open(options.frame.scene);
   }
 
-  int run() {
+  void run() {
     while (!quit_) {
       Actions actions;
       window_.poll(resting() ? kRestSeconds
@@ -87,7 +86,6 @@ class ViewLoop {
       order_work();
     }
     remember();
-    return exit_code_;
   }
 
  private:
@@ -436,11 +434,10 @@ class ViewLoop {
   std::size_t toasts_ = 0;
   double draw_until_ = 0, last_draw_ = 0, display_fps_ = 0, memory_measured_ = -10;
   std::string title_;
-  int exit_code_ = 0;
 };
 
 }  // namespace
 
-int run_viewer(const ViewOptions& options) { return ViewLoop(options).run(); }
+void run_viewer(const ViewOptions& options) { ViewLoop(options).run(); }
 
 }  // namespace qs

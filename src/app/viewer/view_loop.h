@@ -19,7 +19,7 @@ struct ViewOptions {
   std::filesystem::path out_dir = ".";          ///< screenshots, zooms and benches go below it
 };
 
-/// Opens the window and stays until it is closed. The process's exit code. Throws Error.
-int run_viewer(const ViewOptions& options);
+/// Opens the window and stays until it is closed. Throws Error.
+void run_viewer(const ViewOptions& options);
 
 }  // namespace qs

@@ -137,7 +137,6 @@ struct Viewer {
   Navigation navigation = Navigation::orbit;
   int dataset_camera = -1;    ///< that the view stands at; -1 after it moved
   double last_motion = -1e9;  ///< when the camera last changed, seconds
-  double speed = 1;           ///< factor on fly and dolly speed
 
   RenderSettings settings;
   CullMode previous_mode = kDefaultMode;

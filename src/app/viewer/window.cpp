@@ -28,7 +28,7 @@ std::string glfw_reason() {
 
 }  // namespace
 
-Window::Window(const WindowOptions& options) {
+Window::Window(glm::ivec2 size) {
   if (glfwInit() != GLFW_TRUE) {
     fail(ErrorKind::device,
          "view: there is no display ({}): 'quadsplat render' draws into files instead",
@@ -39,8 +39,7 @@ Window::Window(const WindowOptions& options) {
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
-  window_ = glfwCreateWindow(options.size.x, options.size.y, "quadsplat", nullptr, nullptr);
+  window_ = glfwCreateWindow(size.x, size.y, "quadsplat", nullptr, nullptr);
   if (window_ == nullptr) {
     const std::string reason = glfw_reason();
     glfwTerminate();

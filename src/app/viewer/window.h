@@ -16,15 +16,11 @@ struct GLFWwindow;
 
 namespace qs {
 
-struct WindowOptions {
-  glm::ivec2 size{1280, 720};  ///< screen units
-  bool visible = true;
-};
-
 class Window {
  public:
-  /// Throws Error(device) with one sentence when there is no display or no OpenGL 3.3.
-  explicit Window(const WindowOptions& options);
+  /// `size` in screen units. Throws Error(device) with one sentence when there is no display or no
+  /// OpenGL 3.3.
+  explicit Window(glm::ivec2 size);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;

@@ -8,7 +8,7 @@
 
 #include <imgui.h>
 
-#include "app/viewer/camera_control.h"
+#include "app/camera_control.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/style.h"
 

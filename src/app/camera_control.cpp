@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/camera_control.h"
+#include "app/camera_control.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// What the render thread works with, and guards that leave it as it was however the work ends.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <utility>
+
+#include "app/frame_options.h"
+#include "app/viewer/actions.h"
+
+namespace qs {
+
+struct FrameOrder {
+  Camera camera;    ///< of the full-size view
+  int divisor = 1;  ///< rendered at 1 / divisor of its size
+  RenderSettings settings;
+  std::optional<HeatQuantity> heatmap;
+  int version = 0;
+};
+
+struct Studio {
+  Session session;  ///< renderer null until the first scene
+  RendererOptions options;
+  std::stop_token stop;
+  std::function<void(Action)> report;
+  std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
+};
+using Job = std::function<void(Studio&)>;
+
+/// Reports `end` when the work is over.
+class ReportAtEnd {
+ public:
+  ReportAtEnd(Studio& studio, Action end) : studio_(studio), end_(std::move(end)) {}
+  ~ReportAtEnd() { studio_.report(std::move(end_)); }
+  ReportAtEnd(const ReportAtEnd&) = delete;
+  ReportAtEnd& operator=(const ReportAtEnd&) = delete;
+
+ private:
+  Studio& studio_;
+  Action end_;
+};
+
+/// The session has a view's settings as long as this lives.
+class WithSettings {
+ public:
+  WithSettings(Session& session, const RenderSettings& settings)
+      : session_(session), kept_(std::exchange(session.settings, settings)) {}
+  ~WithSettings() { session_.settings = kept_; }
+  WithSettings(const WithSettings&) = delete;
+  WithSettings& operator=(const WithSettings&) = delete;
+
+ private:
+  Session& session_;
+  RenderSettings kept_;
+};
+
+/// Progress that shows in the window, a hundred steps at most. `what` is "reading" or "uploading".
+inline Progress loading_progress(std::filesystem::path path, std::string what, std::stop_token stop,
+                                 std::function<void(Action)> report) {
+  constexpr float kStep = 0.01f;
+  Progress progress;
+  progress.stop = std::move(stop);
+  progress.report = [path = std::move(path), what = std::move(what), report = std::move(report),
+                     reported = 0.0f](float fraction) mutable {
+    if (fraction < reported + kStep) return;
+    reported = fraction;
+    report(action::SetLoading{Loading{path, what, fraction}});
+  };
+  return progress;
+}
+
+}  // namespace qs

@@ -73,13 +73,15 @@ struct Outputs {
 
 struct HostImage {};     ///< Frame::color holds it
 struct DeviceImage {};   ///< it stays where it was drawn, as when only time is measured
-struct GlBuffer {        ///< RGBA8 rows from the top, in a pixel buffer of the current GL context
-  unsigned name = 0;     ///< of a buffer with at least width * height * 4 bytes
+struct GlTexture {       ///< rows from the top, in a texture of the current GL context
+  unsigned name = 0;     ///< of a GL_TEXTURE_2D, RGBA8, of the frame's size
   unsigned version = 0;  ///< another one for every storage that any name ever had
+
+  bool operator==(const GlTexture&) const = default;
 };
 
 /// Where the colours of a frame go. The CPU backend draws a HostImage only.
-using Target = std::variant<HostImage, DeviceImage, GlBuffer>;
+using Target = std::variant<HostImage, DeviceImage, GlTexture>;
 
 /// What the rasterizer decided, for tests and the inspector.
 struct Trace {
@@ -94,7 +96,7 @@ struct Trace {
 struct RenderStats {
   float frame_ms = 0;    ///< first stage to finished image, on the backend's own clock; without the
                          ///< way of the image to the host
-  float present_ms = 0;  ///< after the frame: its way into a GlBuffer, 0 for other targets
+  float present_ms = 0;  ///< after the frame: its way into a GlTexture, 0 for other targets
   float stage_ms[kStageCount] = {};  ///< index = Stage; zeros unless asked for (the CPU: always)
   std::uint32_t gaussians = 0;       ///< in the cloud
   std::uint32_t visible = 0;         ///< Gaussians with at least one tile
@@ -128,6 +130,11 @@ class Renderer {
   /// Finishes the submitted frame. The result is valid until the next submit. Throws Error, and
   /// Cancelled when the stop token was triggered; the renderer can be used again after both.
   virtual const Frame& wait() = 0;
+
+  /// A hint: the next frame will go there. What that takes happens at once, beside what the GPU
+  /// does otherwise; a GlTexture is the renderer's until it is drawn into or something else is
+  /// expected. Frames may go elsewhere all the same. Throws Error(device).
+  virtual void expect(const Target&) {}
 
   /// submit() and wait().
   const Frame& render(const Camera& camera, const RenderSettings& settings = {},

@@ -10,6 +10,7 @@
 #include "io/image_file.h"
 #include "io/reader.h"
 #include "support/gpu.h"
+#include "support/scenes.h"
 #include "support/shared.h"
 
 namespace qs {
@@ -109,6 +110,43 @@ TEST_P(CudaScenes, draw_the_published_images) {
           << file << ", " << mode;
     }
   }
+}
+
+TEST_P(CudaScenes, are_within_80_db_of_the_reference_between_the_steps_of_storage_too) {
+  QS_NEEDS_SHARED("scenes/plush.spz");
+  const GaussianCloud noisy =
+      test::with_storage_noise(read_scene(test::shared_path("scenes/plush.spz")).cloud, 2026);
+  const auto cpu = renderer_of(Backend::cpu, noisy), gpu = renderer_of(Backend::cuda, noisy);
+  double worst = 1000;
+  for (const std::size_t index : {0u, 16u, 32u, 48u, 64u, 88u}) {
+    const Camera camera = cameras_of("plush").at(index);
+    RenderSettings settings = settings_of_pipeline();
+    settings.mode = kReferenceMode;
+    const Image reference = cpu->render(camera, settings).color;
+    for (const char* mode : {"exact", "quadbox"}) {
+      settings.mode = find_culler(mode);
+      const double decibels = psnr_8bit(gpu->render(camera, settings).color, reference);
+      EXPECT_GE(decibels, 80.0) << mode << ", camera " << index;
+      worst = std::min(worst, decibels);
+    }
+  }
+  RecordProperty("worst_psnr_db", std::to_string(worst));
+}
+
+// 3840x2160 from camera 0 with every Gaussian four times as wide.
+TEST_P(CudaScenes, of_more_than_a_hundred_million_pairs_are_drawn) {
+  QS_NEEDS_SHARED("scenes/plush_big.spz");
+  Renderer& gpu = *Pair::of("scenes/plush_big.spz").gpu;
+  const Camera camera = cameras_of("plush_big").at(0).resized(3840, 2160);
+  RenderSettings settings = settings_of_pipeline();
+  settings.mode = find_culler("adr");
+  settings.splat_scale = 4;
+  const Frame wide = gpu.render(camera, settings);
+  EXPECT_GT(wide.stats.tile_pairs, 100'000'000u);
+  RecordProperty("pairs", std::to_string(wide.stats.tile_pairs));
+  RecordProperty("frame_ms", std::to_string(gpu.render(camera, settings).stats.frame_ms));
+  settings.mode = find_culler("exact");
+  EXPECT_EQ(gpu.render(camera, settings).color.values, wide.color.values);
 }
 
 TEST_P(CudaScenes, are_within_80_db_of_the_reference) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -64,6 +65,30 @@ void append(GaussianCloud& cloud, const GaussianCloud& more) {
   add(cloud.opacity_logits, more.opacity_logits);
   add(cloud.sh, more.sh);
   cloud.sh_degree = more.sh_degree;
+}
+
+GaussianCloud with_storage_noise(GaussianCloud cloud, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto half_of = [&](float step) {
+    return std::uniform_real_distribution<float>(-0.5f * step, 0.5f * step)(random);
+  };
+  const auto add_to = [&](glm::vec3& values, float step) {
+    values += glm::vec3(half_of(step), half_of(step), half_of(step));
+  };
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    add_to(cloud.positions[i], 1.0f / 4096);
+    add_to(cloud.log_scales[i], 1.0f / 16);
+    const float opacity = 1 / (1 + std::exp(-cloud.opacity_logits[i]));
+    const float noisy = std::clamp(opacity + half_of(1.0f / 255), 0.0f, 1.0f);
+    cloud.opacity_logits[i] = std::log(noisy / (1 - noisy));
+    for (std::size_t k = 0; k < coefficients; ++k) {
+      add_to(cloud.sh[i * coefficients + k], k == 0  ? 1 / (255 * 0.15f)
+                                             : k < 4 ? 1.0f / 16
+                                                     : 1.0f / 8);
+    }
+  }
+  return cloud;
 }
 
 Camera front_camera(int width, int height) {

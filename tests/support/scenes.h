@@ -20,6 +20,11 @@ GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,
 /// Appends the Gaussians of `more`; both must have one SH degree.
 void append(GaussianCloud& cloud, const GaussianCloud& more);
 
+/// The cloud with seeded noise of up to half a step of .spz storage in position (2^-12), log scale
+/// (1/16), opacity (1/255) and colour (DC 1/(255 * 0.15); SH 1/16 and 1/8), so that values which
+/// were stored in 8 bits lie between the steps.
+GaussianCloud with_storage_noise(GaussianCloud cloud, unsigned seed);
+
 /// A camera at the origin looking along +z, horizontal field of view about 60 degrees.
 Camera front_camera(int width, int height);
 

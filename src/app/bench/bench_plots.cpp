@@ -60,7 +60,8 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
                      scenes.size() <= 3 ? joined(scenes, ", ")
                                         : fmt::format("{} .. {}", scenes.front(), scenes.back()),
                      sizes.size() == 1 ? sizes.front() : "several sizes",
-                     measured_on(report.environment));
+                     measured_on(report.environment)) +
+         pipeline_note(report.rows);
 }
 
 // Labels at the measured sizes.

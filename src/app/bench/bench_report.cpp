@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/bench/bench_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
 
 #include "app/text.h"
 #include "io/json_text.h"
+#include "raster/renderer.h"
 #include "raster/scene/fail.h"
 
 namespace qs {
@@ -105,6 +107,16 @@ BenchReport read_bench_json(const std::filesystem::path& path) try {
 std::string measured_on(const ordered_json& environment) {
   const std::string gpu = environment.value("gpu", "");
   return gpu.empty() ? environment.value("cpu", "unknown") : gpu;
+}
+
+std::string pipeline_note(const std::vector<BenchRow>& rows) {
+  std::vector<std::string> words;
+  for (const BenchRow& row : rows) {
+    if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)] &&
+        std::find(words.begin(), words.end(), row.pipeline) == words.end())
+      words.push_back(row.pipeline);
+  }
+  return words.empty() ? "" : "; pipeline " + joined(words, " and ");
 }
 
 }  // namespace qs

@@ -92,4 +92,7 @@ BenchReport read_bench_json(const std::filesystem::path& path);
 /// "NVIDIA H200" on CUDA, the CPU's model otherwise: what a caption says.
 std::string measured_on(const nlohmann::ordered_json& environment);
 
+/// "; pipeline fast" for rows of a backend that has several, else nothing.
+std::string pipeline_note(const std::vector<BenchRow>& rows);
+
 }  // namespace qs

@@ -56,7 +56,8 @@ std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
   if (bundle.rows.empty()) return {};
   const BenchRow& row = bundle.rows.front();
   const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
-                                          measured_on(bundle.environment));
+                                          measured_on(bundle.environment)) +
+                              pipeline_note(bundle.rows);
   const std::string axes = fmt::format(
       "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\n"
       "set xlabel \"zoom (first distance to the target / distance)\"\n",

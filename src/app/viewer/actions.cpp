@@ -362,7 +362,17 @@ void on(Viewer& v, const MemoryMeasured& a) {
   v.process_bytes = a.process_bytes;
   v.gpu_bytes = a.gpu_bytes;
 }
-void on(Viewer& v, const NumbersMeasured& a) { v.numbers = a.numbers; }
+// Rows of the same view that were measured before, of the other pipeline, stay.
+void on(Viewer& v, const NumbersMeasured& a) {
+  const ModeNumbers before = std::exchange(v.numbers, a.numbers);
+  if (before.version != a.numbers.version) return;
+  for (const BenchRow& old : before.rows) {
+    const bool again = std::any_of(
+        a.numbers.rows.begin(), a.numbers.rows.end(),
+        [&](const BenchRow& row) { return row.mode == old.mode && row.pipeline == old.pipeline; });
+    if (!again) v.numbers.rows.push_back(old);
+  }
+}
 void on(Viewer& v, const MeasuringChanged& a) { v.measuring = a.running; }
 void on(Viewer& v, const ZoomStepped& a) {
   if (!v.zoom.running) v.zoom = {true, a.steps, {}, {}};

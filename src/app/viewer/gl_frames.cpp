@@ -2,6 +2,7 @@
 #include "app/viewer/gl_frames.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 
 #include <epoxy/gl.h>
@@ -25,40 +26,37 @@ GlFrames::~GlFrames() { glfwDestroyWindow(context_); }
 void GlFrames::bind() { glfwMakeContextCurrent(context_); }
 
 void GlFrames::unbind() {
-  for (Slot& slot : slots_) glDeleteBuffers(1, &slot.buffer.name);
+  for (Slot& slot : slots_) glDeleteTextures(1, &slot.texture.name);
   glfwMakeContextCurrent(nullptr);
 }
 
-GlBuffer GlFrames::take(int width, int height) {
+GlTexture GlFrames::take(int width, int height) {
   const std::lock_guard lock(mutex_);
   const auto slot =
       std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return !s.taken; });
   assert(slot != slots_.end());
-  const std::size_t bytes = 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (slot->bytes < bytes) {
-    glDeleteBuffers(1, &slot->buffer.name);
-    glGenBuffers(1, &slot->buffer.name);
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, slot->buffer.name);
-    // Storage that no CPU can reach stays in the GPU's own memory.
-    const auto size = static_cast<GLsizeiptr>(bytes);
-    if (epoxy_gl_version() >= 44 || epoxy_has_gl_extension("GL_ARB_buffer_storage")) {
-      glBufferStorage(GL_PIXEL_UNPACK_BUFFER, size, nullptr, 0);
-    } else {
-      glBufferData(GL_PIXEL_UNPACK_BUFFER, size, nullptr, GL_DYNAMIC_COPY);
-    }
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  if (slot->width != width || slot->height != height) {
+    glDeleteTextures(1, &slot->texture.name);
+    glGenTextures(1, &slot->texture.name);
+    glBindTexture(GL_TEXTURE_2D, slot->texture.name);
+    const int levels = std::bit_width(static_cast<unsigned>(std::max(width, height)));
+    glTexStorage2D(GL_TEXTURE_2D, levels, GL_RGBA8, width, height);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glBindTexture(GL_TEXTURE_2D, 0);
     glFinish();
-    slot->bytes = bytes;
-    slot->buffer.version = ++versions_;
+    slot->width = width;
+    slot->height = height;
+    slot->texture.version = ++versions_;
   }
   slot->taken = true;
-  return slot->buffer;
+  return slot->texture;
 }
 
-void GlFrames::give_back(const GlBuffer& buffer) {
+void GlFrames::give_back(const GlTexture& texture) {
   const std::lock_guard lock(mutex_);
   for (Slot& slot : slots_) {
-    if (slot.buffer.name == buffer.name && buffer.name != 0) slot.taken = false;
+    if (slot.texture.name == texture.name && texture.name != 0) slot.taken = false;
   }
 }
 

@@ -72,6 +72,7 @@ Presenter::Presenter() {
   heat_cells_uniform_ = glGetUniformLocation(program_, "heat_cells");
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
+  glGenBuffers(1, &pixels_);
   picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
   colors_ = new_texture(GL_TEXTURE_1D, GL_LINEAR);
@@ -88,6 +89,7 @@ Presenter::~Presenter() {
   glDeleteTextures(1, &heat_);
   glDeleteTextures(1, &colors_);
   glDeleteQueries(1, &query_);
+  glDeleteBuffers(1, &pixels_);
   glDeleteVertexArrays(1, &empty_vertices_);
   glDeleteProgram(program_);
 }
@@ -97,20 +99,21 @@ void Presenter::show(FrameReply reply, const Scale& scale) {
   heat_maximum_ = next_->shown.heatmap ? static_cast<float>(scale.maximum) : 0;
 }
 
+// The pixels of the newest reply, in a texture of ours or in the one they were drawn into.
 void Presenter::upload() {
   const FrameReply reply = *std::exchange(next_, std::nullopt);
-  glBindTexture(GL_TEXTURE_2D, picture_);
-  if (reply.width != width_ || reply.height != height_) {
-    width_ = reply.width;
-    height_ = reply.height;
+  shown_ = reply.texture.name != 0 ? reply.texture.name : picture_;
+  glBindTexture(GL_TEXTURE_2D, shown_);
+  width_ = reply.width;
+  height_ = reply.height;
+  if (shown_ == picture_) {
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, pixels_);
+    glBufferData(GL_PIXEL_UNPACK_BUFFER, static_cast<GLsizeiptr>(reply.rgba.size()),
+                 reply.rgba.data(), GL_STREAM_DRAW);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_, height_, 0, GL_RGBA, GL_UNSIGNED_BYTE,
                  nullptr);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
   }
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, reply.buffer.name);  // 0: from the host
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE,
-                  reply.buffer.name != 0 ? nullptr : reply.rgba.data());
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
-
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
                   reply.shown.heatmap ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
   if (!reply.shown.heatmap) return;
@@ -144,7 +147,7 @@ void Presenter::draw(int width, int height) {
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, heat_);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, picture_);
+  glBindTexture(GL_TEXTURE_2D, shown_);
   glBindVertexArray(empty_vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindVertexArray(0);

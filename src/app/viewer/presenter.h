@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Shows frames in the window with OpenGL: the newest picture, with the heat map's colours when it
-// has one. Pixels come from the host or from a GL buffer that the renderer drew into.
+// has one. Pixels come from the host or from a GL texture that the renderer drew into.
 #pragma once
 
 #include "app/viewer/gl_frames.h"
@@ -17,8 +17,8 @@ class Presenter {
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
 
-  /// Makes the frame the one on show; `scale` belongs to its heat map. A GL buffer must stay as it
-  /// is until the next draw().
+  /// Makes the frame the one on show; `scale` belongs to its heat map. A GL texture must stay
+  /// as it is until another frame was drawn.
   void show(FrameReply reply, const Scale& scale);
 
   /// Fills the framebuffer.
@@ -41,7 +41,9 @@ class Presenter {
   std::optional<FrameReply> next_;  // shown and not yet uploaded
   unsigned program_ = 0, empty_vertices_ = 0;
   int heat_maximum_uniform_ = -1, heat_cells_uniform_ = -1;
+  unsigned pixels_ = 0;  // a buffer: the way of pixels from the host
   unsigned picture_ = 0, heat_ = 0, colors_ = 0;
+  unsigned shown_ = 0;  // the texture with the frame
   int width_ = 0, height_ = 0;
   float heat_maximum_ = 0;
   glm::vec2 heat_cells_{1.0f};

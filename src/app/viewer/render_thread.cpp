@@ -156,20 +156,26 @@ void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->unbind();
 }
 
-// The frame in a GL buffer, or null where that is not possible: never tried again then.
+// The frame in a GL texture, or null where that is not possible: never tried again then.
 const Frame* RenderThread::draw_into_gl(const Camera& camera, const FrameOrder& order,
-                                        const Outputs& outputs, GlBuffer& buffer) {
+                                        const Outputs& outputs, GlTexture& texture) {
   if (!gl_works_ || studio_.session.backend != Backend::cuda) return nullptr;
-  buffer = frames_->take(camera.width, camera.height);
+  texture = std::exchange(next_texture_, {});
+  if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
+    studio_.session.renderer->expect(HostImage{});
+    frames_->give_back(std::exchange(texture, {}));
+  }
+  if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
   try {
-    return &studio_.session.renderer->render(camera, order.settings, outputs, buffer, studio_.stop);
+    return &studio_.session.renderer->render(camera, order.settings, outputs, texture,
+                                             studio_.stop);
   } catch (const Error& error) {
-    frames_->give_back(std::exchange(buffer, {}));
+    frames_->give_back(std::exchange(texture, {}));
     gl_works_ = false;
     report(action::Say{std::string(error.what()) + "; frames pass the host instead"});
     return nullptr;
   } catch (...) {
-    frames_->give_back(std::exchange(buffer, {}));
+    frames_->give_back(std::exchange(texture, {}));
     throw;
   }
 }
@@ -183,7 +189,7 @@ void RenderThread::draw(const FrameOrder& order) {
   Outputs outputs;
   if (order.heatmap) outputs = outputs_for(*order.heatmap);
   FrameReply reply;
-  const Frame* frame = draw_into_gl(camera, order, outputs, reply.buffer);
+  const Frame* frame = draw_into_gl(camera, order, outputs, reply.texture);
   if (frame == nullptr) {
     frame = &studio_.session.renderer->render(camera, order.settings, outputs, HostImage{},
                                               studio_.stop);
@@ -191,16 +197,26 @@ void RenderThread::draw(const FrameOrder& order) {
   }
   reply.width = camera.width;
   reply.height = camera.height;
-  reply.shown = {frame->stats,  order.settings.mode, order.version,         order.camera,
-                 order.divisor, std::nullopt,        reply.buffer.name != 0};
+  reply.shown = {frame->stats,  order.settings.mode, order.version,          order.camera,
+                 order.divisor, std::nullopt,        reply.texture.name != 0};
+  const bool gl = reply.texture.name != 0;
   if (order.heatmap)
     reply.shown.heatmap = make_heatmap(*frame, *order.heatmap, camera.width, camera.height);
   {
     const std::lock_guard lock(mutex_);
-    if (reply_ && reply_->buffer.name != 0) frames_->give_back(reply_->buffer);
+    if (reply_ && reply_->texture.name != 0) frames_->give_back(reply_->texture);
     reply_ = std::move(reply);
   }
   wake_();
+  if (gl) expect(camera.width, camera.height);
+}
+
+// The next frame's texture is made ready while the window shows this one.
+void RenderThread::expect(int width, int height) {
+  next_texture_ = frames_->take(width, height);
+  next_width_ = width;
+  next_height_ = height;
+  studio_.session.renderer->expect(next_texture_);
 }
 
 void RenderThread::measure(const NumbersOrder& order) {

@@ -25,12 +25,12 @@ struct NumbersOrder {
   int version = 0;
 };
 
-/// A frame on its way to the window: pixels on the host, or in a GL buffer.
+/// A frame on its way to the window: pixels on the host, or in a GL texture.
 struct FrameReply {
   ShownFrame shown;
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;  ///< rows from the top; empty when in a buffer
-  GlBuffer buffer;                 ///< name 0: not used
+  std::vector<std::uint8_t> rgba;  ///< rows from the top; empty when in a texture
+  GlTexture texture;               ///< name 0: not used
 };
 
 class RenderThread {
@@ -59,12 +59,15 @@ class RenderThread {
   template <class Work>
   void guarded(Work&& work);
   void report(Action action);
+  void expect(int width, int height);
   const Frame* draw_into_gl(const Camera& camera, const FrameOrder& order, const Outputs& outputs,
-                            GlBuffer& buffer);
+                            GlTexture& texture);
 
   std::function<void()> wake_;
   GlFrames* frames_;
   bool gl_works_;
+  GlTexture next_texture_;  // for the next frame, ready if it has the same size
+  int next_width_ = 0, next_height_ = 0;
   Studio studio_;
 
   std::mutex mutex_;  // of everything below but the thread

@@ -30,6 +30,8 @@ constexpr double kIdleSeconds = 0.01;   ///< sleep while something else works
 constexpr double kRestSeconds = 0.5;    ///< longest sleep
 constexpr double kStillSeconds = 0.25;  ///< without motion before modes are measured
 constexpr double kUiSeconds = 0.35;     ///< panels are drawn this long after the last event
+constexpr double kFramePatience =
+    0.03;  ///< the window waits this long for a frame, then shows the last one
 constexpr double kMemorySeconds = 2;
 constexpr double kScriptPatience = 120;  ///< that `wait` of a script has, seconds
 
@@ -64,9 +66,10 @@ class ViewLoop {
   void run() {
     while (!quit_) {
       Actions actions;
-      window_.poll(resting() ? kRestSeconds
-                   : draws() ? 0
-                             : kIdleSeconds,
+      window_.poll(resting()             ? kRestSeconds
+                   : frame_comes_first() ? kFramePatience
+                   : draws()             ? 0
+                                         : kIdleSeconds,
                    viewer_.navigation, actions);
       if (window_.close_requested()) actions.push_back(action::Quit{});
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, 0.1);
@@ -235,10 +238,10 @@ class ViewLoop {
     const double megapixels = 1e-6 * reply->width * reply->height;
     ms_per_megapixel_ = static_cast<double>(shown.stats.frame_ms) / std::max(megapixels, 1e-3);
     apply(viewer_, action::FrameShown{shown});
-    if (reply->buffer.name != 0) {
-      // The window may still copy from the buffer before: it rests for one more frame.
-      if (resting_buffer_.name != 0) gl_frames_->give_back(resting_buffer_);
-      resting_buffer_ = reply->buffer;
+    if (reply->texture.name != 0) {
+      // OpenGL may still draw from the texture before: it rests for one more frame.
+      if (resting_texture_.name != 0) gl_frames_->give_back(resting_texture_);
+      resting_texture_ = std::exchange(shown_texture_, reply->texture);
     }
     presenter_.show(std::move(*reply), memory_.heat_scale);
     draw_again();
@@ -276,6 +279,13 @@ class ViewLoop {
            now - viewer_.last_motion < 0.2;
   }
 
+  // In continuous drawing, frame and window take turns on the GPU, so that the frame's time is its
+  // own; a slow frame does not stop the window.
+  bool frame_comes_first() {
+    return !viewer_.on_demand && !viewer_.loading && render_->busy() &&
+           glfwGetTime() - last_draw_ < kFramePatience;
+  }
+
   bool resting() {
     return !draws() && script_.empty() && !window_.input().busy() &&
            viewer_.version == ordered_version_ &&
@@ -285,7 +295,7 @@ class ViewLoop {
   void draw() {
     if (viewer_.toasts.size() != toasts_) draw_once_ = true;
     toasts_ = viewer_.toasts.size();
-    if (!draws()) return;
+    if (!draws() || frame_comes_first()) return;
     if (viewer_.measuring && !draw_once_) render_->drop_numbers();
     draw_once_ = false;
     const double now = glfwGetTime();
@@ -299,7 +309,6 @@ class ViewLoop {
     window_.end_ui();
     grab(pixels);
     window_.swap();
-    // Frames and window take turns on the GPU, so that the frame's time is its own.
     if (!viewer_.on_demand) Presenter::finish();
     measure_window(now);
     for (const Action& action : actions) apply(viewer_, action);
@@ -428,7 +437,7 @@ class ViewLoop {
 
   int ordered_version_ = -1, ordered_divisor_ = 1;
   double ms_per_megapixel_ = 0;
-  GlBuffer resting_buffer_;
+  GlTexture shown_texture_, resting_texture_;
   std::filesystem::path grab_wanted_;
   bool quit_ = false, vsync_ = true, draw_once_ = true;
   std::size_t toasts_ = 0;

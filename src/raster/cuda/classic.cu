@@ -17,6 +17,7 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
   timed(Stage::sort, [&] { sort(frame, pairs_, lists_); });
   timed(Stage::blend, [&] { blend(frame, visible_, pairs_, lists_, outputs, pixels); });
   clock.finish(frame.stream);
+  frame.sequel();
 }
 
 void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs, Frame& result) {

@@ -14,7 +14,8 @@ namespace {
 
 class CudaRenderer final : public Renderer {
  public:
-  explicit CudaRenderer(int device) : device_(device), stream_(device, true), fast_(device) {}
+  explicit CudaRenderer(int device)
+      : device_(device), stream_(device, true), gl_target_(device), fast_(device) {}
 
   ~CudaRenderer() override {
     cudaSetDevice(device_);
@@ -40,13 +41,23 @@ class CudaRenderer final : public Renderer {
     stop_ = std::move(stop);
   }
 
+  void expect(const Target& target) override {
+    const auto* texture = std::get_if<GlTexture>(&target);
+    select_device();
+    if (texture == nullptr) {
+      gl_target_.give_back();
+    } else {
+      gl_target_.take(*texture);
+    }
+  }
+
   // All work happens here: whoever owns the renderer gives it a thread by waiting.
   const Frame& wait() override {
     select_device();
-    const FrameContext frame{cloud_,    camera_,
-                             settings_, TileGrid::of_image(camera_.width, camera_.height),
-                             stream_,   stop_};
-    prepare_result(frame.grid);
+    const TileGrid grid = TileGrid::of_image(camera_.width, camera_.height);
+    const FrameContext frame{cloud_, camera_, settings_, grid, stream_, stop_, [&] { present(); }};
+    prepare_result(grid);
+    if (presents()) gl_target_.take(std::get<GlTexture>(target_));
     if (settings_.pipeline == Pipeline::classic) {
       draw_with(classic_, frame);
     } else {
@@ -67,18 +78,27 @@ class CudaRenderer final : public Renderer {
     result_.stats.gaussians = cloud_.count;
   }
 
+  bool presents() const { return std::holds_alternative<GlTexture>(target_) && outputs_.color; }
+
+  void present() {
+    if (presents())
+      gl_target_.present(pixels_.color.data(), camera_.width, camera_.height, stream_);
+  }
+
   template <class AnyPipeline>
   void draw_with(AnyPipeline& pipeline, const FrameContext& frame) {
-    pipeline.draw(frame, outputs_, pixels_, clock_);
-    const auto* buffer = std::get_if<GlBuffer>(&target_);
-    const bool presents = buffer != nullptr && outputs_.color;
-    if (presents) {
-      gl_target_.present(pixels_.color.data(), camera_.width, camera_.height, *buffer, stream_);
+    try {
+      pipeline.draw(frame, outputs_, pixels_, clock_);
+      pipeline.collect(frame, outputs_, result_);
+      clock_.read(result_.stats);
+      collect_maps();
+      if (presents()) result_.stats.present_ms = gl_target_.present_ms();
+    } catch (...) {
+      cudaStreamSynchronize(stream_);
+      if (presents()) gl_target_.give_back();
+      throw;
     }
-    pipeline.collect(frame, outputs_, result_);
-    clock_.read(result_.stats);
-    collect_maps();
-    if (presents) result_.stats.present_ms = gl_target_.present_ms();
+    if (presents()) gl_target_.give_back();
   }
 
   /// From the device to what was asked for; waits for it.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <stop_token>
 
 #include "raster/cuda/upload.cuh"
@@ -18,6 +19,9 @@ struct FrameContext {
   TileGrid grid;
   cudaStream_t stream;
   std::stop_token stop;
+  /// Puts into the stream what is done with the pixels. Pipelines call it behind the frame without
+  /// waiting, and once more when the frame had to be drawn again.
+  std::function<void()> sequel;
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <utility>
+
 #include <cuda_gl_interop.h>
 
 #include "raster/cuda/check.cuh"
@@ -13,66 +15,96 @@ __device__ unsigned char rounded(float value) {
 }
 
 __global__ void __launch_bounds__(kThreads)
-    to_rgba8(const float* color, uchar4* rgba, std::uint32_t pixels) {
+    write_rgba8(const float* color, cudaSurfaceObject_t surface, std::uint32_t width,
+                std::uint32_t pixels) {
   const std::uint32_t i = blockIdx.x * kThreads + threadIdx.x;
   if (i >= pixels) return;
-  rgba[i] =
+  const uchar4 rgba =
       make_uchar4(rounded(color[3 * i]), rounded(color[3 * i + 1]), rounded(color[3 * i + 2]), 255);
+  surf2Dwrite(rgba, surface, static_cast<int>(i % width * sizeof rgba),
+              static_cast<int>(i / width));
 }
 
 }  // namespace
 
+GlTarget::Clockwork::Clockwork(int device) : stream(device, true) {
+  check(cudaEventCreate(&begin), "cudaEventCreate");
+  check(cudaEventCreate(&end), "cudaEventCreate");
+}
+
+GlTarget::Clockwork::~Clockwork() {
+  cudaEventDestroy(begin);
+  cudaEventDestroy(end);
+}
+
 GlTarget::~GlTarget() {
+  give_back();
   // Without a GL context (it went first) the driver has dropped the registrations already.
   for (auto& [name, registration] : registrations_)
     cudaGraphicsUnregisterResource(registration.resource);
   cudaGetLastError();
-  if (begin_ != nullptr) cudaEventDestroy(begin_);
-  if (end_ != nullptr) cudaEventDestroy(end_);
 }
 
-cudaGraphicsResource* GlTarget::registered(const GlBuffer& buffer) {
-  Registration& registration = registrations_[buffer.name];
-  if (registration.resource != nullptr && registration.version == buffer.version)
+cudaGraphicsResource* GlTarget::registered(const GlTexture& texture) {
+  Registration& registration = registrations_[texture.name];
+  if (registration.resource != nullptr && registration.version == texture.version)
     return registration.resource;
   if (registration.resource != nullptr) {
     cudaGraphicsUnregisterResource(registration.resource);
     cudaGetLastError();
     registration.resource = nullptr;
   }
-  check(cudaGraphicsGLRegisterBuffer(&registration.resource, buffer.name,
-                                     cudaGraphicsRegisterFlagsWriteDiscard),
+  check(cudaGraphicsGLRegisterImage(&registration.resource, texture.name, GL_TEXTURE_2D,
+                                    cudaGraphicsRegisterFlagsSurfaceLoadStore),
         "CUDA-GL interop");
-  registration.version = buffer.version;
+  registration.version = texture.version;
   return registration.resource;
 }
 
-void GlTarget::present(const float* color, int width, int height, const GlBuffer& buffer,
-                       cudaStream_t stream) {
-  if (begin_ == nullptr) {
-    check(cudaEventCreate(&begin_), "cudaEventCreate");
-    check(cudaEventCreate(&end_), "cudaEventCreate");
+void GlTarget::take(const GlTexture& texture) {
+  if (taken_.resource != nullptr && taken_.texture == texture) return;
+  give_back();
+  if (!clockwork_) clockwork_.emplace(device_);
+  cudaGraphicsResource* resource = registered(texture);
+  check(cudaGraphicsMapResources(1, &resource, clockwork_->stream), "CUDA-GL interop");
+  taken_ = {texture, resource, {}, 0};
+  try {
+    cudaResourceDesc pixels{};
+    pixels.resType = cudaResourceTypeArray;
+    check(cudaGraphicsSubResourceGetMappedArray(&pixels.res.array.array, resource, 0, 0),
+          "CUDA-GL interop");
+    check(cudaArrayGetInfo(nullptr, &taken_.size, nullptr, pixels.res.array.array),
+          "CUDA-GL interop");
+    check(cudaCreateSurfaceObject(&taken_.surface, &pixels), "CUDA-GL interop");
+    clockwork_->ready.record(clockwork_->stream);
+  } catch (...) {
+    give_back();
+    throw;
   }
-  cudaGraphicsResource* resource = registered(buffer);
-  check(cudaEventRecord(begin_, stream), "present");
-  check(cudaGraphicsMapResources(1, &resource, stream), "CUDA-GL interop");
-  void* mapped = nullptr;
-  std::size_t bytes = 0;
-  check(cudaGraphicsResourceGetMappedPointer(&mapped, &bytes, resource), "CUDA-GL interop");
-  const auto pixels = static_cast<std::uint32_t>(width) * static_cast<std::uint32_t>(height);
-  const bool fits = bytes >= 4 * static_cast<std::size_t>(pixels);
-  if (fits) {
-    launch("present", to_rgba8, (pixels + kThreads - 1) / kThreads, stream, color,
-           static_cast<uchar4*>(mapped), pixels);
-  }
-  check(cudaGraphicsUnmapResources(1, &resource, stream), "CUDA-GL interop");
-  check(cudaEventRecord(end_, stream), "present");
-  if (!fits) throw Error(ErrorKind::device, "cuda: the GL buffer is smaller than the frame");
+}
+
+void GlTarget::present(const float* color, int width, int height, cudaStream_t stream) {
+  const auto columns = static_cast<std::uint32_t>(width), rows = static_cast<std::uint32_t>(height);
+  if (taken_.size.width != columns || taken_.size.height != rows)
+    throw Error(ErrorKind::device, "cuda: the GL texture has another size than the frame");
+  check(cudaEventRecord(clockwork_->begin, stream), "present");
+  clockwork_->ready.hold(stream);
+  launch("present", write_rgba8, blocks_for(std::uint64_t{columns} * rows), stream, color,
+         taken_.surface, columns, columns * rows);
+  check(cudaEventRecord(clockwork_->end, stream), "present");
+}
+
+void GlTarget::give_back() noexcept {
+  if (taken_.resource == nullptr) return;
+  Taken taken = std::exchange(taken_, {});
+  cudaDestroySurfaceObject(taken.surface);
+  cudaGraphicsUnmapResources(1, &taken.resource, clockwork_->stream);
+  cudaGetLastError();
 }
 
 float GlTarget::present_ms() const {
   float ms = 0;
-  check(cudaEventElapsedTime(&ms, begin_, end_), "present");
+  check(cudaEventElapsedTime(&ms, clockwork_->begin, clockwork_->end), "present");
   return ms;
 }
 

@@ -136,6 +136,10 @@ enum cudaError_t {
 enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
 enum { cudaStreamNonBlocking = 1 };
 using cudaStream_t = void*;
+using cudaSurfaceObject_t = unsigned long long;
+struct cudaExtent {
+  std::size_t width, height, depth;
+};
 using cudaEvent_t = void*;
 
 inline const char* cudaGetErrorString(cudaError_t error) {
@@ -238,6 +242,7 @@ inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t, cudaGraph_t,
                                        cudaGraphExecUpdateResultInfo*) {
   return cudaSuccess;
 }
+inline cudaError_t cudaGraphUpload(cudaGraphExec_t, cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaGraphLaunch(cudaGraphExec_t, cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaGraphDestroy(cudaGraph_t) { return cudaSuccess; }
 inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t) { return cudaSuccess; }

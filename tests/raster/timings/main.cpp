@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Frame and stage times of both pipelines in every mode on the GPU, over the scenes, cameras and
-// sizes of golden/pairs.json, beside the times that docs/performance.md asks for.
-//   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]
+// Frame and stage times of both pipelines in every mode on the GPU: over the generated scenes of
+// the parity tests, and over the scenes, cameras and sizes of golden/pairs.json, beside the times
+// that docs/performance.md asks for; and how long a scene takes from its file to its first frame.
+//   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or one of the file
 // Pipelines and modes take turns frame by frame, so that a drifting clock meets all alike. Frame
 // times come from unmarked frames, the image stays on the device; stage times from marked ones.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -16,6 +18,8 @@
 #include "io/cameras.h"
 #include "io/reader.h"
 #include "raster/renderer.h"
+#include "raster/scene/activated_cloud.h"
+#include "support/scenes.h"
 
 namespace {
 
@@ -104,20 +108,62 @@ void print_table(const Limits& limits, std::size_t cameras, std::vector<Variant>
   std::printf("\n");
 }
 
+double now_ms() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
+}
+
+/// The way of a file to its first frame, step by step; `renderer` then holds the scene.
+void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>& renderer) {
+  const double begin = now_ms();
+  const GaussianCloud cloud = read_scene(file).cloud;
+  const double read = now_ms();
+  renderer = make_renderer(Backend::cuda);
+  const double made = now_ms();
+  renderer->upload(cloud, {});
+  const double uploaded = now_ms();
+  renderer->render(camera, {}, {}, DeviceImage{});
+  const double drawn = now_ms();
+  ThreadPool pool;
+  activate(cloud, pool);
+  const double activated = now_ms();
+  renderer->upload(cloud, {});
+  const double again = now_ms();
+  std::printf("%s: read %.0f ms, renderer made %.0f, uploaded %.0f, first frame %.0f: %.0f ms\n",
+              file.filename().c_str(), read - begin, made - read, uploaded - made, drawn - uploaded,
+              drawn - begin);
+  std::printf("  uploaded again: %.0f ms, of which activating takes %.0f\n\n", again - activated,
+              activated - drawn);
+}
+
+/// Scenes of tests/raster/cuda_parity_test.cpp.
+void measure_generated(int frames, const std::string& pipeline) {
+  for (const std::size_t count : {3000u, 20000u}) {
+    const auto renderer = make_renderer(Backend::cuda);
+    renderer->upload(test::random_cloud(count, 3, 42), {});
+    std::vector<Variant> variants = variants_of(pipeline);
+    measure(*renderer, test::front_camera(320, 200), frames, variants);
+    const std::string name = std::to_string(count) + " generated";
+    print_table({name.c_str(), 0, 0, 0, 0}, 1, variants);
+  }
+}
+
 int run(const fs::path& shared, int frames, const std::string& only, const std::string& pipeline) {
+  std::printf("%s, %d frames per mode and camera after %d, medians\n\n",
+              gpu_report().gpus.at(0).name.c_str(), frames, kWarmup);
+  if (only.empty() || only == "generated") measure_generated(frames, pipeline);
+  if (!fs::exists(shared / "golden/pairs.json")) return 0;
   const auto sets = nlohmann::json::parse(std::ifstream(shared / "golden/pairs.json"));
   std::string loaded;
-  std::unique_ptr<Renderer> renderer = make_renderer(Backend::cuda);
-  std::printf("%s, %d frames per mode and camera after %d, medians\n\n",
-              gpu_report().gpus[0].name.c_str(), frames, kWarmup);
+  std::unique_ptr<Renderer> renderer;
   for (const Limits& limits : kLimits) {
     if (!only.empty() && only != limits.set) continue;
     const auto& set = sets[limits.set];
     const std::string scene = set["file"];
-    if (scene != loaded) renderer->upload(read_scene(shared / scene).cloud, {});
-    loaded = scene;
     const fs::path own = shared / ("golden/" + std::string(limits.set) + ".cameras.json");
     const auto cameras = read_cameras(fs::exists(own) ? own : shared / "scenes/plush/cameras.json");
+    if (std::exchange(loaded, scene) != scene)
+      load(shared / scene, cameras.at(set["cameras"][0].get<std::size_t>()), renderer);
     std::vector<Variant> variants = variants_of(pipeline);
     for (const auto& index : set["cameras"]) {
       measure(*renderer, cameras.at(index.get<std::size_t>()), frames, variants);

@@ -37,6 +37,7 @@ class Graph {
     check(cudaStreamEndCapture(stream, &graph), "capture");
     adopt(graph, shape);
     cudaGraphDestroy(graph);
+    check(cudaGraphUpload(instance_, stream), "cudaGraphUpload");
   }
 
   void launch(cudaStream_t stream) { check(cudaGraphLaunch(instance_, stream), "frame"); }

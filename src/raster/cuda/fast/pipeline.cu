@@ -46,6 +46,7 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       graph_.launch(frame.stream);
     }
     clock.finish(frame.stream);
+    frame.sequel();
     copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
     if (counters_->tile_pairs <= room_) return;
     frame.throw_if_cancelled();

@@ -204,4 +204,10 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
   sieve.finish(scene);
 }
 
+void warn_of_missing_rotations(Scene& scene, std::size_t count) {
+  scene.warnings.push_back(
+      fmt::format("{} of {} Gaussians have no valid rotation and were left unrotated.", count,
+                  scene.cloud.size()));
+}
+
 }  // namespace qs

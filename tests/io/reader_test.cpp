@@ -26,7 +26,7 @@ using testing::StartsWith;
 
 std::string error_of(const std::filesystem::path& path, int iteration = -1) {
   try {
-    read_scene(path, {.iteration = iteration, .progress = {}});
+    read_scene(path, {.iteration = iteration});
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
     EXPECT_THAT(error.what(), StartsWith(path.string()));
@@ -60,7 +60,7 @@ TEST(Reader, model_directory_gives_its_highest_iteration) {
 TEST(Reader, model_directory_gives_the_chosen_iteration) {
   const TemporaryFolder folder;
   make_model(folder.path());
-  EXPECT_EQ(read_scene(folder.path(), {.iteration = 9000, .progress = {}}).cloud.size(), 9u);
+  EXPECT_EQ(read_scene(folder.path(), {.iteration = 9000}).cloud.size(), 9u);
   EXPECT_THAT(error_of(folder.path(), 8000), HasSubstr("no iteration 8000; there are: 7000 9000"));
 }
 
@@ -90,21 +90,24 @@ TEST(Reader, what_is_no_splat_file_is_said_in_one_sentence) {
   EXPECT_THAT(error_of("/dev/null"), HasSubstr("not a regular file"));
 }
 
-TEST(Reader, formats_without_a_reader_are_named) {
+TEST(Reader, files_that_only_have_the_extension_are_refused_by_its_reader) {
   const TemporaryFolder folder;
   const auto message_for = [&](const char* name, const char* content) {
     write_bytes(folder / name, to_bytes(content));
     return error_of(folder / name);
   };
-  EXPECT_THAT(message_for("noname", "glTF\2"), HasSubstr("binary glTF cannot be read yet"));
-  EXPECT_THAT(message_for("a.gltf", "{}"), HasSubstr("glTF cannot be read yet"));
+  EXPECT_THAT(message_for("noname", "glTF\2"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.gltf", "{}"), HasSubstr("not valid glTF"));
+  EXPECT_THAT(message_for("a.splat", "text"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.ksplat", "text"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.sog", "text"), HasSubstr("not valid JSON"));
 }
 
 TEST(Reader, stopping_cancels) {
   std::stop_source stop;
   stop.request_stop();
   EXPECT_THROW(read_scene(committed_corpus() / "valid/splatapult_test.ply",
-                          {.iteration = -1, .progress = {{}, stop.get_token()}}),
+                          {.progress = {{}, stop.get_token()}}),
                Cancelled);
 }
 
@@ -115,7 +118,7 @@ TEST(Reader, progress_rises_to_one) {
                             last = fraction;
                           },
                           {}};
-  read_scene(committed_corpus() / "valid/spz_v4_sh3.spz", {.iteration = -1, .progress = progress});
+  read_scene(committed_corpus() / "valid/spz_v4_sh3.spz", {.progress = progress});
   EXPECT_EQ(last, 1);
 }
 

@@ -103,6 +103,31 @@ TEST(Reader, files_that_only_have_the_extension_are_refused_by_its_reader) {
   EXPECT_THAT(message_for("a.sog", "text"), HasSubstr("not valid JSON"));
 }
 
+TEST(Reader, axes_of_a_file_can_be_overruled) {
+  const auto valid = committed_corpus() / "valid";
+  const glm::vec3 as_rub = read_scene(valid / "spz_v4_sh3.spz").cloud.positions[5];
+  const Scene scene = read_scene(valid / "spz_v4_sh3.spz", {.axes = "RDF"});
+  EXPECT_EQ(scene.axes, "RDF");
+  EXPECT_EQ(scene.cloud.positions[5], as_rub * glm::vec3(1, -1, -1));
+  Scene again = scene;
+  assume_axes(again, "RUB");
+  EXPECT_EQ(again.cloud.positions[5], as_rub);
+  EXPECT_THROW(assume_axes(again, "XYZ"), Error);
+}
+
+TEST(Reader, sog_names_that_leave_the_folder_are_refused) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "inner");
+  std::filesystem::copy(committed_corpus() / "valid/sog_v1_folder", folder / "inner");
+  std::filesystem::rename(folder / "inner/quats.webp", folder / "quats.webp");
+  auto text = file_bytes(folder / "inner/meta.json");
+  std::string meta(reinterpret_cast<const char*>(text.data()), text.size());
+  meta.replace(meta.find("quats.webp"), 10, "../quats.webp");
+  std::filesystem::remove(folder / "inner/meta.json");
+  write_bytes(folder / "inner/meta.json", to_bytes(meta));
+  EXPECT_THAT(error_of(folder / "inner/meta.json"), HasSubstr("unsafe file name"));
+}
+
 TEST(Reader, stopping_cancels) {
   std::stop_source stop;
   stop.request_stop();

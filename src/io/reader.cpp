@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <new>
 
 #include "io/axes.h"
@@ -104,11 +105,15 @@ Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) 
   if (file.content().empty()) fail("{}: the file is empty", scene.path.string());
   const ReaderRow& reader = choose_reader(file.content(), scene.path);
   options.progress.update(0);
+  const auto start = std::chrono::steady_clock::now();
   try {
     reader.read(file.content(), scene.path, options, scene);
   } catch (const std::bad_alloc&) {
     fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
   }
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - start;
+  scene.unpack_ms = elapsed.count() - scene.fill_ms;
   if (!options.axes.empty()) assume_axes(scene, options.axes);
   options.progress.update(1);
   return scene;

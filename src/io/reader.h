@@ -26,9 +26,11 @@ struct Scene {
       path;            ///< the file that was read (inside a model directory, the one chosen)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< whole sentences: what was dropped or assumed
-  std::string axes = "RDF";   ///< of the values in the file, one of kAxes; the cloud has RDF
-  std::string vertical_axis;  ///< from the file ("y", "-z", ...), empty when it says nothing
-  std::uint64_t file_bytes = 0;
+  std::string axes = "RDF";      ///< of the values in the file, one of kAxes; the cloud has RDF
+  std::string vertical_axis;     ///< from the file ("y", "-z", ...), empty when it says nothing
+  std::uint64_t file_bytes = 0;  ///< of all files that were read
+  double unpack_ms = 0;  ///< time until values could be filled in: headers, decompression, memory
+  double fill_ms = 0;    ///< time of filling them in and checking them
 };
 
 struct ReadOptions {

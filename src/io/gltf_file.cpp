@@ -97,8 +97,7 @@ std::string first_line(const std::string& text) {
 
 }  // namespace
 
-float GltfNumbers::operator()(std::uint64_t i, std::size_t c) const {
-  const std::byte* const at = data_ + i * stride_ + c * component_bytes_;
+float GltfNumbers::convert(const std::byte* at) const {
   switch (component_type_) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
       return number<std::int8_t>(at, normalized_);
@@ -108,10 +107,8 @@ float GltfNumbers::operator()(std::uint64_t i, std::size_t c) const {
       return number<std::int16_t>(at, normalized_);
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
       return number<std::uint16_t>(at, normalized_);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-      return number<std::uint32_t>(at, normalized_);
     default:
-      return load<float>(at);
+      return number<std::uint32_t>(at, normalized_);
   }
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "io/byte_cursor.h"
 #include "io/tinygltf.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -24,10 +25,16 @@ class GltfNumbers {
   std::uint64_t count = 0;  ///< elements
 
   /// Component `c` of element `i`. Normalised integers become -1..1 or 0..1.
-  float operator()(std::uint64_t i, std::size_t c) const;
+  float operator()(std::uint64_t i, std::size_t c) const {
+    const std::byte* const at = data_ + i * stride_ + c * component_bytes_;
+    return component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT ? load<float>(at) : convert(at);
+  }
 
  private:
   friend class GltfFile;
+
+  float convert(const std::byte* at) const;
+
   const std::byte* data_ = nullptr;
   std::uint64_t stride_ = 0;
   std::size_t component_bytes_ = 0;

@@ -71,6 +71,20 @@ TEST(Formats, convert_writes_every_format_and_keeps_the_largest) {
   }
 }
 
+TEST(Formats, scenes_of_huge_gaussians_are_drawn_or_refused_in_time) {
+  const TemporaryFolder folder;
+  const auto picture = (folder / "a.png").string();
+  std::vector<std::filesystem::path> bombs = {committed_corpus() / "broken/ply_scale_huge.ply"};
+  const auto shared = shared_path("corpus/broken/ply_overdraw_bomb.ply");
+  if (std::filesystem::exists(shared)) bombs.push_back(shared);
+  for (const auto& bomb : bombs) {
+    const ProgramRun run = run_quadsplat(
+        {"render", bomb.string(), "--size", "160x120", "--backend", "cpu", "--output", picture});
+    EXPECT_THAT(run.exit_code, testing::AnyOf(0, 3)) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("warning: ")) << bomb;
+  }
+}
+
 TEST(Formats, axes_can_be_overruled_on_the_command_line) {
   const auto file = (committed_corpus() / "valid/spz_v4_sh3.spz").string();
   EXPECT_THAT(run_quadsplat({"info", file}).out, HasSubstr("RUB"));

@@ -136,6 +136,23 @@ TEST(Reader, stopping_cancels) {
                Cancelled);
 }
 
+TEST(Reader, every_format_reports_progress_and_can_be_stopped_on_the_way) {
+  for (const CorpusFile& file : corpus_files(committed_corpus())) {
+    if (!file.valid()) continue;
+    SCOPED_TRACE(file.name);
+    std::stop_source stop;
+    float last = 0;
+    const Progress progress{[&](float fraction) {
+                              EXPECT_GE(fraction, last);
+                              last = fraction;
+                              stop.request_stop();
+                            },
+                            stop.get_token()};
+    EXPECT_THROW(read_scene(file.path, {.progress = progress}), Cancelled);
+    EXPECT_LT(last, 1);
+  }
+}
+
 TEST(Reader, progress_rises_to_one) {
   float last = -1;
   const Progress progress{[&](float fraction) {

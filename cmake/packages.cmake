@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Every library the project uses; scripts/setup installs them. ImGui, zstd and OpenImageIO come through
-# pkg-config because Debian's CMake files for them are missing or broken.
+# Every library the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libzip and
+# OpenImageIO come through pkg-config because Debian's CMake files for them are missing or broken.
 # QUADSPLAT_STATIC: libraries go into the program where the system has static ones, the C++ library too;
 # others are looked for in ../lib beside the program. scripts/bundle builds that.
 if(QUADSPLAT_STATIC)
@@ -20,6 +20,9 @@ find_package(nlohmann_json CONFIG REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
+pkg_check_modules(ZIP REQUIRED IMPORTED_TARGET libzip)
+find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)  # one header; src/io/tinygltf.cpp compiles it
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 find_package(glfw3 3.3 CONFIG REQUIRED)

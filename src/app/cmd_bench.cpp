@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/bench/load_times.h"
 #include "app/bench/markdown.h"
 #include "app/bench/measure_view.h"
 #include "app/bench/noise.h"
@@ -31,7 +32,7 @@ struct BenchCommand {
   std::optional<glm::ivec2> replicate;
   int path_steps = 32, scaling = 0;
   Shard shard;
-  bool psnr = false;
+  bool psnr = false, load = false;
 };
 
 std::vector<int> parse_indices(const std::string& text) {
@@ -56,6 +57,7 @@ bool parse(BenchCommand& command, Arguments arguments) {
                   "frames before them (default: 20)");
   options.integer("--rounds", "N", 1, 1000, command.plan.rounds,
                   "repeats everything and tells how far the rounds' medians differ");
+  options.flag("--load", command.load, "measures reading the scenes instead, by stages");
   options.flag("--psnr", command.psnr, "adds PSNR against mode reference (seconds per view)");
   options.value(
       "--replicate", "NxM", "lays copies of each scene on a grid",
@@ -84,6 +86,15 @@ struct View {
   Camera camera;
   std::string name;
 };
+
+int run_load_bench(const BenchCommand& command) {
+  std::vector<LoadTimes> rows;
+  for (const std::filesystem::path& path : command.scenes) {
+    rows.push_back(measure_loading(path, std::max(command.plan.rounds, 5)));
+  }
+  fmt::print("{}", format_load_times(rows));
+  return kExitOk;
+}
 
 class Bench {
  public:
@@ -225,7 +236,7 @@ class Bench {
 int run_bench(Arguments arguments) {
   BenchCommand command;
   if (!parse(command, arguments)) return kExitOk;
-  return Bench(command, arguments).run();
+  return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
 
 }  // namespace qs

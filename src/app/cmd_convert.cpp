@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -6,6 +7,7 @@
 #include "app/command.h"
 #include "app/frame_options.h"
 #include "app/progress_bar.h"
+#include "io/cloud_order.h"
 #include "io/sh_degree.h"
 #include "io/writer.h"
 #include "raster/scene/fail.h"
@@ -15,28 +17,49 @@ namespace {
 
 std::string writable_formats() {
   std::vector<std::string> endings;
-  for (const WriterRow& row : writers()) endings.emplace_back(row.extension);
+  for (const WriterRow& row : writers()) {
+    if (std::find(endings.begin(), endings.end(), row.extension) == endings.end()) {
+      endings.emplace_back(row.extension);
+    }
+  }
   return joined(endings, ", ");
+}
+
+std::string format_names() {
+  std::vector<std::string> names;
+  for (const WriterRow& row : writers()) names.emplace_back(row.name);
+  return joined(names, ", ");
 }
 
 }  // namespace
 
 int run_convert(Arguments arguments) {
   std::filesystem::path input, output;
-  int degree = kMaxShDegree;
+  std::string axes, format;
+  int degree = kMaxShDegree, largest = 0;
   Options options("convert", "writes a scene in another format");
   options.positional("IN", input, "splat file or model folder");
   options.positional("OUT", output, "its ending tells the format: " + writable_formats());
   options.integer("--sh-degree", "N", 0, kMaxShDegree, degree,
                   "highest degree of view-dependent colour to keep");
+  options.integer("--keep-largest", "N", 1, 2'000'000'000, largest,
+                  "keeps the N Gaussians that cover most: opacity times area");
+  options.value("--format", "NAME", "one of " + format_names() + " (default: by the ending)",
+                [&format](const std::string& text) { format = text; });
+  declare_axes_option(options, axes);
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");
+  options.example("quadsplat convert garden/ small.spz --keep-largest 300000 --sh-degree 1",
+                  "a small file of a large model");
   if (!options.parse(arguments)) return kExitOk;
 
-  Scene scene = load_scene(input);
+  Scene scene = load_scene(input, -1, axes);
   scene.cloud = with_sh_degree(std::move(scene.cloud), degree);
+  if (largest > 0) {
+    scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(largest));
+  }
   {
     ProgressBar bar("writing");
-    write_scene(scene.cloud, output, bar.progress());
+    write_scene(scene.cloud, output, bar.progress(), format);
   }
   std::error_code error;
   const auto bytes = std::filesystem::file_size(output, error);

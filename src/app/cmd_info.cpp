@@ -13,6 +13,8 @@ int run_info(Arguments arguments) {
   bool json = false;
   Options options("info", "tells what is in scene files");
   options.positionals("FILE", files, "splat files or model folders");
+  std::string axes;
+  declare_axes_option(options, axes);
   options.flag("--json", json, "a JSON list with one object per file");
   options.example("quadsplat info garden/ plush.spz",
                   "format, size, extents and ranges of two scenes");
@@ -20,7 +22,7 @@ int run_info(Arguments arguments) {
 
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const std::filesystem::path& file : files) {
-    const Scene scene = load_scene(file);
+    const Scene scene = load_scene(file, -1, axes);
     const SceneReport report = make_report(scene.cloud);
     if (json) {
       list.push_back(report_json(scene, report));

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/format_list.h"
 #include "app/text.h"
 #include "raster/renderer.h"
 #include "version.h"
@@ -35,6 +36,7 @@ std::string program_help() {
   text +=
       "\n  quadsplat COMMAND --help   options and examples of a command\n"
       "  quadsplat --list-gpus      GPUs that can render, or why none can\n"
+      "  quadsplat --list-formats   scene formats that are read and written\n"
       "  quadsplat --version        version, commit and build\n\n"
       "SCENE is a splat file or the folder of a trained model.\n"
       "Exit codes: 0 good, 1 wrong command line, 2 bad input, 3 no device or memory, 4 comparison "
@@ -80,6 +82,10 @@ int run_program(Arguments arguments) {
   }
   if (first == "--list-gpus") {
     fmt::print("{}", gpu_list());
+    return kExitOk;
+  }
+  if (first == "--list-formats") {
+    fmt::print("{}", format_list());
     return kExitOk;
   }
   if (first == "--version") {

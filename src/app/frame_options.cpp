@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/progress_bar.h"
+#include "io/axes.h"
 #include "io/cameras.h"
 #include "raster/scene/fail.h"
 
@@ -56,6 +57,7 @@ void declare_frame_options(Options& options, FrameOptions& frame) {
 void declare_common_options(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
                   "of a model folder: point_cloud/iteration_N (default: the highest)");
+  declare_axes_option(options, frame.axes);
   options.text("--cameras", "FILE", frame.cameras,
                "cameras.json, transforms.json or a COLMAP folder (default: beside the scene)");
   options.value("--size", "WxH", "picture size; keeps the vertical field of view",
@@ -95,10 +97,19 @@ const char* pipeline_name(const Session& session) {
   return kPipelineNames[static_cast<int>(session.settings.pipeline)];
 }
 
-Scene load_scene(const std::filesystem::path& path, int iteration) {
+void declare_axes_option(Options& options, std::string& axes) {
+  const std::vector<std::string> names(kAxes.begin(), kAxes.end());
+  options.choice(
+      "--axes", names,
+      [&axes, names](int chosen) { axes = names[static_cast<std::size_t>(chosen)]; },
+      "where x, y, z of the file point (left, right, down, up, back, forward), whatever it says");
+}
+
+Scene load_scene(const std::filesystem::path& path, int iteration, const std::string& axes) {
   ProgressBar bar("reading");
   ReadOptions options;
   options.iteration = iteration;
+  options.axes = axes;
   options.progress = bar.progress();
   Scene scene = read_scene(path, options);
   for (const std::string& warning : scene.warnings)
@@ -117,7 +128,7 @@ std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backe
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
   Session session;
   session.backend = choose_backend(frame);
-  session.scene = load_scene(frame.scene, frame.iteration);
+  session.scene = load_scene(frame.scene, frame.iteration, frame.axes);
   session.device = frame.renderer.device;
   if (change) change(session.scene);
   session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);

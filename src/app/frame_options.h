@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <glm/vec2.hpp>
@@ -21,6 +22,7 @@ namespace qs {
 struct FrameOptions {
   std::filesystem::path scene;
   int iteration = -1;
+  std::string axes;  ///< one of kAxes, overrules the file; empty: it is right
   std::optional<std::filesystem::path> cameras;
   std::optional<glm::ivec2> size;
   std::vector<CullMode> modes = {kDefaultMode};
@@ -63,6 +65,10 @@ std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backe
                                        const RendererOptions& options);
 
 /// Reads a scene with a progress bar; warnings go to stderr.
-Scene load_scene(const std::filesystem::path& path, int iteration = -1);
+Scene load_scene(const std::filesystem::path& path, int iteration = -1,
+                 const std::string& axes = {});
+
+/// Declares --axes.
+void declare_axes_option(Options& options, std::string& axes);
 
 }  // namespace qs

@@ -55,6 +55,7 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("bytes", fmt::format("{} ({})", grouped(scene.file_bytes), bytes_text(scene.file_bytes)));
   line("Gaussians", grouped(scene.cloud.size()));
   line("SH degree", fmt::format("{}", scene.cloud.sh_degree));
+  line("axes", scene.axes);
   line("antialiased", scene.cloud.antialiased ? "yes" : "no");
   if (!scene.vertical_axis.empty()) line("vertical axis", scene.vertical_axis);
   line("extents", box_text(report.all));
@@ -71,6 +72,7 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
           {"bytes", scene.file_bytes},
           {"gaussians", scene.cloud.size()},
           {"sh_degree", scene.cloud.sh_degree},
+          {"axes", scene.axes},
           {"antialiased", scene.cloud.antialiased},
           {"vertical_axis", scene.vertical_axis},
           {"extents", box_json(report.all)},

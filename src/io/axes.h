@@ -5,7 +5,9 @@
 // the formulas hold for that as well, because a Gaussian's covariance has no handedness.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <string_view>
 
 #include "raster/scene/gaussian_cloud.h"
 
@@ -22,6 +24,17 @@ struct AxisSigns {
 constexpr AxisSigns kTurnAboutX{1, -1, -1};
 /// The 180-degree turn about z: glTF's LUF to RDF and back.
 constexpr AxisSigns kTurnAboutZ{-1, -1, 1};
+
+/// Frames whose axes are parallel to the cloud's. The letters tell where x, y and z point: left or
+/// right, down or up, back or forward. In the order of SPZ's coordinate system extension, from 1.
+inline constexpr std::array<std::string_view, 8> kAxes = {"LDB", "RDB", "LUB", "RUB",
+                                                          "LDF", "RDF", "LUF", "RUF"};
+
+/// Signs that turn frame kAxes[number] into RDF, and back.
+constexpr AxisSigns signs_to_rdf(std::size_t number) {
+  return {(number & 1) != 0 ? 1.0f : -1.0f, (number & 2) != 0 ? -1.0f : 1.0f,
+          (number & 4) != 0 ? 1.0f : -1.0f};
+}
 
 /// Applies `signs` to the Gaussians [begin, end). Applying them twice changes nothing.
 void flip_axes(GaussianCloud& cloud, std::size_t begin, std::size_t end, AxisSigns signs);

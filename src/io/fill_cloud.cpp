@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -192,6 +193,7 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
                 const std::function<void(std::size_t begin, std::size_t end)>& fill) {
   constexpr std::size_t kChunk = 1024;  // about 0.5 MB read and written: stays in the cache
   const std::size_t count = scene.cloud.size();
+  const auto start_time = std::chrono::steady_clock::now();
   Sieve sieve(scene.cloud);
   pool.for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end, int worker) {
     if (worker == 0) {
@@ -202,6 +204,15 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
     sieve.inspect(begin, end);
   });
   sieve.finish(scene);
+  scene.fill_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_time)
+          .count();
+}
+
+void warn_of_missing_rotations(Scene& scene, std::size_t count) {
+  scene.warnings.push_back(
+      fmt::format("{} of {} Gaussians have no valid rotation and were left unrotated.", count,
+                  scene.cloud.size()));
 }
 
 }  // namespace qs

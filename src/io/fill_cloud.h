@@ -20,4 +20,7 @@ namespace qs {
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
                 const std::function<void(std::size_t begin, std::size_t end)>& fill);
 
+/// For formats whose bytes can say "no rotation": `count` Gaussians were left unrotated.
+void warn_of_missing_rotations(Scene& scene, std::size_t count);
+
 }  // namespace qs

@@ -15,9 +15,14 @@ namespace {
 
 constexpr int kMaxDepth = 64;
 
-// Deepest nesting of brackets outside of strings.
-int nesting(std::string_view text) {
-  int depth = 0, deepest = 0;
+struct Shape {
+  int depth = 0;           // deepest nesting of brackets
+  std::size_t values = 0;  // at least as many as there are: commas and opening brackets
+};
+
+Shape shape_of(std::string_view text) {
+  Shape shape;
+  int depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -26,21 +31,26 @@ int nesting(std::string_view text) {
       if (c == '"') in_string = false;
     } else if (c == '"') {
       in_string = true;
+    } else if (c == ',') {
+      ++shape.values;
     } else if (c == '[' || c == '{') {
-      deepest = std::max(deepest, ++depth);
+      shape.depth = std::max(shape.depth, ++depth);
+      ++shape.values;
     } else if (c == ']' || c == '}') {
       --depth;
     }
   }
-  return deepest;
+  return shape;
 }
 
 }  // namespace
 
-nlohmann::json parse_json(std::string_view text, std::string_view source) {
-  if (nesting(text) > kMaxDepth) {
+nlohmann::json parse_json(std::string_view text, std::string_view source, std::size_t max_values) {
+  const Shape shape = shape_of(text);
+  if (shape.depth > kMaxDepth) {
     fail("{}: not valid JSON: more than {} levels of brackets", source, kMaxDepth);
   }
+  if (shape.values > max_values) fail("{}: JSON of more than {} values", source, max_values);
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {

@@ -13,9 +13,14 @@
 
 namespace qs {
 
-/// Throws Error(input) "source: not valid JSON: ..." for damaged text or more than 64 nested
-/// levels.
-nlohmann::json parse_json(std::string_view text, std::string_view source);
+/// Most values that a file is allowed to have unless its reader says otherwise; each takes 16 bytes
+/// and more.
+inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 25;
+
+/// Throws Error(input) "source: not valid JSON: ..." for damaged text, more than 64 nested levels
+/// or more than `max_values` values.
+nlohmann::json parse_json(std::string_view text, std::string_view source,
+                          std::size_t max_values = kMaxJsonValues);
 
 /// The whole text of a small file. Throws Error(input) when it is missing or larger than
 /// `max_bytes`.

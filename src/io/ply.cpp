@@ -134,6 +134,12 @@ void refuse_other_contents(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertices = header.find("vertex");
   const bool has_faces = header.find("face") != nullptr;
   if (vertices == nullptr) fail("{}: not a splat file: it has no element 'vertex'", path);
+  if (!vertices->has("f_dc_0") && vertices->has("opacity") && vertices->has("rot_0")) {
+    fail(
+        "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a neural network, "
+        "which cannot be read",
+        path);
+  }
   for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"}) {
     if (vertices->has(name)) return;
   }

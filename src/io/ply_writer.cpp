@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <fstream>
+#include <ostream>
 #include <string>
 
 #include "io/replace_file.h"
@@ -53,8 +53,7 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
   for (const float value : {q.w, q.x, q.y, q.z}) *row++ = value;
 }
 
-void write_file(const GaussianCloud& cloud, const std::filesystem::path& path,
-                const Progress& progress, std::ofstream& file) {
+void write_rows(const GaussianCloud& cloud, const Progress& progress, std::ostream& file) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
@@ -75,8 +74,6 @@ void write_file(const GaussianCloud& cloud, const std::filesystem::path& path,
     file.write(reinterpret_cast<const char*>(buffer.data()),
                static_cast<std::streamsize>(rows * values * sizeof(float)));
   }
-  file.close();
-  if (!file) fail("{}: cannot be written; is the disk full?", path.string());
   progress.update(1);
 }
 
@@ -84,11 +81,7 @@ void write_file(const GaussianCloud& cloud, const std::filesystem::path& path,
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                const Progress& progress) {
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    std::ofstream file(temporary, std::ios::binary);
-    if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());
-    write_file(cloud, path, progress, file);
-  });
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, progress, file); });
 }
 
 }  // namespace qs

@@ -4,12 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <new>
 
+#include "io/axes.h"
 #include "io/compressed_ply.h"
+#include "io/gltf.h"
 #include "io/inflate.h"
+#include "io/ksplat.h"
 #include "io/mapped_file.h"
 #include "io/ply.h"
+#include "io/sog.h"
+#include "io/splat.h"
 #include "io/spz.h"
 #include "raster/scene/fail.h"
 
@@ -17,30 +23,27 @@ namespace qs {
 namespace {
 
 constexpr std::array kReaders = {
-    ReaderRow{"ply", ".ply", "as trained: INRIA, gsplat, Brush, PlayCanvas, 2DGS, ...",
+    ReaderRow{"ply", ".ply", "as trained: INRIA, gsplat, Brush, PlayCanvas, 2DGS, ...", "RDF",
+              "0-4", "ascii and both byte orders; lists only outside of the vertices",
               recognises_ply, read_ply},
-    ReaderRow{"compressed.ply", ".compressed.ply .ply", "PlayCanvas, SuperSplat, gsplat",
-              recognises_compressed_ply, read_compressed_ply},
-    ReaderRow{"spz", ".spz", "Niantic, versions 1 to 4", recognises_spz, read_spz},
+    ReaderRow{"compressed.ply", ".compressed.ply .ply", "PlayCanvas, SuperSplat, gsplat", "RDF",
+              "0-4", "SH values within -4..4", recognises_compressed_ply, read_compressed_ply},
+    ReaderRow{"spz", ".spz", "Niantic, versions 1 to 4", "RUB, or as its extension says", "0-4",
+              "no level-of-detail trees; at most 1032 times its size unpacked", recognises_spz,
+              read_spz},
+    ReaderRow{"splat", ".splat", "antimatter15", "RDF", "0", "opacity and colour in 8 bits",
+              recognises_splat, read_splat},
+    ReaderRow{"ksplat", ".ksplat", "GaussianSplats3D, version 0.1, levels 0 to 2", "RDF", "0-2",
+              "opacity and colour in 8 bits", recognises_ksplat, read_ksplat},
+    ReaderRow{"streamed sog", "lod-meta.json", "PlayCanvas, finest level and environment", "RDF",
+              "0-3", "folders only; as sog", recognises_streamed_sog, read_streamed_sog},
+    ReaderRow{"sog", ".sog .sogs .zip meta.json", "PlayCanvas, versions 1 and 2, zip or folder",
+              "RDF", "0-3", "lossless WebP only; at most 8 Gaussians per byte", recognises_sog,
+              read_sog},
+    ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
+              "LUF", "0-4", "no sparse accessors; buffers inside, in base64 or in its folder",
+              recognises_gltf, read_gltf},
 };
-
-// Formats that are known but have no reader, for a helpful sentence. A magic is optional.
-struct KnownFormat {
-  std::string_view name, extension, magic;
-};
-constexpr std::array kKnownFormats = {
-    KnownFormat{".splat (antimatter15)", ".splat", ""},
-    KnownFormat{".ksplat (GaussianSplats3D)", ".ksplat", ""},
-    KnownFormat{"SOG (PlayCanvas)", ".sog", "PK\x03\x04"},
-    KnownFormat{"SOG (PlayCanvas)", "meta.json", ""},
-    KnownFormat{"binary glTF", ".glb", "glTF"},
-    KnownFormat{"glTF", ".gltf", ""},
-};
-
-bool starts_with(std::span<const std::byte> content, std::string_view magic) {
-  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
-  return !magic.empty() && text.starts_with(magic);
-}
 
 bool name_ends_with(const std::filesystem::path& path, std::string_view extension) {
   std::string name = path.filename().string();
@@ -59,13 +62,6 @@ bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
   return false;
 }
 
-[[noreturn]] void refuse(const std::string& path, std::string_view format) {
-  std::string readable;
-  for (const ReaderRow& row : kReaders) readable += fmt::format(" {}", row.name);
-  if (format.empty()) fail("{}: unknown format; readable are:{}", path, readable);
-  fail("{}: {} cannot be read yet; readable are:{}", path, format, readable);
-}
-
 // Content decides; of several rows that recognise it, one with the file's extension. A file that
 // nobody recognises goes to the reader of its extension, which says what is wrong.
 const ReaderRow& choose_reader(std::span<const std::byte> content,
@@ -76,22 +72,30 @@ const ReaderRow& choose_reader(std::span<const std::byte> content,
     if (chosen == nullptr || has_extension_of(row, path)) chosen = &row;
   }
   if (chosen != nullptr) return *chosen;
-  for (const KnownFormat& format : kKnownFormats) {
-    if (starts_with(content, format.magic)) refuse(path.string(), format.name);
-  }
   if (is_gzip(content)) fail("{}: gzip data; unpack it first", path.string());
+  std::string readable;
   for (const ReaderRow& row : kReaders) {
     if (has_extension_of(row, path)) return row;
+    readable += fmt::format("{} {}", readable.empty() ? "" : ",", row.name);
   }
-  for (const KnownFormat& format : kKnownFormats) {
-    if (name_ends_with(path, format.extension)) refuse(path.string(), format.name);
-  }
-  refuse(path.string(), "");
+  fail("{}: unknown format; readable are:{}", path.string(), readable);
 }
 
 }  // namespace
 
 std::span<const ReaderRow> readers() { return kReaders; }
+
+void assume_axes(Scene& scene, std::string_view axes) {
+  const auto number = [](std::string_view name) {
+    return static_cast<std::size_t>(std::find(kAxes.begin(), kAxes.end(), name) - kAxes.begin());
+  };
+  if (number(axes) == kAxes.size()) {
+    fail(ErrorKind::usage, "axes: '{}' is none of LDB, RDB, LUB, RUB, LDF, RDF, LUF, RUF", axes);
+  }
+  const AxisSigns was = signs_to_rdf(number(scene.axes)), is = signs_to_rdf(number(axes));
+  flip_axes(scene.cloud, 0, scene.cloud.size(), {was.x * is.x, was.y * is.y, was.z * is.z});
+  scene.axes = axes;
+}
 
 Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) {
   Scene scene;
@@ -101,11 +105,16 @@ Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) 
   if (file.content().empty()) fail("{}: the file is empty", scene.path.string());
   const ReaderRow& reader = choose_reader(file.content(), scene.path);
   options.progress.update(0);
+  const auto start = std::chrono::steady_clock::now();
   try {
     reader.read(file.content(), scene.path, options, scene);
   } catch (const std::bad_alloc&) {
     fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
   }
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - start;
+  scene.unpack_ms = elapsed.count() - scene.fill_ms;
+  if (!options.axes.empty()) assume_axes(scene, options.axes);
   options.progress.update(1);
   return scene;
 }

@@ -26,13 +26,18 @@ struct Scene {
       path;            ///< the file that was read (inside a model directory, the one chosen)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< whole sentences: what was dropped or assumed
-  std::string vertical_axis;  ///< from the file ("y", "-z", ...), empty when it says nothing
-  std::uint64_t file_bytes = 0;
+  std::string axes = "RDF";      ///< of the values in the file, one of kAxes; the cloud has RDF
+  std::string vertical_axis;     ///< from the file ("y", "-z", ...), empty when it says nothing
+  std::uint64_t file_bytes = 0;  ///< of all files that were read
+  double unpack_ms = 0;  ///< time until values could be filled in: headers, decompression, memory
+  double fill_ms = 0;    ///< time of filling them in and checking them
 };
 
 struct ReadOptions {
   int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
-  Progress progress;
+  std::string axes =
+      {};  ///< one of kAxes: what the file's axes are, whatever it says; empty: it is right
+  Progress progress = {};
 };
 
 /// One file format. Both functions get the file's whole content (memory-mapped) and its path, which
@@ -41,6 +46,9 @@ struct ReaderRow {
   const char* name;        ///< "ply"
   const char* extensions;  ///< ".ply", space separated
   const char* summary;
+  const char* axes;        ///< of its values, when it says nothing else: "RDF"
+  const char* sh_degrees;  ///< that it can hold: "0-3"
+  const char* limits;      ///< what is refused, what is lost
   bool (*recognises)(std::span<const std::byte> content, const std::filesystem::path& path);
   void (*read)(std::span<const std::byte> content, const std::filesystem::path& path,
                const ReadOptions& options, Scene& scene);
@@ -53,6 +61,10 @@ std::span<const ReaderRow> readers();
 /// point_cloud/iteration_*/point_cloud.ply. Throws Error(input) with one sentence "path: what" and
 /// Cancelled.
 Scene read_scene(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// Turns the scene as if its file had said that its values are in `axes`, one of kAxes: some
+/// writers lie about that, or do not say it. Throws Error(usage) for another name.
+void assume_axes(Scene& scene, std::string_view axes);
 
 /// The scene file that `path` stands for: itself, or the one inside a model directory.
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration = -1);

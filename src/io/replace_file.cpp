@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/replace_file.h"
 
+#include <fstream>
 #include <system_error>
 
 #include <unistd.h>
@@ -37,6 +38,17 @@ void replace_file(const std::filesystem::path& path,
   std::filesystem::rename(temporary.path, path, error);
   if (error) fail("{}: cannot be written: {}", path.string(), error.message());
   temporary.path.clear();
+}
+
+void write_file(const std::filesystem::path& path,
+                const std::function<void(std::ostream& stream)>& write) {
+  replace_file(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream file(temporary, std::ios::binary);
+    if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());
+    write(file);
+    file.close();
+    if (!file) fail("{}: cannot be written; is the disk full?", path.string());
+  });
 }
 
 }  // namespace qs

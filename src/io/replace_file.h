@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <iosfwd>
 
 namespace qs {
 
@@ -14,5 +15,10 @@ namespace qs {
 /// Error(input) when the folder does not exist or the file cannot be moved there.
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// The same for a binary stream: throws Error(input) also when it cannot be opened or the disk is
+/// full.
+void write_file(const std::filesystem::path& path,
+                const std::function<void(std::ostream& stream)>& write);
 
 }  // namespace qs

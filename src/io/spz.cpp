@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,21 +18,13 @@
 namespace qs {
 namespace {
 
-// Signs that turn the frame with this number in the coordinate system extension into RDF. The first
-// eight are LDB RDB LUB RUB LDF RDF LUF RUF: bit 0 right, bit 1 up, bit 2 forward. 9 to 16 exchange
-// axes, which no writer does.
-std::optional<AxisSigns> signs_of_frame(std::uint32_t number) {
-  if (number < 1 || number > 8) return std::nullopt;
-  const std::uint32_t bits = number - 1;
-  return AxisSigns{(bits & 1) != 0 ? 1.0f : -1.0f, (bits & 2) != 0 ? -1.0f : 1.0f,
-                   (bits & 4) != 0 ? 1.0f : -1.0f};
-}
-
-// Extension records are a type, a length and that many bytes; unknown ones are skipped.
-AxisSigns stored_frame(SpzContent& content) {
+// The frame's number in kAxes. Extension records are a type, a length and that many bytes; unknown
+// ones are skipped. Numbers above 8 stand for exchanged axes, which no writer does.
+std::size_t stored_frame(SpzContent& content) {
+  constexpr std::size_t kRub = 3;
   constexpr std::uint32_t kCoordinateSystem = 0xADBE0003;
   constexpr std::uint64_t kRecordHeader = 8;
-  if ((content.header.flags & SpzHeader::kExtensions) == 0) return kTurnAboutX;
+  if ((content.header.flags & SpzHeader::kExtensions) == 0) return kRub;
   std::span<const std::byte> rest = content.extensions;
   bool sound = !rest.empty();
   while (!rest.empty()) {
@@ -50,23 +41,15 @@ AxisSigns stored_frame(SpzContent& content) {
     }
     if (type == kCoordinateSystem && length == 4) {
       const auto number = load<std::uint32_t>(rest.data());
-      if (const auto signs = signs_of_frame(number)) return *signs;
+      if (number >= 1 && number <= kAxes.size()) return number - 1;
       content.warnings.push_back(
           fmt::format("Coordinate system {} is not supported; RUB was assumed.", number));
-      return kTurnAboutX;
+      return kRub;
     }
     rest = rest.subspan(length);
   }
   if (!sound) content.warnings.push_back("The .spz extensions are damaged and were ignored.");
-  return kTurnAboutX;
-}
-
-float half_to_float(std::uint16_t half) {
-  const int exponent = (half >> 10) & 31, mantissa = half & 1023;
-  const float sign = (half & 0x8000) != 0 ? -1.0f : 1.0f;
-  if (exponent == 31) return mantissa == 0 ? sign * INFINITY : NAN;
-  if (exponent == 0) return sign * std::ldexp(static_cast<float>(mantissa), -24);
-  return sign * std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25);
+  return kRub;
 }
 
 // Signed 24-bit little-endian.
@@ -168,7 +151,9 @@ void read_spz(std::span<const std::byte> content, const std::filesystem::path& p
   ThreadPool pool;
   SpzContent spz = unpack_spz(content, path, pool);
   options.progress.update(0.5f);
-  const AxisSigns signs = stored_frame(spz);
+  const std::size_t frame = stored_frame(spz);
+  const AxisSigns signs = signs_to_rdf(frame);
+  scene.axes = kAxes[frame];
   scene.warnings = std::move(spz.warnings);
   scene.format = fmt::format("spz, version {}", spz.header.version);
 

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string_view>
 
 #include "raster/scene/gaussian_cloud.h"
 #include "raster/scene/progress.h"
@@ -17,15 +18,19 @@ struct WriterRow {
   const char* name;       ///< "ply"
   const char* extension;  ///< ".ply"
   const char* summary;
+  const char* axes;        ///< of its values: "RDF"
+  const char* sh_degrees;  ///< that it can hold: "0-3"
+  const char* losses;      ///< what is lost
   void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path,
                 const Progress& progress);
 };
 
 std::span<const WriterRow> writers();
 
-/// Writes by the extension of `path`; the file appears whole or not at all.
-/// Throws Error(usage) for an unknown extension, Error(input) when the file cannot be written.
+/// Writes the first format with the extension of `path`, or the one called `format`; the file
+/// appears whole or not at all. Throws Error(usage) for an unknown extension or name, Error(input)
+/// when the file cannot be written.
 void write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                 const Progress& progress = {});
+                 const Progress& progress = {}, std::string_view format = {});
 
 }  // namespace qs

@@ -22,8 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-const std::vector<std::string_view> kEndings = {".ply", ".spz"};
-
 glm::dvec3 vector(const json& value) { return {value[0], value[1], value[2]}; }
 
 glm::dmat3 covariance(const glm::dquat& rotation, const glm::dvec3& scale) {
@@ -42,9 +40,10 @@ void expect_near(const glm::dvec3& value, const glm::dvec3& expected, const char
 
 // The listed values are in the frame of the file.
 glm::dvec3 turn_of(const CorpusFile& file) {
-  const bool rub = file.expected.at("frame") == "RUB";
-  const bool taken_as_rub = file.expected.at("frame") == "RDF (unmarked)";
-  return rub || taken_as_rub ? glm::dvec3(1, -1, -1) : glm::dvec3(1);
+  const auto frame = file.expected.at("frame").get<std::string>();
+  if (frame == "RUB" || frame == "RDF (unmarked)") return {1, -1, -1};  // both are taken as RUB
+  if (frame.find("glTF") != frame.npos) return {-1, -1, 1};
+  return glm::dvec3(1);
 }
 
 void expect_sample(const GaussianCloud& cloud, const json& sample, const glm::dvec3& turn) {
@@ -75,17 +74,21 @@ void expect_sample(const GaussianCloud& cloud, const json& sample, const glm::dv
       EXPECT_NEAR(actual[column][row], expected[column][row], 2e-5 * largest * largest);
     }
   }
-  // Y_1^-1 is odd in y; the last function of every degree is even in y and z.
+  // Y_1^-1 is odd in y; the last function of odd degrees is odd in x.
   if (cloud.sh_degree == 0) return;
   expect_near(sh[1], vector(sample.at("sh_first")) * turn.y, "first SH coefficient");
-  expect_near(sh[coefficients - 1], vector(sample.at("sh_last")), "last SH coefficient");
+  expect_near(sh[coefficients - 1],
+              vector(sample.at("sh_last")) * (cloud.sh_degree % 2 != 0 ? turn.x : 1.0),
+              "last SH coefficient");
 }
 
 void expect_as_listed(const Scene& scene, const CorpusFile& file) {
   const GaussianCloud& cloud = scene.cloud;
   ASSERT_EQ(cloud.size(), file.expected.at("n").get<std::size_t>());
   EXPECT_EQ(cloud.sh_degree, file.expected.at("sh_degree").get<int>());
-  EXPECT_EQ(scene.file_bytes, std::filesystem::file_size(file.path));
+  if (std::filesystem::is_regular_file(file.path)) {
+    EXPECT_GE(scene.file_bytes, std::filesystem::file_size(file.path));
+  }
   if (!file.expected.contains("samples")) return;
 
   const glm::dvec3 turn = turn_of(file);
@@ -110,7 +113,7 @@ void expect_as_listed(const Scene& scene, const CorpusFile& file) {
 
 void expect_valid_files_read_as_listed(const std::filesystem::path& corpus) {
   int read = 0;
-  for (const CorpusFile& file : corpus_files(corpus, kEndings)) {
+  for (const CorpusFile& file : corpus_files(corpus)) {
     if (!file.valid()) continue;
     SCOPED_TRACE(file.name);
     try {
@@ -128,7 +131,9 @@ void expect_listed_outcome(const CorpusFile& file) {
   const auto expect = file.expected.at("expect").get<std::string>();
   const bool either = expect.starts_with("EITHER");
   const bool may_reject = either || expect.find("REJECT") != std::string::npos;
-  const bool may_accept = !expect.starts_with("REJECT") || expect.find(" or ") != std::string::npos;
+  const bool may_accept =
+      !expect.starts_with("REJECT") || expect.find("or ACCEPT") != expect.npos ||
+      expect.find("or DC only") != expect.npos || expect.find("or use one") != expect.npos;
   const bool must_warn = expect.starts_with("ACCEPT-WARN");
   const auto start = std::chrono::steady_clock::now();
   try {
@@ -152,7 +157,7 @@ void expect_listed_outcome(const CorpusFile& file) {
 
 void expect_broken_files_have_listed_outcomes(const std::filesystem::path& corpus) {
   int read = 0;
-  for (const CorpusFile& file : corpus_files(corpus, kEndings)) {
+  for (const CorpusFile& file : corpus_files(corpus)) {
     if (file.valid()) continue;
     SCOPED_TRACE(file.name);
     expect_listed_outcome(file);
@@ -180,7 +185,7 @@ TEST(Corpus, broken_files_of_the_shared_corpus_have_their_listed_outcomes) {
 TEST(Corpus, every_reader_reads_a_committed_file) {
   for (const ReaderRow& reader : readers()) {
     int read = 0;
-    for (const CorpusFile& file : corpus_files(committed_corpus(), kEndings)) {
+    for (const CorpusFile& file : corpus_files(committed_corpus())) {
       if (!file.valid()) continue;
       read += read_scene(file.path).format.starts_with(reader.name) ? 1 : 0;
     }
@@ -189,8 +194,9 @@ TEST(Corpus, every_reader_reads_a_committed_file) {
 }
 
 TEST(Corpus, exactly_one_reader_recognises_each_valid_file) {
-  for (const CorpusFile& file : corpus_files(committed_corpus(), kEndings)) {
+  for (const CorpusFile& file : corpus_files(committed_corpus())) {
     if (!file.valid()) continue;
+    if (!std::filesystem::is_regular_file(file.path)) continue;
     const auto bytes = file_bytes(file.path);
     int recognised = 0;
     for (const ReaderRow& reader : readers()) {

@@ -4,16 +4,21 @@
 // beyond the end (run with the asan preset), no allocation that the file's size does not justify.
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "io/ksplat.h"
 #include "io/reader.h"
 #include "io/spz.h"
+#include "io/writer.h"
 #include "raster/scene/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
 
 namespace qs::test {
 namespace {
@@ -116,6 +121,121 @@ TEST(Damage, spz_version_2_survives) {
 
 TEST(Damage, spz_version_4_survives) {
   expect_damage_is_survived(file_bytes(committed_corpus() / "broken/spz_v4_ext_past_toc.spz"));
+}
+
+TEST(Damage, splat_survives) {
+  Bytes bytes = file_bytes(committed_corpus() / "valid/splat_sh0.splat");
+  bytes.resize(20 * 32);
+  expect_damage_is_survived(bytes);
+}
+
+// A section of five Gaussians in two buckets, one full and one not.
+TEST(Damage, ksplat_survives) {
+  Bytes bytes(4096 + 1024);
+  const auto put = [&bytes](std::size_t at, auto value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  };
+  put(1, std::uint8_t{1});
+  for (const std::size_t at : {4u, 8u}) put(at, 1u);    // sections
+  for (const std::size_t at : {12u, 16u}) put(at, 5u);  // Gaussians
+  put(20, std::uint16_t{2});                            // level
+  for (const std::size_t at : {0u, 4u}) put(4096 + at, 5u);
+  put(4096 + 8, 3u);     // rows of a bucket
+  put(4096 + 12, 2u);    // buckets
+  put(4096 + 16, 5.0f);  // their size
+  put(4096 + 20, std::uint16_t{12});
+  put(4096 + 32, 1u);                // full ones
+  put(4096 + 36, 1u);                // others
+  put(4096 + 40, std::uint16_t{2});  // SH degree
+  bytes.resize(4096 + 1024 + 4 + 2 * 12 + 5 * (24 + 24), std::byte{0x3c});
+  put(4096 + 1024, 2u);
+  for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(4096 + 1024 + at, 1.0f);
+  Scene scene;
+  read_ksplat(bytes, "damaged", {}, scene);
+  EXPECT_EQ(scene.cloud.size(), 5u);
+  expect_damage_is_survived(bytes);
+  // The section's header lies beyond the first 512 bytes.
+  for (std::size_t at = 4096; at < 4096 + 48; ++at) {
+    for (int bit = 0; bit < 8; ++bit) {
+      SCOPED_TRACE("byte " + std::to_string(at) + " bit " + std::to_string(bit));
+      Bytes damaged = bytes;
+      damaged[at] ^= static_cast<std::byte>(1 << bit);
+      expect_within_limits(damaged);
+    }
+  }
+}
+
+TEST(Damage, sog_archive_survives) {
+  expect_damage_is_survived(file_bytes(committed_corpus() / "valid/sog_v1_zipped.sog"));
+}
+
+TEST(Damage, sog_folder_survives) {
+  const TemporaryFolder folder;
+  const auto scene_file = folder / "sog/meta.json";
+  std::filesystem::copy(committed_corpus() / "valid/sog_v1_folder", folder / "sog");
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "sog")) {
+    std::filesystem::permissions(entry, std::filesystem::perms::owner_all);
+    const Bytes bytes = file_bytes(entry.path());
+    const auto read = [&](const Bytes& damaged, std::size_t at) {
+      SCOPED_TRACE(entry.path().filename().string() + " at " + std::to_string(at));
+      write_bytes(entry.path(), damaged);
+      try {
+        EXPECT_LE(read_scene(scene_file).cloud.size(), 16000u * 8);
+      } catch (const Error& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with(scene_file.string())) << error.what();
+      }
+    };
+    const bool is_text = entry.path() == scene_file;  // pictures guard themselves
+    for (std::size_t at = 0; at < std::min<std::size_t>(bytes.size(), 512); at += is_text ? 1 : 8) {
+      read(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(at)), at);
+      Bytes damaged = bytes;
+      damaged[at] ^= std::byte{0x11};
+      read(damaged, at);
+    }
+    write_bytes(entry.path(), bytes);
+  }
+  EXPECT_EQ(read_scene(scene_file).cloud.size(), 900u);
+}
+
+TEST(Damage, streamed_sog_survives) {
+  const TemporaryFolder folder;
+  const auto scene_file = folder / "tree/lod-meta.json";
+  std::filesystem::copy(committed_corpus() / "valid/lod_of_sog_v1", folder / "tree",
+                        std::filesystem::copy_options::recursive);
+  std::filesystem::permissions(scene_file, std::filesystem::perms::owner_all);
+  const Bytes bytes = file_bytes(scene_file);
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    for (const bool cut : {false, true}) {
+      SCOPED_TRACE("byte " + std::to_string(at) + (cut ? " cut" : " changed"));
+      Bytes damaged(bytes.begin(), bytes.begin() + static_cast<long>(cut ? at : bytes.size()));
+      if (!cut) damaged[at] ^= std::byte{0x01};
+      write_bytes(scene_file, damaged);
+      try {
+        EXPECT_LE(read_scene(scene_file).cloud.size(), 900u);
+      } catch (const Error& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with(scene_file.string())) << error.what();
+      }
+    }
+  }
+}
+
+TEST(Damage, glb_survives) {
+  const TemporaryFolder folder;
+  write_scene(random_cloud(3, 1, 1), folder / "a.glb");
+  const Bytes bytes = file_bytes(folder / "a.glb");
+  expect_damage_is_survived(bytes);
+  // All of the description.
+  for (std::size_t at = 512; at < bytes.size(); ++at) {
+    SCOPED_TRACE("byte " + std::to_string(at));
+    Bytes damaged = bytes;
+    damaged[at] ^= std::byte{0x01};
+    expect_within_limits(damaged);
+  }
+}
+
+TEST(Damage, gltf_with_compressed_gaussians_survives) {
+  Bytes bytes = file_bytes(committed_corpus() / "broken/glb_spz2_version3_blob.glb");
+  expect_damage_is_survived(bytes);
 }
 
 TEST(Damage, small_bombs_are_refused_before_memory_is_taken) {

@@ -26,7 +26,7 @@ using testing::StartsWith;
 
 std::string error_of(const std::filesystem::path& path, int iteration = -1) {
   try {
-    read_scene(path, {.iteration = iteration, .progress = {}});
+    read_scene(path, {.iteration = iteration});
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
     EXPECT_THAT(error.what(), StartsWith(path.string()));
@@ -60,7 +60,7 @@ TEST(Reader, model_directory_gives_its_highest_iteration) {
 TEST(Reader, model_directory_gives_the_chosen_iteration) {
   const TemporaryFolder folder;
   make_model(folder.path());
-  EXPECT_EQ(read_scene(folder.path(), {.iteration = 9000, .progress = {}}).cloud.size(), 9u);
+  EXPECT_EQ(read_scene(folder.path(), {.iteration = 9000}).cloud.size(), 9u);
   EXPECT_THAT(error_of(folder.path(), 8000), HasSubstr("no iteration 8000; there are: 7000 9000"));
 }
 
@@ -90,22 +90,67 @@ TEST(Reader, what_is_no_splat_file_is_said_in_one_sentence) {
   EXPECT_THAT(error_of("/dev/null"), HasSubstr("not a regular file"));
 }
 
-TEST(Reader, formats_without_a_reader_are_named) {
+TEST(Reader, files_that_only_have_the_extension_are_refused_by_its_reader) {
   const TemporaryFolder folder;
   const auto message_for = [&](const char* name, const char* content) {
     write_bytes(folder / name, to_bytes(content));
     return error_of(folder / name);
   };
-  EXPECT_THAT(message_for("noname", "glTF\2"), HasSubstr("binary glTF cannot be read yet"));
-  EXPECT_THAT(message_for("a.gltf", "{}"), HasSubstr("glTF cannot be read yet"));
+  EXPECT_THAT(message_for("noname", "glTF\2"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.gltf", "{}"), HasSubstr("not valid glTF"));
+  EXPECT_THAT(message_for("a.splat", "text"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.ksplat", "text"), HasSubstr("cut off"));
+  EXPECT_THAT(message_for("a.sog", "text"), HasSubstr("not valid JSON"));
+}
+
+TEST(Reader, axes_of_a_file_can_be_overruled) {
+  const auto valid = committed_corpus() / "valid";
+  const glm::vec3 as_rub = read_scene(valid / "spz_v4_sh3.spz").cloud.positions[5];
+  const Scene scene = read_scene(valid / "spz_v4_sh3.spz", {.axes = "RDF"});
+  EXPECT_EQ(scene.axes, "RDF");
+  EXPECT_EQ(scene.cloud.positions[5], as_rub * glm::vec3(1, -1, -1));
+  Scene again = scene;
+  assume_axes(again, "RUB");
+  EXPECT_EQ(again.cloud.positions[5], as_rub);
+  EXPECT_THROW(assume_axes(again, "XYZ"), Error);
+}
+
+TEST(Reader, sog_names_that_leave_the_folder_are_refused) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "inner");
+  std::filesystem::copy(committed_corpus() / "valid/sog_v1_folder", folder / "inner");
+  std::filesystem::rename(folder / "inner/quats.webp", folder / "quats.webp");
+  auto text = file_bytes(folder / "inner/meta.json");
+  std::string meta(reinterpret_cast<const char*>(text.data()), text.size());
+  meta.replace(meta.find("quats.webp"), 10, "../quats.webp");
+  std::filesystem::remove(folder / "inner/meta.json");
+  write_bytes(folder / "inner/meta.json", to_bytes(meta));
+  EXPECT_THAT(error_of(folder / "inner/meta.json"), HasSubstr("unsafe file name"));
 }
 
 TEST(Reader, stopping_cancels) {
   std::stop_source stop;
   stop.request_stop();
   EXPECT_THROW(read_scene(committed_corpus() / "valid/splatapult_test.ply",
-                          {.iteration = -1, .progress = {{}, stop.get_token()}}),
+                          {.progress = {{}, stop.get_token()}}),
                Cancelled);
+}
+
+TEST(Reader, every_format_reports_progress_and_can_be_stopped_on_the_way) {
+  for (const CorpusFile& file : corpus_files(committed_corpus())) {
+    if (!file.valid()) continue;
+    SCOPED_TRACE(file.name);
+    std::stop_source stop;
+    float last = 0;
+    const Progress progress{[&](float fraction) {
+                              EXPECT_GE(fraction, last);
+                              last = fraction;
+                              stop.request_stop();
+                            },
+                            stop.get_token()};
+    EXPECT_THROW(read_scene(file.path, {.progress = progress}), Cancelled);
+    EXPECT_LT(last, 1);
+  }
 }
 
 TEST(Reader, progress_rises_to_one) {
@@ -115,7 +160,7 @@ TEST(Reader, progress_rises_to_one) {
                             last = fraction;
                           },
                           {}};
-  read_scene(committed_corpus() / "valid/spz_v4_sh3.spz", {.iteration = -1, .progress = progress});
+  read_scene(committed_corpus() / "valid/spz_v4_sh3.spz", {.progress = progress});
   EXPECT_EQ(last, 1);
 }
 

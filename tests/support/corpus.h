@@ -24,9 +24,8 @@ struct CorpusFile {
 
 std::filesystem::path committed_corpus();
 
-/// The files of a corpus folder whose names end in one of `endings`.
-std::vector<CorpusFile> corpus_files(const std::filesystem::path& folder,
-                                     const std::vector<std::string_view>& endings);
+/// The files of a corpus folder, and the folders that are one scene.
+std::vector<CorpusFile> corpus_files(const std::filesystem::path& folder);
 
 std::vector<std::byte> file_bytes(const std::filesystem::path& path);
 void write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes);

@@ -30,7 +30,10 @@ glm::dvec3 mean_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
                                                                           : otherwise;
 }
 
-bool is_json(const fs::path& path) { return path.extension() == ".json"; }
+// meta.json and lod-meta.json are scenes.
+bool is_json(const fs::path& path) {
+  return path.extension() == ".json" && !path.filename().string().ends_with("meta.json");
+}
 
 // A path of keyframes gives times; other camera files do not.
 bool is_camera_path(const fs::path& path) {
@@ -96,16 +99,16 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
 }
 
 void SceneLoader::start(const fs::path& path, int iteration,
-                        const std::optional<fs::path>& cameras_file) {
+                        const std::optional<fs::path>& cameras_file, const std::string& axes) {
   cancel();
   report(action::SetLoading{Loading{path, "reading", 0}});
   {
     const std::lock_guard lock(mutex_);
     reading_ = true;
   }
-  thread_ = std::jthread([this, path, iteration, cameras_file](const std::stop_token& stop) {
+  thread_ = std::jthread([this, path, iteration, cameras_file, axes](const std::stop_token& stop) {
     try {
-      read(path, iteration, cameras_file, stop);
+      read(path, iteration, cameras_file, axes, stop);
     } catch (const Cancelled&) {
       report(action::Say{fmt::format("{}: cancelled", path.filename().string())});
       report(action::SetLoading{});
@@ -138,7 +141,8 @@ bool SceneLoader::busy() {
 }
 
 void SceneLoader::read(const fs::path& path, int iteration,
-                       const std::optional<fs::path>& cameras_file, const std::stop_token& stop) {
+                       const std::optional<fs::path>& cameras_file, const std::string& axes,
+                       const std::stop_token& stop) {
   std::error_code error;
   const bool folder = fs::is_directory(path, error);
   if (is_json(path) && is_camera_path(path)) {
@@ -152,6 +156,7 @@ void SceneLoader::read(const fs::path& path, int iteration,
   }
   ReadOptions options;
   options.iteration = iteration;
+  options.axes = axes;
   options.progress =
       loading_progress(path, "reading", stop, [this](Action action) { report(std::move(action)); });
   LoadedScene loaded;

@@ -38,7 +38,8 @@ class SceneLoader {
 
   /// Starts reading; what was being read is cancelled.
   void start(const std::filesystem::path& path, int iteration = -1,
-             const std::optional<std::filesystem::path>& cameras_file = std::nullopt);
+             const std::optional<std::filesystem::path>& cameras_file = std::nullopt,
+             const std::string& axes = {});
   void cancel();
 
   /// A scene once it is read. Progress, cameras, keyframes and errors are appended to `actions`.
@@ -49,7 +50,8 @@ class SceneLoader {
 
  private:
   void read(const std::filesystem::path& path, int iteration,
-            const std::optional<std::filesystem::path>& cameras_file, const std::stop_token& stop);
+            const std::optional<std::filesystem::path>& cameras_file, const std::string& axes,
+            const std::stop_token& stop);
   void report(Action action);
 
   std::function<void()> wake_;

@@ -118,7 +118,8 @@ class ViewLoop {
   void open(const std::filesystem::path& path) {
     const bool first = path == options_.frame.scene;
     loader_.start(path, first ? options_.frame.iteration : -1,
-                  first ? options_.frame.cameras : std::nullopt);
+                  first ? options_.frame.cameras : std::nullopt,
+                  first ? options_.frame.axes : std::string());
   }
 
   void take_reports(Actions& actions) {

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "app/format_list.h"
+
+#include <fmt/format.h>
+
+#include "io/reader.h"
+#include "io/writer.h"
+
+namespace qs {
+
+std::string format_list() {
+  std::string text =
+      "| read | files | what | axes | SH degrees | limits |\n|---|---|---|---|---|---|\n";
+  for (const ReaderRow& row : readers()) {
+    text += fmt::format("| {} | `{}` | {} | {} | {} | {} |\n", row.name, row.extensions,
+                        row.summary, row.axes, row.sh_degrees, row.limits);
+  }
+  text +=
+      "\n| written | ending | what | axes | SH degrees | what is lost "
+      "|\n|---|---|---|---|---|---|\n";
+  for (const WriterRow& row : writers()) {
+    text += fmt::format("| {} | `{}` | {} | {} | {} | {} |\n", row.name, row.extension, row.summary,
+                        row.axes, row.sh_degrees, row.losses);
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// A cloud that is put together from parts (sections, files, meshes), one behind the other.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace qs {
+
+class CloudParts {
+ public:
+  /// The next part has `count` Gaussians. The caller keeps the sum far below 2^64.
+  void add(std::uint64_t count) { ends_.push_back(this->count() + count); }
+
+  std::uint64_t count() const { return ends_.empty() ? 0 : ends_.back(); }
+
+  /// Calls visit(part, offset, from, to) for the pieces of the cloud's range [begin, end): the
+  /// Gaussians [from, to) of the cloud are those from `offset` on of part number `part`.
+  template <class Visit>
+  void for_range(std::size_t begin, std::size_t end, const Visit& visit) const {
+    auto part = static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), begin) -
+                                         ends_.begin());
+    for (; begin < end && part < ends_.size(); ++part) {
+      const std::uint64_t start = part == 0 ? 0 : ends_[part - 1];
+      const auto to = std::min<std::uint64_t>(end, ends_[part]);
+      if (begin < to) visit(part, begin - start, begin, static_cast<std::size_t>(to));
+      begin = std::max<std::size_t>(begin, to);
+    }
+  }
+
+ private:
+  std::vector<std::uint64_t> ends_;
+};
+
+}  // namespace qs

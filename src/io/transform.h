@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// Moves Gaussians by an affine transform, such as a glTF node's: positions, covariances and SH
+// together. Turning and uniform scaling keep every Gaussian's shape; anything else gives each a new
+// one, whose covariance is the transformed one. SH turn with the rotation (and mirroring) in the
+// transform, its polar part.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+class Transform {
+ public:
+  /// The last row of `matrix` must be 0 0 0 1, and is_invertible() hold.
+  explicit Transform(const glm::dmat4& matrix);
+
+  static bool is_invertible(const glm::dmat4& matrix);
+
+  bool is_identity() const { return matrix_ == glm::dmat4(1); }
+  /// Rotations and uniform scaling only.
+  bool is_similarity() const { return is_similarity_; }
+
+  /// Applies it to Gaussian `i`.
+  void apply(GaussianCloud& cloud, std::size_t i) const;
+
+ private:
+  void turn_sh(glm::vec3* sh, int degree) const;
+
+  glm::dmat4 matrix_;
+  glm::dmat3 linear_;
+  glm::dquat rotation_{1, 0, 0, 0};  // of a similarity
+  float log_scale_ = 0;              // of a similarity
+  bool is_similarity_ = false;
+  // New coefficient k from old ones j within a degree: k, j below 7.
+  std::array<std::array<std::array<float, 7>, 7>, kMaxShDegree + 1> sh_{};
+};
+
+}  // namespace qs

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// Lossless WebP pictures whose pixels are data, as SOG stores them: straight (not premultiplied)
+// RGBA. Size and kind are read from the header before memory is taken.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+struct WebpSize {
+  std::uint64_t width = 0, height = 0;
+
+  std::uint64_t pixels() const { return width * height; }
+};
+
+/// Throws Error(input) "where: ..." for data that is not a still, lossless WebP picture.
+WebpSize webp_size(std::span<const std::byte> content, const std::string& where);
+
+/// The pixels, 4 bytes each, rows from the top. Throws Error(input).
+Array<std::uint8_t> decode_webp(std::span<const std::byte> content, const std::string& where);
+
+}  // namespace qs

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+//
+// What the corpus has no small file for: node transforms, the draft's logarithms, quantised
+// numbers, repeated meshes.
+#include "io/gltf.h"
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/writer.h"
+#include "raster/scene/error.h"
+#include "support/corpus.h"
+#include "support/glb.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs::test {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::size_t kCount = 70;
+
+Glb written(int degree = 1) {
+  const TemporaryFolder folder;
+  write_scene(random_cloud(kCount, degree, 5), folder / "a.glb");
+  return open_glb(file_bytes(folder / "a.glb"));
+}
+
+Scene read(const Glb& glb) {
+  const auto bytes = make_glb(glb);
+  Scene scene;
+  scene.path = "test.glb";
+  read_gltf(bytes, scene.path, {}, scene);
+  return scene;
+}
+
+std::string error_of(const Glb& glb) {
+  try {
+    read(glb);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// The floats of the accessor of `attribute`.
+float* floats(Glb& glb, const std::string& attribute) {
+  const json& d = glb.description;
+  const std::size_t accessor = d["meshes"][0]["primitives"][0]["attributes"][attribute];
+  const std::size_t view = d["accessors"][accessor]["bufferView"];
+  const std::size_t offset = d["bufferViews"][view]["byteOffset"];
+  return reinterpret_cast<float*>(glb.binary.data() + offset);
+}
+
+TEST(Gltf, what_we_write_has_the_required_accessors) {
+  const Glb glb = written(3);
+  const json& primitive = glb.description["meshes"][0]["primitives"][0];
+  EXPECT_EQ(primitive["mode"], 0);
+  EXPECT_EQ(primitive["attributes"].size(), 4u + 16u);
+  std::uint64_t end = 0;
+  for (const json& view : glb.description["bufferViews"]) {
+    EXPECT_EQ(view["byteOffset"], end);
+    EXPECT_EQ(end % 4, 0u);
+    end += view["byteLength"].get<std::uint64_t>();
+  }
+  EXPECT_EQ(end, glb.binary.size());
+  const json& position = glb.description["accessors"][0];
+  EXPECT_EQ(position["min"].size(), 3u);
+  EXPECT_EQ(position["max"].size(), 3u);
+}
+
+TEST(Gltf, nodes_move_their_gaussians) {
+  Glb glb = written();
+  const GaussianCloud before = read(glb).cloud;
+  glb.description["nodes"] = json::parse(
+      R"([{"translation":[1,2,3],"children":[1]},{"mesh":0,"scale":[2,2,2],"rotation":[0,0,0,1]}])");
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  for (std::size_t i = 0; i < kCount; ++i) {
+    // glTF's x and y point the other way.
+    const glm::vec3 expected = 2.0f * before.positions[i] + glm::vec3(-1, -2, 3);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(scene.cloud.positions[i][axis], expected[axis], 1e-4);
+      EXPECT_NEAR(std::exp(scene.cloud.log_scales[i][axis]),
+                  2 * std::exp(before.log_scales[i][axis]), 1e-4);
+    }
+  }
+}
+
+TEST(Gltf, mesh_of_two_nodes_is_read_twice) {
+  Glb glb = written();
+  glb.description["nodes"] = json::parse(R"([{"mesh":0},{"mesh":0,"translation":[9,0,0]}])");
+  glb.description["scenes"][0]["nodes"] = {0, 1};
+  const Scene scene = read(glb);
+  ASSERT_EQ(scene.cloud.size(), 2 * kCount);
+}
+
+TEST(Gltf, endless_repetition_is_refused) {
+  Glb glb = written(0);
+  json nodes = json::array(), roots = json::array();
+  for (std::size_t i = 0; i < (1 << 20) / kCount + 1; ++i) {
+    nodes.push_back({{"mesh", 0}});
+    roots.push_back(i);
+  }
+  glb.description["nodes"] = nodes;
+  glb.description["scenes"][0]["nodes"] = roots;
+  EXPECT_THAT(error_of(glb), HasSubstr("repeat meshes"));
+}
+
+TEST(Gltf, stretched_nodes_warn_and_flattening_ones_are_refused) {
+  Glb glb = written();
+  glb.description["nodes"][0]["scale"] = {1, 2, 3};
+  EXPECT_THAT(read(glb).warnings, ElementsAre(HasSubstr("stretches or mirrors")));
+  glb.description["nodes"][0]["scale"] = {1, 2, 0};
+  EXPECT_THAT(error_of(glb), HasSubstr("flattens"));
+}
+
+TEST(Gltf, logarithms_of_the_draft_are_detected) {
+  Glb glb = written();
+  const GaussianCloud before = read(glb).cloud;
+  float* const scales = floats(glb, "KHR_gaussian_splatting:SCALE");
+  for (std::size_t i = 0; i < 3 * kCount; ++i) scales[i] = -5 - 0.01f * static_cast<float>(i);
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("draft")));
+  EXPECT_FLOAT_EQ(scene.cloud.log_scales[1].y, -5.04f);
+}
+
+TEST(Gltf, single_negative_scales_are_no_logarithms) {
+  Glb glb = written();
+  floats(glb, "KHR_gaussian_splatting:SCALE")[4] = -1e-6f;
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("negative scale")));
+  EXPECT_EQ(scene.cloud.log_scales[1].y, -INFINITY);
+}
+
+TEST(Gltf, normalised_integers_are_read) {
+  Glb glb = written(0);
+  json& d = glb.description;
+  const std::size_t accessor =
+      d["meshes"][0]["primitives"][0]["attributes"]["KHR_gaussian_splatting:OPACITY"];
+  const std::size_t view = d["accessors"][accessor]["bufferView"];
+  d["accessors"][accessor]["componentType"] = 5121;
+  d["accessors"][accessor]["normalized"] = true;
+  const std::size_t offset = d["bufferViews"][view]["byteOffset"];
+  for (std::size_t i = 0; i < kCount; ++i) glb.binary[offset + i] = std::byte{51};  // 0.2
+  EXPECT_NEAR(read(glb).cloud.opacity_logits[7], std::log(0.2 / 0.8), 1e-6);
+}
+
+TEST(Gltf, files_without_gaussians_are_told_apart) {
+  Glb glb = written(0);
+  glb.description["meshes"][0]["primitives"][0].erase("extensions");
+  EXPECT_THAT(error_of(glb), HasSubstr("not a splat file"));
+  glb.description["extensionsUsed"] = {"KHR_spz_gaussian_splats_compression"};
+  EXPECT_THAT(error_of(glb), HasSubstr("withdrawn draft"));
+}
+
+TEST(Gltf, missing_attributes_are_named) {
+  Glb glb = written(1);
+  auto& attributes = glb.description["meshes"][0]["primitives"][0]["attributes"];
+  attributes.erase("KHR_gaussian_splatting:SH_DEGREE_1_COEF_2");
+  EXPECT_THAT(error_of(glb), HasSubstr("SH_DEGREE_1_COEF_2 is missing"));
+  attributes.erase("KHR_gaussian_splatting:ROTATION");
+  EXPECT_THAT(error_of(glb), HasSubstr("ROTATION is missing"));
+}
+
+}  // namespace
+}  // namespace qs::test

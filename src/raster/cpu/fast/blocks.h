@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+//
+// The scene as the fast pipeline reads it: blocks of Gaussians, one plane per value, so that a
+// vector holds the same value of neighbouring Gaussians. Made once per upload, in file order; the
+// last block is filled up with Gaussians that no view shows.
+#pragma once
+
+#include "raster/scene/activated_cloud.h"
+
+namespace qs::cpu::fast {
+
+/// Gaussians in a block, a multiple of every vector's length.
+inline constexpr std::size_t kBlock = 256;
+
+struct alignas(64) Block {
+  float x[kBlock], y[kBlock], z[kBlock];  ///< world; NaN where there is no Gaussian
+  float xx[kBlock], xy[kBlock], xz[kBlock], yy[kBlock], yz[kBlock], zz[kBlock];  ///< covariance
+  float log2_255_opacity[kBlock], opacity[kBlock];
+};
+
+Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool);
+
+}  // namespace qs::cpu::fast

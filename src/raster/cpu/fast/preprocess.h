@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Stage 1: from the scene to the Gaussians that this view shows, with the tiles that the mode gives
+// them. Blocks pass through project, list and color; see survivors.h.
+#pragma once
+
+#include "raster/cpu/fast/list.h"
+#include "raster/cpu/visible.h"
+
+namespace qs::cpu::fast {
+
+/// What blending reads of a visible Gaussian: one cache line.
+struct alignas(64) Record {
+  float mean_x, mean_y;
+  float a, b, c;  ///< log2 of the falloff is a dx^2 + b dx dy + c dy^2
+  float opacity;
+  float red, green, blue;
+  float slope;           ///< along a row the falloff is largest at dx = slope * dy
+  float threshold;       ///< log2 of the falloff below which alpha < 1/255, with room for rounding
+  float half_x, half_y;  ///< pixels around the mean with alpha >= 1/255, and a pixel to spare
+};
+
+struct Visible : VisibleSlots {
+  Array<Listing> listings;      ///< per slot
+  Array<Record> records;        ///< per slot
+  std::vector<RectList> rects;  ///< per chunk
+
+  /// How many Gaussians have each tile, as the corner differences of rectangles over
+  /// (rows + 1) x (columns + 1): summing along both axes gives the numbers. One table per thread.
+  std::vector<Array<std::int32_t>> corners;
+};
+
+void preprocess(const FrameContext& frame, const Array<Block>& blocks, bool traced,
+                Visible& visible);
+
+}  // namespace qs::cpu::fast

@@ -2,7 +2,7 @@
 #include "raster/cpu/fast/blend_tile.h"
 
 #include <algorithm>
-#include <bit>
+#include <cmath>
 
 #include "raster/kernel/constants.h"
 
@@ -10,25 +10,112 @@
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/blend_tile.cpp"
 #include "raster/cpu/fast/simd.h"
 
+#ifndef QS_BLEND_TILE_ONCE
+#define QS_BLEND_TILE_ONCE
+namespace qs::cpu::fast {
+
+/// Tiles are cut into cells, because most Gaussians reach only a part of a tile.
+constexpr int kCellSide = 4;
+constexpr int kCellPixels = kCellSide * kCellSide;
+constexpr int kCellsInRow = kTileSize / kCellSide;
+constexpr int kCells = kCellsInRow * kCellsInRow;
+
+/// Pixels that are composited together, row by row. A plane per value; the planes of a cell lie side
+/// by side, at distances that keep stores to one from holding up loads of another.
+struct alignas(64) Cell {
+  float transmittance[kCellPixels];
+  float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
+  float alpha_min[kCellPixels];  ///< what counts: kAlphaMin until the pixel stops, then inf
+  float x[kCellPixels], y[kCellPixels];  ///< in the picture
+
+  bool finished() const {
+    return std::all_of(alpha_min, alpha_min + kCellPixels, [](float a) { return a != kAlphaMin; });
+  }
+};
+
+/// A tile while it is composited.
+struct Tile {
+  Cell cells[kCells];
+  alignas(64) float cell_x[kCells];  ///< of the first pixel of the cell
+  alignas(64) float cell_y[kCells];  ///< of the first pixel of the cell
+  alignas(64) float closed[kCells];  ///< 0 while the cell has live pixels, then inf
+  alignas(64) std::uint32_t numbers[kCells];                 ///< 0, 1, 2, ...
+  alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
+  bool live = true;
+
+  static int cell_of(int column, int row) {
+    return row / kCellSide * kCellsInRow + column / kCellSide;
+  }
+  static int pixel_of(int column, int row) {
+    return row % kCellSide * kCellSide + column % kCellSide;
+  }
+
+  explicit Tile(const TileJob& job) {
+    for (int row = 0; row < kTileSize; ++row) {
+      for (int column = 0; column < kTileSize; ++column) {
+        Cell& cell = cells[cell_of(column, row)];
+        const int i = pixel_of(column, row);
+        const bool inside = column < job.width && row < job.height;
+        cell.transmittance[i] = 1;
+        cell.red[i] = cell.green[i] = cell.blue[i] = 0;
+        cell.alpha_min[i] = inside ? kAlphaMin : INFINITY;
+        cell.x[i] = static_cast<float>(job.x0 + column);
+        cell.y[i] = static_cast<float>(job.y0 + row);
+      }
+    }
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+      cell_x[cell] = cells[cell].x[0];
+      cell_y[cell] = cells[cell].y[0];
+      numbers[cell] = cell;
+      std::fill_n(evaluated[cell], kCellPixels, job.length);
+    }
+    close_finished_cells();
+  }
+
+  void close_finished_cells() {
+    live = false;
+    for (int cell = 0; cell < kCells; ++cell) {
+      closed[cell] = cells[cell].finished() ? INFINITY : 0.0f;
+      live = live || closed[cell] == 0.0f;
+    }
+  }
+
+  void write(const TileJob& job) const {
+    for (int row = 0; row < job.height; ++row) {
+      for (int column = 0; column < job.width; ++column) {
+        const Cell& cell = cells[cell_of(column, row)];
+        const int i = pixel_of(column, row);
+        const std::size_t to =
+            static_cast<std::size_t>(row) * job.stride + static_cast<std::size_t>(column);
+        if (job.color != nullptr) {
+          job.color[3 * to] = cell.red[i] + cell.transmittance[i] * job.background.x;
+          job.color[3 * to + 1] = cell.green[i] + cell.transmittance[i] * job.background.y;
+          job.color[3 * to + 2] = cell.blue[i] + cell.transmittance[i] * job.background.z;
+        }
+        if (job.evaluated != nullptr) job.evaluated[to] = evaluated[cell_of(column, row)][i];
+      }
+    }
+  }
+};
+
+}  // namespace qs::cpu::fast
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::CappedTag<float, kTileSize>;
+using D = hn::CappedTag<float, kCellPixels>;
+using DU = hn::RebindToUnsigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
-/// A row of a tile is cut into strips of one vector.
-constexpr int kStrips = kTileSize / kLanes;
-
-/// List entries ahead of the one being blended whose records are fetched: they lie scattered.
-constexpr std::uint32_t kPrefetch = 8;
 
 /// kernel/blend.h's exp2_polynomial().
 HWY_INLINE V exp2_polynomial(D d, V x) {
-  const hn::RebindToUnsigned<D> du;
+  const DU du;
   x = hn::Max(x, hn::Set(d, -126.0f));
   const V round = hn::Set(d, 12582912.0f);
   const V shifted = hn::Add(x, round);
@@ -43,149 +130,111 @@ HWY_INLINE V exp2_polynomial(D d, V x) {
   return hn::BitCast(d, hn::Add(hn::BitCast(du, p), exponent));
 }
 
-HWY_INLINE std::uint32_t bits_of(D d, M mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
-}
+/// What the Gaussians of a part of the list reach inside a tile.
+struct Queue {
+  static constexpr std::uint32_t kBatch = 32;  ///< list entries at a time
 
-/// A tile while it is composited: planes of pixels, row by row.
-struct Tile {
-  static constexpr int kPixels = kTileSize * kTileSize;
-
-  alignas(64) float transmittance[kPixels];
-  alignas(64) float red[kPixels];
-  alignas(64) float green[kPixels];
-  alignas(64) float blue[kPixels];
-  alignas(64) float alpha_min[kPixels];  ///< what counts: kAlphaMin until the pixel stops, then inf
-  std::uint32_t live_rows[kStrips];      ///< bit y: a pixel of that strip in row y is not finished
-  std::uint32_t evaluated[kPixels];      ///< list entries up to and including the one it stopped at
-
-  Tile(int width, int height, std::uint32_t length) {
-    for (int i = 0; i < kPixels; ++i) {
-      const bool inside = i % kTileSize < width && i / kTileSize < height;
-      transmittance[i] = 1;
-      red[i] = green[i] = blue[i] = 0;
-      alpha_min[i] = inside ? kAlphaMin : INFINITY;
-      evaluated[i] = length;
-    }
-    for (int strip = 0; strip < kStrips; ++strip)
-      live_rows[strip] = strip * kLanes < width ? (1u << height) - 1 : 0;
-  }
-
-  bool live() const {
-    std::uint32_t any = 0;
-    for (const std::uint32_t rows : live_rows) any |= rows;
-    return any != 0;
-  }
+  const Record* records[kBatch];
+  std::uint32_t items[kBatch * kCells + kCells];  ///< entry of the batch * kCells + cell
 };
 
-/// Bit y: row y of the strip whose pixels are dx0 .. dx0 + kLanes - 1 from the mean can have a
-/// pixel that counts. Errs towards yes; dy0 belongs to row 0.
-HWY_INLINE std::uint32_t reached_rows(D d, const Record& record, float dx0, float dy0) {
-  std::uint32_t rows = 0;
+/// Writes the items of the batch's entry `k`: cells in which a pixel can count. Returns how many.
+/// Errs towards too many.
+HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const Tile& tile,
+                                   std::uint32_t* items) {
+  const D d;
+  const DU du;
+  const V zero = hn::Zero(d), side = hn::Set(d, float(kCellSide - 1));
   const V a = hn::Set(d, record.a), b = hn::Set(d, record.b), c = hn::Set(d, record.c);
-  for (int y = 0; y < kTileSize; y += kLanes) {
-    const V dy = hn::Add(hn::Set(d, dy0), hn::Iota(d, static_cast<float>(y)));
-    const V x = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.slope), dy), hn::Set(d, dx0)),
-                        hn::Set(d, dx0 + (kLanes - 1)));
-    const V xx = hn::Mul(a, hn::Mul(x, x)), yy = hn::Mul(c, hn::Mul(dy, dy));
-    const V sum = hn::Add(xx, yy);
+  const auto falloff = [&](V x, V y) HWY_ATTR {
+    const V sum = hn::MulAdd(hn::Mul(a, x), x, hn::Mul(hn::Mul(c, y), y));
     // The terms cancel on needles, which leaves their rounding.
-    const V largest = hn::MulAdd(hn::Set(d, -4e-6f), sum, hn::MulAdd(b, hn::Mul(x, dy), sum));
-    rows |= bits_of(d, hn::Ge(largest, hn::Set(d, record.threshold))) << y;
+    return hn::MulAdd(hn::Set(d, -4e-6f), sum, hn::MulAdd(hn::Mul(b, x), y, sum));
+  };
+  std::size_t count = 0;
+  for (int cell = 0; cell < kCells; cell += kLanes) {
+    const V left = hn::Sub(hn::Load(d, tile.cell_x + cell), hn::Set(d, record.mean_x));
+    const V top = hn::Sub(hn::Load(d, tile.cell_y + cell), hn::Set(d, record.mean_y));
+    const V right = hn::Add(left, side), bottom = hn::Add(top, side);
+    // The falloff is concave: over a rectangle it is largest at the mean, or on a side that faces
+    // it.
+    const V x = hn::Min(hn::Max(zero, left), right), y = hn::Min(hn::Max(zero, top), bottom);
+    const V y_at_x = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.y_over_x), x), top), bottom);
+    const V x_at_y = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.x_over_y), y), left), right);
+    const V largest = hn::Max(falloff(x, y_at_x), falloff(x_at_y, y));
+    const M reached =
+        hn::Ge(largest, hn::Add(hn::Set(d, record.threshold), hn::Load(d, tile.closed + cell)));
+    // Packed in a register first: packing stores are slow on some CPUs.
+    const auto numbers = hn::Add(hn::Load(du, tile.numbers + cell), hn::Set(du, k * kCells));
+    hn::StoreU(hn::Compress(numbers, hn::RebindMask(du, reached)), du, items + count);
+    count += hn::CountTrue(d, reached);
   }
-  return rows;
+  return count;
 }
 
-/// Takes the pixels of `stop` out of the tile. `entry` is the 1-based place of the Gaussian.
-HWY_NOINLINE void stop_pixels(Tile& tile, int strip, int y, std::uint32_t stop,
-                              std::uint32_t entry) {
-  const int first = y * kTileSize + strip * kLanes;
-  bool any = false;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if ((stop >> lane & 1) != 0) {
-      tile.alpha_min[first + lane] = INFINITY;
-      tile.evaluated[first + lane] = entry;
-    }
-    any = any || tile.alpha_min[first + lane] == kAlphaMin;
-  }
-  if (!any) tile.live_rows[strip] &= ~(1u << y);
-}
-
-HWY_INLINE void blend_one(D d, const Record& record, float x0, float y0, std::uint32_t entry,
-                          Tile& tile) {
-  const float dx_of_tile = x0 - record.mean_x, dy_of_tile = y0 - record.mean_y;
-  const V opacity = hn::Set(d, record.opacity), b = hn::Set(d, record.b), c = hn::Set(d, record.c);
-  const V red = hn::Set(d, record.red), green = hn::Set(d, record.green),
-          blue = hn::Set(d, record.blue);
-  for (int strip = 0; strip < kStrips; ++strip) {
-    const float dx0 = dx_of_tile + static_cast<float>(strip * kLanes);
-    std::uint32_t rows = tile.live_rows[strip];
-    if (rows == 0) continue;
-    if (kStrips > 1 && (dx0 > record.half_x || dx0 + (kLanes - 1) < -record.half_x)) continue;
-    rows &= reached_rows(d, record, dx0, dy_of_tile);
-    const V dx = hn::Add(hn::Set(d, dx0), hn::Iota(d, 0.0f));
-    const V axx = hn::Mul(hn::Mul(hn::Set(d, record.a), dx), dx), bx = hn::Mul(b, dx);
-    for (; rows != 0; rows &= rows - 1) {
-      const int y = std::countr_zero(rows);
-      const int at = y * kTileSize + strip * kLanes;
-      const V dy = hn::Set(d, dy_of_tile + static_cast<float>(y));
-      const V power = hn::MulAdd(dy, hn::MulAdd(c, dy, bx), axx);
-      const V whole = hn::Min(hn::Mul(opacity, exp2_polynomial(d, power)), hn::Set(d, kAlphaMax));
-      const M counts =
-          hn::And(hn::Ge(whole, hn::Load(d, tile.alpha_min + at)), hn::Le(power, hn::Zero(d)));
-      V alpha = hn::IfThenElseZero(counts, whole);
-      const V before = hn::Load(d, tile.transmittance + at);
-      V after = hn::NegMulAdd(alpha, before, before);
-      const M stop = hn::Lt(after, hn::Set(d, kTransmittanceMin));
-      if (HWY_UNLIKELY(!hn::AllFalse(d, stop))) {
-        stop_pixels(tile, strip, y, bits_of(d, stop), entry);
-        alpha = hn::IfThenZeroElse(stop, alpha);
-        after = hn::IfThenElse(stop, before, after);
-      }
-      const V weight = hn::Mul(alpha, before);
-      hn::Store(after, d, tile.transmittance + at);
-      hn::Store(hn::MulAdd(weight, red, hn::Load(d, tile.red + at)), d, tile.red + at);
-      hn::Store(hn::MulAdd(weight, green, hn::Load(d, tile.green + at)), d, tile.green + at);
-      hn::Store(hn::MulAdd(weight, blue, hn::Load(d, tile.blue + at)), d, tile.blue + at);
-    }
-  }
-}
-
-HWY_INLINE void write_color(const TileJob& job, Tile& tile) {
+/// Composites one Gaussian onto one cell. True when a pixel stopped. `entry` is the 1-based place of
+/// the Gaussian in the list.
+HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell,
+                           std::uint32_t* evaluated) {
   const D d;
-  alignas(64) float row[3 * kTileSize];
-  for (int y = 0; y < job.height; ++y) {
-    float* to = job.color + 3 * static_cast<std::size_t>(y) * job.stride;
-    float* packed = job.width == kTileSize ? to : row;
-    for (int x = 0; x < kTileSize; x += kLanes) {
-      const int at = y * kTileSize + x;
-      const V rest = hn::Load(d, tile.transmittance + at);
-      hn::StoreInterleaved3(
-          hn::MulAdd(rest, hn::Set(d, job.background.x), hn::Load(d, tile.red + at)),
-          hn::MulAdd(rest, hn::Set(d, job.background.y), hn::Load(d, tile.green + at)),
-          hn::MulAdd(rest, hn::Set(d, job.background.z), hn::Load(d, tile.blue + at)), d,
-          packed + 3 * x);
+  const DU du;
+  bool any_stopped = false;
+  for (int at = 0; at < kCellPixels; at += kLanes) {
+    const V dx = hn::Sub(hn::Load(d, cell.x + at), hn::Set(d, record.mean_x));
+    const V dy = hn::Sub(hn::Load(d, cell.y + at), hn::Set(d, record.mean_y));
+    const V across = hn::MulAdd(hn::Set(d, record.b), dy, hn::Mul(hn::Set(d, record.a), dx));
+    const V power = hn::MulAdd(dx, across, hn::Mul(hn::Mul(hn::Set(d, record.c), dy), dy));
+    const V whole = hn::Min(hn::Mul(hn::Set(d, record.opacity), exp2_polynomial(d, power)),
+                            hn::Set(d, kAlphaMax));
+    const V alpha_min = hn::Load(d, cell.alpha_min + at);
+    const M counts = hn::And(hn::Ge(whole, alpha_min), hn::Le(power, hn::Zero(d)));
+    V alpha = hn::IfThenElseZero(counts, whole);
+    const V before = hn::Load(d, cell.transmittance + at);
+    V after = hn::NegMulAdd(alpha, before, before);
+    const M stop = hn::Lt(after, hn::Set(d, kTransmittanceMin));
+    if (HWY_UNLIKELY(!hn::AllFalse(d, stop))) {
+      any_stopped = true;
+      alpha = hn::IfThenZeroElse(stop, alpha);
+      after = hn::IfThenElse(stop, before, after);
+      hn::Store(hn::IfThenElse(stop, hn::Set(d, INFINITY), alpha_min), d, cell.alpha_min + at);
+      hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, entry),
+                               hn::Load(du, evaluated + at)),
+                du, evaluated + at);
     }
-    if (packed == row) std::copy_n(row, 3 * job.width, to);
+    const V weight = hn::Mul(alpha, before);
+    hn::Store(after, d, cell.transmittance + at);
+    const auto add = [&](float color, float* plane) HWY_ATTR {
+      hn::Store(hn::MulAdd(weight, hn::Set(d, color), hn::Load(d, plane + at)), d, plane + at);
+    };
+    add(record.red, cell.red);
+    add(record.green, cell.green);
+    add(record.blue, cell.blue);
   }
+  return any_stopped;
 }
 
-void blend_one_tile(const TileJob& job) {
-  const D d;
-  Tile tile(job.width, job.height, job.length);
-  const auto x0 = static_cast<float>(job.x0), y0 = static_cast<float>(job.y0);
-  for (std::uint32_t entry = 0; entry < job.length && tile.live(); ++entry) {
-    if (entry + kPrefetch < job.length)
-      __builtin_prefetch(&job.records[job.list[entry + kPrefetch]]);
-    blend_one(d, job.records[job.list[entry]], x0, y0, entry + 1, tile);
-  }
-  if (job.color != nullptr) write_color(job, tile);
-  if (job.evaluated != nullptr) {
-    for (int y = 0; y < job.height; ++y)
-      std::copy_n(tile.evaluated + y * kTileSize, job.width,
-                  job.evaluated + static_cast<std::size_t>(y) * job.stride);
+// Two loops instead of one: how many cells a Gaussian reaches cannot be predicted, so they are
+// queued without a branch, and the loop over the queue runs straight.
+void blend_one_tile(const TileJob& job, Tile& tile) {
+  Queue queue;
+  for (std::uint32_t first = 0; first < job.length && tile.live; first += Queue::kBatch) {
+    const std::uint32_t entries = std::min(Queue::kBatch, job.length - first);
+    const std::uint32_t next = std::min(Queue::kBatch, job.length - first - entries);
+    const std::uint32_t* list = job.list + first;
+    for (std::uint32_t k = 0; k < next; ++k)
+      __builtin_prefetch(&job.records[list[Queue::kBatch + k]]);
+    std::size_t count = 0;
+    for (std::uint32_t k = 0; k < entries; ++k) {
+      queue.records[k] = &job.records[list[k]];
+      count += queue_cells(*queue.records[k], k, tile, queue.items + count);
+    }
+    bool any_stopped = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = queue.items[i] / kCells, cell = queue.items[i] % kCells;
+      any_stopped |=
+          blend_cell(*queue.records[k], first + k + 1, tile.cells[cell], tile.evaluated[cell]);
+    }
+    if (any_stopped) tile.close_finished_cells();
   }
 }
 
@@ -198,7 +247,11 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(blend_one_tile);
 
-void blend_tile(const TileJob& job) { HWY_DYNAMIC_DISPATCH(blend_one_tile)(job); }
+void blend_tile(const TileJob& job) {
+  Tile tile(job);
+  HWY_DYNAMIC_DISPATCH(blend_one_tile)(job, tile);
+  tile.write(job);
+}
 
 }  // namespace qs::cpu::fast
 #endif

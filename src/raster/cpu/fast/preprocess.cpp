@@ -11,25 +11,20 @@ namespace {
 
 Record record_of(const Survivors& s, std::size_t k) {
   constexpr float kScale = static_cast<float>(kLog2E);
-  Record record{s.mean_x[k],
-                s.mean_y[k],
-                -0.5f * kScale * s.conic_a[k],
-                -kScale * s.conic_b[k],
-                -0.5f * kScale * s.conic_c[k],
-                s.opacity[k],
-                s.red[k],
-                s.green[k],
-                s.blue[k],
-                s.xy[k] / s.yy[k],
-                INFINITY,
-                0,
-                0};
-  if (s.gamma[k] > 0.0f) {  // else alpha < 1/255 everywhere
-    record.threshold = -0.5f * kScale * s.gamma[k] - 0.05f;
-    const glm::vec2 half = extents(s.footprint(k)).max;
-    record.half_x = half.x + 1.0f;
-    record.half_y = half.y + 1.0f;
-  }
+  Record record;
+  record.mean_x = s.mean_x[k];
+  record.mean_y = s.mean_y[k];
+  record.a = -0.5f * kScale * s.conic_a[k];
+  record.b = -kScale * s.conic_b[k];
+  record.c = -0.5f * kScale * s.conic_c[k];
+  record.opacity = s.opacity[k];
+  record.red = s.red[k];
+  record.green = s.green[k];
+  record.blue = s.blue[k];
+  record.x_over_y = s.xy[k] / s.yy[k];
+  record.y_over_x = s.xy[k] / s.xx[k];
+  const bool faint = !(s.gamma[k] > 0.0f);  // alpha < 1/255 everywhere
+  record.threshold = faint ? INFINITY : -0.5f * kScale * s.gamma[k] - 0.05f;
   return record;
 }
 

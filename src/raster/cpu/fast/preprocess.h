@@ -15,9 +15,9 @@ struct alignas(64) Record {
   float a, b, c;  ///< log2 of the falloff is a dx^2 + b dx dy + c dy^2
   float opacity;
   float red, green, blue;
-  float slope;           ///< along a row the falloff is largest at dx = slope * dy
-  float threshold;       ///< log2 of the falloff below which alpha < 1/255, with room for rounding
-  float half_x, half_y;  ///< pixels around the mean with alpha >= 1/255, and a pixel to spare
+  float x_over_y;   ///< for a given dy the falloff is largest at dx = x_over_y * dy
+  float y_over_x;   ///< for a given dx the falloff is largest at dy = y_over_x * dx
+  float threshold;  ///< log2 of the falloff below which alpha < 1/255, with room for rounding
 };
 
 struct Visible : VisibleSlots {

@@ -68,6 +68,7 @@ void project_block(const View<float>& view, const FootprintRules& rules, const B
   const V scale2 = hn::Set(d, rules.splat_scale * rules.splat_scale);
   const V dilation = hn::Set(d, static_cast<float>(kDilation));
 
+  const auto lanes = hn::Iota(du, 0);
   std::size_t count = 0;
   for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {
     const V wx = hn::Load(d, block.x + i), wy = hn::Load(d, block.y + i),
@@ -136,7 +137,7 @@ void project_block(const View<float>& view, const FootprintRules& rules, const B
     pack(gamma, out.gamma);
     pack(z, out.depth);
     pack(opacity, out.opacity);
-    const auto gaussians = hn::Iota(du, first + static_cast<std::uint32_t>(i));
+    const auto gaussians = hn::Add(lanes, hn::Set(du, first + static_cast<std::uint32_t>(i)));
     hn::StoreU(hn::Compress(gaussians, hn::RebindMask(du, keep)), du, out.gaussian + count);
     count += hn::CountTrue(d, keep);
   }

@@ -22,7 +22,7 @@ class CpuRenderer final : public Renderer {
     progress.update(0);
     active_ = activate(cloud, pool_);
     progress.update(0.5f);
-    fast_.upload(active_, pool_);
+    fast_.upload(cloud, active_, pool_);
     cloud_ = cloud;  // colours are evaluated from the original coefficients, the reference from
                      // everything
     progress.update(1);

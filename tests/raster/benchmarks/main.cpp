@@ -54,6 +54,7 @@ class Stages {
       : subject_(subject),
         active_(activate(subject.cloud, pool_)),
         blocks_(cpu::fast::make_blocks(active_, pool_)),
+        harmonics_(cpu::fast::make_harmonics(subject.cloud, pool_)),
         frame_{subject.cloud,
                active_,
                subject_.camera,
@@ -76,20 +77,28 @@ class Stages {
   void run_classic(Stage stage) {
     using namespace cpu;
     switch (stage) {
-      case Stage::preprocess: return preprocess(frame_, visible_);
-      case Stage::sort: return sort(frame_, visible_, order_);
-      case Stage::bin: return bin(frame_, visible_, order_, lists_);
-      case Stage::blend: return blend(frame_, visible_, lists_, {}, result_);
+      case Stage::preprocess:
+        return preprocess(frame_, visible_);
+      case Stage::sort:
+        return sort(frame_, visible_, order_);
+      case Stage::bin:
+        return bin(frame_, visible_, order_, lists_);
+      case Stage::blend:
+        return blend(frame_, visible_, lists_, {}, result_);
     }
   }
 
   void run_fast(Stage stage) {
     using namespace cpu::fast;
     switch (stage) {
-      case Stage::preprocess: return preprocess(frame_, blocks_, false, fast_visible_);
-      case Stage::sort: return sort(frame_, fast_visible_, fast_order_);
-      case Stage::bin: return bin(frame_, fast_visible_, fast_order_, fast_lists_);
-      case Stage::blend: return blend(frame_, fast_visible_, fast_lists_, {}, result_);
+      case Stage::preprocess:
+        return preprocess(frame_, blocks_, harmonics_, false, fast_visible_);
+      case Stage::sort:
+        return sort(frame_, fast_visible_, fast_order_);
+      case Stage::bin:
+        return bin(frame_, fast_visible_, fast_order_, fast_lists_);
+      case Stage::blend:
+        return blend(frame_, fast_visible_, fast_lists_, {}, result_);
     }
   }
 
@@ -97,6 +106,7 @@ class Stages {
   ThreadPool pool_{1};
   ActivatedCloud active_;
   Array<cpu::fast::Block> blocks_;
+  cpu::fast::Harmonics harmonics_;
   RenderSettings settings_;
   cpu::FrameContext frame_;
   Frame result_;
@@ -131,8 +141,10 @@ void run_arithmetic(benchmark::State& state) {
 }
 
 void on_every_thread_count(benchmark::internal::Benchmark* benchmark) {
-  benchmark->RangeMultiplier(2)->Range(1, ThreadPool().size())->UseRealTime()->Unit(
-      benchmark::kMillisecond);
+  benchmark->RangeMultiplier(2)
+      ->Range(1, ThreadPool().size())
+      ->UseRealTime()
+      ->Unit(benchmark::kMillisecond);
 }
 
 }  // namespace

@@ -20,26 +20,27 @@ constexpr int kCellPixels = kCellSide * kCellSide;
 constexpr int kCellsInRow = kTileSize / kCellSide;
 constexpr int kCells = kCellsInRow * kCellsInRow;
 
-/// Pixels that are composited together, row by row. A plane per value; the planes of a cell lie side
-/// by side, at distances that keep stores to one from holding up loads of another.
+/// Pixels that are composited together, row by row. A plane per value; the planes of a cell lie
+/// side by side, at distances that keep stores to one from holding up loads of another.
 struct alignas(64) Cell {
   float transmittance[kCellPixels];
   float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
-  float alpha_min[kCellPixels];  ///< what counts: kAlphaMin until the pixel stops, then inf
+  float log2_alpha_min[kCellPixels];     ///< what counts: 1/255 until the pixel stops, then inf
   float x[kCellPixels], y[kCellPixels];  ///< in the picture
 
   bool finished() const {
-    return std::all_of(alpha_min, alpha_min + kCellPixels, [](float a) { return a != kAlphaMin; });
+    return std::all_of(log2_alpha_min, log2_alpha_min + kCellPixels,
+                       [](float least) { return least == INFINITY; });
   }
 };
 
 /// A tile while it is composited.
 struct Tile {
   Cell cells[kCells];
-  alignas(64) float cell_x[kCells];  ///< of the first pixel of the cell
-  alignas(64) float cell_y[kCells];  ///< of the first pixel of the cell
-  alignas(64) float closed[kCells];  ///< 0 while the cell has live pixels, then inf
-  alignas(64) std::uint32_t numbers[kCells];                 ///< 0, 1, 2, ...
+  alignas(64) float cell_x[kCells];           ///< of the first pixel of the cell
+  alignas(64) float cell_y[kCells];           ///< of the first pixel of the cell
+  alignas(64) float closed[kCells];           ///< 0 while the cell has live pixels, then inf
+  alignas(64) std::uint32_t numbers[kCells];  ///< 0, 1, 2, ...
   alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
   bool live = true;
 
@@ -58,7 +59,7 @@ struct Tile {
         const bool inside = column < job.width && row < job.height;
         cell.transmittance[i] = 1;
         cell.red[i] = cell.green[i] = cell.blue[i] = 0;
-        cell.alpha_min[i] = inside ? kAlphaMin : INFINITY;
+        cell.log2_alpha_min[i] = inside ? -kLog2Of255 : INFINITY;
         cell.x[i] = static_cast<float>(job.x0 + column);
         cell.y[i] = static_cast<float>(job.y0 + row);
       }
@@ -145,11 +146,9 @@ HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const 
   const D d;
   const DU du;
   const V zero = hn::Zero(d), side = hn::Set(d, float(kCellSide - 1));
-  const V a = hn::Set(d, record.a), b = hn::Set(d, record.b), c = hn::Set(d, record.c);
+  const V a = hn::Set(d, record.wide_a), b = hn::Set(d, record.b), c = hn::Set(d, record.wide_c);
   const auto falloff = [&](V x, V y) HWY_ATTR {
-    const V sum = hn::MulAdd(hn::Mul(a, x), x, hn::Mul(hn::Mul(c, y), y));
-    // The terms cancel on needles, which leaves their rounding.
-    return hn::MulAdd(hn::Set(d, -4e-6f), sum, hn::MulAdd(hn::Mul(b, x), y, sum));
+    return hn::MulAdd(hn::MulAdd(b, y, hn::Mul(a, x)), x, hn::Mul(hn::Mul(c, y), y));
   };
   std::size_t count = 0;
   for (int cell = 0; cell < kCells; cell += kLanes) {
@@ -172,8 +171,8 @@ HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const 
   return count;
 }
 
-/// Composites one Gaussian onto one cell. True when a pixel stopped. `entry` is the 1-based place of
-/// the Gaussian in the list.
+/// Composites one Gaussian onto one cell. True when a pixel stopped. `entry` is the 1-based place
+/// of the Gaussian in the list.
 HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell,
                            std::uint32_t* evaluated) {
   const D d;
@@ -183,12 +182,14 @@ HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell
     const V dx = hn::Sub(hn::Load(d, cell.x + at), hn::Set(d, record.mean_x));
     const V dy = hn::Sub(hn::Load(d, cell.y + at), hn::Set(d, record.mean_y));
     const V across = hn::MulAdd(hn::Set(d, record.b), dy, hn::Mul(hn::Set(d, record.a), dx));
-    const V power = hn::MulAdd(dx, across, hn::Mul(hn::Mul(hn::Set(d, record.c), dy), dy));
-    const V whole = hn::Min(hn::Mul(hn::Set(d, record.opacity), exp2_polynomial(d, power)),
-                            hn::Set(d, kAlphaMax));
-    const V alpha_min = hn::Load(d, cell.alpha_min + at);
-    const M counts = hn::And(hn::Ge(whole, alpha_min), hn::Le(power, hn::Zero(d)));
-    V alpha = hn::IfThenElseZero(counts, whole);
+    const V log2_opacity = hn::Set(d, record.log2_opacity);
+    const V log2_alpha =
+        hn::MulAdd(dx, across, hn::MulAdd(hn::Mul(hn::Set(d, record.c), dy), dy, log2_opacity));
+    const V least = hn::Load(d, cell.log2_alpha_min + at);
+    // Above the opacity only where rounding broke the conic.
+    const M counts = hn::And(hn::Ge(log2_alpha, least), hn::Le(log2_alpha, log2_opacity));
+    V alpha =
+        hn::IfThenElseZero(counts, hn::Min(exp2_polynomial(d, log2_alpha), hn::Set(d, kAlphaMax)));
     const V before = hn::Load(d, cell.transmittance + at);
     V after = hn::NegMulAdd(alpha, before, before);
     const M stop = hn::Lt(after, hn::Set(d, kTransmittanceMin));
@@ -196,7 +197,7 @@ HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell
       any_stopped = true;
       alpha = hn::IfThenZeroElse(stop, alpha);
       after = hn::IfThenElse(stop, before, after);
-      hn::Store(hn::IfThenElse(stop, hn::Set(d, INFINITY), alpha_min), d, cell.alpha_min + at);
+      hn::Store(hn::IfThenElse(stop, hn::Set(d, INFINITY), least), d, cell.log2_alpha_min + at);
       hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, entry),
                                hn::Load(du, evaluated + at)),
                 du, evaluated + at);

@@ -25,11 +25,30 @@ Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
         block.yz[lane] = g.covariance.yz;
         block.zz[lane] = g.covariance.zz;
         block.log2_255_opacity[lane] = g.log2_255_opacity;
-        block.opacity[lane] = i < size ? active.opacities[i] : 0.0f;
       }
     }
   });
   return blocks;
+}
+
+Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
+  Harmonics sh;
+  sh.degree = cloud.sh_degree;
+  const std::size_t per_gaussian = sh.group_size() / kGroup;
+  const std::size_t groups = (cloud.size() + kBlock - 1) / kBlock * (kBlock / kGroup);
+  sh.values.resize(groups * sh.group_size());
+  pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t group = begin; group < end; ++group) {
+      float* to = &sh.values[group * sh.group_size()];
+      for (std::size_t lane = 0; lane < kGroup; ++lane) {
+        const std::size_t i = group * kGroup + lane;
+        const float* from = i < cloud.size() ? &cloud.sh.data()->x + i * per_gaussian : nullptr;
+        for (std::size_t k = 0; k < per_gaussian; ++k)
+          to[k * kGroup + lane] = from != nullptr ? from[k] : 0.0f;
+      }
+    }
+  });
+  return sh;
 }
 
 }  // namespace qs::cpu::fast

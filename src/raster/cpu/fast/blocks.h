@@ -15,9 +15,24 @@ inline constexpr std::size_t kBlock = 256;
 struct alignas(64) Block {
   float x[kBlock], y[kBlock], z[kBlock];  ///< world; NaN where there is no Gaussian
   float xx[kBlock], xy[kBlock], xz[kBlock], yy[kBlock], yz[kBlock], zz[kBlock];  ///< covariance
-  float log2_255_opacity[kBlock], opacity[kBlock];
+  float log2_255_opacity[kBlock];
+};
+
+/// Gaussians whose coefficients of the colour lie together.
+inline constexpr std::size_t kGroup = 16;
+
+/// Per group of Gaussians, coefficient and channel: the values of its members side by side.
+struct Harmonics {
+  int degree = 0;
+  Array<float> values;
+
+  /// Values of a group.
+  std::size_t group_size() const {
+    return static_cast<std::size_t>(3 * sh_coefficient_count(degree)) * kGroup;
+  }
 };
 
 Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool);
+Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

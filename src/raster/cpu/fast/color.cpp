@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/color.h"
 
-#include "raster/scene/gaussian_cloud.h"
+#include <bit>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/color.cpp"
@@ -13,7 +13,6 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 
 /// Values of the real harmonics in the directions of one vector of Gaussians; weights[0] is
@@ -46,40 +45,43 @@ HWY_INLINE void harmonics(int degree, V x, V y, V z, V* weights) {
   weights[15] = hn::Mul(c(-kSh3A), hn::Mul(x, hn::Sub(xx, three_yy)));
 }
 
-void color_block(const Harmonics& sh, glm::vec3 view_position, const glm::vec3* positions,
-                 Survivors& s) {
+/// Colours of one group: `values` are its coefficients, `at` its first Gaussian in the block.
+HWY_INLINE void color_group(const float* values, int degree, glm::vec3 view_position,
+                            const Block& block, std::size_t at, Colors& colors) {
   const D d;
-  const DI di;
-  const int stride = 3 * sh_coefficient_count(sh.stored_degree);
-  const int coefficients = sh_coefficient_count(sh.degree);
-  // Planes are read whole: what lies behind the last survivor must be an index of the cloud too.
-  for (std::size_t k = s.count; k % hn::Lanes(d) != 0; ++k) s.gaussian[k] = s.gaussian[0];
-  // Offsets from the first Gaussian of the block fit into 32 bits, those of large clouds do not.
-  const float* values =
-      sh.values + static_cast<std::size_t>(s.gaussian[0]) * static_cast<std::size_t>(stride);
-  const float* xyz = &positions[s.gaussian[0]].x;
-  const auto first = hn::Set(di, static_cast<std::int32_t>(s.gaussian[0]));
-  const hn::RebindToUnsigned<D> du;
-  for (std::size_t k = 0; k < s.count; k += hn::Lanes(d)) {
-    const auto local = hn::Sub(hn::BitCast(di, hn::Load(du, s.gaussian + k)), first);
-    const auto at = hn::Mul(local, hn::Set(di, 3));
-    V x = hn::Sub(hn::GatherIndex(d, xyz, at), hn::Set(d, view_position.x));
-    V y = hn::Sub(hn::GatherIndex(d, xyz + 1, at), hn::Set(d, view_position.y));
-    V z = hn::Sub(hn::GatherIndex(d, xyz + 2, at), hn::Set(d, view_position.z));
+  const int coefficients = sh_coefficient_count(degree);
+  for (std::size_t lane = 0; lane < kGroup; lane += hn::Lanes(d)) {
+    const std::size_t i = at + lane;
+    const V x = hn::Sub(hn::Load(d, block.x + i), hn::Set(d, view_position.x));
+    const V y = hn::Sub(hn::Load(d, block.y + i), hn::Set(d, view_position.y));
+    const V z = hn::Sub(hn::Load(d, block.z + i), hn::Set(d, view_position.z));
     const V length2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
     const V scale = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(length2));
     V weights[16];
-    harmonics(sh.degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
-    const auto from = hn::Mul(local, hn::Set(di, stride));
+    harmonics(degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
     V red = hn::Set(d, 0.5f), green = red, blue = red;
-    for (int i = 0; i < coefficients; ++i) {
-      red = hn::MulAdd(weights[i], hn::GatherIndex(d, values + 3 * i, from), red);
-      green = hn::MulAdd(weights[i], hn::GatherIndex(d, values + 3 * i + 1, from), green);
-      blue = hn::MulAdd(weights[i], hn::GatherIndex(d, values + 3 * i + 2, from), blue);
+    const float* value = values + lane;
+    for (int k = 0; k < coefficients; ++k, value += 3 * kGroup) {
+      red = hn::MulAdd(weights[k], hn::LoadU(d, value), red);
+      green = hn::MulAdd(weights[k], hn::LoadU(d, value + kGroup), green);
+      blue = hn::MulAdd(weights[k], hn::LoadU(d, value + 2 * kGroup), blue);
     }
-    hn::Store(hn::Max(red, hn::Zero(d)), d, s.red + k);
-    hn::Store(hn::Max(green, hn::Zero(d)), d, s.green + k);
-    hn::Store(hn::Max(blue, hn::Zero(d)), d, s.blue + k);
+    hn::Store(hn::Max(red, hn::Zero(d)), d, colors.red + i);
+    hn::Store(hn::Max(green, hn::Zero(d)), d, colors.green + i);
+    hn::Store(hn::Max(blue, hn::Zero(d)), d, colors.blue + i);
+  }
+}
+
+void color_block(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
+                 std::size_t index, const Survivors& survivors, Colors& colors) {
+  constexpr std::size_t kGroups = kBlock / kGroup;
+  std::uint32_t wanted = 0;
+  for (std::size_t k = 0; k < survivors.count; ++k)
+    wanted |= 1u << survivors.gaussian[k] % kBlock / kGroup;
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
+    color_group(&sh.values[(index * kGroups + group) * sh.group_size()], degree, view_position,
+                block, group * kGroup, colors);
   }
 }
 
@@ -92,10 +94,9 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(color_block);
 
-void color(const Harmonics& sh, glm::vec3 view_position, const glm::vec3* positions,
-           Survivors& survivors) {
-  if (survivors.count == 0) return;
-  HWY_DYNAMIC_DISPATCH(color_block)(sh, view_position, positions, survivors);
+void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
+           std::size_t index, const Survivors& survivors, Colors& colors) {
+  HWY_DYNAMIC_DISPATCH(color_block)(sh, degree, view_position, block, index, survivors, colors);
 }
 
 }  // namespace qs::cpu::fast

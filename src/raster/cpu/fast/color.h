@@ -7,14 +7,14 @@
 
 namespace qs::cpu::fast {
 
-struct Harmonics {
-  const float* values;  ///< of the cloud: RGB triples, per Gaussian all coefficients
-  int stored_degree;    ///< of `values`
-  int degree;           ///< evaluated, at most stored_degree
+/// Per Gaussian of a block.
+struct alignas(64) Colors {
+  float red[kBlock], green[kBlock], blue[kBlock];
 };
 
-/// Fills red, green and blue of `survivors`. `view_position` is the camera's, world.
-void color(const Harmonics& sh, glm::vec3 view_position, const glm::vec3* positions,
-           Survivors& survivors);
+/// Fills the colours of the survivors of block `index`, and of some of their neighbours.
+/// `view_position` is the camera's, world; `degree` is evaluated, at most that of `sh`.
+void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
+           std::size_t index, const Survivors& survivors, Colors& colors);
 
 }  // namespace qs::cpu::fast

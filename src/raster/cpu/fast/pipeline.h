@@ -10,8 +10,9 @@ namespace qs::cpu::fast {
 
 class Pipeline {
  public:
-  void upload(const ActivatedCloud& active, ThreadPool& pool) {
+  void upload(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool) {
     blocks_ = make_blocks(active, pool);
+    harmonics_ = make_harmonics(cloud, pool);
   }
 
   /// Fills `result`, whose maps are sized, but for the time of the frame. frame.cloud is the one
@@ -20,6 +21,7 @@ class Pipeline {
 
  private:
   Array<Block> blocks_;
+  Harmonics harmonics_;
   Visible visible_;
   DepthOrder order_;
   TileLists lists_;

@@ -9,7 +9,7 @@
 namespace qs::cpu::fast {
 namespace {
 
-Record record_of(const Survivors& s, std::size_t k) {
+Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   constexpr float kScale = static_cast<float>(kLog2E);
   Record record;
   record.mean_x = s.mean_x[k];
@@ -17,10 +17,13 @@ Record record_of(const Survivors& s, std::size_t k) {
   record.a = -0.5f * kScale * s.conic_a[k];
   record.b = -kScale * s.conic_b[k];
   record.c = -0.5f * kScale * s.conic_c[k];
-  record.opacity = s.opacity[k];
-  record.red = s.red[k];
-  record.green = s.green[k];
-  record.blue = s.blue[k];
+  record.log2_opacity = s.log2_opacity[k];
+  const std::size_t lane = s.gaussian[k] % kBlock;
+  record.red = colors.red[lane];
+  record.green = colors.green[lane];
+  record.blue = colors.blue[lane];
+  record.wide_a = record.a * (1 - 4e-6f);
+  record.wide_c = record.c * (1 - 4e-6f);
   record.x_over_y = s.xy[k] / s.yy[k];
   record.y_over_x = s.xy[k] / s.xx[k];
   const bool faint = !(s.gamma[k] > 0.0f);  // alpha < 1/255 everywhere
@@ -43,8 +46,8 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
 
 }  // namespace
 
-void preprocess(const FrameContext& frame, const Array<Block>& blocks, bool traced,
-                Visible& visible) {
+void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
+                bool traced, Visible& visible) {
   visible.resize(frame.cloud.size());
   visible.listings.resize(visible.slots());
   visible.records.resize(visible.slots());
@@ -57,7 +60,6 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, bool trac
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules = frame.rules();
-  const Harmonics sh{&frame.cloud.sh.data()->x, frame.cloud.sh_degree, frame.sh_degree()};
 
   frame.for_chunks(
       visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
@@ -65,18 +67,19 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, bool trac
         RectList& rects = visible.rects[chunk];
         rects.clear();
         Survivors survivors;
+        Colors colors;
         std::size_t slot = begin;
         for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, blocks.size()); ++b) {
           const std::size_t counted = rects.size();
           project(view, rules, blocks[b], static_cast<std::uint32_t>(b * kBlock), survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
-          color(sh, view.position, frame.cloud.positions.data(), survivors);
+          color(sh, frame.sh_degree(), view.position, blocks[b], b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
             visible.gaussians[slot] = survivors.gaussian[k];
             visible.depths[slot] = survivors.depth[k];
-            visible.records[slot] = record_of(survivors, k);
+            visible.records[slot] = record_of(survivors, k, colors);
             if (traced) visible.footprints[slot] = survivors.footprint(k);
           }
         }

@@ -13,11 +13,12 @@ namespace qs::cpu::fast {
 struct alignas(64) Record {
   float mean_x, mean_y;
   float a, b, c;  ///< log2 of the falloff is a dx^2 + b dx dy + c dy^2
-  float opacity;
+  float log2_opacity;
   float red, green, blue;
-  float x_over_y;   ///< for a given dy the falloff is largest at dx = x_over_y * dy
-  float y_over_x;   ///< for a given dx the falloff is largest at dy = y_over_x * dx
-  float threshold;  ///< log2 of the falloff below which alpha < 1/255, with room for rounding
+  float x_over_y;        ///< for a given dy the falloff is largest at dx = x_over_y * dy
+  float y_over_x;        ///< for a given dx the falloff is largest at dy = y_over_x * dx
+  float threshold;       ///< log2 of the falloff below which alpha < 1/255, with room for rounding
+  float wide_a, wide_c;  ///< a and c, less steep by more than the rounding of the sum on needles
 };
 
 struct Visible : VisibleSlots {
@@ -30,7 +31,7 @@ struct Visible : VisibleSlots {
   std::vector<Array<std::int32_t>> corners;
 };
 
-void preprocess(const FrameContext& frame, const Array<Block>& blocks, bool traced,
-                Visible& visible);
+void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
+                bool traced, Visible& visible);
 
 }  // namespace qs::cpu::fast

@@ -108,11 +108,9 @@ void project_block(const View<float>& view, const FootprintRules& rules, const B
     const V det = determinant(xx, xy, yy);
     keep = hn::And(keep, hn::And(hn::Gt(det, hn::Zero(d)), hn::Lt(det, hn::Set(d, INFINITY))));
     V log2_255_opacity = hn::Load(d, block.log2_255_opacity + i);
-    V opacity = hn::Load(d, block.opacity + i);
     if (rules.antialiased) {
       const V ratio = hn::Div(before, det), floor = hn::Set(d, float(kCompensationFloor));
       const V factor = hn::Sqrt(hn::IfThenElse(hn::Gt(ratio, floor), ratio, floor));
-      opacity = hn::Mul(opacity, factor);
       log2_255_opacity = hn::Add(log2_255_opacity, log2_portable(d, factor));
     }
     const V gamma = hn::Mul(hn::Set(d, 2.0f * static_cast<float>(kLn2)), log2_255_opacity);
@@ -136,7 +134,7 @@ void project_block(const View<float>& view, const FootprintRules& rules, const B
     pack(det, out.determinant);
     pack(gamma, out.gamma);
     pack(z, out.depth);
-    pack(opacity, out.opacity);
+    pack(hn::Sub(log2_255_opacity, hn::Set(d, kLog2Of255)), out.log2_opacity);
     const auto gaussians = hn::Add(lanes, hn::Set(du, first + static_cast<std::uint32_t>(i)));
     hn::StoreU(hn::Compress(gaussians, hn::RebindMask(du, keep)), du, out.gaussian + count);
     count += hn::CountTrue(d, keep);

@@ -19,8 +19,7 @@ struct alignas(64) Survivors {
   float xx[kRoom], xy[kRoom], yy[kRoom];  ///< covariance, see Footprint
   float conic_a[kRoom], conic_b[kRoom], conic_c[kRoom];
   float determinant[kRoom], gamma[kRoom];
-  float depth[kRoom], opacity[kRoom];
-  float red[kRoom], green[kRoom], blue[kRoom];
+  float depth[kRoom], log2_opacity[kRoom];
   std::size_t count = 0;  ///< last, so that every plane begins at a vector's boundary
 
   Footprint footprint(std::size_t k) const {

@@ -8,7 +8,7 @@ namespace {
 
 /// Gaussians ahead of the one being listed whose numbers are fetched: they are met front to back,
 /// and lie in the order of the file.
-constexpr std::size_t kPrefetch = 12;
+constexpr std::size_t kPrefetch = 16;
 
 /// Begins of the tiles' lists from the numbers that preprocess counted.
 void find_begins(const FrameContext& frame, const Visible& visible, TileLists& lists) {
@@ -58,22 +58,29 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
     const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
     const int bottom =
         band + 1 == bands ? frame.grid.rows : band_begin(band + 1, bands, frame.grid, lists);
+    const auto add = [&](const Rect& rect, std::uint32_t slot) {
+      const int row_end = std::min<int>(rect.row_end, bottom);
+      for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
+        std::uint64_t* cursors = &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
+        for (int column = rect.column_begin; column < rect.column_end; ++column)
+          lists.slots[cursors[column]++] = slot;
+      }
+    };
     for (std::size_t i = 0; i < count; ++i) {
       if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[order.slots[i + kPrefetch]]);
+      if (i + kPrefetch / 2 < count) {
+        const std::uint32_t soon = order.slots[i + kPrefetch / 2];
+        if (visible.listings[soon].count > 1) __builtin_prefetch(visible.rects_of(soon));
+      }
       if (i % 65536 == 0 && frame.stop.stop_requested()) throw Cancelled{};
       const std::uint32_t slot = order.slots[i];
       const Listing& listing = visible.listings[slot];
-      if (listing.row_begin >= bottom || listing.row_end <= top) continue;
-      const Rect* rects = visible.rects[slot / Visible::kChunk].data() + listing.first;
-      for (std::uint32_t k = 0; k < listing.count; ++k) {
-        const Rect rect = rects[k];
-        const int row_end = std::min<int>(rect.row_end, bottom);
-        for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
-          std::uint64_t* cursors =
-              &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
-          for (int column = rect.column_begin; column < rect.column_end; ++column)
-            lists.slots[cursors[column]++] = slot;
-        }
+      if (listing.bounds.row_begin >= bottom || listing.bounds.row_end <= top) continue;
+      if (listing.count == 1) {
+        add(listing.bounds, slot);
+      } else {
+        const Rect* rects = visible.rects_of(slot);
+        for (std::uint32_t k = 0; k < listing.count; ++k) add(rects[k], slot);
       }
     }
   });

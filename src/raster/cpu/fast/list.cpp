@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/list.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/list.cpp"
 #include "raster/cpu/fast/simd.h"
@@ -35,9 +37,8 @@ class Joiner {
   HWY_INLINE bool finish(Listing& listing) {
     if (!open_.any()) return false;
     close();
-    listing = {static_cast<std::uint32_t>(first_),
-               static_cast<std::uint32_t>(rects_.size() - first_), static_cast<std::uint16_t>(low_),
-               static_cast<std::uint16_t>(high_)};
+    listing = {bounds_, static_cast<std::uint32_t>(first_),
+               static_cast<std::uint32_t>(rects_.size() - first_)};
     return true;
   }
 
@@ -48,18 +49,20 @@ class Joiner {
   };
 
   HWY_INLINE void close() {
-    low_ = open_.row_begin < low_ ? open_.row_begin : low_;
-    high_ = open_.row_end > high_ ? open_.row_end : high_;
-    rects_.push_back({static_cast<std::uint16_t>(open_.row_begin),
-                      static_cast<std::uint16_t>(open_.row_end),
-                      static_cast<std::uint16_t>(open_.column_begin),
-                      static_cast<std::uint16_t>(open_.column_end)});
+    const auto narrow = [](int tile) HWY_ATTR { return static_cast<std::uint16_t>(tile); };
+    const Rect rect{narrow(open_.row_begin), narrow(open_.row_end), narrow(open_.column_begin),
+                    narrow(open_.column_end)};
+    rects_.push_back(rect);
+    bounds_ = {std::min(bounds_.row_begin, rect.row_begin),
+               std::max(bounds_.row_end, rect.row_end),
+               std::min(bounds_.column_begin, rect.column_begin),
+               std::max(bounds_.column_end, rect.column_end)};
   }
 
   RectList& rects_;
   std::size_t first_;
   Open open_;
-  int low_ = 65535, high_ = 0;
+  Rect bounds_{65535, 0, 65535, 0};
 };
 
 template <class P>

@@ -20,9 +20,9 @@ using RectList = std::vector<Rect>;
 
 /// What one Gaussian has of them.
 struct Listing {
-  std::uint32_t first;               ///< in its chunk's RectList
-  std::uint32_t count;               ///< > 0
-  std::uint16_t row_begin, row_end;  ///< over all of them
+  Rect bounds;          ///< of all of them: of a single one, itself
+  std::uint32_t first;  ///< in its chunk's RectList
+  std::uint32_t count;  ///< > 0
 };
 
 /// Appends the rectangles of `survivors` to `rects`, writes listings[k] for those that have any,

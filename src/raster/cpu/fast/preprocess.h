@@ -29,6 +29,11 @@ struct Visible : VisibleSlots {
   /// How many Gaussians have each tile, as the corner differences of rectangles over
   /// (rows + 1) x (columns + 1): summing along both axes gives the numbers. One table per thread.
   std::vector<Array<std::int32_t>> corners;
+
+  /// The first of a slot's rectangles.
+  const Rect* rects_of(std::uint32_t slot) const {
+    return rects[slot / kChunk].data() + listings[slot].first;
+  }
 };
 
 void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,

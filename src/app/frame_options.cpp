@@ -71,7 +71,8 @@ void declare_common_options(Options& options, FrameOptions& frame) {
   options.choice(
       "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
       [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
-      fmt::format("how the CUDA backend draws; the CPU has one way (default: {})",
+      fmt::format("how CUDA draws: as published or as fast as it can; on the CPU classic is plain "
+                  "code to compare with (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
   options.integer("--device", "N", 0, 1024, frame.renderer.device,
                   "GPU of the CUDA backend, see quadsplat --list-gpus");

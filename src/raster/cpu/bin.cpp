@@ -1,23 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/bin.h"
 
-#include <unistd.h>
-
-#include "raster/scene/fail.h"
+#include <algorithm>
+#include <utility>
 
 namespace qs::cpu {
 namespace {
-
-void refuse_if_too_many(std::uint64_t pairs) {
-  const std::uint64_t needed = pairs * sizeof(std::uint32_t);
-  const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  if (needed > memory / 2) {
-    fail(ErrorKind::device,
-         "bin: this view lists {} tile pairs, which need {} MiB; the machine has {} MiB", pairs,
-         needed >> 20, memory >> 20);
-  }
-}
 
 // The depth order is cut into one segment per worker. Counting gives each (tile, segment) its own
 // range of the list, ordered by tile, then by segment; filling writes there. The result does

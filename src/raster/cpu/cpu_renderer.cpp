@@ -3,26 +3,16 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 
-#include "raster/cpu/blend.h"
+#include "raster/cpu/classic.h"
+#include "raster/cpu/fast/pipeline.h"
 #include "raster/cpu/reference.h"
+#include "raster/cpu/stage_clock.h"
 #include "raster/scene/fail.h"
 
 namespace qs {
 namespace cpu {
 namespace {
-
-class Stopwatch {
- public:
-  float ms() const {
-    return std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 class CpuRenderer final : public Renderer {
  public:
@@ -32,6 +22,7 @@ class CpuRenderer final : public Renderer {
     progress.update(0);
     active_ = activate(cloud, pool_);
     progress.update(0.5f);
+    fast_.upload(cloud, active_, pool_);
     cloud_ = cloud;  // colours are evaluated from the original coefficients, the reference from
                      // everything
     progress.update(1);
@@ -59,27 +50,16 @@ class CpuRenderer final : public Renderer {
     prepare_result(frame.grid);
     if (settings_.mode == kReferenceMode) {
       render_reference(frame, outputs_, result_);
+    } else if (settings_.pipeline == qs::Pipeline::classic) {
+      classic_.draw(frame, outputs_, result_);
     } else {
-      timed(Stage::preprocess, [&] { preprocess(frame, visible_); });
-      timed(Stage::sort, [&] { sort(frame, visible_, order_); });
-      timed(Stage::bin, [&] { bin(frame, visible_, order_, lists_); });
-      if (outputs_.color || outputs_.evaluated) {
-        timed(Stage::blend, [&] { blend(frame, visible_, lists_, outputs_, result_); });
-      }
-      collect_lists();
+      fast_.draw(frame, outputs_, result_);
     }
     result_.stats.frame_ms = frame_clock.ms();
     return result_;
   }
 
  private:
-  template <class Work>
-  void timed(Stage stage, const Work& work) {
-    const Stopwatch clock;
-    work();
-    result_.stats.stage_ms[static_cast<int>(stage)] = clock.ms();
-  }
-
   void prepare_result(TileGrid grid) {
     const auto pixels =
         static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
@@ -96,31 +76,6 @@ class CpuRenderer final : public Renderer {
     result_.color.values.resize(outputs_.color ? pixels * 3 : 0);  // every pixel is written
   }
 
-  void collect_lists() {
-    RenderStats& stats = result_.stats;
-    stats.visible = visible_.count;
-    stats.tile_pairs = lists_.pairs();
-    const auto tiles = static_cast<std::size_t>(result_.grid.count());
-    for (std::size_t tile = 0; tile < tiles; ++tile) {
-      stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists_.pairs(tile));
-      if (outputs_.pairs) result_.pairs.push_back(lists_.pairs(tile));
-    }
-    if (outputs_.trace) collect_trace();
-  }
-
-  void collect_trace() {
-    Trace& trace = result_.trace;
-    visible_.for_each([&](std::uint32_t slot) {
-      trace.gaussians.push_back(visible_.gaussians[slot]);
-      trace.footprints.push_back(visible_.footprints[slot]);
-      trace.depths.push_back(visible_.depths[slot]);
-    });
-    trace.tile_begin = lists_.begin;
-    trace.listed.resize(lists_.slots.size());
-    for (std::size_t i = 0; i < trace.listed.size(); ++i)
-      trace.listed[i] = visible_.gaussians[lists_.slots[i]];
-  }
-
   ThreadPool pool_;
   GaussianCloud cloud_;
   ActivatedCloud active_;
@@ -128,9 +83,8 @@ class CpuRenderer final : public Renderer {
   RenderSettings settings_;
   Outputs outputs_;
   std::stop_token stop_;
-  Visible visible_;
-  DepthOrder order_;
-  TileLists lists_;
+  Classic classic_;
+  fast::Pipeline fast_;
   Frame result_;
 };
 

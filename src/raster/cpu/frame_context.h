@@ -22,6 +22,11 @@ struct FrameContext {
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
+  FootprintRules rules() const {
+    const bool keep_faint =
+        with_culler(settings.mode, []<class P>(P) -> bool { return P::kKeepsFaint; });
+    return {keep_faint, antialiased(), settings.splat_scale};
+  }
 
   /// A parallel loop that ends early with Cancelled when the frame is no longer wanted.
   template <class Body>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/preprocess.h"
 
-#include <numeric>
-
 #include <glm/geometric.hpp>
 
 #include "raster/kernel/sh.h"
@@ -13,14 +11,12 @@ namespace {
 template <class P>
 void preprocess_with(const FrameContext& frame, Visible& visible) {
   const std::size_t size = frame.cloud.size();
-  visible.chunk_counts.resize((size + Visible::kChunk - 1) / Visible::kChunk);
-  visible.gaussians.resize(size);
-  visible.depths.resize(size);
-  visible.footprints.resize(size);
-  visible.records.resize(size);
+  visible.resize(size);
+  visible.footprints.resize(visible.slots());
+  visible.records.resize(visible.slots());
 
   const View<float> view = make_view<float>(frame.camera);
-  const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
+  const FootprintRules rules = frame.rules();
   const int degree = frame.sh_degree();
   const auto coefficient_count =
       static_cast<std::size_t>(sh_coefficient_count(frame.cloud.sh_degree));
@@ -45,8 +41,7 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
     }
     visible.chunk_counts[begin / Visible::kChunk] = static_cast<std::uint32_t>(slot - begin);
   });
-  visible.count =
-      std::accumulate(visible.chunk_counts.begin(), visible.chunk_counts.end(), std::uint32_t{0});
+  visible.count_all();
 }
 
 }  // namespace

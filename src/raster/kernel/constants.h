@@ -22,6 +22,7 @@ inline constexpr float kExactSlack =
     1.0005f;  ///< on gamma in mode `exact`: rounding room, +0.03 % pairs
 inline constexpr double kLn2 = 0.69314718055994530942;
 inline constexpr double kLog2E = 1.44269504088896340736;
+inline constexpr float kLog2Of255 = 7.994353436858858f;
 
 /// Real spherical harmonics, degrees 0..3, in the order and with the signs of 3DGS.
 inline constexpr double kSh0 = 0.28209479177387814;

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+//
+// Pipeline `classic` of the CPU backend: the stages in plain C++, the readable statement of what
+// cpu/fast/ does with vectors, and what that is tested against.
+#pragma once
+
+#include "raster/cpu/blend.h"
+
+namespace qs::cpu {
+
+class Classic {
+ public:
+  /// Fills `result`, whose maps are sized, but for the time of the frame.
+  void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
+
+ private:
+  Visible visible_;
+  DepthOrder order_;
+  TileLists lists_;
+};
+
+}  // namespace qs::cpu

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/collect.h"
+
+#include <algorithm>
+
+namespace qs::cpu {
+namespace {
+
+void collect_trace(const VisibleSlots& visible, const TileLists& lists, Trace& trace) {
+  visible.for_each([&](std::uint32_t slot) {
+    trace.gaussians.push_back(visible.gaussians[slot]);
+    trace.footprints.push_back(visible.footprints[slot]);
+    trace.depths.push_back(visible.depths[slot]);
+  });
+  trace.tile_begin = lists.begin;
+  trace.listed.resize(lists.slots.size());
+  for (std::size_t i = 0; i < trace.listed.size(); ++i)
+    trace.listed[i] = visible.gaussians[lists.slots[i]];
+}
+
+}  // namespace
+
+void collect(const VisibleSlots& visible, const TileLists& lists, const Outputs& outputs,
+             Frame& result) {
+  RenderStats& stats = result.stats;
+  stats.visible = visible.count;
+  stats.tile_pairs = lists.pairs();
+  const auto tiles = static_cast<std::size_t>(result.grid.count());
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists.pairs(tile));
+    if (outputs.pairs) result.pairs.push_back(lists.pairs(tile));
+  }
+  if (outputs.trace) collect_trace(visible, lists, result.trace);
+}
+
+}  // namespace qs::cpu

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/bin.h"
+
+#include <algorithm>
+
+namespace qs::cpu::fast {
+namespace {
+
+/// Gaussians ahead of the one being listed whose numbers are fetched: they are met front to back,
+/// and lie in the order of the file.
+constexpr std::size_t kPrefetch = 16;
+
+/// Begins of the tiles' lists from the numbers that preprocess counted.
+void find_begins(const FrameContext& frame, const Visible& visible, TileLists& lists) {
+  const auto columns = static_cast<std::size_t>(frame.grid.columns);
+  const auto rows = static_cast<std::size_t>(frame.grid.rows);
+  lists.begin.resize(rows * columns + 1);
+  std::vector<std::int64_t> of_column(columns + 1, 0);  // sums of all rows so far
+  std::uint64_t sum = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (const Array<std::int32_t>& corners : visible.corners) {
+      for (std::size_t column = 0; column <= columns; ++column)
+        of_column[column] += corners[row * (columns + 1) + column];
+    }
+    std::int64_t count = 0;
+    for (std::size_t column = 0; column < columns; ++column) {
+      count += of_column[column];
+      lists.begin[row * columns + column] = sum;
+      sum += static_cast<std::uint64_t>(count);
+    }
+  }
+  lists.begin[rows * columns] = sum;
+}
+
+/// The tile row at which band `band` of `bands` begins when all get about as many pairs.
+int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLists& lists) {
+  const std::uint64_t target = lists.pairs() * band / bands;
+  int row = 0;
+  while (row < grid.rows && lists.begin[static_cast<std::size_t>(row * grid.columns)] < target)
+    ++row;
+  return row;
+}
+
+}  // namespace
+
+// A thread owns a band of tile rows, meets all Gaussians front to back and lists those that reach
+// its band. So every list is written by one thread, in order, whatever the bands are.
+void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+         TileLists& lists) {
+  find_begins(frame, visible, lists);
+  refuse_if_too_many(lists.pairs());
+  lists.slots.resize(lists.pairs());
+  lists.cursors.assign(lists.begin.begin(), lists.begin.end());
+
+  const auto bands = static_cast<std::size_t>(frame.pool.size());
+  const std::size_t count = order.slots.size();
+  frame.for_chunks(bands, 1, [&](std::size_t band, std::size_t, int) {
+    const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
+    const int bottom =
+        band + 1 == bands ? frame.grid.rows : band_begin(band + 1, bands, frame.grid, lists);
+    const auto add = [&](const Rect& rect, std::uint32_t slot) {
+      const int row_end = std::min<int>(rect.row_end, bottom);
+      for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
+        std::uint64_t* cursors = &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
+        for (int column = rect.column_begin; column < rect.column_end; ++column)
+          lists.slots[cursors[column]++] = slot;
+      }
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[order.slots[i + kPrefetch]]);
+      if (i + kPrefetch / 2 < count) {
+        const std::uint32_t soon = order.slots[i + kPrefetch / 2];
+        if (visible.listings[soon].count > 1) __builtin_prefetch(visible.rects_of(soon));
+      }
+      if (i % 65536 == 0 && frame.stop.stop_requested()) throw Cancelled{};
+      const std::uint32_t slot = order.slots[i];
+      const Listing& listing = visible.listings[slot];
+      if (listing.bounds.row_begin >= bottom || listing.bounds.row_end <= top) continue;
+      if (listing.count == 1) {
+        add(listing.bounds, slot);
+      } else {
+        const Rect* rects = visible.rects_of(slot);
+        for (std::uint32_t k = 0; k < listing.count; ++k) add(rects[k], slot);
+      }
+    }
+  });
+}
+
+}  // namespace qs::cpu::fast

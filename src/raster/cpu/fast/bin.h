@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+//
+// Stage 3: every visible Gaussian into the lists of its tiles, in one pass front to back.
+#pragma once
+
+#include "raster/cpu/fast/preprocess.h"
+#include "raster/cpu/fast/sort.h"
+#include "raster/cpu/tile_lists.h"
+
+namespace qs::cpu::fast {
+
+/// Throws Error(device) when the lists do not fit into memory.
+void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+         TileLists& lists);
+
+}  // namespace qs::cpu::fast

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/blend.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "raster/cpu/fast/blend_tile.h"
+
+namespace qs::cpu::fast {
+namespace {
+
+/// Tiles by descending class of length, those of a class in their order: what takes long begins
+/// early, and neighbours, which share Gaussians, follow each other.
+std::vector<std::uint32_t> longest_first(std::size_t tiles, const TileLists& lists) {
+  constexpr int kClasses = 33;
+  std::size_t begins[kClasses + 1] = {};
+  const auto class_of = [&](std::size_t tile) {
+    return static_cast<std::size_t>(kClasses - 1 - std::bit_width(lists.pairs(tile)));
+  };
+  for (std::size_t tile = 0; tile < tiles; ++tile) ++begins[class_of(tile) + 1];
+  for (int c = 0; c < kClasses; ++c) begins[c + 1] += begins[c];
+  std::vector<std::uint32_t> order(tiles);
+  for (std::size_t tile = 0; tile < tiles; ++tile)
+    order[begins[class_of(tile)]++] = static_cast<std::uint32_t>(tile);
+  return order;
+}
+
+}  // namespace
+
+void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+           const Outputs& outputs, Frame& result) {
+  const auto tiles = static_cast<std::size_t>(frame.grid.count());
+  const std::vector<std::uint32_t> order = longest_first(tiles, lists);
+  frame.for_chunks(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t tile = order[i];
+      TileJob job;
+      job.list = lists.slots.data() + lists.begin[tile];
+      job.length = lists.pairs(tile);
+      job.records = visible.records.data();
+      job.x0 = static_cast<int>(tile) % frame.grid.columns * kTileSize;
+      job.y0 = static_cast<int>(tile) / frame.grid.columns * kTileSize;
+      job.width = std::min(kTileSize, frame.camera.width - job.x0);
+      job.height = std::min(kTileSize, frame.camera.height - job.y0);
+      job.background = frame.settings.background;
+      job.stride = static_cast<std::size_t>(frame.camera.width);
+      const std::size_t pixel =
+          static_cast<std::size_t>(job.y0) * job.stride + static_cast<std::size_t>(job.x0);
+      job.color = outputs.color ? result.color.values.data() + 3 * pixel : nullptr;
+      job.evaluated = outputs.evaluated ? result.evaluated.data() + pixel : nullptr;
+      blend_tile(job);
+    }
+  });
+}
+
+}  // namespace qs::cpu::fast

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/blend_tile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "raster/kernel/constants.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "raster/cpu/fast/blend_tile.cpp"
+#include "raster/cpu/fast/simd.h"
+
+#ifndef QS_BLEND_TILE_ONCE
+#define QS_BLEND_TILE_ONCE
+namespace qs::cpu::fast {
+
+/// Tiles are cut into cells, because most Gaussians reach only a part of a tile.
+constexpr int kCellSide = 4;
+constexpr int kCellPixels = kCellSide * kCellSide;
+constexpr int kCellsInRow = kTileSize / kCellSide;
+constexpr int kCells = kCellsInRow * kCellsInRow;
+
+/// Pixels that are composited together, row by row. A plane per value; the planes of a cell lie
+/// side by side, at distances that keep stores to one from holding up loads of another.
+struct alignas(64) Cell {
+  float transmittance[kCellPixels];
+  float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
+  float log2_alpha_min[kCellPixels];     ///< what counts: 1/255 until the pixel stops, then inf
+  float x[kCellPixels], y[kCellPixels];  ///< in the picture
+
+  bool finished() const {
+    return std::all_of(log2_alpha_min, log2_alpha_min + kCellPixels,
+                       [](float least) { return least == INFINITY; });
+  }
+};
+
+/// A tile while it is composited.
+struct Tile {
+  Cell cells[kCells];
+  alignas(64) float cell_x[kCells];           ///< of the first pixel of the cell
+  alignas(64) float cell_y[kCells];           ///< of the first pixel of the cell
+  alignas(64) float closed[kCells];           ///< 0 while the cell has live pixels, then inf
+  alignas(64) std::uint32_t numbers[kCells];  ///< 0, 1, 2, ...
+  alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
+  bool live = true;
+
+  static int cell_of(int column, int row) {
+    return row / kCellSide * kCellsInRow + column / kCellSide;
+  }
+  static int pixel_of(int column, int row) {
+    return row % kCellSide * kCellSide + column % kCellSide;
+  }
+
+  explicit Tile(const TileJob& job) {
+    for (int row = 0; row < kTileSize; ++row) {
+      for (int column = 0; column < kTileSize; ++column) {
+        Cell& cell = cells[cell_of(column, row)];
+        const int i = pixel_of(column, row);
+        const bool inside = column < job.width && row < job.height;
+        cell.transmittance[i] = 1;
+        cell.red[i] = cell.green[i] = cell.blue[i] = 0;
+        cell.log2_alpha_min[i] = inside ? -kLog2Of255 : INFINITY;
+        cell.x[i] = static_cast<float>(job.x0 + column);
+        cell.y[i] = static_cast<float>(job.y0 + row);
+      }
+    }
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+      cell_x[cell] = cells[cell].x[0];
+      cell_y[cell] = cells[cell].y[0];
+      numbers[cell] = cell;
+      std::fill_n(evaluated[cell], kCellPixels, job.length);
+    }
+    close_finished_cells();
+  }
+
+  void close_finished_cells() {
+    live = false;
+    for (int cell = 0; cell < kCells; ++cell) {
+      closed[cell] = cells[cell].finished() ? INFINITY : 0.0f;
+      live = live || closed[cell] == 0.0f;
+    }
+  }
+
+  void write(const TileJob& job) const {
+    for (int row = 0; row < job.height; ++row) {
+      for (int column = 0; column < job.width; ++column) {
+        const Cell& cell = cells[cell_of(column, row)];
+        const int i = pixel_of(column, row);
+        const std::size_t to =
+            static_cast<std::size_t>(row) * job.stride + static_cast<std::size_t>(column);
+        if (job.color != nullptr) {
+          job.color[3 * to] = cell.red[i] + cell.transmittance[i] * job.background.x;
+          job.color[3 * to + 1] = cell.green[i] + cell.transmittance[i] * job.background.y;
+          job.color[3 * to + 2] = cell.blue[i] + cell.transmittance[i] * job.background.z;
+        }
+        if (job.evaluated != nullptr) job.evaluated[to] = evaluated[cell_of(column, row)][i];
+      }
+    }
+  }
+};
+
+}  // namespace qs::cpu::fast
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace qs::cpu::fast {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, kCellPixels>;
+using DU = hn::RebindToUnsigned<D>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+
+/// kernel/blend.h's exp2_polynomial().
+HWY_INLINE V exp2_polynomial(D d, V x) {
+  const DU du;
+  x = hn::Max(x, hn::Set(d, -126.0f));
+  const V round = hn::Set(d, 12582912.0f);
+  const V shifted = hn::Add(x, round);
+  const V fraction = hn::Sub(x, hn::Sub(shifted, round));
+  V p = hn::Set(d, 0.001326472731307149f);
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.009671512991189957f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.05550733581185341f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.24022242426872253f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.6931470036506653f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 1.0f));
+  const auto exponent = hn::ShiftLeft<23>(hn::BitCast(du, shifted));
+  return hn::BitCast(d, hn::Add(hn::BitCast(du, p), exponent));
+}
+
+/// What the Gaussians of a part of the list reach inside a tile.
+struct Queue {
+  static constexpr std::uint32_t kBatch = 32;  ///< list entries at a time
+
+  const Record* records[kBatch];
+  std::uint32_t items[kBatch * kCells + kCells];  ///< entry of the batch * kCells + cell
+};
+
+/// Writes the items of the batch's entry `k`: cells in which a pixel can count. Returns how many.
+/// Errs towards too many.
+HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const Tile& tile,
+                                   std::uint32_t* items) {
+  const D d;
+  const DU du;
+  const V zero = hn::Zero(d), side = hn::Set(d, float(kCellSide - 1));
+  const V a = hn::Set(d, record.wide_a), b = hn::Set(d, record.b), c = hn::Set(d, record.wide_c);
+  const auto falloff = [&](V x, V y) HWY_ATTR {
+    return hn::MulAdd(hn::MulAdd(b, y, hn::Mul(a, x)), x, hn::Mul(hn::Mul(c, y), y));
+  };
+  std::size_t count = 0;
+  for (int cell = 0; cell < kCells; cell += kLanes) {
+    const V left = hn::Sub(hn::Load(d, tile.cell_x + cell), hn::Set(d, record.mean_x));
+    const V top = hn::Sub(hn::Load(d, tile.cell_y + cell), hn::Set(d, record.mean_y));
+    const V right = hn::Add(left, side), bottom = hn::Add(top, side);
+    // The falloff is concave: over a rectangle it is largest at the mean, or on a side that faces
+    // it.
+    const V x = hn::Min(hn::Max(zero, left), right), y = hn::Min(hn::Max(zero, top), bottom);
+    const V y_at_x = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.y_over_x), x), top), bottom);
+    const V x_at_y = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.x_over_y), y), left), right);
+    const V largest = hn::Max(falloff(x, y_at_x), falloff(x_at_y, y));
+    const M reached =
+        hn::Ge(largest, hn::Add(hn::Set(d, record.threshold), hn::Load(d, tile.closed + cell)));
+    // Packed in a register first: packing stores are slow on some CPUs.
+    const auto numbers = hn::Add(hn::Load(du, tile.numbers + cell), hn::Set(du, k * kCells));
+    hn::StoreU(hn::Compress(numbers, hn::RebindMask(du, reached)), du, items + count);
+    count += hn::CountTrue(d, reached);
+  }
+  return count;
+}
+
+/// Composites one Gaussian onto one cell. True when a pixel stopped. `entry` is the 1-based place
+/// of the Gaussian in the list.
+HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell,
+                           std::uint32_t* evaluated) {
+  const D d;
+  const DU du;
+  bool any_stopped = false;
+  for (int at = 0; at < kCellPixels; at += kLanes) {
+    const V dx = hn::Sub(hn::Load(d, cell.x + at), hn::Set(d, record.mean_x));
+    const V dy = hn::Sub(hn::Load(d, cell.y + at), hn::Set(d, record.mean_y));
+    const V across = hn::MulAdd(hn::Set(d, record.b), dy, hn::Mul(hn::Set(d, record.a), dx));
+    const V log2_opacity = hn::Set(d, record.log2_opacity);
+    const V log2_alpha =
+        hn::MulAdd(dx, across, hn::MulAdd(hn::Mul(hn::Set(d, record.c), dy), dy, log2_opacity));
+    const V least = hn::Load(d, cell.log2_alpha_min + at);
+    // Above the opacity only where rounding broke the conic.
+    const M counts = hn::And(hn::Ge(log2_alpha, least), hn::Le(log2_alpha, log2_opacity));
+    V alpha =
+        hn::IfThenElseZero(counts, hn::Min(exp2_polynomial(d, log2_alpha), hn::Set(d, kAlphaMax)));
+    const V before = hn::Load(d, cell.transmittance + at);
+    V after = hn::NegMulAdd(alpha, before, before);
+    const M stop = hn::Lt(after, hn::Set(d, kTransmittanceMin));
+    if (HWY_UNLIKELY(!hn::AllFalse(d, stop))) {
+      any_stopped = true;
+      alpha = hn::IfThenZeroElse(stop, alpha);
+      after = hn::IfThenElse(stop, before, after);
+      hn::Store(hn::IfThenElse(stop, hn::Set(d, INFINITY), least), d, cell.log2_alpha_min + at);
+      hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, entry),
+                               hn::Load(du, evaluated + at)),
+                du, evaluated + at);
+    }
+    const V weight = hn::Mul(alpha, before);
+    hn::Store(after, d, cell.transmittance + at);
+    const auto add = [&](float color, float* plane) HWY_ATTR {
+      hn::Store(hn::MulAdd(weight, hn::Set(d, color), hn::Load(d, plane + at)), d, plane + at);
+    };
+    add(record.red, cell.red);
+    add(record.green, cell.green);
+    add(record.blue, cell.blue);
+  }
+  return any_stopped;
+}
+
+// Two loops instead of one: how many cells a Gaussian reaches cannot be predicted, so they are
+// queued without a branch, and the loop over the queue runs straight.
+void blend_one_tile(const TileJob& job, Tile& tile) {
+  Queue queue;
+  for (std::uint32_t first = 0; first < job.length && tile.live; first += Queue::kBatch) {
+    const std::uint32_t entries = std::min(Queue::kBatch, job.length - first);
+    const std::uint32_t next = std::min(Queue::kBatch, job.length - first - entries);
+    const std::uint32_t* list = job.list + first;
+    for (std::uint32_t k = 0; k < next; ++k)
+      __builtin_prefetch(&job.records[list[Queue::kBatch + k]]);
+    std::size_t count = 0;
+    for (std::uint32_t k = 0; k < entries; ++k) {
+      queue.records[k] = &job.records[list[k]];
+      count += queue_cells(*queue.records[k], k, tile, queue.items + count);
+    }
+    bool any_stopped = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = queue.items[i] / kCells, cell = queue.items[i] % kCells;
+      any_stopped |=
+          blend_cell(*queue.records[k], first + k + 1, tile.cells[cell], tile.evaluated[cell]);
+    }
+    if (any_stopped) tile.close_finished_cells();
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace qs::cpu::fast
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace qs::cpu::fast {
+
+HWY_EXPORT(blend_one_tile);
+
+void blend_tile(const TileJob& job) {
+  Tile tile(job);
+  HWY_DYNAMIC_DISPATCH(blend_one_tile)(job, tile);
+  tile.write(job);
+}
+
+}  // namespace qs::cpu::fast
+#endif

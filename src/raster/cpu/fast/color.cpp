@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/color.h"
+
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "raster/cpu/fast/color.cpp"
+#include "raster/cpu/fast/simd.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace qs::cpu::fast {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+
+/// Values of the real harmonics in the directions of one vector of Gaussians; weights[0] is
+/// constant.
+HWY_INLINE void harmonics(int degree, V x, V y, V z, V* weights) {
+  const D d;
+  const auto c = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<float>(value)); };
+  weights[0] = c(kSh0);
+  if (degree < 1) return;
+  weights[1] = hn::Mul(c(-kSh1), y);
+  weights[2] = hn::Mul(c(kSh1), z);
+  weights[3] = hn::Mul(c(-kSh1), x);
+  if (degree < 2) return;
+  const V xx = hn::Mul(x, x), yy = hn::Mul(y, y), zz = hn::Mul(z, z), two_zz = hn::Add(zz, zz);
+  const V difference = hn::Sub(xx, yy);
+  weights[4] = hn::Mul(c(kSh2A), hn::Mul(x, y));
+  weights[5] = hn::Mul(c(-kSh2A), hn::Mul(y, z));
+  weights[6] = hn::Mul(c(kSh2B), hn::Sub(hn::Sub(two_zz, xx), yy));
+  weights[7] = hn::Mul(c(-kSh2A), hn::Mul(x, z));
+  weights[8] = hn::Mul(c(kSh2C), difference);
+  if (degree < 3) return;
+  const V three_xx = hn::Mul(c(3), xx), three_yy = hn::Mul(c(3), yy);
+  const V four = hn::Sub(hn::Sub(hn::Add(two_zz, two_zz), xx), yy);
+  weights[9] = hn::Mul(c(-kSh3A), hn::Mul(y, hn::Sub(three_xx, yy)));
+  weights[10] = hn::Mul(c(kSh3B), hn::Mul(hn::Mul(x, y), z));
+  weights[11] = hn::Mul(c(-kSh3C), hn::Mul(four, y));
+  weights[12] = hn::Mul(c(kSh3D), hn::Mul(z, hn::Sub(hn::Sub(two_zz, three_xx), three_yy)));
+  weights[13] = hn::Mul(c(-kSh3C), hn::Mul(four, x));
+  weights[14] = hn::Mul(c(kSh3E), hn::Mul(z, difference));
+  weights[15] = hn::Mul(c(-kSh3A), hn::Mul(x, hn::Sub(xx, three_yy)));
+}
+
+/// Colours of one group: `values` are its coefficients, `at` its first Gaussian in the block.
+HWY_INLINE void color_group(const float* values, int degree, glm::vec3 view_position,
+                            const Block& block, std::size_t at, Colors& colors) {
+  const D d;
+  const int coefficients = sh_coefficient_count(degree);
+  for (std::size_t lane = 0; lane < kGroup; lane += hn::Lanes(d)) {
+    const std::size_t i = at + lane;
+    const V x = hn::Sub(hn::Load(d, block.x + i), hn::Set(d, view_position.x));
+    const V y = hn::Sub(hn::Load(d, block.y + i), hn::Set(d, view_position.y));
+    const V z = hn::Sub(hn::Load(d, block.z + i), hn::Set(d, view_position.z));
+    const V length2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
+    const V scale = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(length2));
+    V weights[16];
+    harmonics(degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
+    V red = hn::Set(d, 0.5f), green = red, blue = red;
+    const float* value = values + lane;
+    for (int k = 0; k < coefficients; ++k, value += 3 * kGroup) {
+      red = hn::MulAdd(weights[k], hn::LoadU(d, value), red);
+      green = hn::MulAdd(weights[k], hn::LoadU(d, value + kGroup), green);
+      blue = hn::MulAdd(weights[k], hn::LoadU(d, value + 2 * kGroup), blue);
+    }
+    hn::Store(hn::Max(red, hn::Zero(d)), d, colors.red + i);
+    hn::Store(hn::Max(green, hn::Zero(d)), d, colors.green + i);
+    hn::Store(hn::Max(blue, hn::Zero(d)), d, colors.blue + i);
+  }
+}
+
+void color_block(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
+                 std::size_t index, const Survivors& survivors, Colors& colors) {
+  constexpr std::size_t kGroups = kBlock / kGroup;
+  std::uint32_t wanted = 0;
+  for (std::size_t k = 0; k < survivors.count; ++k)
+    wanted |= 1u << survivors.gaussian[k] % kBlock / kGroup;
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
+    color_group(&sh.values[(index * kGroups + group) * sh.group_size()], degree, view_position,
+                block, group * kGroup, colors);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace qs::cpu::fast
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace qs::cpu::fast {
+
+HWY_EXPORT(color_block);
+
+void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
+           std::size_t index, const Survivors& survivors, Colors& colors) {
+  HWY_DYNAMIC_DISPATCH(color_block)(sh, degree, view_position, block, index, survivors, colors);
+}
+
+}  // namespace qs::cpu::fast
+#endif

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/list.h"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "raster/cpu/fast/list.cpp"
+#include "raster/cpu/fast/simd.h"
+
+// Nothing here is a vector: the policies of kernel/cull/ are compiled for every instruction set
+// because rounding a float is a function call on the oldest.
+HWY_BEFORE_NAMESPACE();
+namespace qs::cpu::fast {
+namespace HWY_NAMESPACE {
+
+/// Appends one rectangle at a time and joins it to the last one where that gives a rectangle.
+class Joiner {
+ public:
+  explicit Joiner(RectList& rects) : rects_(rects), first_(rects.size()) {}
+
+  HWY_INLINE void add(int row_begin, int row_end, int column_begin, int column_end) {
+    if (!open_.any()) {
+      open_ = {row_begin, row_end, column_begin, column_end};
+    } else if (open_.column_begin == column_begin && open_.column_end == column_end &&
+               open_.row_end == row_begin) {
+      open_.row_end = row_end;
+    } else if (open_.row_begin == row_begin && open_.row_end == row_end &&
+               open_.column_end == column_begin) {
+      open_.column_end = column_end;
+    } else {
+      close();
+      open_ = {row_begin, row_end, column_begin, column_end};
+    }
+  }
+
+  /// False when there was no rectangle.
+  HWY_INLINE bool finish(Listing& listing) {
+    if (!open_.any()) return false;
+    close();
+    listing = {bounds_, static_cast<std::uint32_t>(first_),
+               static_cast<std::uint32_t>(rects_.size() - first_)};
+    return true;
+  }
+
+ private:
+  struct Open {
+    int row_begin = 0, row_end = 0, column_begin = 0, column_end = 0;
+    bool any() const { return row_end != 0; }
+  };
+
+  HWY_INLINE void close() {
+    const auto narrow = [](int tile) HWY_ATTR { return static_cast<std::uint16_t>(tile); };
+    const Rect rect{narrow(open_.row_begin), narrow(open_.row_end), narrow(open_.column_begin),
+                    narrow(open_.column_end)};
+    rects_.push_back(rect);
+    bounds_ = {std::min(bounds_.row_begin, rect.row_begin), std::max(bounds_.row_end, rect.row_end),
+               std::min(bounds_.column_begin, rect.column_begin),
+               std::max(bounds_.column_end, rect.column_end)};
+  }
+
+  RectList& rects_;
+  std::size_t first_;
+  Open open_;
+  Rect bounds_{65535, 0, 65535, 0};
+};
+
+template <class P>
+HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joiner) {
+  if constexpr (requires { P::walk(footprint, grid); }) {
+    const auto walk = P::walk(footprint, grid);
+    for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
+      const Span span = walk.span(line);
+      if (span.begin >= span.end) continue;
+      if (walk.by_rows) {
+        joiner.add(line, line + 1, span.begin, span.end);
+      } else {
+        joiner.add(span.begin, span.end, line, line + 1);
+      }
+    }
+  } else {
+    P::for_each_tile(footprint, grid, [&](int tile) HWY_ATTR {
+      const int row = tile / grid.columns, column = tile % grid.columns;
+      joiner.add(row, row + 1, column, column + 1);
+    });
+  }
+}
+
+template <class P>
+HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing* listings) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < s.count; ++k) {
+    Joiner joiner(rects);
+    add_rects<P>(s.footprint(k), grid, joiner);
+    if (!joiner.finish(listings[kept])) continue;
+    if (kept != k) {
+      s.gaussian[kept] = s.gaussian[k];
+      for (float* plane : {s.mean_x, s.mean_y, s.xx, s.xy, s.yy, s.conic_a, s.conic_b, s.conic_c,
+                           s.determinant, s.gamma, s.depth, s.log2_opacity})
+        plane[kept] = plane[k];
+    }
+    ++kept;
+  }
+  s.count = kept;
+}
+
+void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
+                Listing* listings) {
+  with_culler(mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, survivors, rects, listings); });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace qs::cpu::fast
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace qs::cpu::fast {
+
+HWY_EXPORT(list_block);
+
+void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
+                Listing* listings) {
+  HWY_DYNAMIC_DISPATCH(list_block)(mode, grid, survivors, rects, listings);
+}
+
+}  // namespace qs::cpu::fast
+#endif

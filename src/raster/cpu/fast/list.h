@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+//
+// Which tiles the frame's mode gives to Gaussians, as rectangles of tiles that do not overlap: few
+// numbers where a Gaussian has many tiles, and the same for walks along rows and along columns.
+// They are found once per frame; counting and binning read them.
+#pragma once
+
+#include "raster/cpu/fast/survivors.h"
+#include "raster/kernel/cull/list.h"
+
+namespace qs::cpu::fast {
+
+/// Rows and columns [begin, end) of tiles; sides of pictures are below 2^20 pixels.
+struct Rect {
+  std::uint16_t row_begin, row_end, column_begin, column_end;
+};
+
+/// The rectangles of the visible Gaussians of a chunk, one Gaussian after the other.
+using RectList = std::vector<Rect>;
+
+/// What one Gaussian has of them.
+struct Listing {
+  Rect bounds;          ///< of all of them: of a single one, itself
+  std::uint32_t first;  ///< in its chunk's RectList
+  std::uint32_t count;  ///< > 0
+};
+
+/// Appends the rectangles of `survivors` to `rects`, writes listings[k] for those that have any,
+/// and packs `survivors` to these.
+void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
+                Listing* listings);
+
+}  // namespace qs::cpu::fast

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/fast/preprocess.h"
+
+#include <algorithm>
+
+#include "raster/cpu/fast/color.h"
+#include "raster/cpu/fast/project.h"
+
+namespace qs::cpu::fast {
+namespace {
+
+Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
+  constexpr float kScale = static_cast<float>(kLog2E);
+  Record record;
+  record.mean_x = s.mean_x[k];
+  record.mean_y = s.mean_y[k];
+  record.a = -0.5f * kScale * s.conic_a[k];
+  record.b = -kScale * s.conic_b[k];
+  record.c = -0.5f * kScale * s.conic_c[k];
+  record.log2_opacity = s.log2_opacity[k];
+  const std::size_t lane = s.gaussian[k] % kBlock;
+  record.red = colors.red[lane];
+  record.green = colors.green[lane];
+  record.blue = colors.blue[lane];
+  record.wide_a = record.a * (1 - 4e-6f);
+  record.wide_c = record.c * (1 - 4e-6f);
+  record.x_over_y = s.xy[k] / s.yy[k];
+  record.y_over_x = s.xy[k] / s.xx[k];
+  const bool faint = !(s.gamma[k] > 0.0f);  // alpha < 1/255 everywhere
+  record.threshold = faint ? INFINITY : -0.5f * kScale * s.gamma[k] - 0.05f;
+  return record;
+}
+
+/// Adds the rectangles from `begin` on to a table of corner differences.
+void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
+                    Array<std::int32_t>& corners) {
+  const auto stride = static_cast<std::size_t>(grid.columns) + 1;
+  for (std::size_t i = begin; i < rects.size(); ++i) {
+    const Rect& rect = rects[i];
+    ++corners[rect.row_begin * stride + rect.column_begin];
+    --corners[rect.row_begin * stride + rect.column_end];
+    --corners[rect.row_end * stride + rect.column_begin];
+    ++corners[rect.row_end * stride + rect.column_end];
+  }
+}
+
+}  // namespace
+
+void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
+                bool traced, Visible& visible) {
+  visible.resize(frame.cloud.size());
+  visible.listings.resize(visible.slots());
+  visible.records.resize(visible.slots());
+  visible.footprints.resize(traced ? visible.slots() : 0);
+  visible.rects.resize(visible.chunk_counts.size());
+  visible.corners.resize(static_cast<std::size_t>(frame.pool.size()));
+  for (Array<std::int32_t>& corners : visible.corners) {
+    corners.assign(static_cast<std::size_t>((frame.grid.rows + 1) * (frame.grid.columns + 1)), 0);
+  }
+
+  const View<float> view = make_view<float>(frame.camera);
+  const FootprintRules rules = frame.rules();
+
+  frame.for_chunks(
+      visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
+        const std::size_t chunk = begin / Visible::kChunk;
+        RectList& rects = visible.rects[chunk];
+        rects.clear();
+        Survivors survivors;
+        Colors colors;
+        std::size_t slot = begin;
+        for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, blocks.size()); ++b) {
+          const std::size_t counted = rects.size();
+          project(view, rules, blocks[b], static_cast<std::uint32_t>(b * kBlock), survivors);
+          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
+          color(sh, frame.sh_degree(), view.position, blocks[b], b, survivors, colors);
+          count_tiles_of(rects, counted, frame.grid,
+                         visible.corners[static_cast<std::size_t>(worker)]);
+          for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
+            visible.gaussians[slot] = survivors.gaussian[k];
+            visible.depths[slot] = survivors.depth[k];
+            visible.records[slot] = record_of(survivors, k, colors);
+            if (traced) visible.footprints[slot] = survivors.footprint(k);
+          }
+        }
+        visible.chunk_counts[chunk] = static_cast<std::uint32_t>(slot - begin);
+      });
+  visible.count_all();
+}
+
+}  // namespace qs::cpu::fast

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+//
+// The Gaussians of one block on their way through preprocess, packed to the front of every plane.
+// It lives in the first-level cache; each step reads some planes and fills others:
+//   project -> list (drops those without a tile) -> color -> records of Visible
+#pragma once
+
+#include "raster/cpu/fast/blocks.h"
+#include "raster/kernel/footprint.h"
+
+namespace qs::cpu::fast {
+
+struct alignas(64) Survivors {
+  /// Vectors are stored whole, so planes have room for one more.
+  static constexpr std::size_t kRoom = kBlock + 16;
+
+  std::uint32_t gaussian[kRoom];  ///< index in the cloud, ascending
+  float mean_x[kRoom], mean_y[kRoom];
+  float xx[kRoom], xy[kRoom], yy[kRoom];  ///< covariance, see Footprint
+  float conic_a[kRoom], conic_b[kRoom], conic_c[kRoom];
+  float determinant[kRoom], gamma[kRoom];
+  float depth[kRoom], log2_opacity[kRoom];
+  std::size_t count = 0;  ///< last, so that every plane begins at a vector's boundary
+
+  Footprint footprint(std::size_t k) const {
+    return {{mean_x[k], mean_y[k]},
+            {xx[k], xy[k], yy[k]},
+            {conic_a[k], conic_b[k], conic_c[k]},
+            determinant[k],
+            gamma[k]};
+  }
+};
+
+}  // namespace qs::cpu::fast

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// What binning hands to blending, in both pipelines.
+#pragma once
+
+#include <cstdint>
+
+#include "raster/cpu/frame_context.h"
+
+namespace qs::cpu {
+
+struct TileLists {
+  std::vector<std::uint64_t> begin;  ///< tiles + 1 offsets into `slots`
+  Array<std::uint32_t> slots;        ///< slots of Visible, per tile front to back
+
+  std::uint64_t pairs() const { return begin.empty() ? 0 : begin.back(); }
+  std::uint32_t pairs(std::size_t tile) const {
+    return static_cast<std::uint32_t>(begin[tile + 1] - begin[tile]);
+  }
+
+  std::vector<std::uint64_t> cursors;  ///< scratch
+};
+
+/// Throws Error(device) when lists of so many pairs do not fit into memory.
+void refuse_if_too_many(std::uint64_t pairs);
+
+}  // namespace qs::cpu

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+// The stages of the CPU backend one by one, in both pipelines: a generated scene of the parity
+// tests, the bundled scene, and scenes of the shared folder where it is.
+//   cpu_benchmarks [Google Benchmark's options]
+// Stages run on one thread, so that the column CPU is theirs. `threads/...` are whole frames on 1,
+// 2, 4, ... threads, beside `threads/arithmetic`, a loop that needs nothing but cores.
+#include <functional>
+#include <memory>
+
+#include <benchmark/benchmark.h>
+
+#include "io/cameras.h"
+#include "io/reader.h"
+#include "raster/cpu/classic.h"
+#include "raster/cpu/fast/blend.h"
+#include "raster/cpu/fast/pipeline.h"
+#include "support/scenes.h"
+#include "support/shared.h"
+
+namespace {
+
+using namespace qs;
+
+struct Subject {
+  GaussianCloud cloud;
+  Camera camera;
+};
+
+Subject open(const std::filesystem::path& scene, const std::filesystem::path& cameras) {
+  return {read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
+}
+
+Subject biker() {
+  return {read_scene(test::shared_path("corpus/valid/biker.compressed.ply")).cloud,
+          look_at({-0.4, -1.5, -2.6}, {-0.1, -1.5, 0}, {0, -1, 0}, 0.9, 800, 600)};
+}
+
+/// A frame of one subject whose stages can be repeated one by one.
+class Stages {
+ public:
+  explicit Stages(const Subject& subject)
+      : subject_(subject),
+        active_(activate(subject.cloud, pool_)),
+        blocks_(cpu::fast::make_blocks(active_, pool_)),
+        harmonics_(cpu::fast::make_harmonics(subject.cloud, pool_)),
+        frame_{subject.cloud,
+               active_,
+               subject_.camera,
+               settings_,
+               TileGrid::of_image(subject.camera.width, subject.camera.height),
+               pool_,
+               {}} {
+    result_.color = Image(subject.camera.width, subject.camera.height, 3);
+    for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
+      for (const Stage stage : {Stage::preprocess, Stage::sort, Stage::bin, Stage::blend})
+        run(pipeline, stage);
+    }
+  }
+
+  void run(Pipeline pipeline, Stage stage) {
+    pipeline == Pipeline::classic ? run_classic(stage) : run_fast(stage);
+  }
+
+ private:
+  void run_classic(Stage stage) {
+    using namespace cpu;
+    switch (stage) {
+      case Stage::preprocess:
+        return preprocess(frame_, visible_);
+      case Stage::sort:
+        return sort(frame_, visible_, order_);
+      case Stage::bin:
+        return bin(frame_, visible_, order_, lists_);
+      case Stage::blend:
+        return blend(frame_, visible_, lists_, {}, result_);
+    }
+  }
+
+  void run_fast(Stage stage) {
+    using namespace cpu::fast;
+    switch (stage) {
+      case Stage::preprocess:
+        return preprocess(frame_, blocks_, harmonics_, false, fast_visible_);
+      case Stage::sort:
+        return sort(frame_, fast_visible_, fast_order_);
+      case Stage::bin:
+        return bin(frame_, fast_visible_, fast_order_, fast_lists_);
+      case Stage::blend:
+        return blend(frame_, fast_visible_, fast_lists_, {}, result_);
+    }
+  }
+
+  const Subject& subject_;
+  ThreadPool pool_{1};
+  ActivatedCloud active_;
+  Array<cpu::fast::Block> blocks_;
+  cpu::fast::Harmonics harmonics_;
+  RenderSettings settings_;
+  cpu::FrameContext frame_;
+  Frame result_;
+
+  cpu::Visible visible_;
+  cpu::DepthOrder order_;
+  cpu::TileLists lists_;
+  cpu::fast::Visible fast_visible_;
+  cpu::fast::DepthOrder fast_order_;
+  cpu::TileLists fast_lists_;
+};
+
+/// What is measured, read when the first benchmark needs it.
+class Case {
+ public:
+  Case(std::string name, std::function<Subject()> open_it)
+      : name_(std::move(name)), open_(std::move(open_it)) {}
+
+  const std::string& name() const { return name_; }
+
+  const Subject& subject() {
+    if (!subject_) subject_ = std::make_unique<Subject>(open_());
+    return *subject_;
+  }
+  Stages& stages() {
+    if (!stages_) stages_ = std::make_unique<Stages>(subject());
+    return *stages_;
+  }
+
+ private:
+  std::string name_;
+  std::function<Subject()> open_;
+  std::unique_ptr<Subject> subject_;
+  std::unique_ptr<Stages> stages_;
+};
+
+using Cases = std::vector<std::shared_ptr<Case>>;
+
+Cases all_cases() {
+  Cases cases;
+  const auto add = [&](const char* name, std::function<Subject()> open_it) {
+    cases.push_back(std::make_shared<Case>(name, std::move(open_it)));
+  };
+  add("random", [] {
+    return Subject{test::random_cloud(3000, 3, 42), test::front_camera(320, 200)};
+  });
+  add("bundled", [] {
+    return open(test::source_path("assets/plush.ply"), test::source_path("assets/cameras.json"));
+  });
+  for (const char* name : {"plush", "plush_big"}) {
+    const auto scene = test::shared_path(std::string("scenes/") + name + ".spz");
+    if (!std::filesystem::exists(scene)) continue;
+    add(name, [scene] { return open(scene, test::shared_path("scenes/plush/cameras.json")); });
+  }
+  if (std::filesystem::exists(test::shared_path("corpus/valid/biker.compressed.ply")))
+    add("biker", biker);
+  return cases;
+}
+
+void run_frames(benchmark::State& state, const Subject& subject) {
+  const auto renderer = make_renderer(Backend::cpu, {.threads = static_cast<int>(state.range(0))});
+  renderer->upload(subject.cloud, {});
+  renderer->render(subject.camera);  // buffers grow
+  for (auto _ : state) renderer->render(subject.camera);
+}
+
+/// Multiplies and adds in registers.
+void run_arithmetic(benchmark::State& state) {
+  ThreadPool pool(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    pool.for_chunks(64, 1, [](std::size_t, std::size_t, int) {
+      float x[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+      for (int i = 0; i < 100'000; ++i) {
+        for (float& value : x) value = value * 0.999f + 0.001f;
+      }
+      benchmark::DoNotOptimize(x);
+    });
+  }
+}
+
+void on_every_thread_count(benchmark::internal::Benchmark* benchmark) {
+  benchmark->RangeMultiplier(2)
+      ->Range(1, ThreadPool().size())
+      ->UseRealTime()
+      ->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  for (const auto& one : all_cases()) {
+    for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
+      for (int stage = 0; stage < kStageCount; ++stage) {
+        const std::string name = one->name() + "/" + kPipelineNames[static_cast<int>(pipeline)] +
+                                 "/" + kStageNames[stage];
+        benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
+          Stages& stages = one->stages();
+          for (auto _ : state) stages.run(pipeline, static_cast<Stage>(stage));
+        })->Unit(benchmark::kMillisecond);
+      }
+    }
+    on_every_thread_count(benchmark::RegisterBenchmark(
+        ("threads/" + one->name()).c_str(),
+        [one](benchmark::State& state) { run_frames(state, one->subject()); }));
+  }
+  on_every_thread_count(benchmark::RegisterBenchmark("threads/arithmetic", run_arithmetic));
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// Pipeline `fast` of the CPU backend against `classic`, its readable statement, on every
+// instruction set of this machine: equal decisions to the bit, equal pictures.
+#include <hwy/targets.h>
+
+#include "io/cameras.h"
+#include "io/reader.h"
+#include "support/gpu.h"
+#include "support/scenes.h"
+#include "support/shared.h"
+
+namespace qs {
+namespace {
+
+using test::row_of;
+
+/// The scalar one is what remains where there are no vectors.
+constexpr std::int64_t kInstructionSets[] = {HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3};
+
+/// Runs with one instruction set only; skips where the machine does not have it.
+class CpuPipeline : public testing::TestWithParam<std::int64_t> {
+ protected:
+  void SetUp() override {
+    if (GetParam() != HWY_SCALAR && (hwy::SupportedTargets() & GetParam()) == 0)
+      GTEST_SKIP() << "this CPU does not have it";
+    choose(GetParam());
+  }
+  void TearDown() override { choose(0); }
+
+  static void choose(std::int64_t instruction_set) {
+    hwy::SetSupportedTargetsForTest(instruction_set);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+
+  static Outputs everything() {
+    Outputs outputs;
+    outputs.pairs = outputs.evaluated = outputs.trace = true;
+    return outputs;
+  }
+
+  /// Renders with both pipelines and compares everything.
+  static void expect_equal(Renderer& renderer, const Camera& camera, RenderSettings settings) {
+    SCOPED_TRACE(testing::Message()
+                 << row_of(settings.mode).name << " " << camera.width << "x" << camera.height);
+    settings.pipeline = Pipeline::classic;
+    const Frame classic = renderer.render(camera, settings, everything());
+    settings.pipeline = Pipeline::fast;
+    const Frame& fast = renderer.render(camera, settings, everything());
+    EXPECT_EQ(test::difference(fast.trace, classic.trace), "");
+    EXPECT_EQ(fast.pairs, classic.pairs);
+    EXPECT_EQ(fast.stats.visible, classic.stats.visible);
+    EXPECT_EQ(fast.stats.tile_pairs, classic.stats.tile_pairs);
+    EXPECT_EQ(fast.stats.max_pairs_in_a_tile, classic.stats.max_pairs_in_a_tile);
+    test::expect_same_image(fast.color, classic.color);
+    // Where a pixel stops may hang on the last bit of its transmittance.
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < classic.evaluated.size(); ++i)
+      different += fast.evaluated[i] != classic.evaluated[i];
+    EXPECT_LE(different, classic.evaluated.size() / 1000);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuPipeline, testing::ValuesIn(kInstructionSets),
+                         [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
+
+TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
+  for (int degree = 0; degree <= kMaxShDegree; ++degree) {
+    const GaussianCloud cloud =
+        test::random_cloud(3000, degree, 60 + static_cast<unsigned>(degree));
+    const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+    renderer->upload(cloud, {});
+    RenderSettings plain, other;
+    other.antialiased = true;
+    other.splat_scale = 0.6f;
+    other.sh_degree = 1;
+    other.background = {0.2f, 0.4f, 0.9f};
+    for (RenderSettings settings : {plain, other}) {
+      for (const auto& [width, height] :
+           {std::pair{1, 1}, {17, 33}, {96, 64}, {161, 23}, {320, 200}}) {
+        for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode)
+          expect_equal(*renderer, test::front_camera(width, height), settings);
+      }
+    }
+  }
+}
+
+TEST_P(CpuPipeline, decide_and_draw_alike_on_the_bundled_scene) {
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(read_scene(test::source_path("assets/plush.ply")).cloud, {});
+  const auto cameras = read_cameras(test::source_path("assets/cameras.json"));
+  for (const char* mode : {"3dgs", "quadbox", "exact"}) {
+    RenderSettings settings;
+    settings.mode = find_culler(mode);
+    expect_equal(*renderer, cameras.front().resized(640, 480), settings);
+  }
+}
+
+TEST_P(CpuPipeline, lossless_modes_of_fast_are_equal_bit_for_bit) {
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(test::random_cloud(4000, 1, 77), {});
+  const Camera camera = test::front_camera(320, 200);
+  RenderSettings settings;
+  settings.mode = find_culler("adr");
+  const Image adr = renderer->render(camera, settings).color;
+  for (const char* name : {"quadbox-naive", "quadbox", "exact"}) {
+    settings.mode = find_culler(name);
+    EXPECT_EQ(renderer->render(camera, settings).color.values, adr.values) << name;
+  }
+}
+
+TEST_P(CpuPipeline, results_do_not_depend_on_threads_or_on_earlier_frames) {
+  const GaussianCloud cloud = test::random_cloud(9000, 1, 8);
+  const Camera camera = test::front_camera(200, 150);
+  const auto one = make_renderer(Backend::cpu, {.threads = 1});
+  one->upload(cloud, {});
+  const Frame expected = one->render(camera, {}, everything());
+  for (const int threads : {2, 3, 8}) {
+    const auto many = make_renderer(Backend::cpu, {.threads = threads});
+    many->upload(cloud, {});
+    for (int frame = 0; frame < 2; ++frame) {
+      const Frame& got = many->render(camera, {}, everything());
+      EXPECT_EQ(got.color.values, expected.color.values) << threads;
+      EXPECT_EQ(got.evaluated, expected.evaluated) << threads;
+      EXPECT_EQ(test::difference(got.trace, expected.trace), "") << threads;
+      many->render(test::front_camera(50, 20));  // another size in between
+    }
+  }
+}
+
+TEST(CpuPipelineSort, depths_far_apart_and_equal_are_sorted_alike) {
+  // 40 octaves of depth, every depth five times: all digits of the sort, and ties.
+  GaussianCloud cloud;
+  for (int i = 0; i < 400; ++i) {
+    const float z = std::exp2(static_cast<float>((i * 7919) % 80) * 0.5f - 2.0f);
+    test::append(cloud, test::single_gaussian({0, 0, z}, z * 0.05f, {0.5f, 0.2f, 0.1f}, -3.0f));
+  }
+  const auto renderer = make_renderer(Backend::cpu, {.threads = 3});
+  renderer->upload(cloud, {});
+  Outputs outputs;
+  outputs.trace = true;
+  RenderSettings settings;
+  settings.pipeline = Pipeline::classic;
+  const Frame classic = renderer->render(test::front_camera(64, 64), settings, outputs);
+  settings.pipeline = Pipeline::fast;
+  EXPECT_GT(classic.stats.visible, 300u);
+  EXPECT_EQ(test::difference(renderer->render(test::front_camera(64, 64), settings, outputs).trace,
+                             classic.trace),
+            "");
+}
+
+}  // namespace
+}  // namespace qs

@@ -7,6 +7,7 @@
 
 #include "raster/cpu/blend.h"
 #include "raster/cpu/reference.h"
+#include "raster/cpu/used.h"
 #include "raster/scene/fail.h"
 
 namespace qs {
@@ -44,6 +45,10 @@ class CpuRenderer final : public Renderer {
     if (!std::holds_alternative<HostImage>(target)) {
       fail(ErrorKind::device, "backend cpu: it draws into memory of the host only");
     }
+    if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
+      fail(ErrorKind::device, "backend cpu: tiles of {} pixels: it knows 8, 16 and 32",
+           settings.tile_px);
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -53,9 +58,8 @@ class CpuRenderer final : public Renderer {
   // All work happens here: whoever owns the renderer gives it a thread by waiting.
   const Frame& wait() override {
     const Stopwatch frame_clock;
-    const FrameContext frame{
-        cloud_, active_, camera_, settings_, TileGrid::of_image(camera_.width, camera_.height),
-        pool_,  stop_};
+    const TileGrid grid = TileGrid::of_image(camera_.width, camera_.height, settings_.tile_px);
+    const FrameContext frame{cloud_, active_, camera_, settings_, grid, pool_, stop_};
     prepare_result(frame.grid);
     if (settings_.mode == kReferenceMode) {
       render_reference(frame, outputs_, result_);
@@ -66,6 +70,7 @@ class CpuRenderer final : public Renderer {
       if (outputs_.color || outputs_.evaluated) {
         timed(Stage::blend, [&] { blend(frame, visible_, lists_, outputs_, result_); });
       }
+      if (outputs_.used) count_used(frame, visible_, lists_, result_);
       collect_lists();
     }
     result_.stats.frame_ms = frame_clock.ms();
@@ -88,6 +93,7 @@ class CpuRenderer final : public Renderer {
     result_.stats.gaussians = static_cast<std::uint32_t>(cloud_.size());
     result_.stats.threads = pool_.size();
     result_.pairs.clear();
+    result_.used.clear();
     result_.trace = {};
     result_.evaluated.assign(outputs_.evaluated ? pixels : 0, 0);
     result_.color.width = outputs_.color ? camera_.width : 0;
@@ -105,6 +111,7 @@ class CpuRenderer final : public Renderer {
       stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists_.pairs(tile));
       if (outputs_.pairs) result_.pairs.push_back(lists_.pairs(tile));
     }
+    if (outputs_.used) stats.used_pairs = sum_of(result_.used);
     if (outputs_.trace) collect_trace();
   }
 
@@ -114,6 +121,7 @@ class CpuRenderer final : public Renderer {
       trace.gaussians.push_back(visible_.gaussians[slot]);
       trace.footprints.push_back(visible_.footprints[slot]);
       trace.depths.push_back(visible_.depths[slot]);
+      trace.splats.push_back(visible_.records[slot].splat);
     });
     trace.tile_begin = lists_.begin;
     trace.listed.resize(lists_.slots.size());

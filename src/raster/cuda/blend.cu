@@ -18,6 +18,7 @@ struct BlendInput {
 struct BlendOutput {
   float* color;              // null: not wanted
   std::uint32_t* evaluated;  // null: not wanted
+  std::uint8_t* used;        // see Pixels::used
   Counters* counters;
 };
 
@@ -59,6 +60,8 @@ __device__ bool counts(float log2_alpha, const BlendRecord& splat) {
   return log2_alpha >= -BlendRecord::kLog2Of255 && log2_alpha <= splat.log2_opacity;
 }
 
+/// kMarks: fills BlendOutput::used, at the cost of a store for every contribution.
+template <bool kMarks>
 __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutput out) {
   __shared__ BlendRecord batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
@@ -91,6 +94,7 @@ __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutp
         break;
       }
       pixel.add(splat, alpha * pixel.transmittance, next);
+      if constexpr (kMarks) out.used[first + k] = 1;
     }
   }
 
@@ -110,6 +114,8 @@ void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
   const Camera& camera = frame.camera;
   pixels.reserve(camera, outputs);
+  pixels.reserve_used(outputs, pairs.count);
+  pixels.clear_used(outputs, pairs.count, frame.stream);
   const BlendInput in{lists.ranges.data(),
                       pairs.buffers.values.data(),
                       visible.records.data(),
@@ -118,9 +124,10 @@ void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
                       camera.height,
                       frame.settings.background};
   const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
-                        outputs.evaluated ? pixels.evaluated.data() : nullptr,
+                        outputs.evaluated ? pixels.evaluated.data() : nullptr, pixels.used.data(),
                         visible.counters.data()};
-  launch("blend", blend_tiles, static_cast<unsigned>(frame.grid.count()), frame.stream, in, out);
+  launch("blend", outputs.used ? blend_tiles<true> : blend_tiles<false>,
+         static_cast<unsigned>(frame.grid.count()), frame.stream, in, out);
 }
 
 }  // namespace qs::cuda

@@ -33,6 +33,10 @@ class CudaRenderer final : public Renderer {
     if (settings.mode == kReferenceMode) {
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
     }
+    if (settings.tile_px != kTileSize) {
+      throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
+                                         " pixels run on the backend cpu only");
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -75,7 +79,8 @@ class CudaRenderer final : public Renderer {
     if (presents) {
       gl_target_.present(pixels_.color.data(), camera_.width, camera_.height, *buffer, stream_);
     }
-    pipeline.collect(frame, outputs_, result_);
+    pipeline.collect(frame, outputs_, pixels_, result_);
+    if (outputs_.used) result_.stats.used_pairs = sum_of(result_.used);
     clock_.read(result_.stats);
     collect_maps();
     if (presents) result_.stats.present_ms = gl_target_.present_ms();

@@ -21,7 +21,7 @@ struct BlendInput {
   const KeyRange* ranges;
   const std::uint32_t* gaussians;
   const BlendRecord* records;
-  TileGrid grid;
+  int columns, rows;  // of tiles
   int width, height;  // pixels
   glm::vec3 background;
 };
@@ -217,8 +217,8 @@ __global__ void __launch_bounds__(kShares* kWarp) blend_tiles(BlendInput in, Ble
   const unsigned tile = in.schedule.tile(blockIdx.x), share = threadIdx.x / kWarp;
   const unsigned lane = lane_index(), sub = lane / kLanes;
   Workspace& work = workspaces[share];
-  const int x0 = static_cast<int>(tile % in.grid.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + share * kShareHeight);
+  const int x0 = static_cast<int>(tile % in.columns * kTileSize);
+  const int y0 = static_cast<int>(tile / in.columns * kTileSize + share * kShareHeight);
   const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
   const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
   const KeyRange range = in.ranges[tile];
@@ -292,7 +292,8 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
                       scratch.ranges,
                       pairs.gaussians.data(),
                       visible.records.data(),
-                      frame.grid,
+                      frame.grid.columns,
+                      frame.grid.rows,
                       frame.camera.width,
                       frame.camera.height,
                       frame.settings.background};

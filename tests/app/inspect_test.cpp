@@ -1,53 +1,23 @@
 // SPDX-License-Identifier: MIT
-// The inspector: pixels, Gaussians, pairs, missed contributions, the oracle.
+// The inspector: pixels, Gaussians, and what becomes of pairs.
 #include <cmath>
 #include <map>
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
-#include "app/inspect/missed.h"
-#include "app/inspect/oracle.h"
 #include "raster/scene/error.h"
-#include "support/scenes.h"
+#include "support/inspector.h"
 
 namespace qs {
 namespace {
 
+using test::culler_row;
 using testing::HasSubstr;
 
-const CullerRow& row_of(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)]; }
-
-class Inspector : public testing::Test {
- protected:
-  Inspector() : renderer_(make_renderer(Backend::cpu, {.threads = 2})), pool_(2) {
-    renderer_->upload(cloud_, {});
-  }
-
-  Frame render(CullMode mode, int tile_px = kTileSize) {
-    RenderSettings settings = settings_;
-    settings.mode = mode;
-    settings.tile_px = tile_px;
-    Outputs outputs = inspection_outputs();
-    outputs.pairs = outputs.used = outputs.evaluated = true;
-    return renderer_->render(camera_, settings, outputs);
-  }
-
-  glm::ivec2 size() const { return {camera_.width, camera_.height}; }
-
-  GaussianCloud cloud_ = test::random_cloud(4000, 1, 31);
-  Camera camera_ = test::front_camera(200, 140);
-  RenderSettings settings_ = [] {
-    RenderSettings settings;
-    settings.background = {0.1f, 0.3f, 0.2f};
-    return settings;
-  }();
-  std::unique_ptr<Renderer> renderer_;
-  ThreadPool pool_;
-};
+class Inspector : public test::InspectorTest {};
 
 TEST_F(Inspector, a_pixel_s_contributions_add_up_to_its_color) {
   const Frame frame = render(kDefaultMode);
@@ -86,7 +56,7 @@ TEST_F(Inspector, counts_of_all_visible_gaussians_are_the_renderer_s_pairs_in_ev
                   count_mode_tiles(mode, frame.trace.footprints[slot], frame.grid));
         pairs += tiles.tiles.size();
       }
-      EXPECT_EQ(pairs, frame.stats.tile_pairs) << row_of(mode).name << " " << tile_px;
+      EXPECT_EQ(pairs, frame.stats.tile_pairs) << culler_row(mode).name << " " << tile_px;
     }
   }
 }
@@ -103,7 +73,7 @@ TEST_F(Inspector, a_gaussian_s_tiles_are_those_whose_lists_hold_it) {
       const GaussianReport report = inspect_gaussian(frame.trace, slot, frame.grid);
       std::vector<int> tiles = report.modes[static_cast<std::size_t>(mode - 1)].tiles;
       std::sort(tiles.begin(), tiles.end());
-      EXPECT_EQ(tiles, listed[report.gaussian]) << row_of(mode).name;
+      EXPECT_EQ(tiles, listed[report.gaussian]) << culler_row(mode).name;
     }
   }
 }
@@ -168,7 +138,7 @@ TEST_F(Inspector, pair_uses_are_the_renderer_s_used_pairs) {
       const std::vector<PairUse> uses = pair_uses(frame, size(), pool_);
       const PairUses sums = sum_up(uses);
       EXPECT_EQ(sums.pairs(), frame.stats.tile_pairs);
-      EXPECT_EQ(sums.used, *frame.stats.used_pairs) << row_of(mode).name << " " << tile_px;
+      EXPECT_EQ(sums.used, *frame.stats.used_pairs) << culler_row(mode).name << " " << tile_px;
       EXPECT_GT(sums.hidden, 0u);
     }
   }
@@ -188,7 +158,7 @@ TEST_F(Inspector, use_in_a_tile_is_what_the_whole_frame_says) {
 TEST_F(Inspector, exact_has_the_fewest_false_positives_of_the_lossless_modes) {
   std::map<std::string, PairUses> sums;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode)
-    sums[row_of(mode).name] = sum_up(pair_uses(render(mode), size(), pool_));
+    sums[culler_row(mode).name] = sum_up(pair_uses(render(mode), size(), pool_));
   for (const char* name : {"3dgs", "adr", "quadbox", "quadbox-naive"})
     EXPECT_LT(sums["exact"].false_positives(), sums[name].false_positives()) << name;
   // What is hidden is hidden from every shape.
@@ -243,95 +213,6 @@ TEST_F(Inspector, draws_the_construction_of_any_gaussian) {
     EXPECT_LT(*low, 0.2f);
     EXPECT_FLOAT_EQ(*high, 1);
   }
-}
-
-TEST_F(Inspector, lossless_modes_miss_nothing_and_the_others_do) {
-  const Frame all = render(kJudgeMode);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    const MissedMap map =
-        missed_contributions(all, render(mode), size(), settings_.background, pool_);
-    if (row_of(mode).lossless) {
-      EXPECT_EQ(map.total, 0u) << row_of(mode).name;
-      EXPECT_EQ(map.largest_alpha, 0) << row_of(mode).name;
-      EXPECT_EQ(map.largest_error, 0) << row_of(mode).name;
-    } else {
-      EXPECT_GT(map.total, 0u) << row_of(mode).name;
-      EXPECT_GE(map.largest_alpha, kAlphaMin);
-      EXPECT_GT(map.largest_error, 0);
-      EXPECT_EQ(map.total, sum_of(map.counts));
-      EXPECT_EQ(missed_heatmap(map).total, map.total);
-    }
-  }
-}
-
-TEST_F(Inspector, the_error_of_what_is_missed_is_the_error_of_the_image) {
-  const Frame all = render(kJudgeMode);
-  for (const char* name : {"3dgs", "dualbox"}) {
-    const Frame frame = render(find_culler(name));
-    const MissedMap map = missed_contributions(all, frame, size(), settings_.background, pool_);
-    for (int y = 0; y < camera_.height; ++y) {
-      for (int x = 0; x < camera_.width; ++x) {
-        float error = 0;
-        for (int c = 0; c < 3; ++c)
-          error = std::max(error, std::abs(frame.color.at(x, y, c) - all.color.at(x, y, c)));
-        ASSERT_NEAR(map.errors[static_cast<std::size_t>(y * camera_.width + x)], error, 1e-4f)
-            << name << " " << x << "," << y;
-      }
-    }
-  }
-}
-
-TEST_F(Inspector, the_oracle_finds_nothing_in_a_lossless_frame) {
-  const Verdict verdict =
-      ask_oracle(*renderer_, camera_, settings_, render(kDefaultMode), std::nullopt, 2, {});
-  EXPECT_FALSE(verdict.pixel.has_value()) << verdict_sentence(verdict, 2);
-  EXPECT_GT(verdict.psnr, 70);
-}
-
-TEST_F(Inspector, the_oracle_names_pixel_tile_and_gaussian_of_a_planted_mistake) {
-  Frame frame = render(kDefaultMode);
-  const PixelReport pixel = inspect_pixel(frame, {101, 70}, settings_.background);
-  ASSERT_FALSE(pixel.contributions.empty());
-  const auto heavy = std::max_element(
-      pixel.contributions.begin(), pixel.contributions.end(),
-      [](const Contribution& a, const Contribution& b) { return a.weight < b.weight; });
-  // The frame as a backend would leave it that forgot this Gaussian in this tile.
-  auto& listed = frame.trace.listed;
-  const auto begin = frame.trace.tile_begin[static_cast<std::size_t>(pixel.tile)];
-  const auto end = frame.trace.tile_begin[static_cast<std::size_t>(pixel.tile) + 1];
-  const auto at = std::find(listed.begin() + static_cast<std::ptrdiff_t>(begin),
-                            listed.begin() + static_cast<std::ptrdiff_t>(end), heavy->gaussian);
-  listed.erase(at);
-  for (std::size_t t = static_cast<std::size_t>(pixel.tile) + 1; t < frame.trace.tile_begin.size();
-       ++t)
-    --frame.trace.tile_begin[t];
-  const glm::vec3 wrong = inspect_pixel(frame, {101, 70}, settings_.background).color;
-  for (int c = 0; c < 3; ++c) frame.color.at(101, 70, c) = wrong[c];
-
-  const Verdict verdict =
-      ask_oracle(*renderer_, camera_, settings_, frame, PixelBox{90, 60, 120, 90}, 2, {});
-  ASSERT_TRUE(verdict.pixel.has_value());
-  EXPECT_EQ(*verdict.pixel, glm::ivec2(101, 70));
-  EXPECT_EQ(verdict.different_pixels, 1u);
-  EXPECT_EQ(verdict.tile, pixel.tile);
-  EXPECT_EQ(verdict.gaussian, heavy->gaussian);
-  EXPECT_EQ(verdict.why, Disagreement::missing);
-  EXPECT_THAT(verdict_sentence(verdict, 2), HasSubstr("101,70"));
-}
-
-TEST_F(Inspector, the_oracle_reports_its_progress_and_can_be_cancelled) {
-  std::vector<float> reported;
-  Progress progress{[&](float done) { reported.push_back(done); }, {}};
-  ask_oracle(*renderer_, camera_, settings_, render(kDefaultMode), std::nullopt, 2, progress);
-  EXPECT_GT(reported.size(), 4u);
-  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
-  EXPECT_EQ(reported.back(), 1);
-  std::stop_source stop;
-  stop.request_stop();
-  const Frame frame = render(kDefaultMode);
-  EXPECT_THROW(
-      ask_oracle(*renderer_, camera_, settings_, frame, std::nullopt, 2, {{}, stop.get_token()}),
-      Cancelled);
 }
 
 }  // namespace

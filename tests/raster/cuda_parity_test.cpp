@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The CUDA backend against the CPU's on generated scenes: equal decisions, equal images.
+#include "io/cameras.h"
+#include "io/reader.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
+#include "support/shared.h"
 
 namespace qs {
 namespace {
@@ -95,6 +98,26 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
                   static_cast<double>(*a.stats.used_pairs),
                   1 + 1e-4 * static_cast<double>(a.stats.tile_pairs));
     }
+  }
+}
+
+TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu_on_the_bundled_scene) {
+  const GaussianCloud cloud = read_scene(test::source_path("assets/plush.ply")).cloud;
+  const Camera camera =
+      read_cameras(test::source_path("assets/cameras.json")).front().resized(128, 96);
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  Outputs only;
+  only.color = false;
+  only.used = true;
+  RenderSettings settings = settings_of_pipeline();
+  for (const char* mode : {"3dgs", "quadbox", "exact"}) {
+    settings.mode = find_culler(mode);
+    const RenderStats a = cpu->render(camera, settings, only).stats;
+    const RenderStats b = gpu->render(camera, settings, only).stats;
+    EXPECT_EQ(b.tile_pairs, a.tile_pairs);
+    EXPECT_NEAR(static_cast<double>(*b.used_pairs), static_cast<double>(*a.used_pairs),
+                1 + 1e-4 * static_cast<double>(a.tile_pairs - *a.used_pairs))
+        << mode;
   }
 }
 

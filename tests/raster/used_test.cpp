@@ -2,8 +2,11 @@
 // Used pairs of the CPU backend: what a pixel blends, and what no pixel does.
 #include <gtest/gtest.h>
 
+#include "io/cameras.h"
+#include "io/reader.h"
 #include "raster/renderer.h"
 #include "support/scenes.h"
+#include "support/shared.h"
 
 namespace qs {
 namespace {
@@ -88,6 +91,27 @@ TEST(UsedPairs, sum_up_in_the_statistics_and_are_at_most_the_listed_ones) {
     for (std::size_t tile = 0; tile < frame.used.size(); ++tile)
       EXPECT_LE(frame.used[tile], frame.pairs[tile]);
   }
+}
+
+TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
+  QS_NEEDS_SHARED("scenes/plush.spz");
+  const GaussianCloud cloud = read_scene(test::shared_path("scenes/plush.spz")).cloud;
+  const Camera camera = read_cameras(test::shared_path("scenes/plush/cameras.json")).front();
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(cloud, {});
+  Outputs outputs;
+  outputs.color = false;
+  outputs.used = true;
+  std::vector<std::uint64_t> wasted;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    RenderSettings settings;
+    settings.mode = mode;
+    const RenderStats& stats = renderer->render(camera, settings, outputs).stats;
+    wasted.push_back(stats.tile_pairs - *stats.used_pairs);
+  }
+  const std::size_t exact = static_cast<std::size_t>(find_culler("exact")) - 1;
+  for (std::size_t i = 0; i < wasted.size(); ++i)
+    EXPECT_TRUE(i == exact || wasted[exact] < wasted[i]) << kCullers[i + 1].name;
 }
 
 TEST(UsedPairs, of_a_gaussian_behind_an_opaque_wall_are_none) {

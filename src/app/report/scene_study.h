@@ -30,6 +30,7 @@ struct Quantity {
 
 std::span<const Quantity> quantities();
 inline constexpr std::size_t kBins = 12;
+inline constexpr std::size_t kUsualSize = 1;  ///< index of kTileSize in kTileSizes
 
 /// Index of the bin that `value` falls into.
 std::size_t bin_of(const Quantity& quantity, double value);

@@ -16,7 +16,6 @@ namespace {
 
 constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
                    kExact = find_culler("exact"), kQuad = find_culler("quadbox");
-constexpr std::size_t kDefaultSize = 1;  // of kTileSizes
 
 std::string percent(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? "-"
@@ -53,7 +52,7 @@ class Writer {
   }
 
  private:
-  const std::array<ModeStudy, kCullerCount>& modes() const { return study_.modes[kDefaultSize]; }
+  const std::array<ModeStudy, kCullerCount>& modes() const { return study_.modes[kUsualSize]; }
   const ModeStudy& mode(CullMode which) const {
     return modes()[static_cast<std::size_t>(which - 1)];
   }

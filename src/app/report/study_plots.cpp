@@ -9,7 +9,6 @@ namespace qs {
 namespace {
 
 constexpr CullMode k3dgs = find_culler("3dgs");
-constexpr std::size_t kDefaultSize = 1;  // of kTileSizes
 
 std::string name_of(std::size_t mode_index) { return kCullers[mode_index + 1].name; }
 
@@ -66,7 +65,7 @@ Plot saved_plot(const Quantity& quantity, const BinnedPairs& binned, const std::
 Plot uses_plot(const SceneStudy& study, const std::string& caption) {
   std::string text = "$modes << END\n";
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
-    const PairUses& uses = study.modes[kDefaultSize][mode].uses;
+    const PairUses& uses = study.modes[kUsualSize][mode].uses;
     text += fmt::format("{} {} {} {}\n", quoted(name_of(mode)), millions(uses.used),
                         millions(uses.hidden), millions(uses.empty));
   }
@@ -104,7 +103,7 @@ Plot loads_plot(const SceneStudy& study, const std::string& caption) {
   constexpr int kPoints = 200;
   std::string text, plots = "plot ";
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
-    const std::vector<std::uint32_t>& loads = study.modes[kDefaultSize][mode].loads;
+    const std::vector<std::uint32_t>& loads = study.modes[kUsualSize][mode].loads;
     if (loads.empty()) continue;
     text += fmt::format("$mode{} << END\n", mode);
     for (int i = 0; i <= kPoints; ++i) {

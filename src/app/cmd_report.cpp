@@ -63,10 +63,24 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Scene& scene)
   return shots;
 }
 
+/// The page's file. Found out before the work is done, which takes a minute.
+std::filesystem::path output_file(const std::filesystem::path& output) {
+  if (output.extension() != ".html") {
+    make_folder(output);
+    return output / "report.html";
+  }
+  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+  if (!std::filesystem::is_directory(folder)) {
+    fail("{}: cannot be written: the folder {} does not exist", output.string(), folder.string());
+  }
+  return output;
+}
+
 class Report {
  public:
   explicit Report(const ReportCommand& command)
       : command_(command),
+        path_(output_file(*command.output)),
         session_(open_session(command.frame)),
         shots_(choose_views(command, session_.scene)),
         pool_(command.frame.renderer.threads) {}
@@ -83,19 +97,12 @@ class Report {
     std::string problem;
     const std::string html = format_study_page(page, problem);
     if (!problem.empty()) fmt::print(stderr, "quadsplat: report: no plots: {}\n", problem);
-    const std::filesystem::path path = output_file();
-    write_stats(path, html);
-    fmt::print(stderr, "wrote {} ({})\n", path.string(), bytes_text(html.size()));
+    write_stats(path_, html);
+    fmt::print(stderr, "wrote {} ({})\n", path_.string(), bytes_text(html.size()));
     return kExitOk;
   }
 
  private:
-  std::filesystem::path output_file() const {
-    if (command_.output->extension() == ".html") return *command_.output;
-    make_folder(*command_.output);
-    return *command_.output / "report.html";
-  }
-
   std::string view_names() const {
     std::vector<std::string> names;
     for (const Shot& shot : shots_) names.push_back(shot.origin);
@@ -180,6 +187,7 @@ class Report {
   }
 
   const ReportCommand& command_;
+  std::filesystem::path path_;
   Session session_;
   std::vector<Shot> shots_;
   ThreadPool pool_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The study of a scene, and the page made of it.
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
@@ -92,6 +93,29 @@ TEST(ReportCommand, writes_one_page_that_needs_nothing_else) {
   EXPECT_EQ(html.find("http"), std::string::npos) << "nothing is fetched";
   EXPECT_EQ(html.find("src=\"/"), std::string::npos);
   EXPECT_EQ(test::run_quadsplat({"report", kPlush}).exit_code, 1);
+}
+
+TEST(ReportCommand, has_tables_and_says_so_where_gnuplot_is_missing) {
+  const TemporaryFolder folder;
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", folder.path().c_str(), 1);
+  const test::ProgramRun run =
+      test::run_quadsplat({"report", kPlush, "--size", "160x120", "--camera-index", "0", "--output",
+                           (folder / "out").string()});
+  setenv("PATH", path.c_str(), 1);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("no plots: gnuplot is not installed"));
+  const std::string html = text_of(folder / "out" / "report.html");
+  EXPECT_THAT(html, HasSubstr("There are tables only, no plots: gnuplot is not installed."));
+  EXPECT_THAT(html, HasSubstr("<td>"));
+}
+
+TEST(ReportCommand, says_before_the_work_that_there_is_no_such_folder) {
+  const TemporaryFolder folder;
+  const test::ProgramRun run =
+      test::run_quadsplat({"report", kPlush, "--output", (folder / "missing/page.html").string()});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("does not exist"));
 }
 
 }  // namespace

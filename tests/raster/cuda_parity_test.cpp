@@ -104,7 +104,7 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
 TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu_on_the_bundled_scene) {
   const GaussianCloud cloud = read_scene(test::source_path("assets/plush.ply")).cloud;
   const Camera camera =
-      read_cameras(test::source_path("assets/cameras.json")).front().resized(128, 96);
+      read_cameras(test::source_path("assets/cameras.json")).front().resized(80, 60);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   Outputs only;
   only.color = false;

@@ -10,6 +10,7 @@
 #include "app/compare.h"
 #include "app/frame_metadata.h"
 #include "app/frame_options.h"
+#include "app/inspect/missed.h"
 #include "app/measure.h"
 #include "app/picture/heatmap.h"
 #include "app/shots.h"
@@ -34,15 +35,22 @@ struct RenderCommand {
   bool measures() const { return several_modes() || repeats.has_value() || psnr; }
 };
 
+std::vector<std::string> heatmap_names() {
+  std::vector<std::string> names;
+  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
+  names.emplace_back(kMissedHeatmap.name);
+  return names;
+}
+
 bool parse(RenderCommand& command, Arguments arguments) {
   Options options("render", "renders a scene to picture files");
   declare_frame_options(options, command.frame);
   declare_camera_choice(options, command.cameras);
   options.text("--output", "FILE", command.output, "picture: .png, .ppm, .pfm, .exr, .jpg, ...");
   options.choice(
-      "--heatmap", {kHeatmaps[0].name, kHeatmaps[1].name},
+      "--heatmap", heatmap_names(),
       [&](int chosen) { command.heatmap = static_cast<HeatQuantity>(chosen); },
-      "draws what the frame cost over it, with a scale");
+      "draws what the frame cost, wasted or lost over it, with a scale");
   options.integer("--heatmap-max", "N", 1, 1'000'000'000, command.heatmap_max,
                   "end of the scale (default: from the first frame)");
   options.text("--stats", "FILE", command.stats, "the frames' statistics as JSON; - = stdout");
@@ -71,6 +79,12 @@ bool parse(RenderCommand& command, Arguments arguments) {
 }
 
 void check(const RenderCommand& command) {
+  if (command.heatmap == HeatQuantity::missed) {
+    for (const CullMode mode : command.frame.modes) {
+      if (mode == kReferenceMode)
+        fail(ErrorKind::usage, "render: --heatmap missed: mode reference has no lists to miss any");
+    }
+  }
   if (!command.output && !command.stats && !command.measures() && !command.reference) {
     fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
   }
@@ -118,7 +132,10 @@ class Run {
  private:
   void one_shot(const Shot& shot, std::size_t view) {
     Outputs outputs;
-    if (command_.heatmap) outputs = outputs_for(*command_.heatmap);
+    const bool missed = command_.heatmap == HeatQuantity::missed;
+    outputs.trace = missed;
+    if (command_.heatmap && !missed) outputs = outputs_for(*command_.heatmap);
+    if (missed) judge_ = judging_frame(shot);
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
     const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     const Image truth = command_.psnr ? reference_image(shot) : Image();
@@ -157,6 +174,27 @@ class Run {
     return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
   }
 
+  // The frame by which --heatmap missed judges the others.
+  Frame judging_frame(const Shot& shot) {
+    RenderSettings settings = session_.settings;
+    settings.mode = kJudgeMode;
+    Outputs outputs;
+    outputs.color = false;
+    outputs.trace = true;
+    return session_.renderer->render(shot.camera, settings, outputs);
+  }
+
+  Heatmap heatmap_of(const Shot& shot, const Frame& frame) {
+    const glm::ivec2 size(shot.camera.width, shot.camera.height);
+    if (command_.heatmap != HeatQuantity::missed)
+      return make_heatmap(frame, *command_.heatmap, size.x, size.y);
+    ThreadPool pool(command_.frame.renderer.threads);
+    const MissedMap map =
+        missed_contributions(judge_, frame, size, session_.settings.background, pool);
+    fmt::print(stderr, "{}\n", missed_sentence(map));
+    return missed_heatmap(map);
+  }
+
   // Writes the frame's picture; returns its path, empty without --output.
   std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
     if (!command_.output) return {};
@@ -166,13 +204,12 @@ class Run {
     if (command_.several_modes()) path = with_word(path, mode_name);
     ImageMetadata metadata = frame_metadata(session_.scene.path, shot.camera, mode, frame.stats);
     if (command_.heatmap) {
-      const Heatmap map =
-          make_heatmap(frame, *command_.heatmap, shot.camera.width, shot.camera.height);
+      const Heatmap map = heatmap_of(shot, frame);
       if (!scale_)
         scale_ = command_.heatmap_max
                      ? round_scale(static_cast<std::uint32_t>(*command_.heatmap_max))
                      : scale_for(map.values);
-      metadata["Heatmap"] = kHeatmaps[static_cast<std::size_t>(map.quantity)].name;
+      metadata["Heatmap"] = heatmap_row(map.quantity).name;
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
       write_image(draw_heatmap(frame.color, map, *scale_, mode_name), path, metadata);
     } else {
@@ -208,6 +245,7 @@ class Run {
   const RenderCommand& command_;
   Session session_;
   std::unique_ptr<Renderer> oracle_;
+  Frame judge_;                 // of --heatmap missed
   std::optional<Scale> scale_;  // of the first heat map, so that all of a run can be compared
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;

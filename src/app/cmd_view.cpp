@@ -39,6 +39,10 @@ int run_view(Arguments arguments) {
     if (scenes.size() > 1) fail(ErrorKind::usage, "view: one scene at a time");
     view.frame.scene = scenes.front();
   }
+  if (view.frame.tile_px != kTileSize) {
+    fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
+         view.frame.tile_px, kTileSize);
+  }
   view.vsync = !no_vsync;
   view.interop = !no_interop;
   if (settings != "-") view.settings = settings.value_or(preferences_file());

@@ -34,7 +34,13 @@ std::vector<CullMode> parse_modes(const std::string& text) {
 
 Backend choose_backend(const FrameOptions& frame) {
   const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
-  if (!frame.backend) return reference ? Backend::cpu : available_backends().front();
+  const bool other_tiles = frame.tile_px != kTileSize;
+  if (!frame.backend) {
+    return reference || other_tiles ? Backend::cpu : available_backends().front();
+  }
+  if (other_tiles && *frame.backend != Backend::cpu) {
+    fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.tile_px);
+  }
   if (reference && *frame.backend != Backend::cpu) {
     fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
   }
@@ -78,6 +84,10 @@ void declare_common_options(Options& options, FrameOptions& frame) {
                   "GPU of the CUDA backend, see quadsplat --list-gpus");
   options.integer("--threads", "N", 0, 1024, frame.renderer.threads,
                   "of the CPU backend (default: all)");
+  options.choice(
+      "--tile-size", {"8", "16", "32"},
+      [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
+      "side of a tile in pixels, on the CPU backend (default: 16)");
   options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
                   "highest degree of view-dependent colour");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
@@ -140,6 +150,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.settings.splat_scale = frame.splat_scale;
   session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
   session.settings.antialiased = frame.antialiased;
+  session.settings.tile_px = frame.tile_px;
   return session;
 }
 

@@ -33,6 +33,7 @@ struct FrameOptions {
   float splat_scale = 1;
   std::optional<glm::vec3> background;  ///< unset: white when the model says so, else black
   std::optional<bool> antialiased;
+  int tile_px = kTileSize;
 };
 
 /// Modes 1 to 6: what `--cull all` means.

@@ -42,6 +42,7 @@ ordered_json frame_json(const FrameRecord& record) {
                         {"frame_ms", rounded_ms(stats.frame_ms)},
                         {"stage_ms", stages},
                         {"threads", stats.threads}};
+  if (stats.used_pairs) frame["used_pairs"] = *stats.used_pairs;
   if (record.result.psnr) frame["psnr_vs_reference"] = finite_or_null(*record.result.psnr);
   if (record.reference_psnr) frame["psnr_vs_picture"] = finite_or_null(*record.reference_psnr);
   if (!record.picture.empty()) frame["picture"] = record.picture;

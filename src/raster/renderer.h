@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -17,6 +18,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/blend.h"
 #include "raster/kernel/cull/list.h"
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/camera.h"
@@ -59,16 +61,27 @@ struct RenderSettings {
   float splat_scale = 1;            ///< factor on every standard deviation, > 0
   glm::vec3 background{0.0f};       ///< what the remaining transmittance shows
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
+  int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
 };
 
-/// What a frame should hold besides its statistics. Without color and evaluated nothing is blended:
-/// that is how to count pairs quickly.
+/// Pixels [x0, x1) x [y0, y1).
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+/// What a frame should hold besides its statistics. Without color, evaluated and used nothing is
+/// blended: that is how to count pairs quickly.
 struct Outputs {
   bool color = true;
-  bool pairs = false;        ///< Frame::pairs
-  bool evaluated = false;    ///< Frame::evaluated
-  bool trace = false;        ///< Frame::trace
-  bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
+  bool pairs = false;              ///< Frame::pairs
+  bool evaluated = false;          ///< Frame::evaluated
+  bool used = false;               ///< Frame::used and RenderStats::used_pairs
+  bool trace = false;              ///< Frame::trace
+  std::optional<PixelBox> region;  ///< mode reference: draws these pixels only, the rest stays 0
+  bool stage_times = false;        ///< RenderStats::stage_ms; measuring them may slow the frame
+
+  /// Whether lists are composited at all.
+  bool blends() const { return color || evaluated || used; }
 };
 
 struct HostImage {};     ///< Frame::color holds it
@@ -83,12 +96,14 @@ struct GlTexture {       ///< rows from the top, in a texture of the current GL 
 /// Where the colours of a frame go. The CPU backend draws a HostImage only.
 using Target = std::variant<HostImage, DeviceImage, GlTexture>;
 
-/// What the rasterizer decided, for tests and the inspector.
+/// What the rasterizer decided, for tests and the inspector. Mode reference has one list, of all
+/// Gaussians that may touch the region, and rounds to single precision.
 struct Trace {
   std::vector<std::uint32_t>
       gaussians;                      ///< per visible Gaussian: its index in the cloud, ascending
   std::vector<Footprint> footprints;  ///< parallel to `gaussians`
   std::vector<float> depths;          ///< parallel to `gaussians`
+  std::vector<Splat> splats;          ///< parallel to `gaussians`: what blending reads of them
   std::vector<std::uint64_t> tile_begin;  ///< tiles + 1 offsets into `listed`
   std::vector<std::uint32_t> listed;      ///< per tile, front to back: index in the cloud
 };
@@ -102,6 +117,9 @@ struct RenderStats {
   std::uint32_t visible = 0;         ///< Gaussians with at least one tile
   std::uint64_t tile_pairs = 0;      ///< (Gaussian, tile) pairs listed
   std::uint32_t max_pairs_in_a_tile = 0;
+  /// Pairs that at least one pixel of their tile blended: alpha >= 1/255 before it stopped. Those
+  /// that none did are false positives. Unset unless asked for, and in mode reference.
+  std::optional<std::uint64_t> used_pairs;
   int threads = 0;  ///< of the CPU backend, 0 elsewhere
 };
 
@@ -111,9 +129,15 @@ struct Frame {
   std::vector<std::uint32_t> pairs;  ///< per tile, row by row: pairs listed
   std::vector<std::uint32_t>
       evaluated;  ///< per pixel: entries of its tile's list up to where it stopped
+  std::vector<std::uint32_t> used;  ///< per tile: pairs that a pixel blended; <= pairs
   Trace trace;
   RenderStats stats;
 };
+
+/// Total of a map, such as Frame::used.
+inline std::uint64_t sum_of(std::span<const std::uint32_t> map) {
+  return std::accumulate(map.begin(), map.end(), std::uint64_t{0});
+}
 
 class Renderer {
  public:

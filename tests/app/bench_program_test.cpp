@@ -70,6 +70,10 @@ TEST_F(BenchProgram, bench_writes_one_row_per_scene_camera_and_mode) {
     EXPECT_GT(row.blend_ms, 0);
     EXPECT_GT(row.pairs, 0u);
     EXPECT_TRUE(row.psnr_vs_reference.has_value());
+    ASSERT_TRUE(row.false_positives.has_value());
+    EXPECT_LT(*row.false_positives, row.pairs);
+    EXPECT_DOUBLE_EQ(*row.false_positive_share,
+                     static_cast<double>(*row.false_positives) / static_cast<double>(row.pairs));
   }
   EXPECT_EQ(keys.size(), 12u);
   EXPECT_THAT(report.scenes[0]["hash"].get<std::string>(), HasSubstr("crc32:"));

@@ -70,7 +70,7 @@ TEST(BenchReport, csv_has_the_documented_columns_and_one_line_per_row) {
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
             "scene,camera,mode,pipeline,backend,width,height,gaussians,visible,pairs,"
             "pairs_per_visible,max_tile,ms_median,ms_p05,ms_p95,fps_median,frame_ms,preprocess_ms,"
-            "bin_ms,sort_ms,blend_ms,psnr_vs_reference");
+            "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("\ntiny,0,quadbox,classic,cpu,"));
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The CUDA backend against the CPU's on generated scenes: equal decisions, equal images.
+#include "io/cameras.h"
+#include "io/reader.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
+#include "support/shared.h"
 
 namespace qs {
 namespace {
@@ -27,7 +30,7 @@ constexpr std::pair<int, int> kSizes[] = {{1, 1}, {17, 33}, {96, 64}, {161, 23},
 
 Outputs everything() {
   Outputs outputs;
-  outputs.pairs = outputs.evaluated = outputs.trace = true;
+  outputs.pairs = outputs.evaluated = outputs.used = outputs.trace = true;
   return outputs;
 }
 
@@ -74,6 +77,79 @@ TEST_P(Cuda, draws_the_image_of_the_cpu) {
         EXPECT_LE(different, a.evaluated.size() / 1000);
       }
     }
+  }
+}
+
+TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
+  const GaussianCloud cloud = test::random_cloud(3000, 0, 44);
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  RenderSettings settings = settings_of_pipeline();
+  for (const auto& [width, height] : {std::pair{17, 33}, {161, 45}}) {
+    for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+      SCOPED_TRACE(testing::Message()
+                   << row_of(settings.mode).name << " " << width << "x" << height);
+      const Camera camera = test::front_camera(width, height);
+      const Frame& a = cpu->render(camera, settings, everything());
+      const Frame& b = gpu->render(camera, settings, everything());
+      ASSERT_EQ(b.used.size(), a.used.size());
+      EXPECT_EQ(b.stats.used_pairs, sum_of(b.used));
+      // An alpha next to 1/255 may fall on either side.
+      EXPECT_NEAR(static_cast<double>(*b.stats.used_pairs),
+                  static_cast<double>(*a.stats.used_pairs),
+                  1 + 1e-4 * static_cast<double>(a.stats.tile_pairs));
+    }
+  }
+}
+
+TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu_on_the_bundled_scene) {
+  const GaussianCloud cloud = read_scene(test::source_path("assets/plush.ply")).cloud;
+  const Camera camera =
+      read_cameras(test::source_path("assets/cameras.json")).front().resized(80, 60);
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  Outputs only;
+  only.color = false;
+  only.used = true;
+  RenderSettings settings = settings_of_pipeline();
+  for (const char* mode : {"3dgs", "quadbox", "exact"}) {
+    settings.mode = find_culler(mode);
+    const RenderStats a = cpu->render(camera, settings, only).stats;
+    const RenderStats b = gpu->render(camera, settings, only).stats;
+    EXPECT_EQ(b.tile_pairs, a.tile_pairs);
+    EXPECT_NEAR(static_cast<double>(*b.used_pairs), static_cast<double>(*a.used_pairs),
+                1 + 1e-4 * static_cast<double>(a.tile_pairs - *a.used_pairs))
+        << mode;
+  }
+}
+
+TEST_P(Cuda, leaves_used_pairs_without_an_image_and_only_when_asked_for) {
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(1000, 0, 46));
+  const Camera camera = test::front_camera(96, 64);
+  const RenderSettings settings = settings_of_pipeline();
+  const std::vector<std::uint32_t> used = gpu->render(camera, settings, everything()).used;
+  Outputs only;
+  only.color = false;
+  only.used = true;
+  EXPECT_EQ(gpu->render(camera, settings, only).used, used);
+  EXPECT_TRUE(gpu->render(camera, settings).used.empty());
+  EXPECT_FALSE(gpu->render(camera, settings).stats.used_pairs.has_value());
+}
+
+TEST_P(Cuda, leaves_the_splats_of_the_cpu_in_its_trace) {
+  const GaussianCloud cloud = test::random_cloud(500, 3, 45);
+  Outputs only;
+  only.color = false;
+  only.trace = true;
+  const Camera camera = test::front_camera(96, 64);
+  const Trace a =
+      renderer_of(Backend::cpu, cloud)->render(camera, settings_of_pipeline(), only).trace;
+  const Trace b =
+      renderer_of(Backend::cuda, cloud)->render(camera, settings_of_pipeline(), only).trace;
+  ASSERT_EQ(b.splats.size(), a.splats.size());
+  for (std::size_t i = 0; i < a.splats.size(); ++i) {
+    EXPECT_EQ(b.splats[i].mean_px, a.splats[i].mean_px);
+    EXPECT_EQ(b.splats[i].log2_conic, a.splats[i].log2_conic);
+    EXPECT_NEAR(b.splats[i].opacity, a.splats[i].opacity, 1e-5f);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.splats[i].color[c], a.splats[i].color[c], 1e-5f);
   }
 }
 

@@ -149,6 +149,29 @@ TEST_P(CudaScenes, of_more_than_a_hundred_million_pairs_are_drawn) {
   EXPECT_EQ(gpu.render(camera, settings).color.values, wide.color.values);
 }
 
+TEST_P(CudaScenes, use_the_pairs_that_the_cpu_uses_and_waste_least_in_mode_exact) {
+  QS_NEEDS_SHARED("scenes/plush.spz");
+  Pair& renderers = Pair::of("scenes/plush.spz");
+  const Camera camera = cameras_of("plush").at(0);
+  Outputs outputs;
+  outputs.color = false;
+  outputs.used = true;
+  std::map<std::string, std::uint64_t> wasted;
+  for (const CullMode mode : test::tiled_modes()) {
+    SCOPED_TRACE(test::row_of(mode).name);
+    RenderSettings settings = settings_of_pipeline();
+    settings.mode = mode;
+    const RenderStats a = renderers.cpu->render(camera, settings, outputs).stats;
+    const RenderStats b = renderers.gpu->render(camera, settings, outputs).stats;
+    wasted[test::row_of(mode).name] = b.tile_pairs - *b.used_pairs;
+    const auto of_cpu = static_cast<double>(a.tile_pairs - *a.used_pairs);
+    EXPECT_NEAR(static_cast<double>(b.tile_pairs - *b.used_pairs), of_cpu, 1e-4 * of_cpu);
+  }
+  for (const auto& [name, count] : wasted) {
+    EXPECT_TRUE(name == "exact" || wasted["exact"] < count) << name;
+  }
+}
+
 TEST_P(CudaScenes, are_within_80_db_of_the_reference) {
   QS_NEEDS_SHARED("scenes/plush.spz");
   Pair& renderers = Pair::of("scenes/plush.spz");

@@ -18,16 +18,22 @@ using nlohmann::ordered_json;
 
 std::string cell(const std::string& text) { return csv_field(text); }
 std::string cell(double value) { return fmt::format("{:.4f}", value); }
-std::string cell(const std::optional<double>& value) { return value ? cell(*value) : ""; }
 template <class Integer>
 requires std::is_integral_v<Integer> std::string cell(Integer value) {
   return fmt::format("{}", value);
+}
+template <class T>
+std::string cell(const std::optional<T>& value) {
+  return value ? cell(*value) : "";
 }
 
 // JSON knows no infinity: equal pictures are the text "inf", an absent value is null.
 ordered_json to_json(const std::optional<double>& value) {
   if (!value) return nullptr;
   return std::isinf(*value) ? ordered_json("inf") : ordered_json(*value);
+}
+ordered_json to_json(const std::optional<std::uint64_t>& value) {
+  return value ? ordered_json(*value) : ordered_json();
 }
 template <class T>
 ordered_json to_json(const T& value) {
@@ -37,6 +43,9 @@ ordered_json to_json(const T& value) {
 void from_json(const ordered_json& json, std::optional<double>& value) {
   if (json.is_string()) value = std::numeric_limits<double>::infinity();
   if (json.is_number()) value = json.get<double>();
+}
+void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
+  if (json.is_number()) value = json.get<std::uint64_t>();
 }
 template <class T>
 void from_json(const ordered_json& json, T& value) {

@@ -26,6 +26,8 @@ struct BenchRow {
   double ms_median = 0, ms_p05 = 0, ms_p95 = 0, fps_median = 0;
   double frame_ms = 0, preprocess_ms = 0, bin_ms = 0, sort_ms = 0, blend_ms = 0;  ///< marked pass
   std::optional<double> psnr_vs_reference;                                        ///< dB
+  std::optional<std::uint64_t> false_positives;  ///< pairs that no pixel used, in an untimed frame
+  std::optional<double> false_positive_share;    ///< of the pairs, 0..1
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
@@ -57,6 +59,8 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("sort_ms", row.sort_ms);
   visit("blend_ms", row.blend_ms);
   visit("psnr_vs_reference", row.psnr_vs_reference);
+  visit("false_positives", row.false_positives);
+  visit("false_positive_share", row.false_positive_share);
 }
 
 /// What only bench.json holds.

@@ -38,6 +38,23 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   return row;
 }
 
+/// In a frame of its own, so that counting slows nothing that is timed.
+void count_false_positives(Session& session, const Camera& camera, CullMode mode,
+                           const Target& target, std::stop_token stop, BenchRow& row) {
+  RenderSettings settings = session.settings;
+  settings.mode = mode;
+  Outputs outputs;
+  outputs.color = false;
+  outputs.used = true;
+  const RenderStats& stats =
+      session.renderer->render(camera, settings, outputs, target, std::move(stop)).stats;
+  if (!stats.used_pairs) return;
+  row.false_positives = stats.tile_pairs - *stats.used_pairs;
+  row.false_positive_share = stats.tile_pairs == 0 ? 0
+                                                   : static_cast<double>(*row.false_positives) /
+                                                         static_cast<double>(stats.tile_pairs);
+}
+
 }  // namespace
 
 Target bench_target(Backend backend) {
@@ -72,6 +89,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
                   std::min(plan.frames, kMarkedFrames), measuring.target, progress.stop);
     rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
     rows.back().round_spread = relative_spread(medians[i]);
+    count_false_positives(session, camera, modes[i], measuring.target, progress.stop, rows.back());
   }
   return rows;
 }

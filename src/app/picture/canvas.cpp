@@ -17,6 +17,17 @@ void fill_rect(Image& image, Rect rect, glm::vec3 color) {
   }
 }
 
+void paste(Image& image, const Image& part, glm::ivec2 at) {
+  assert(image.channels == 3 && part.channels == 3);
+  const int x_end = std::min(at.x + part.width, image.width);
+  const int y_end = std::min(at.y + part.height, image.height);
+  for (int y = std::max(at.y, 0); y < y_end; ++y) {
+    for (int x = std::max(at.x, 0); x < x_end; ++x) {
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = part.at(x - at.x, y - at.y, c);
+    }
+  }
+}
+
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align) {
   assert(image.channels == 3);

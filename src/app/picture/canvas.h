@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Drawing on an RGB picture: filled rectangles and text. Everything is clipped to the picture.
-// Coordinates are pixels from the top left; colours are as stored in the picture, 0..1.
+// Drawing on an RGB picture: filled rectangles, pictures and text; lines are in stroke.h.
+// Everything is clipped to the picture. Coordinates are pixels from the top left; colours are as
+// stored in the picture, 0..1.
 #pragma once
 
 #include <string_view>
@@ -21,6 +22,9 @@ struct Rect {
 enum class Align { left, center, right };
 
 void fill_rect(Image& image, Rect rect, glm::vec3 color);
+
+/// Copies a picture onto another one, its top left corner to `at`.
+void paste(Image& image, const Image& part, glm::ivec2 at);
 
 /// Draws one line of text; `at` is the top of the line and its left, middle or right. Returns its
 /// width.

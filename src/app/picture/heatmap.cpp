@@ -2,7 +2,6 @@
 #include "app/picture/heatmap.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
 
@@ -92,35 +91,52 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
 
 Outputs outputs_for(HeatQuantity quantity) {
   Outputs outputs;
-  outputs.pairs = quantity == HeatQuantity::pairs;
+  outputs.pairs = quantity == HeatQuantity::pairs || quantity == HeatQuantity::false_positive;
   outputs.evaluated = quantity == HeatQuantity::evaluated;
+  outputs.used = quantity == HeatQuantity::false_positive;
   return outputs;
+}
+
+void sum_up(Heatmap& map) {
+  map.total = sum_of(map.values);
+  map.largest = map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
 }
 
 Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height) {
   Heatmap map;
   map.quantity = quantity;
-  if (quantity == HeatQuantity::pairs) {
-    map.columns = frame.grid.columns;
-    map.rows = frame.grid.rows;
-    map.cell_px = kTileSize;
-    map.values = frame.pairs;
-  } else {
+  if (quantity == HeatQuantity::evaluated) {
     map.columns = width;
     map.rows = height;
     map.values = frame.evaluated;
+  } else {
+    map.columns = frame.grid.columns;
+    map.rows = frame.grid.rows;
+    map.cell_px = frame.grid.tile_px;
+    map.values = frame.pairs;
   }
-  map.total = std::accumulate(map.values.begin(), map.values.end(), std::uint64_t{0});
-  map.largest = map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
+  if (quantity == HeatQuantity::false_positive) {
+    map.whole = frame.stats.tile_pairs;
+    for (std::size_t tile = 0; tile < map.values.size(); ++tile)
+      map.values[tile] -= frame.used[tile];
+  }
+  sum_up(map);
   return map;
 }
 
 Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode) {
-  const HeatmapRow& row = kHeatmaps[static_cast<std::size_t>(heatmap.quantity)];
+  const HeatmapRow& row = heatmap_row(heatmap.quantity);
   Legend legend;
-  legend.title = row.title;
-  legend.facts = fmt::format("mode {} \u00b7 {} {} in all \u00b7 at most {} in a {}", mode,
-                             grouped(heatmap.total), row.unit, grouped(heatmap.largest), row.cell);
+  legend.title = fmt::format(fmt::runtime(row.title), heatmap.cell_px);
+  const std::string share = heatmap.whole == 0
+                                ? ""
+                                : fmt::format(", {:.1f} % of {}",
+                                              100 * static_cast<double>(heatmap.total) /
+                                                  static_cast<double>(heatmap.whole),
+                                              grouped(heatmap.whole));
+  legend.facts =
+      fmt::format("mode {} \u00b7 {} {} in all{} \u00b7 at most {} in a {}", mode,
+                  grouped(heatmap.total), row.unit, share, grouped(heatmap.largest), row.cell);
   for (const std::uint32_t tick : scale.ticks()) legend.ticks.push_back(grouped(tick));
   // Larger values have the last colour too; the plus sign says so.
   legend.ticks.back() += fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);

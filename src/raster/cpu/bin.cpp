@@ -10,7 +10,7 @@ namespace {
 // The depth order is cut into one segment per worker. Counting gives each (tile, segment) its own
 // range of the list, ordered by tile, then by segment; filling writes there. The result does
 // not depend on how many segments there are.
-template <class P>
+template <class P, int kTilePx>
 void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
               TileLists& lists) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
@@ -24,7 +24,7 @@ void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrde
     const std::size_t end = std::min(begin + segment_size, order.slots.size());
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = order.slots[i];
-      for_each_tile<P>(visible.footprints[slot], frame.grid, [&](int tile) {
+      for_each_tile<P, kTilePx>(visible.footprints[slot], frame.grid, [&](int tile) {
         visit(cursors[segment * tiles + static_cast<std::size_t>(tile)], slot);
       });
     }
@@ -56,7 +56,10 @@ void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrde
 
 void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
          TileLists& lists) {
-  with_culler(frame.settings.mode, [&]<class P>(P) { bin_with<P>(frame, visible, order, lists); });
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    with_tile_px(frame.grid.tile_px,
+                 [&](auto px) { bin_with<P, px()>(frame, visible, order, lists); });
+  });
 }
 
 }  // namespace qs::cpu

@@ -111,12 +111,20 @@ struct Tile {
   }
 };
 
-void blend_tile(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-                std::size_t index, const Outputs& outputs, Frame& result) {
-  const int x0 = static_cast<int>(index) % frame.grid.columns * kTileSize;
-  const int y0 = static_cast<int>(index) / frame.grid.columns * kTileSize;
-  const int width = std::min(kTileSize, frame.camera.width - x0);
-  const int height = std::min(kTileSize, frame.camera.height - y0);
+/// What is composited at once: a tile, or where tiles are larger than that, a part of one.
+TileGrid blocks_of(const FrameContext& frame) {
+  return TileGrid::of_image(frame.camera.width, frame.camera.height,
+                            std::min(frame.grid.tile_px, kTileSize));
+}
+
+void blend_block(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+                 std::size_t block, const Outputs& outputs, Frame& result) {
+  const TileGrid blocks = blocks_of(frame);
+  const int x0 = static_cast<int>(block) % blocks.columns * blocks.tile_px;
+  const int y0 = static_cast<int>(block) / blocks.columns * blocks.tile_px;
+  const int width = std::min(blocks.tile_px, frame.camera.width - x0);
+  const int height = std::min(blocks.tile_px, frame.camera.height - y0);
+  const auto index = static_cast<std::size_t>(frame.grid.tile_of(x0, y0));
   const std::uint32_t length = lists.pairs(index);
   const std::uint32_t* list = lists.slots.data() + lists.begin[index];
 
@@ -152,10 +160,10 @@ void blend_tile(const FrameContext& frame, const Visible& visible, const TileLis
 
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
            const Outputs& outputs, Frame& result) {
-  frame.for_chunks(static_cast<std::size_t>(frame.grid.count()), 4,
+  frame.for_chunks(static_cast<std::size_t>(blocks_of(frame).count()), 4,
                    [&](std::size_t begin, std::size_t end, int) {
-                     for (std::size_t tile = begin; tile < end; ++tile)
-                       blend_tile(frame, visible, lists, tile, outputs, result);
+                     for (std::size_t block = begin; block < end; ++block)
+                       blend_block(frame, visible, lists, block, outputs, result);
                    });
 }
 

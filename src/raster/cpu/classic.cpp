@@ -3,6 +3,7 @@
 
 #include "raster/cpu/collect.h"
 #include "raster/cpu/stage_clock.h"
+#include "raster/cpu/used.h"
 
 namespace qs::cpu {
 
@@ -14,7 +15,9 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
   if (outputs.color || outputs.evaluated) {
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
   }
-  collect(visible_, lists_, outputs, result);
+  if (outputs.used) count_used(frame, visible_, lists_, result);
+  const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat; };
+  collect(visible_, lists_, splat_of, outputs, result);
 }
 
 }  // namespace qs::cpu

@@ -6,11 +6,13 @@
 namespace qs::cpu {
 namespace {
 
-void collect_trace(const VisibleSlots& visible, const TileLists& lists, Trace& trace) {
+void collect_trace(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
+                   Trace& trace) {
   visible.for_each([&](std::uint32_t slot) {
     trace.gaussians.push_back(visible.gaussians[slot]);
     trace.footprints.push_back(visible.footprints[slot]);
     trace.depths.push_back(visible.depths[slot]);
+    trace.splats.push_back(splat_of(slot));
   });
   trace.tile_begin = lists.begin;
   trace.listed.resize(lists.slots.size());
@@ -20,8 +22,8 @@ void collect_trace(const VisibleSlots& visible, const TileLists& lists, Trace& t
 
 }  // namespace
 
-void collect(const VisibleSlots& visible, const TileLists& lists, const Outputs& outputs,
-             Frame& result) {
+void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
+             const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
   stats.visible = visible.count;
   stats.tile_pairs = lists.pairs();
@@ -30,7 +32,8 @@ void collect(const VisibleSlots& visible, const TileLists& lists, const Outputs&
     stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists.pairs(tile));
     if (outputs.pairs) result.pairs.push_back(lists.pairs(tile));
   }
-  if (outputs.trace) collect_trace(visible, lists, result.trace);
+  if (outputs.used) stats.used_pairs = sum_of(result.used);
+  if (outputs.trace) collect_trace(visible, lists, splat_of, result.trace);
 }
 
 }  // namespace qs::cpu

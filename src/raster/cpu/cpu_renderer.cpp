@@ -35,6 +35,10 @@ class CpuRenderer final : public Renderer {
     if (!std::holds_alternative<HostImage>(target)) {
       fail(ErrorKind::device, "backend cpu: it draws into memory of the host only");
     }
+    if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
+      fail(ErrorKind::device, "backend cpu: tiles of {} pixels: it knows 8, 16 and 32",
+           settings.tile_px);
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -44,13 +48,12 @@ class CpuRenderer final : public Renderer {
   // All work happens here: whoever owns the renderer gives it a thread by waiting.
   const Frame& wait() override {
     const Stopwatch frame_clock;
-    const FrameContext frame{
-        cloud_, active_, camera_, settings_, TileGrid::of_image(camera_.width, camera_.height),
-        pool_,  stop_};
+    const TileGrid grid = TileGrid::of_image(camera_.width, camera_.height, settings_.tile_px);
+    const FrameContext frame{cloud_, active_, camera_, settings_, grid, pool_, stop_};
     prepare_result(frame.grid);
     if (settings_.mode == kReferenceMode) {
       render_reference(frame, outputs_, result_);
-    } else if (settings_.pipeline == qs::Pipeline::classic) {
+    } else if (settings_.pipeline == qs::Pipeline::classic || only_classic()) {
       classic_.draw(frame, outputs_, result_);
     } else {
       fast_.draw(frame, outputs_, result_);
@@ -60,6 +63,9 @@ class CpuRenderer final : public Renderer {
   }
 
  private:
+  /// What pipeline `fast` does not know: rare, and never timed.
+  bool only_classic() const { return settings_.tile_px != kTileSize || outputs_.used; }
+
   void prepare_result(TileGrid grid) {
     const auto pixels =
         static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
@@ -68,6 +74,7 @@ class CpuRenderer final : public Renderer {
     result_.stats.gaussians = static_cast<std::uint32_t>(cloud_.size());
     result_.stats.threads = pool_.size();
     result_.pairs.clear();
+    result_.used.clear();
     result_.trace = {};
     result_.evaluated.assign(outputs_.evaluated ? pixels : 0, 0);
     result_.color.width = outputs_.color ? camera_.width : 0;

@@ -8,7 +8,7 @@
 namespace qs::cpu {
 namespace {
 
-template <class P>
+template <class P, int kTilePx>
 void preprocess_with(const FrameContext& frame, Visible& visible) {
   const std::size_t size = frame.cloud.size();
   visible.resize(size);
@@ -26,7 +26,7 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
     for (std::size_t i = begin; i < end; ++i) {
       Projected projected;
       if (!project(view, rules, frame.active.gaussians[i], projected)) continue;
-      if (count_tiles<P>(projected.footprint, frame.grid) == 0) continue;
+      if (count_tiles<P, kTilePx>(projected.footprint, frame.grid) == 0) continue;
       const glm::vec3 direction = glm::normalize(frame.cloud.positions[i] - view.position);
       const glm::vec3* sh = frame.cloud.sh.data() + i * coefficient_count;
       const glm::vec3 color = sh_color<float>(degree, direction, [sh](int k) { return sh[k]; });
@@ -54,7 +54,9 @@ Reach Reach::of(const Footprint& footprint) {
 }
 
 void preprocess(const FrameContext& frame, Visible& visible) {
-  with_culler(frame.settings.mode, [&]<class P>(P) { preprocess_with<P>(frame, visible); });
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    with_tile_px(frame.grid.tile_px, [&](auto px) { preprocess_with<P, px()>(frame, visible); });
+  });
 }
 
 }  // namespace qs::cpu

@@ -12,27 +12,28 @@
 namespace qs::cpu {
 namespace {
 
-struct PixelBox {
-  int x0, y0, x1, y1;  // half-open
-};
-
 struct ReferenceSplat {
   glm::dvec2 mean;
+  Covariance2<double> covariance;
   glm::dvec3 conic;  // (a, b, c) of a dx^2 + 2 b dx dy + c dy^2
   double opacity;
   glm::dvec3 color;
   PixelBox box;
+  double gamma;
   std::uint32_t depth_bits, gaussian;
 };
 
-/// Pixels from floor(low) to ceil(high), one more on each side, clamped to [0, limit).
-void grown_range(double low, double high, int limit, int& begin, int& end) {
-  begin = static_cast<int>(std::clamp(std::floor(low) - 1, 0.0, static_cast<double>(limit)));
-  end = static_cast<int>(std::clamp(std::ceil(high) + 2, 0.0, static_cast<double>(limit)));
+/// Pixels from floor(low) to ceil(high), one more on each side, clamped to [first, limit).
+void grown_range(double low, double high, int first, int limit, int& begin, int& end) {
+  const auto clamped = [&](double x) {
+    return static_cast<int>(std::clamp(x, static_cast<double>(first), static_cast<double>(limit)));
+  };
+  begin = clamped(std::floor(low) - 1);
+  end = clamped(std::ceil(high) + 2);
 }
 
-bool project_reference(const FrameContext& frame, const View<double>& view, std::size_t i,
-                       ReferenceSplat& splat) {
+bool project_reference(const FrameContext& frame, const View<double>& view, const PixelBox& region,
+                       std::size_t i, ReferenceSplat& splat) {
   const GaussianCloud& cloud = frame.cloud;
   const glm::dvec3 position(cloud.positions[i]);
   const glm::dvec3 point = to_view(view, position);
@@ -48,16 +49,17 @@ bool project_reference(const FrameContext& frame, const View<double>& view, std:
   if (!(determinant > 0) || !std::isfinite(determinant)) return false;
   splat.opacity = opacity_of_logit(cloud.opacity_logits[i]);
   if (frame.antialiased()) splat.opacity *= compensation(before, determinant);
-  const double gamma = 2 * std::log(255 * splat.opacity);
+  const double gamma = splat.gamma = 2 * std::log(255 * splat.opacity);
   if (!(gamma > 0)) return false;
+  splat.covariance = covariance;
   splat.mean = to_pixel(view, point);
   splat.conic = {covariance.yy / determinant, -covariance.xy / determinant,
                  covariance.xx / determinant};
   if (!std::isfinite(splat.mean.x + splat.mean.y)) return false;
   const glm::dvec2 half(std::sqrt(gamma * covariance.xx), std::sqrt(gamma * covariance.yy));
-  grown_range(splat.mean.x - half.x, splat.mean.x + half.x, frame.camera.width, splat.box.x0,
+  grown_range(splat.mean.x - half.x, splat.mean.x + half.x, region.x0, region.x1, splat.box.x0,
               splat.box.x1);
-  grown_range(splat.mean.y - half.y, splat.mean.y + half.y, frame.camera.height, splat.box.y0,
+  grown_range(splat.mean.y - half.y, splat.mean.y + half.y, region.y0, region.y1, splat.box.y0,
               splat.box.y1);
   if (splat.box.x0 >= splat.box.x1 || splat.box.y0 >= splat.box.y1) return false;
   const glm::vec3* sh =
@@ -69,9 +71,10 @@ bool project_reference(const FrameContext& frame, const View<double>& view, std:
   return true;
 }
 
-/// Composites `splats`, front to back, onto one row of pixels.
-void blend_row(const FrameContext& frame, const std::vector<const ReferenceSplat*>& splats, int y,
-               const Outputs& outputs, Frame& result) {
+/// Composites `splats`, front to back, onto one row of the region's pixels.
+void blend_row(const FrameContext& frame, const PixelBox& region,
+               const std::vector<const ReferenceSplat*>& splats, int y, const Outputs& outputs,
+               Frame& result) {
   const auto width = static_cast<std::size_t>(frame.camera.width);
   std::vector<double> transmittance(width, 1.0);
   std::vector<glm::dvec3> color(width, glm::dvec3(0));
@@ -98,7 +101,7 @@ void blend_row(const FrameContext& frame, const std::vector<const ReferenceSplat
       transmittance[x] = next;
     }
   }
-  for (std::size_t x = 0; x < width; ++x) {
+  for (auto x = static_cast<std::size_t>(region.x0); x < static_cast<std::size_t>(region.x1); ++x) {
     if (outputs.evaluated)
       result.evaluated[static_cast<std::size_t>(y) * width + x] = considered[x];
     if (!outputs.color) continue;
@@ -108,16 +111,44 @@ void blend_row(const FrameContext& frame, const std::vector<const ReferenceSplat
   }
 }
 
+void collect_trace(const std::vector<std::vector<ReferenceSplat>>& chunks,
+                   const std::vector<const ReferenceSplat*>& order, Trace& trace) {
+  for (const auto& chunk : chunks) {
+    for (const ReferenceSplat& splat : chunk) {
+      const Covariance2<float> covariance{static_cast<float>(splat.covariance.xx),
+                                          static_cast<float>(splat.covariance.xy),
+                                          static_cast<float>(splat.covariance.yy)};
+      trace.gaussians.push_back(splat.gaussian);
+      trace.footprints.push_back({glm::vec2(splat.mean), covariance, glm::vec3(splat.conic),
+                                  static_cast<float>(splat.covariance.determinant()),
+                                  static_cast<float>(splat.gamma)});
+      trace.depths.push_back(std::bit_cast<float>(splat.depth_bits));
+      trace.splats.push_back(make_splat(trace.footprints.back(), static_cast<float>(splat.opacity),
+                                        glm::vec3(splat.color)));
+    }
+  }
+  for (const ReferenceSplat* splat : order) trace.listed.push_back(splat->gaussian);
+  trace.tile_begin = {0, order.size()};
+}
+
 }  // namespace
 
 void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   const View<double> view = make_view<double>(frame.camera);
+  const PixelBox whole{0, 0, frame.camera.width, frame.camera.height};
+  PixelBox region = outputs.region.value_or(whole);
+  region.x0 = std::clamp(region.x0, 0, whole.x1);
+  region.y0 = std::clamp(region.y0, 0, whole.y1);
+  region.x1 = std::clamp(region.x1, region.x0, whole.x1);
+  region.y1 = std::clamp(region.y1, region.y0, whole.y1);
+  if (outputs.region)  // whatever an earlier frame left outside of it
+    std::fill(result.color.values.begin(), result.color.values.end(), 0.0f);
   constexpr std::size_t kChunk = 2048;
   std::vector<std::vector<ReferenceSplat>> chunks((frame.cloud.size() + kChunk - 1) / kChunk);
   frame.for_chunks(frame.cloud.size(), kChunk, [&](std::size_t begin, std::size_t end, int) {
     ReferenceSplat splat;
     for (std::size_t i = begin; i < end; ++i) {
-      if (project_reference(frame, view, i, splat)) chunks[begin / kChunk].push_back(splat);
+      if (project_reference(frame, view, region, i, splat)) chunks[begin / kChunk].push_back(splat);
     }
   });
 
@@ -130,25 +161,26 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
                                           : a->gaussian < b->gaussian;
   });
   result.stats.visible = static_cast<std::uint32_t>(order.size());
+  if (outputs.trace) collect_trace(chunks, order, result.trace);
 
   // Bands of rows share one list; a row takes from it the Gaussians whose box holds it.
   constexpr std::size_t kBand = 8;
-  frame.for_chunks(
-      static_cast<std::size_t>(frame.camera.height), kBand,
-      [&](std::size_t begin, std::size_t end, int) {
-        std::vector<const ReferenceSplat*> band, row;
-        for (const ReferenceSplat* splat : order) {
-          if (splat->box.y0 < static_cast<int>(end) && splat->box.y1 > static_cast<int>(begin))
-            band.push_back(splat);
-        }
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-          row.clear();
-          for (const ReferenceSplat* splat : band) {
-            if (splat->box.y0 <= y && y < splat->box.y1) row.push_back(splat);
-          }
-          blend_row(frame, row, y, outputs, result);
-        }
-      });
+  frame.for_chunks(static_cast<std::size_t>(region.y1 - region.y0), kBand,
+                   [&](std::size_t first, std::size_t last, int) {
+                     const int begin = region.y0 + static_cast<int>(first);
+                     const int end = region.y0 + static_cast<int>(last);
+                     std::vector<const ReferenceSplat*> band, row;
+                     for (const ReferenceSplat* splat : order) {
+                       if (splat->box.y0 < end && splat->box.y1 > begin) band.push_back(splat);
+                     }
+                     for (int y = begin; y < end; ++y) {
+                       row.clear();
+                       for (const ReferenceSplat* splat : band) {
+                         if (splat->box.y0 <= y && y < splat->box.y1) row.push_back(splat);
+                       }
+                       blend_row(frame, region, row, y, outputs, result);
+                     }
+                   });
 }
 
 }  // namespace qs::cpu

@@ -10,7 +10,7 @@ struct BlendInput {
   const uint2* ranges;
   const std::uint32_t* gaussians;
   const BlendRecord* records;
-  TileGrid grid;
+  int columns, rows;  // of tiles
   int width, height;  // pixels
   glm::vec3 background;
 };
@@ -19,6 +19,7 @@ struct BlendOutput {
   float* color;              // null: not wanted
   std::uint32_t* evaluated;  // null: not wanted
   Counters* counters;
+  std::uint8_t* used;  // see Pixels::used; null: not wanted
 };
 
 /// 2^x in one instruction, relative error below 2^-22 (PTX ISA, ex2.approx); results below 2^-126
@@ -59,11 +60,13 @@ __device__ bool counts(float log2_alpha, const BlendRecord& splat) {
   return log2_alpha >= -BlendRecord::kLog2Of255 && log2_alpha <= splat.log2_opacity;
 }
 
+/// kMarks: fills BlendOutput::used, at the cost of a store for every contribution.
+template <bool kMarks>
 __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutput out) {
   __shared__ BlendRecord batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
-  const int x = static_cast<int>(tile % in.grid.columns * kTileSize + thread % kTileSize);
-  const int y = static_cast<int>(tile / in.grid.columns * kTileSize + thread / kTileSize);
+  const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
+  const int y = static_cast<int>(tile / in.columns * kTileSize + thread / kTileSize);
   const bool inside = x < in.width && y < in.height;
   const uint2 range = in.ranges[tile];
   const std::uint32_t begin = range.x, end = range.y;
@@ -91,6 +94,7 @@ __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutp
         break;
       }
       pixel.add(splat, alpha * pixel.transmittance, next);
+      if constexpr (kMarks) out.used[first + k] = 1;
     }
   }
 
@@ -110,17 +114,17 @@ void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
   const Camera& camera = frame.camera;
   pixels.reserve(camera, outputs);
-  const BlendInput in{lists.ranges.data(),
-                      pairs.buffers.values.data(),
-                      visible.records.data(),
-                      frame.grid,
-                      camera.width,
-                      camera.height,
-                      frame.settings.background};
+  pixels.reserve_used(outputs, pairs.count);
+  pixels.clear_used(outputs, pairs.count, frame.stream);
+  const BlendInput in{lists.ranges.data(),    pairs.buffers.values.data(),
+                      visible.records.data(), frame.grid.columns,
+                      frame.grid.rows,        camera.width,
+                      camera.height,          frame.settings.background};
   const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
                         outputs.evaluated ? pixels.evaluated.data() : nullptr,
-                        visible.counters.data()};
-  launch("blend", blend_tiles, static_cast<unsigned>(frame.grid.count()), frame.stream, in, out);
+                        visible.counters.data(), outputs.used ? pixels.used.data() : nullptr};
+  launch("blend", outputs.used ? blend_tiles<true> : blend_tiles<false>,
+         static_cast<unsigned>(frame.grid.count()), frame.stream, in, out);
 }
 
 }  // namespace qs::cuda

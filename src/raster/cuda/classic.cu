@@ -20,12 +20,14 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
   frame.sequel();
 }
 
-void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs, Frame& result) {
+void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
+                              const Pixels& pixels, Frame& result) {
   copy_to_host(visible_.counters.data(), &*counters_, 1, frame.stream);
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = pairs_.count;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   if (outputs.pairs) result.pairs = list_lengths(frame);
+  if (outputs.used) result.used = pixels.used_per_tile(list_lengths(frame), frame.stream);
   if (outputs.trace) collect_trace(frame, result);
 }
 
@@ -39,12 +41,14 @@ void ClassicPipeline::collect_trace(const FrameContext& frame, Frame& result) co
   const auto depths = on_host(visible_.depths, size);
   auto means = on_host(visible_.means, size), conics = on_host(visible_.conics, size);
   auto levels = on_host(visible_.levels, size);
+  const auto records = on_host(visible_.records, size);
   const FootprintPlanes footprints{means.data(), conics.data(), levels.data()};
   for (std::size_t i = 0; i < size; ++i) {
     if (tiles[i] == 0) continue;
     trace.gaussians.push_back(static_cast<std::uint32_t>(i));
     trace.footprints.push_back(footprints.load(i));
     trace.depths.push_back(depths[i]);
+    trace.splats.push_back(records[i].splat());
   }
   trace.tile_begin.push_back(0);
   for (const std::uint32_t length : list_lengths(frame)) {

@@ -14,8 +14,9 @@ class ClassicPipeline {
   /// Fills `pixels`. Throws Error and Cancelled.
   void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
-  /// Waits for the drawn frame: statistics, pairs and trace.
-  void collect(const FrameContext& frame, const Outputs& outputs, Frame& result);
+  /// Waits for the drawn frame: statistics, pairs, used pairs and trace.
+  void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
+               Frame& result);
 
  private:
   void collect_trace(const FrameContext& frame, Frame& result) const;

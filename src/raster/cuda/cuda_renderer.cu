@@ -34,6 +34,10 @@ class CudaRenderer final : public Renderer {
     if (settings.mode == kReferenceMode) {
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
     }
+    if (settings.tile_px != kTileSize) {
+      throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
+                                         " pixels run on the backend cpu only");
+    }
     camera_ = camera;
     settings_ = settings;
     outputs_ = outputs;
@@ -89,7 +93,8 @@ class CudaRenderer final : public Renderer {
   void draw_with(AnyPipeline& pipeline, const FrameContext& frame) {
     try {
       pipeline.draw(frame, outputs_, pixels_, clock_);
-      pipeline.collect(frame, outputs_, result_);
+      pipeline.collect(frame, outputs_, pixels_, result_);
+      if (outputs_.used) result_.stats.used_pairs = sum_of(result_.used);
       clock_.read(result_.stats);
       collect_maps();
       if (presents()) result_.stats.present_ms = gl_target_.present_ms();

@@ -4,7 +4,10 @@
 // is made from these.
 #pragma once
 
-#include "raster/cuda/device_buffer.cuh"
+#include <numeric>
+#include <vector>
+
+#include "raster/cuda/stream.cuh"
 #include "raster/renderer.h"
 
 namespace qs::cuda {
@@ -12,6 +15,7 @@ namespace qs::cuda {
 struct Pixels {
   DeviceBuffer<float> color;              ///< height x width x 3
   DeviceBuffer<std::uint32_t> evaluated;  ///< height x width
+  DeviceBuffer<std::uint8_t> used;        ///< per listed pair: 1 = a pixel blended it
 
   /// Room for what `outputs` asks for.
   void reserve(const Camera& camera, const Outputs& outputs) {
@@ -19,6 +23,29 @@ struct Pixels {
         static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
     if (outputs.color) color.reserve("the frame's image", 3 * count);
     if (outputs.evaluated) evaluated.reserve("the frame's evaluated pairs", count);
+  }
+
+  /// Room for the marks of `pairs` pairs, when `outputs` asks for them, and none of them set.
+  void reserve_used(const Outputs& outputs, std::size_t pairs) {
+    if (outputs.used) used.reserve("the frame's used pairs", pairs);
+  }
+  void clear_used(const Outputs& outputs, std::size_t pairs, cudaStream_t stream) {
+    if (outputs.used && pairs > 0) check(cudaMemsetAsync(used.data(), 0, pairs, stream), "blend");
+  }
+
+  /// Marked pairs of each tile's list; the lists lie one behind the other.
+  std::vector<std::uint32_t> used_per_tile(const std::vector<std::uint32_t>& list_lengths,
+                                           cudaStream_t stream) const {
+    const std::uint64_t pairs =
+        std::accumulate(list_lengths.begin(), list_lengths.end(), std::uint64_t{0});
+    const std::vector<std::uint8_t> marks = copied(used.data(), pairs, stream);
+    std::vector<std::uint32_t> sums;
+    auto mark = marks.begin();
+    for (const std::uint32_t length : list_lengths) {
+      sums.push_back(std::accumulate(mark, mark + length, std::uint32_t{0}));
+      mark += length;
+    }
+    return sums;
   }
 };
 

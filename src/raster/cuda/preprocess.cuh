@@ -36,6 +36,10 @@ struct alignas(16) BlendRecord {
             {}};
   }
 
+  Splat splat() const {
+    return {{x, y}, {xx, xy, yy}, std::exp2(log2_opacity), {red, green, blue}};
+  }
+
   static constexpr float kLog2Of255 = 7.994353436858858f;
 };
 

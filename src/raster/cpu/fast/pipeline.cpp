@@ -16,7 +16,8 @@ void Pipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& re
   if (outputs.color || outputs.evaluated) {
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
   }
-  collect(visible_, lists_, outputs, result);
+  const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat(); };
+  collect(visible_, lists_, splat_of, outputs, result);
 }
 
 }  // namespace qs::cpu::fast

@@ -6,6 +6,7 @@
 
 #include "raster/cpu/fast/list.h"
 #include "raster/cpu/visible.h"
+#include "raster/kernel/blend.h"
 
 namespace qs::cpu::fast {
 
@@ -19,6 +20,10 @@ struct alignas(64) Record {
   float y_over_x;        ///< for a given dx the falloff is largest at dy = y_over_x * dx
   float threshold;       ///< log2 of the falloff below which alpha < 1/255, with room for rounding
   float wide_a, wide_c;  ///< a and c, less steep by more than the rounding of the sum on needles
+
+  Splat splat() const {
+    return {{mean_x, mean_y}, {a, b, c}, exp2_polynomial(log2_opacity), {red, green, blue}};
+  }
 };
 
 struct Visible : VisibleSlots {

@@ -21,7 +21,7 @@ struct BlendInput {
   const KeyRange* ranges;
   const std::uint32_t* gaussians;
   const BlendRecord* records;
-  TileGrid grid;
+  int columns, rows;  // of tiles
   int width, height;  // pixels
   glm::vec3 background;
 };
@@ -29,6 +29,7 @@ struct BlendInput {
 struct BlendOutput {
   float* color;              // null: not wanted
   std::uint32_t* evaluated;  // null: not wanted
+  std::uint8_t* used;        // null: not wanted; see Pixels::used
 };
 
 /// What a queue's entry leads to in shared memory.
@@ -209,14 +210,15 @@ __device__ unsigned fill_queues(const BlendInput& in, std::uint32_t first, std::
   return padded;
 }
 
-template <bool kEvaluated>
+/// kMaps: fills what is wanted of BlendOutput::evaluated and used, which takes longer.
+template <bool kMaps>
 __global__ void __launch_bounds__(kShares* kWarp) blend_tiles(BlendInput in, BlendOutput out) {
   __shared__ Workspace workspaces[kShares];
   const unsigned tile = in.schedule.tile(blockIdx.x), share = threadIdx.x / kWarp;
   const unsigned lane = lane_index(), sub = lane / kLanes;
   Workspace& work = workspaces[share];
-  const int x0 = static_cast<int>(tile % in.grid.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.grid.columns * kTileSize + share * kShareHeight);
+  const int x0 = static_cast<int>(tile % in.columns * kTileSize);
+  const int y0 = static_cast<int>(tile / in.columns * kTileSize + share * kShareHeight);
   const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
   const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
   const KeyRange range = in.ranges[tile];
@@ -246,16 +248,18 @@ __global__ void __launch_bounds__(kShares* kWarp) blend_tiles(BlendInput in, Ble
 #pragma unroll
       for (unsigned k = 0; k < kUnroll; ++k) {
         const unsigned entry = queue[i + k];
-        if constexpr (!kEvaluated) {
+        if constexpr (!kMaps) {
           column.add(work.staged[entry]);
         } else {
           const Column before = column;
           column.add(work.staged[entry]);
+          bool used = false;
           for (int j = 0; j < kPixels; ++j) {
-            const bool stops =
-                column.pixels[j].transmittance < 0.0f && before.pixels[j].transmittance > 0.0f;
-            if (stops) evaluated[j] = first - begin + entry + 1;
+            const float was = before.pixels[j].transmittance, is = column.pixels[j].transmittance;
+            if (is < 0.0f && was > 0.0f) evaluated[j] = first - begin + entry + 1;
+            used = used || (is > 0.0f && is != was);
           }
+          if (used && out.used != nullptr) out.used[first + entry] = 1;
         }
       }
     }
@@ -267,7 +271,9 @@ __global__ void __launch_bounds__(kShares* kWarp) blend_tiles(BlendInput in, Ble
   for (int j = 0; j < kPixels; ++j) {
     if (y + j >= in.height) return;
     const std::size_t at = static_cast<std::size_t>(y + j) * in.width + x;
-    if constexpr (kEvaluated) out.evaluated[at] = evaluated[j];
+    if constexpr (kMaps) {
+      if (out.evaluated != nullptr) out.evaluated[at] = evaluated[j];
+    }
     if (out.color != nullptr) {
       const Pixel& pixel = column.pixels[j];
       const float rest = fabsf(pixel.transmittance);
@@ -286,13 +292,15 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
                       scratch.ranges,
                       pairs.gaussians.data(),
                       visible.records.data(),
-                      frame.grid,
+                      frame.grid.columns,
+                      frame.grid.rows,
                       frame.camera.width,
                       frame.camera.height,
                       frame.settings.background};
   const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
-                        outputs.evaluated ? pixels.evaluated.data() : nullptr};
-  launch("blend", outputs.evaluated ? blend_tiles<true> : blend_tiles<false>,
+                        outputs.evaluated ? pixels.evaluated.data() : nullptr,
+                        outputs.used ? pixels.used.data() : nullptr};
+  launch("blend", outputs.evaluated || outputs.used ? blend_tiles<true> : blend_tiles<false>,
          Blocks(static_cast<unsigned>(frame.grid.count()), kShares * kWarp), frame.stream, in, out);
 }
 

@@ -13,7 +13,7 @@ namespace qs::cuda::fast {
 class Graph {
  public:
   /// What decides how many kernels a frame has and which waits for which.
-  using Shape = std::array<int, 3>;
+  using Shape = std::array<int, 5>;
 
   Graph() = default;
   Graph(const Graph&) = delete;

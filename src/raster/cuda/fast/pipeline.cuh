@@ -24,8 +24,9 @@ class FastPipeline {
   /// Fills `pixels` and waits for the frame. Throws Error and Cancelled.
   void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
-  /// Statistics, pairs and trace of the drawn frame.
-  void collect(const FrameContext& frame, const Outputs& outputs, Frame& result);
+  /// Statistics, pairs, used pairs and trace of the drawn frame.
+  void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
+               Frame& result);
 
  private:
   void reserve(const FrameSize& size);

@@ -45,6 +45,10 @@ struct alignas(64) BlendRecord {
   Reach reach;
   float unused;
 
+  Splat splat() const {
+    return {{x, y}, {xx, xy, yy}, std::exp2(log2_opacity), {red, green, blue}};
+  }
+
   static constexpr float kLog2Of255 = 7.994353436858858f;
 };
 

@@ -14,8 +14,9 @@ struct AdrAabb {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
+  template <int kTilePx = kTileSize>
   static QS_HD RectWalk walk(const Footprint& footprint, TileGrid grid) {
-    return RectWalk::over(tiles_of_box(footprint.mean_px, extents(footprint).max, grid));
+    return RectWalk::over(tiles_of_box<kTilePx>(footprint.mean_px, extents(footprint).max, grid));
   }
 };
 

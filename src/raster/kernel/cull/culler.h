@@ -7,8 +7,9 @@
 //     static constexpr const char* kSummary = "...";       // one clause for tables and help
 //     static constexpr bool kLossless = true;              // no pixel with alpha >= 1/255 is lost
 //     static constexpr bool kKeepsFaint = false;           // opacity <= 1/255 still counts as
-//     visible static QS_HD Walk walk(const Footprint&, TileGrid);  // lines to visit, and what
-//     span() needs
+//                                                          // visible
+//     template <int kTilePx = kTileSize>                   // lines to visit, and what span() needs
+//     static QS_HD Walk walk(const Footprint&, TileGrid);
 //   };
 //
 // A convex footprint meets every line of tiles in one contiguous run, so a mode is a Walk: an axis,
@@ -43,9 +44,10 @@ QS_HD Extents extents(const Footprint& footprint) {
 }
 
 /// Tiles that the box mean +- half meets.
+template <int kTilePx = kTileSize>
 QS_HD TileRect tiles_of_box(glm::vec2 mean, glm::vec2 half, TileGrid grid) {
-  return {tiles_meeting(mean.x - half.x, mean.x + half.x, grid.columns),
-          tiles_meeting(mean.y - half.y, mean.y + half.y, grid.rows)};
+  return {tiles_meeting<kTilePx>(mean.x - half.x, mean.x + half.x, grid.columns),
+          tiles_meeting<kTilePx>(mean.y - half.y, mean.y + half.y, grid.rows)};
 }
 
 /// Which axis a walk follows: its lines are tile rows when `by_rows`, tile columns otherwise.
@@ -72,12 +74,13 @@ QS_HD void for_each_line(const Walk& walk, Visit&& visit) {
 }
 
 /// Calls visit(tile) with tile = row * columns + column once for every tile that mode P lists.
-template <class P, class Visit>
+/// kTilePx is grid.tile_px.
+template <class P, int kTilePx = kTileSize, class Visit>
 QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
-  if constexpr (requires { P::for_each_tile(footprint, grid, visit); }) {
-    P::for_each_tile(footprint, grid, visit);
+  if constexpr (requires { P::template for_each_tile<kTilePx>(footprint, grid, visit); }) {
+    P::template for_each_tile<kTilePx>(footprint, grid, visit);
   } else {
-    const auto walk = P::walk(footprint, grid);
+    const auto walk = P::template walk<kTilePx>(footprint, grid);
     for_each_line(walk, [&](int line, Span span) {
       for (int tile = span.begin; tile < span.end; ++tile) {
         visit(walk.by_rows ? line * grid.columns + tile : tile * grid.columns + line);
@@ -87,14 +90,14 @@ QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visi
 }
 
 /// Number of tiles that for_each_tile visits.
-template <class P>
+template <class P, int kTilePx = kTileSize>
 QS_HD unsigned count_tiles(const Footprint& footprint, TileGrid grid) {
   unsigned count = 0;
-  if constexpr (requires { P::walk(footprint, grid); }) {
-    for_each_line(P::walk(footprint, grid),
+  if constexpr (requires { P::template walk<kTilePx>(footprint, grid); }) {
+    for_each_line(P::template walk<kTilePx>(footprint, grid),
                   [&](int, Span span) { count += static_cast<unsigned>(span.size()); });
   } else {
-    P::for_each_tile(footprint, grid, [&](int) { ++count; });
+    P::template for_each_tile<kTilePx>(footprint, grid, [&](int) { ++count; });
   }
   return count;
 }

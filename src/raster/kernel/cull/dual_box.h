@@ -14,13 +14,14 @@ struct DualBox {
   static constexpr bool kLossless = false;
   static constexpr bool kKeepsFaint = false;
 
-  static QS_HD QuadBoxWalk walk(const Footprint& footprint, TileGrid grid) {
+  template <int kTilePx = kTileSize>
+  static QS_HD QuadBoxWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {
     const glm::vec2 max = extents(footprint).max;
     const bool major_is_same = footprint.conic.y < 0.0f;
     const glm::vec2 none(0.0f);
     const QuadBoxes boxes{footprint.mean_px, major_is_same ? max : none,
                           major_is_same ? none : max};
-    return QuadBoxWalk::over(boxes, tiles_of_box(boxes.mean, max, grid), grid);
+    return QuadBoxWalk<kTilePx>::over(boxes, tiles_of_box<kTilePx>(boxes.mean, max, grid), grid);
   }
 };
 

@@ -11,10 +11,11 @@
 namespace qs {
 
 /// Coordinates as in QuadBoxWalk: `u` along a line, `v` across lines.
+template <int kTilePx>
 struct ExactWalk {
   bool by_rows;
   Span lines;
-  QuadBoxWalk boxes;
+  QuadBoxWalk<kTilePx> boxes;
   float gamma;       ///< with slack
   float s_vv, s_uv;  ///< covariance in (u, v)
   float determinant;
@@ -23,8 +24,8 @@ struct ExactWalk {
 
   QS_HD Span span(int line) const {
     // The line's pixel centres, relative to the mean, within the ellipse's reach.
-    const float low = static_cast<float>(line * kTileSize) - boxes.mean_v;
-    const float high = low + (kTileSize - 1);
+    const float low = static_cast<float>(line * kTilePx) - boxes.mean_v;
+    const float high = low + (kTilePx - 1);
     const float v0 = low > -v_max ? low : -v_max;
     const float v1 = high < v_max ? high : v_max;
     if (v0 > v1) return {0, 0};
@@ -32,8 +33,9 @@ struct ExactWalk {
     // [v0, v1] are at the ellipse's own extreme or at the nearest end.
     const float right = u_at(clamp(v_at_u_max, v0, v1), 1.0f);
     const float left = u_at(clamp(-v_at_u_max, v0, v1), -1.0f);
-    return intersection(tiles_with_centers(boxes.mean_u + left, boxes.mean_u + right, boxes.limit),
-                        boxes.span(line));
+    return intersection(
+        tiles_with_centers<kTilePx>(boxes.mean_u + left, boxes.mean_u + right, boxes.limit),
+        boxes.span(line));
   }
 
  private:
@@ -56,11 +58,12 @@ struct Exact {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
-  static QS_HD ExactWalk walk(const Footprint& footprint, TileGrid grid) {
+  template <int kTilePx = kTileSize>
+  static QS_HD ExactWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {
     const Covariance2<float>& s = footprint.covariance;
     const float k = extents(footprint).k;
-    ExactWalk walk{};
-    walk.boxes = QuadBox::walk(footprint, grid);
+    ExactWalk<kTilePx> walk{};
+    walk.boxes = QuadBox::walk<kTilePx>(footprint, grid);
     walk.by_rows = walk.boxes.by_rows;
     walk.lines = walk.boxes.lines;
     walk.gamma = footprint.gamma * kExactSlack * k * k;

@@ -31,16 +31,19 @@ struct QuadBoxes {
   }
 
   /// Tiles of the box in quadrant 0 (-,-), 1 (+,-), 2 (-,+), 3 (+,+).
+  template <int kTilePx = kTileSize>
   QS_HD TileRect tiles(int quadrant, TileGrid grid) const {
     const glm::vec2 r = reach(quadrant);
     const bool right = (quadrant & 1) != 0, below = (quadrant & 2) != 0;
-    return {
-        tiles_meeting(right ? mean.x : mean.x - r.x, right ? mean.x + r.x : mean.x, grid.columns),
-        tiles_meeting(below ? mean.y : mean.y - r.y, below ? mean.y + r.y : mean.y, grid.rows)};
+    return {tiles_meeting<kTilePx>(right ? mean.x : mean.x - r.x, right ? mean.x + r.x : mean.x,
+                                   grid.columns),
+            tiles_meeting<kTilePx>(below ? mean.y : mean.y - r.y, below ? mean.y + r.y : mean.y,
+                                   grid.rows)};
   }
 };
 
 /// QPass. Coordinates are named for the walk: `u` along a line, `v` across lines.
+template <int kTilePx>
 struct QuadBoxWalk {
   bool by_rows;
   Span lines;
@@ -63,7 +66,7 @@ struct QuadBoxWalk {
   }
 
   QS_HD Span span(int line) const {
-    const float low = static_cast<float>(line * kTileSize), high = low + kTileSize;
+    const float low = static_cast<float>(line * kTilePx), high = low + kTilePx;
     // Does the line meet the boxes before / after the mean across lines?
     const bool before = low<mean_v, after = high> mean_v;
     const bool same_before = before && high > mean_v - same.y;
@@ -77,7 +80,7 @@ struct QuadBoxWalk {
                 right_opposite = opposite_before ? opposite.x : 0.0f;
     const float left = left_same > left_opposite ? left_same : left_opposite;
     const float right = right_same > right_opposite ? right_same : right_opposite;
-    return tiles_meeting(mean_u - left, mean_u + right, limit);
+    return tiles_meeting<kTilePx>(mean_u - left, mean_u + right, limit);
   }
 };
 
@@ -88,10 +91,11 @@ struct QuadBox {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
-  static QS_HD QuadBoxWalk walk(const Footprint& footprint, TileGrid grid) {
+  template <int kTilePx = kTileSize>
+  static QS_HD QuadBoxWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {
     const QuadBoxes boxes = QuadBoxes::of(footprint);
     const glm::vec2 outer = glm::max(boxes.same, boxes.opposite);
-    return QuadBoxWalk::over(boxes, tiles_of_box(boxes.mean, outer, grid), grid);
+    return QuadBoxWalk<kTilePx>::over(boxes, tiles_of_box<kTilePx>(boxes.mean, outer, grid), grid);
   }
 };
 
@@ -102,11 +106,11 @@ struct QuadBoxNaive {
   static constexpr bool kKeepsFaint = false;
 
   /// The four boxes are found once; a tile of a box is visited unless an earlier box has it.
-  template <class Visit>
+  template <int kTilePx = kTileSize, class Visit>
   static QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
     const QuadBoxes boxes = QuadBoxes::of(footprint);
-    const TileRect a = boxes.tiles(0, grid), b = boxes.tiles(1, grid);
-    const TileRect c = boxes.tiles(2, grid), d = boxes.tiles(3, grid);
+    const TileRect a = boxes.tiles<kTilePx>(0, grid), b = boxes.tiles<kTilePx>(1, grid);
+    const TileRect c = boxes.tiles<kTilePx>(2, grid), d = boxes.tiles<kTilePx>(3, grid);
     loop(a, grid, visit, [](int, int) { return false; });
     loop(b, grid, visit, [&](int x, int y) { return a.contains(x, y); });
     loop(c, grid, visit, [&](int x, int y) { return a.contains(x, y) || b.contains(x, y); });

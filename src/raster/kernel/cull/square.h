@@ -22,17 +22,19 @@ struct Square {
     return ceilf(kSigmas * sqrtf(mid + root));
   }
 
-  /// Tiles int((p - r) / 16) .. int((p + r + 15) / 16) - 1 along one axis.
+  /// Tiles int((p - r) / 16) .. int((p + r + 15) / 16) - 1 along one axis; for 16 read kTilePx.
+  template <int kTilePx = kTileSize>
   static QS_HD Span tiles(float center, float radius, int limit) {
-    constexpr float kInverse = 1.0f / kTileSize;
+    constexpr float kInverse = 1.0f / kTilePx;
     return {clamp_to_int((center - radius) * kInverse, limit),
-            clamp_to_int((center + radius + (kTileSize - 1)) * kInverse, limit)};
+            clamp_to_int((center + radius + (kTilePx - 1)) * kInverse, limit)};
   }
 
+  template <int kTilePx = kTileSize>
   static QS_HD RectWalk walk(const Footprint& footprint, TileGrid grid) {
     const float r = radius(footprint);
-    return RectWalk::over(
-        {tiles(footprint.mean_px.x, r, grid.columns), tiles(footprint.mean_px.y, r, grid.rows)});
+    return RectWalk::over({tiles<kTilePx>(footprint.mean_px.x, r, grid.columns),
+                           tiles<kTilePx>(footprint.mean_px.y, r, grid.rows)});
   }
 };
 

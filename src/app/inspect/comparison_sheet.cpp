@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "app/inspect/comparison_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/picture/canvas.h"
+#include "app/picture/palette.h"
+#include "app/picture/stroke.h"
+#include "app/text.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+constexpr int kMargin = 36, kGap = 16, kPanelWidth = 320;
+constexpr glm::vec3 kCropMark{0.90f, 0.16f, 0.16f};
+
+std::string false_positives(const RenderStats& stats) {
+  if (!stats.used_pairs || stats.tile_pairs == 0) return "";
+  const auto wasted = static_cast<double>(stats.tile_pairs - *stats.used_pairs);
+  return fmt::format("{:.1f} % false positives",
+                     100 * wasted / static_cast<double>(stats.tile_pairs));
+}
+
+/// Every pixel becomes a square; smaller than the picture: the nearest pixel.
+Image scaled(const Image& image, int width, int height) {
+  Image result(width, height, 3);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < 3; ++c)
+        result.at(x, y, c) = image.at(x * image.width / width, y * image.height / height, c);
+    }
+  }
+  return result;
+}
+
+/// The whole view as large as fits, with the crop's frame on it.
+Image overview(const ViewComparison& comparison, glm::ivec2 room) {
+  const Image& truth = comparison.truth;
+  const float scale = std::min(static_cast<float>(room.x) / static_cast<float>(truth.width),
+                               static_cast<float>(room.y) / static_cast<float>(truth.height));
+  const auto length = [&](int pixels) {
+    return std::max(1, static_cast<int>(std::lround(static_cast<float>(pixels) * scale)));
+  };
+  ThreadPool pool(1);
+  const PixelBox whole{0, 0, truth.width, truth.height};
+  Image image =
+      area_average(cropped(truth, whole), length(truth.width), length(truth.height), pool);
+  const PixelBox& crop = comparison.crop;
+  const glm::vec2 low = scale * glm::vec2(crop.x0, crop.y0),
+                  high = scale * glm::vec2(crop.x1, crop.y1);
+  const glm::vec2 corners[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+  stroke(image, corners, true, {kCropMark, 3});
+  return image;
+}
+
+struct Sheet {
+  const ViewComparison& comparison;
+  int amplification;
+  Font title{34}, head{25}, text{20};
+  int panel_height = 0, top = 0;
+  Image page;
+
+  Sheet(const ViewComparison& c, int amplify, const std::string& where)
+      : comparison(c), amplification(amplify) {
+    const int width = c.crop.x1 - c.crop.x0, height = c.crop.y1 - c.crop.y0;
+    panel_height = std::clamp(kPanelWidth * height / std::max(width, 1), 40, 2 * kPanelWidth);
+    top = kMargin + title.line_height() + text.line_height() + 20;
+    const int columns = 1 + static_cast<int>(c.variants.size());
+    const int label_height = head.line_height() + 5 * (text.line_height() + 4) + 14;
+    page = Image(2 * kMargin + columns * kPanelWidth + (columns - 1) * kGap,
+                 top + 2 * panel_height + kGap + label_height + kMargin, 3);
+    fill_rect(page, {0, 0, page.width, page.height}, paper::kWhite);
+    draw_text(page, title, {kMargin, kMargin}, where, paper::kInk);
+    draw_text(
+        page, text, {kMargin, kMargin + title.line_height() + 4},
+        fmt::format("{} \u00d7 {} pixels from {}, {} \u00b7 below each: its difference from {}, "
+                    "amplified {} times",
+                    width, height, c.crop.x0, c.crop.y0, c.truth_name, amplify),
+        paper::kFaint);
+  }
+
+  int left(int column) const { return kMargin + column * (kPanelWidth + kGap); }
+
+  void label(int column, const std::string& name, std::span<const std::string> lines) {
+    const int center = left(column) + kPanelWidth / 2;
+    int y = top + 2 * panel_height + kGap + 12;
+    draw_text(page, head, {center, y}, name, paper::kInk, Align::center);
+    y += head.line_height() + 4;
+    for (const std::string& line : lines) {
+      draw_text(page, text, {center, y}, line, paper::kFaint, Align::center);
+      y += text.line_height() + 4;
+    }
+  }
+
+  void truth_column() {
+    const Image crop = cropped(comparison.truth, comparison.crop);
+    paste(page, scaled(crop, kPanelWidth, panel_height), {left(0), top});
+    const Image view = overview(comparison, {kPanelWidth, panel_height});
+    paste(page, view,
+          {left(0) + (kPanelWidth - view.width) / 2,
+           top + panel_height + kGap + (panel_height - view.height) / 2});
+    const std::string lines[] = {"what the others are judged by"};
+    label(0, comparison.truth_name, lines);
+  }
+
+  void variant_column(int column, const ViewVariant& variant) {
+    const Image crop = cropped(variant.color, comparison.crop);
+    const Image difference =
+        amplified_difference(variant.color, comparison.truth, comparison.crop, amplification);
+    paste(page, scaled(crop, kPanelWidth, panel_height), {left(column), top});
+    paste(page, scaled(difference, kPanelWidth, panel_height),
+          {left(column), top + panel_height + kGap});
+    const std::string lines[] = {fmt::format("{} dB", decibels(variant.psnr)),
+                                 fmt::format("largest difference {}/255", variant.largest),
+                                 variant.stats.tile_pairs > 0
+                                     ? fmt::format("{} pairs", grouped(variant.stats.tile_pairs))
+                                     : "",
+                                 false_positives(variant.stats)};
+    label(column, variant.name, lines);
+  }
+};
+
+}  // namespace
+
+Image draw_comparison(const ViewComparison& comparison, int amplification,
+                      const std::string& where) {
+  Sheet sheet(comparison, amplification, where);
+  sheet.truth_column();
+  int column = 0;
+  for (const ViewVariant& variant : comparison.variants) sheet.variant_column(++column, variant);
+  return std::move(sheet.page);
+}
+
+std::string format_comparison(const ViewComparison& comparison) {
+  std::string text =
+      fmt::format("against {}\n{:28}{:>9}{:>9}{:>12}{:>12}{:>8}\n", comparison.truth_name, "",
+                  "PSNR dB", "largest", "pairs", "false pos.", "share");
+  for (const ViewVariant& variant : comparison.variants) {
+    const RenderStats& stats = variant.stats;
+    const std::uint64_t wasted = stats.tile_pairs - stats.used_pairs.value_or(stats.tile_pairs);
+    const double share = static_cast<double>(wasted) /
+                         static_cast<double>(std::max<std::uint64_t>(stats.tile_pairs, 1));
+    text += fmt::format("{:28}{:>9}{:>9}{:>12}{:>12}{:>6.1f} %\n", variant.name,
+                        decibels(variant.psnr), fmt::format("{}/255", variant.largest),
+                        grouped(stats.tile_pairs), grouped(wasted), 100 * share);
+    if (!variant.remark.empty()) text += fmt::format("    {}\n", variant.remark);
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/html_page.h"
+
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include "app/report/work_folder.h"
+#include "io/image_file.h"
+#include "io/json_text.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kMaxPictureBytes = std::size_t{64} << 20;
+
+constexpr const char* kStyle = R"(
+:root { color-scheme: light; }
+body { font: 17px/1.55 system-ui, sans-serif; color: #1a1c21; background: #fff; margin: 0 auto;
+  max-width: 1080px; padding: 2.5em 1.5em 5em; }
+h1 { font-size: 2em; line-height: 1.2; margin: 0 0 .3em; }
+h2 { font-size: 1.4em; margin: 2.2em 0 .4em; border-top: 1px solid #d5d7db; padding-top: 1em; }
+p { max-width: 46em; }
+table { border-collapse: collapse; margin: 1em 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .3em .9em; text-align: right; border-bottom: 1px solid #e3e5e8; }
+th:first-child, td:first-child { text-align: left; }
+th { border-bottom: 2px solid #1a1c21; font-weight: 600; }
+figure { margin: 1.2em 0; }
+figure.half { display: inline-block; width: 49%; margin: .6em 0; vertical-align: top; }
+figure img { width: 100%; display: block; }
+figcaption { color: #5d626c; font-size: .92em; padding: .35em .3em 0; }
+@media (max-width: 760px) { figure.half { width: 100%; } }
+)";
+
+}  // namespace
+
+std::string html_escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '>')
+      result += "&gt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string result;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      word = word << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k)
+      result += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+  }
+  return result;
+}
+
+void HtmlPage::heading(const std::string& text) {
+  body_ += fmt::format("<h2>{}</h2>\n", html_escaped(text));
+}
+
+void HtmlPage::paragraph(const std::string& text) {
+  body_ += fmt::format("<p>{}</p>\n", html_escaped(text));
+}
+
+void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
+  body_ += "<table>\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    body_ += "<tr>";
+    for (const std::string& cell : rows[i])
+      body_ += fmt::format("<{0}>{1}</{0}>", i == 0 ? "th" : "td", html_escaped(cell));
+    body_ += "</tr>\n";
+  }
+  body_ += "</table>\n";
+}
+
+void HtmlPage::picture(const Image& image, const std::string& caption, bool half) {
+  const WorkFolder folder;
+  write_image(image, folder.path() / "picture.png", {});
+  picture_file(folder.path() / "picture.png", caption, half);
+}
+
+void HtmlPage::picture_file(const std::filesystem::path& png, const std::string& caption,
+                            bool half) {
+  figure(read_text_file(png, kMaxPictureBytes), caption, half);
+}
+
+void HtmlPage::figure(const std::string& png_bytes, const std::string& caption, bool half) {
+  body_ += fmt::format(
+      "<figure{}><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption>"
+      "</figure>\n",
+      half ? " class=\"half\"" : "", html_escaped(caption), base64(png_bytes),
+      html_escaped(caption));
+}
+
+std::string HtmlPage::text() const {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{2}</body>\n</"
+      "html>\n",
+      html_escaped(title_), kStyle, body_);
+}
+
+}  // namespace qs

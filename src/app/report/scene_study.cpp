@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/scene_study.h"
+
+#include <algorithm>
+
+namespace qs {
+namespace {
+
+constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
+                   kQuad = find_culler("quadbox");
+
+double degrees(float radians) { return static_cast<double>(radians) * 180 / M_PI; }
+
+constexpr Quantity kQuantities[] = {
+    {"anisotropy",
+     "anisotropy",
+     "",
+     "The longer axis of a Gaussian's ellipse over the shorter one: 1 is a disc, more is a needle.",
+     {1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 7, 10, 20, 1e9},
+     [](const Footprint& f, const Splat&) { return static_cast<double>(anisotropy_of(f)); }},
+    {"tilt",
+     "tilt",
+     "degrees",
+     "The angle between the longer axis and the nearer of the picture's axes: boxes fit best at 0, "
+     "worst at 45.",
+     {0, 3.75, 7.5, 11.25, 15, 18.75, 22.5, 26.25, 30, 33.75, 37.5, 41.25, 45},
+     [](const Footprint& f, const Splat&) {
+       const double angle = std::fmod(std::abs(degrees(tilt_of(f))), 90.0);
+       return std::min(angle, 90 - angle);
+     }},
+    {"screen radius",
+     "radius",
+     "pixels",
+     "Half of the longer axis of the ellipse in which alpha reaches 1/255.",
+     {0, 2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 1e9},
+     [](const Footprint& f, const Splat&) { return static_cast<double>(screen_radius_of(f)); }},
+    {"opacity",
+     "opacity",
+     "",
+     "Alpha at the Gaussian's centre. Below 1/255 nothing is ever seen; above 0.35 the ellipse is "
+     "larger than three standard deviations.",
+     {0, 1.0 / 255, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1},
+     [](const Footprint&, const Splat& s) { return static_cast<double>(s.opacity); }},
+};
+
+/// Whole, and not so large that a drawing shows nothing but tiles.
+bool is_drawable(const Footprint& footprint, const std::array<std::uint32_t, kCullerCount>& pairs,
+                 glm::ivec2 size) {
+  constexpr std::uint32_t kMostTiles = 120;
+  const glm::vec2 half = glm::max(glm::vec2(Square::radius(footprint)), extents(footprint).max);
+  const glm::vec2 low = footprint.mean_px - half, high = footprint.mean_px + half;
+  return pairs[k3dgs - 1] <= kMostTiles && low.x > 0 && low.y > 0 &&
+         high.x < static_cast<float>(size.x) && high.y < static_cast<float>(size.y);
+}
+
+void bin_gaussians(const Frame& frame, std::size_t view, glm::ivec2 size, SceneStudy& study) {
+  const Trace& trace = frame.trace;
+  for (std::size_t slot = 0; slot < trace.footprints.size(); ++slot) {
+    const Footprint& footprint = trace.footprints[slot];
+    std::array<std::uint32_t, kCullerCount> pairs{};
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+      pairs[static_cast<std::size_t>(mode - 1)] = count_mode_tiles(mode, footprint, frame.grid);
+    }
+    for (std::size_t q = 0; q < study.binned.size(); ++q) {
+      const std::size_t bin =
+          bin_of(kQuantities[q], kQuantities[q].of(footprint, trace.splats[slot]));
+      ++study.binned[q].gaussians[bin];
+      for (std::size_t mode = 0; mode < pairs.size(); ++mode)
+        study.binned[q].pairs[mode][bin] += pairs[mode];
+    }
+    const std::uint32_t adr = pairs[kAdr - 1], quad = pairs[kQuad - 1];
+    if (adr > quad + study.telling.saved && is_drawable(footprint, pairs, size))
+      study.telling = {view, trace.gaussians[slot], pairs, adr - quad};
+  }
+  study.visible += trace.gaussians.size();
+}
+
+void add_mode(const Frame& frame, glm::ivec2 size, ThreadPool& pool, std::stop_token stop,
+              ModeStudy& mode) {
+  mode.pairs += frame.stats.tile_pairs;
+  const PairUses uses = sum_up(pair_uses(frame, size, pool, std::move(stop)));
+  mode.uses.used += uses.used;
+  mode.uses.hidden += uses.hidden;
+  mode.uses.empty += uses.empty;
+  mode.loads.insert(mode.loads.end(), frame.pairs.begin(), frame.pairs.end());
+}
+
+}  // namespace
+
+std::span<const Quantity> quantities() { return kQuantities; }
+
+std::size_t bin_of(const Quantity& quantity, double value) {
+  const auto inner = std::span(quantity.edges).subspan(1, kBins - 1);
+  return static_cast<std::size_t>(std::upper_bound(inner.begin(), inner.end(), value) -
+                                  inner.begin());
+}
+
+SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSettings settings,
+                       ThreadPool& pool, const Progress& progress) {
+  SceneStudy study;
+  study.views = views.size();
+  study.binned.resize(std::size(kQuantities));
+  Outputs outputs;
+  outputs.color = false;
+  outputs.trace = outputs.pairs = true;
+  const std::size_t steps = views.size() * kTileSizes.size() * kCullerCount;
+  std::size_t step = 0;
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    const Camera& camera = views[view];
+    for (std::size_t size = 0; size < kTileSizes.size(); ++size) {
+      settings.tile_px = kTileSizes[size];
+      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode, ++step) {
+        progress.update(static_cast<float>(step) / static_cast<float>(steps));
+        const Frame& frame = cpu.render(camera, settings, outputs, HostImage{}, progress.stop);
+        study.gaussians = frame.stats.gaussians;
+        if (settings.mode == k3dgs && settings.tile_px == kTileSize)
+          bin_gaussians(frame, view, {camera.width, camera.height}, study);
+        add_mode(frame, {camera.width, camera.height}, pool, progress.stop,
+                 study.modes[size][static_cast<std::size_t>(settings.mode - 1)]);
+      }
+    }
+  }
+  for (auto& size : study.modes) {
+    for (ModeStudy& mode : size) std::sort(mode.loads.begin(), mode.loads.end());
+  }
+  progress.update(1);
+  return study;
+}
+
+}  // namespace qs

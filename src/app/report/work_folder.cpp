@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/work_folder.h"
+
+#include <stdlib.h>
+
+#include "raster/scene/fail.h"
+
+namespace qs {
+
+WorkFolder::WorkFolder() {
+  std::error_code error;
+  const std::filesystem::path all = std::filesystem::temp_directory_path(error);
+  std::string name = (all / "quadsplat-XXXXXX").string();
+  if (error || !mkdtemp(name.data())) fail("{}: no folder can be made in it", all.string());
+  path_ = name;
+}
+
+WorkFolder::~WorkFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace qs

@@ -2,11 +2,8 @@
 #include "io/gltf.h"
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,6 +15,7 @@
 #include "io/fill_cloud.h"
 #include "io/gltf_file.h"
 #include "io/gltf_nodes.h"
+#include "io/gltf_splats.h"
 #include "io/ply.h"
 #include "io/spz.h"
 #include "io/transform.h"
@@ -39,65 +37,6 @@ const tinygltf::Value* member(const tinygltf::Value* object, const std::string& 
   return object != nullptr && object->IsObject() && object->Has(key) ? &object->Get(key) : nullptr;
 }
 
-// The Gaussians of one primitive, in glTF's frame (LUF).
-struct Splats {
-  std::uint64_t count = 0;
-  int degree = 0;
-  std::shared_ptr<const GaussianCloud> cloud;  // of the compressed ones; the others have numbers
-  GltfNumbers positions, rotations, scales, opacities;
-  std::vector<GltfNumbers> sh;
-  bool scales_are_logarithms = false;
-};
-
-// What was wrong with single values, counted while the cloud is filled.
-struct Clamped {
-  std::atomic<std::size_t> scales = 0, opacities = 0;
-};
-
-void fill_one(const Splats& splats, std::uint64_t from, GaussianCloud& cloud, std::size_t to,
-              Clamped& clamped) {
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  glm::vec3* const sh = &cloud.sh[to * coefficients];
-  std::fill_n(sh, coefficients, glm::vec3(0));
-  if (splats.cloud) {
-    const GaussianCloud& source = *splats.cloud;
-    cloud.positions[to] = source.positions[from];
-    cloud.log_scales[to] = source.log_scales[from];
-    cloud.rotations[to] = source.rotations[from];
-    cloud.opacity_logits[to] = source.opacity_logits[from];
-    const auto stored = static_cast<std::size_t>(sh_coefficient_count(source.sh_degree));
-    std::copy_n(&source.sh[from * stored], stored, sh);
-    return;
-  }
-  const auto vector = [from](const GltfNumbers& numbers) {
-    return glm::vec3(numbers(from, 0), numbers(from, 1), numbers(from, 2));
-  };
-  cloud.positions[to] = vector(splats.positions);
-  const GltfNumbers& q = splats.rotations;
-  cloud.rotations[to] = glm::quat(q(from, 3), q(from, 0), q(from, 1), q(from, 2));
-  glm::vec3 scale = vector(splats.scales);
-  if (!splats.scales_are_logarithms) {
-    if (scale.x < 0 || scale.y < 0 || scale.z < 0) ++clamped.scales;
-    scale = glm::log(glm::max(scale, glm::vec3(0)));
-  }
-  cloud.log_scales[to] = scale;
-  const double opacity = splats.opacities(from, 0);
-  if (opacity < 0 || opacity > 1) ++clamped.opacities;
-  const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
-  cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
-  for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[k] = vector(splats.sh[k]);
-}
-
-// Of the draft, where most trained Gaussians are smaller than one unit: negative logarithms. Single
-// negative values are slips of a linear writer.
-bool are_logarithms(const GltfNumbers& scales) {
-  std::uint64_t negative = 0;
-  for (std::uint64_t i = 0; i < scales.count; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) negative += scales(i, axis) < 0 ? 1 : 0;
-  }
-  return negative > scales.count * 3 / 2;
-}
-
 class GltfScene {
  public:
   GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, Scene& scene)
@@ -113,7 +52,7 @@ class GltfScene {
     int degree = 0;
     for (const Instance& instance : instances_) degree = std::max(degree, instance.splats->degree);
     scene_.cloud = make_cloud(parts_.count(), degree);
-    Clamped clamped;
+    GltfClamped clamped;
     ThreadPool pool;
     fill_cloud(scene_, pool, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
       parts_.for_range(
@@ -121,7 +60,7 @@ class GltfScene {
           [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
             const Instance& instance = instances_[part];
             for (std::size_t i = from; i < to; ++i) {
-              fill_one(*instance.splats, offset + (i - from), scene_.cloud, i, clamped);
+              fill_gaussian(*instance.splats, offset + (i - from), scene_.cloud, i, clamped);
               if (instance.transform) instance.transform->apply(scene_.cloud, i);
             }
           });
@@ -133,7 +72,7 @@ class GltfScene {
 
  private:
   struct Instance {
-    std::shared_ptr<const Splats> splats;
+    std::shared_ptr<const GltfSplats> splats;
     std::shared_ptr<const Transform> transform;  // null: none
   };
 
@@ -183,11 +122,11 @@ class GltfScene {
     return transform;
   }
 
-  std::shared_ptr<const Splats> splats_of(std::size_t mesh, std::size_t number) {
+  std::shared_ptr<const GltfSplats> splats_of(std::size_t mesh, std::size_t number) {
     const auto key = std::pair(mesh, number);
     if (const auto known = splats_.find(key); known != splats_.end()) return known->second;
     const tinygltf::Primitive& primitive = file_.model().meshes[mesh].primitives[number];
-    std::shared_ptr<const Splats> splats;
+    std::shared_ptr<const GltfSplats> splats;
     const auto extension = primitive.extensions.find(kExtension);
     if (extension == primitive.extensions.end()) {
       ++others_;
@@ -226,7 +165,7 @@ class GltfScene {
     return shown;
   }
 
-  std::shared_ptr<const Splats> unpack(const tinygltf::Value& compressed) {
+  std::shared_ptr<const GltfSplats> unpack(const tinygltf::Value& compressed) {
     const tinygltf::Value* const view = member(&compressed, "bufferView");
     if (view == nullptr || !view->IsInt()) fail("{}: {} has no bufferView", source_, kSpzExtension);
     const auto content = file_.view(view->Get<int>());
@@ -241,15 +180,15 @@ class GltfScene {
     }
     for (std::string& warning : unpacked.warnings) warn_once(std::move(warning));
     flip_axes(unpacked.cloud, 0, unpacked.cloud.size(), kTurnAboutZ);
-    auto splats = std::make_shared<Splats>();
+    auto splats = std::make_shared<GltfSplats>();
     splats->count = unpacked.cloud.size();
     splats->degree = unpacked.cloud.sh_degree;
     splats->cloud = std::make_shared<GaussianCloud>(std::move(unpacked.cloud));
     return splats;
   }
 
-  std::shared_ptr<const Splats> bind(const tinygltf::Primitive& primitive) {
-    auto splats = std::make_shared<Splats>();
+  std::shared_ptr<const GltfSplats> bind(const tinygltf::Primitive& primitive) {
+    auto splats = std::make_shared<GltfSplats>();
     const auto numbers = [&](const std::string& name, std::size_t components) {
       const auto found = primitive.attributes.find(name);
       if (found == primitive.attributes.end()) fail("{}: attribute {} is missing", source_, name);
@@ -299,7 +238,7 @@ class GltfScene {
   std::string source_;
   Scene& scene_;
   GltfFile file_;
-  std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const Splats>> splats_;
+  std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const GltfSplats>> splats_;
   std::vector<Instance> instances_;
   CloudParts parts_;  // the instances
   std::size_t others_ = 0;

@@ -131,7 +131,9 @@ TEST(Damage, splat_survives) {
 
 // A section of five Gaussians in two buckets, one full and one not.
 TEST(Damage, ksplat_survives) {
-  Bytes bytes(4096 + 1024);
+  constexpr std::size_t kHeaders = 4096 + 1024;
+  Bytes bytes(kHeaders + 4 + 2 * 12 + 5 * (24 + 24), std::byte{0x3c});
+  std::fill_n(bytes.begin(), kHeaders, std::byte{0});
   const auto put = [&bytes](std::size_t at, auto value) {
     std::memcpy(bytes.data() + at, &value, sizeof value);
   };
@@ -147,9 +149,8 @@ TEST(Damage, ksplat_survives) {
   put(4096 + 32, 1u);                // full ones
   put(4096 + 36, 1u);                // others
   put(4096 + 40, std::uint16_t{2});  // SH degree
-  bytes.resize(4096 + 1024 + 4 + 2 * 12 + 5 * (24 + 24), std::byte{0x3c});
-  put(4096 + 1024, 2u);
-  for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(4096 + 1024 + at, 1.0f);
+  put(kHeaders, 2u);
+  for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(kHeaders + at, 1.0f);
   Scene scene;
   read_ksplat(bytes, "damaged", {}, scene);
   EXPECT_EQ(scene.cloud.size(), 5u);

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/corpus.h"
+
 namespace qs::test {
 
 struct Glb {
@@ -28,25 +30,18 @@ inline Glb open_glb(const std::vector<std::byte>& bytes) {
 inline std::vector<std::byte> make_glb(const Glb& glb) {
   std::string text = glb.description.dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
-  std::vector<std::byte> bytes;
-  const auto put = [&bytes](const void* data, std::size_t size) {
-    const auto* const begin = static_cast<const std::byte*>(data);
-    bytes.insert(bytes.end(), begin, begin + size);
+  const std::size_t numbers[] = {0x46546C67, 2, 28 + text.size() + glb.binary.size(), text.size(),
+                                 0x4E4F534A};
+  const std::size_t chunk[] = {glb.binary.size(), 0x004E4942};
+  std::string file;
+  const auto put = [&file](std::size_t value) {
+    for (const int shift : {0, 8, 16, 24}) file += static_cast<char>(value >> shift & 255);
   };
-  const auto number = [&put](std::size_t value) {
-    const auto bits = static_cast<std::uint32_t>(value);
-    put(&bits, sizeof bits);
-  };
-  for (const std::size_t value :
-       {std::size_t{0x46546C67}, std::size_t{2}, 28 + text.size() + glb.binary.size(), text.size(),
-        std::size_t{0x4E4F534A}}) {
-    number(value);
-  }
-  put(text.data(), text.size());
-  number(glb.binary.size());
-  number(0x004E4942);
-  put(glb.binary.data(), glb.binary.size());
-  return bytes;
+  for (const std::size_t value : numbers) put(value);
+  file += text;
+  for (const std::size_t value : chunk) put(value);
+  file.append(reinterpret_cast<const char*>(glb.binary.data()), glb.binary.size());
+  return to_bytes(file);
 }
 
 }  // namespace qs::test

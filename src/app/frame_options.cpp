@@ -104,7 +104,8 @@ void declare_common_options(Options& options, FrameOptions& frame) {
 }
 
 const char* pipeline_name(const Session& session) {
-  if (session.backend == Backend::cpu) return kBackendNames[static_cast<int>(Backend::cpu)];
+  if (session.backend == Backend::cpu && session.settings.pipeline == kDefaultPipeline)
+    return kBackendNames[static_cast<int>(Backend::cpu)];
   return kPipelineNames[static_cast<int>(session.settings.pipeline)];
 }
 

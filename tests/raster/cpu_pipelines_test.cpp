@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Pipeline `fast` of the CPU backend against `classic`, its readable statement, on every
 // instruction set of this machine: equal decisions to the bit, equal pictures.
+#include <cmath>
+
+#include <glm/common.hpp>
 #include <hwy/targets.h>
 
 #include "io/cameras.h"
 #include "io/reader.h"
+#include "raster/cpu/fast/blocks.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/shared.h"
@@ -125,6 +129,41 @@ TEST_P(CpuPipeline, results_do_not_depend_on_threads_or_on_earlier_frames) {
       many->render(test::front_camera(50, 20));  // another size in between
     }
   }
+}
+
+TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_draw) {
+  GaussianCloud cloud = test::random_cloud(3000, 3, 91);
+  for (glm::vec3& value : cloud.sh) value = glm::round(value * 128.0f) / 128.0f;  // as in .spz
+  ThreadPool pool(2);
+  EXPECT_TRUE(cpu::fast::make_harmonics(cloud, pool).rest.empty());
+  const auto renderer = make_renderer(Backend::cpu);
+  renderer->upload(cloud, {});
+  const Camera camera = test::front_camera(161, 97);
+  expect_equal(*renderer, camera, {});
+  const Image halves = renderer->render(camera).color;
+  // One coefficient that does not fit, of a Gaussian that nobody sees.
+  test::append(cloud, [] {
+    GaussianCloud hidden = test::random_cloud(1, 3, 1);
+    hidden.positions[0] = {0, 0, -5};
+    hidden.sh[7].x = 0.1f;
+    return hidden;
+  }());
+  EXPECT_FALSE(cpu::fast::make_harmonics(cloud, pool).rest.empty());
+  renderer->upload(cloud, {});
+  EXPECT_EQ(renderer->render(camera).color.values, halves.values);
+}
+
+TEST(HalfPrecision, holds_a_value_exactly_or_not_at_all) {
+  using cpu::fast::exact_half;
+  EXPECT_EQ(exact_half(0.0f), 0x0000);
+  EXPECT_EQ(exact_half(-0.0f), 0x8000);
+  EXPECT_EQ(exact_half(1.0f), 0x3c00);
+  EXPECT_EQ(exact_half(-127.0f / 128), 0xbbf0);
+  EXPECT_EQ(exact_half(65504.0f), 0x7bff);
+  EXPECT_EQ(exact_half(std::ldexp(1.0f, -14)), 0x0400);
+  for (const float value :
+       {0.1f, 65536.0f, std::ldexp(1.0f, -15), 1.0f + 1.0f / 2048, INFINITY, -INFINITY, NAN})
+    EXPECT_FALSE(exact_half(value).has_value()) << value;
 }
 
 TEST(CpuPipelineSort, depths_far_apart_and_equal_are_sorted_alike) {

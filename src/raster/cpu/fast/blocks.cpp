@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/blocks.h"
 
+#include <atomic>
+#include <bit>
 #include <cmath>
 
 namespace qs::cpu::fast {
@@ -34,21 +36,49 @@ Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
 Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
   Harmonics sh;
   sh.degree = cloud.sh_degree;
-  const std::size_t per_gaussian = sh.group_size() / kGroup;
   const std::size_t groups = (cloud.size() + kBlock - 1) / kBlock * (kBlock / kGroup);
-  sh.values.resize(groups * sh.group_size());
-  pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t group = begin; group < end; ++group) {
-      float* to = &sh.values[group * sh.group_size()];
-      for (std::size_t lane = 0; lane < kGroup; ++lane) {
-        const std::size_t i = group * kGroup + lane;
-        const float* from = i < cloud.size() ? &cloud.sh.data()->x + i * per_gaussian : nullptr;
-        for (std::size_t k = 0; k < per_gaussian; ++k)
-          to[k * kGroup + lane] = from != nullptr ? from[k] : 0.0f;
+  const std::size_t rest = sh.rest_size() / kGroup, stride = 3 + rest;
+
+  // Calls store(group, lane, value of the cloud) for all members of all groups; members behind the
+  // last Gaussian are zeros.
+  const auto for_each_member = [&](const auto& store) {
+    pool.for_chunks(groups * kGroup, 4096, [&](std::size_t begin, std::size_t end, int) {
+      const std::vector<float> nobody(stride, 0.0f);
+      for (std::size_t i = begin; i < end; ++i) {
+        store(i / kGroup, i % kGroup,
+              i < cloud.size() ? &cloud.sh.data()->x + i * stride : nobody.data());
       }
+    });
+  };
+
+  std::atomic<bool> exact = true;
+  sh.base.resize(groups * kGroup * 3);
+  sh.halves.resize(groups * sh.rest_size());
+  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
+    for (std::size_t k = 0; k < 3; ++k) sh.base[(group * 3 + k) * kGroup + lane] = from[k];
+    for (std::size_t k = 0; k < rest && exact; ++k) {
+      const std::optional<std::uint16_t> half = exact_half(from[3 + k]);
+      if (!half) exact = false;
+      sh.halves[(group * rest + k) * kGroup + lane] = half.value_or(0);
     }
   });
+  if (exact) return sh;
+  sh.halves = {};
+  sh.rest.resize(groups * sh.rest_size());
+  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
+    for (std::size_t k = 0; k < rest; ++k)
+      sh.rest[(group * rest + k) * kGroup + lane] = from[3 + k];
+  });
   return sh;
+}
+
+std::optional<std::uint16_t> exact_half(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t sign = bits >> 31, exponent = bits >> 23 & 0xff, fraction = bits & 0x7fffff;
+  if (exponent == 0 && fraction == 0) return static_cast<std::uint16_t>(sign << 15);
+  constexpr std::uint32_t kBias = 127 - 15;
+  if (exponent <= kBias || exponent >= kBias + 31 || (fraction & 0x1fff) != 0) return std::nullopt;
+  return static_cast<std::uint16_t>(sign << 15 | (exponent - kBias) << 10 | fraction >> 13);
 }
 
 }  // namespace qs::cpu::fast

@@ -5,6 +5,9 @@
 // last block is filled up with Gaussians that no view shows.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu::fast {
@@ -21,18 +24,25 @@ struct alignas(64) Block {
 /// Gaussians whose coefficients of the colour lie together.
 inline constexpr std::size_t kGroup = 16;
 
-/// Per group of Gaussians, coefficient and channel: the values of its members side by side.
+/// Coefficients of the colour: per group, coefficient and channel the values of the group's members
+/// side by side. Those of degree 1 and more are kept in half precision where that loses nothing,
+/// which holds for every scene out of an .spz file: they are most of what a frame reads.
 struct Harmonics {
   int degree = 0;
-  Array<float> values;
+  Array<float> base;            ///< degree 0: 3 per Gaussian
+  Array<float> rest;            ///< the others; empty where `halves` has them
+  Array<std::uint16_t> halves;  ///< the others as IEEE binary16
 
-  /// Values of a group.
-  std::size_t group_size() const {
-    return static_cast<std::size_t>(3 * sh_coefficient_count(degree)) * kGroup;
+  /// Values of degree 1 and more of a group.
+  std::size_t rest_size() const {
+    return static_cast<std::size_t>(3 * (sh_coefficient_count(degree) - 1)) * kGroup;
   }
 };
 
 Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool);
 Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool);
+
+/// IEEE binary16 of a value that is 0 or a normal number there; nothing of any other value.
+std::optional<std::uint16_t> exact_half(float value);
 
 }  // namespace qs::cpu::fast

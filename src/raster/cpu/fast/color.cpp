@@ -45,13 +45,24 @@ HWY_INLINE void harmonics(int degree, V x, V y, V z, V* weights) {
   weights[15] = hn::Mul(c(-kSh3A), hn::Mul(x, hn::Sub(xx, three_yy)));
 }
 
-/// Colours of one group: `values` are its coefficients, `at` its first Gaussian in the block.
-HWY_INLINE void color_group(const float* values, int degree, glm::vec3 view_position,
-                            const Block& block, std::size_t at, Colors& colors) {
+/// kLanes values from `lane` of a group's plane on, whatever they are stored as.
+HWY_INLINE V load(D d, const float* values) { return hn::LoadU(d, values); }
+HWY_INLINE V load(D d, const std::uint16_t* halves) {
+  const hn::Rebind<hwy::float16_t, D> dh;
+  const hn::Rebind<std::uint16_t, D> du;
+  return hn::PromoteTo(d, hn::BitCast(dh, hn::LoadU(du, halves)));
+}
+
+/// Colours of group `group` of block `index`.
+template <class Value>
+HWY_INLINE void color_group(const Harmonics& sh, const Array<Value>& rest, int degree,
+                            glm::vec3 view_position, const Block& block, std::size_t index,
+                            std::size_t group, Colors& colors) {
   const D d;
   const int coefficients = sh_coefficient_count(degree);
+  const std::size_t group_of_cloud = index * (kBlock / kGroup) + group;
   for (std::size_t lane = 0; lane < kGroup; lane += hn::Lanes(d)) {
-    const std::size_t i = at + lane;
+    const std::size_t i = group * kGroup + lane;
     const V x = hn::Sub(hn::Load(d, block.x + i), hn::Set(d, view_position.x));
     const V y = hn::Sub(hn::Load(d, block.y + i), hn::Set(d, view_position.y));
     const V z = hn::Sub(hn::Load(d, block.z + i), hn::Set(d, view_position.z));
@@ -59,12 +70,16 @@ HWY_INLINE void color_group(const float* values, int degree, glm::vec3 view_posi
     const V scale = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(length2));
     V weights[16];
     harmonics(degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
-    V red = hn::Set(d, 0.5f), green = red, blue = red;
-    const float* value = values + lane;
-    for (int k = 0; k < coefficients; ++k, value += 3 * kGroup) {
-      red = hn::MulAdd(weights[k], hn::LoadU(d, value), red);
-      green = hn::MulAdd(weights[k], hn::LoadU(d, value + kGroup), green);
-      blue = hn::MulAdd(weights[k], hn::LoadU(d, value + 2 * kGroup), blue);
+    const float* base = sh.base.data() + group_of_cloud * 3 * kGroup + lane;
+    const V half = hn::Set(d, 0.5f);
+    V red = hn::MulAdd(weights[0], hn::LoadU(d, base), half);
+    V green = hn::MulAdd(weights[0], hn::LoadU(d, base + kGroup), half);
+    V blue = hn::MulAdd(weights[0], hn::LoadU(d, base + 2 * kGroup), half);
+    const Value* value = rest.data() + group_of_cloud * sh.rest_size() + lane;
+    for (int k = 1; k < coefficients; ++k, value += 3 * kGroup) {
+      red = hn::MulAdd(weights[k], load(d, value), red);
+      green = hn::MulAdd(weights[k], load(d, value + kGroup), green);
+      blue = hn::MulAdd(weights[k], load(d, value + 2 * kGroup), blue);
     }
     hn::Store(hn::Max(red, hn::Zero(d)), d, colors.red + i);
     hn::Store(hn::Max(green, hn::Zero(d)), d, colors.green + i);
@@ -74,14 +89,16 @@ HWY_INLINE void color_group(const float* values, int degree, glm::vec3 view_posi
 
 void color_block(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
                  std::size_t index, const Survivors& survivors, Colors& colors) {
-  constexpr std::size_t kGroups = kBlock / kGroup;
   std::uint32_t wanted = 0;
   for (std::size_t k = 0; k < survivors.count; ++k)
     wanted |= 1u << survivors.gaussian[k] % kBlock / kGroup;
   for (; wanted != 0; wanted &= wanted - 1) {
     const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
-    color_group(&sh.values[(index * kGroups + group) * sh.group_size()], degree, view_position,
-                block, group * kGroup, colors);
+    if (sh.rest.empty()) {
+      color_group(sh, sh.halves, degree, view_position, block, index, group, colors);
+    } else {
+      color_group(sh, sh.rest, degree, view_position, block, index, group, colors);
+    }
   }
 }
 

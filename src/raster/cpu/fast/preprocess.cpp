@@ -71,7 +71,8 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Har
         std::size_t slot = begin;
         for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, blocks.size()); ++b) {
           const std::size_t counted = rects.size();
-          project(view, rules, blocks[b], static_cast<std::uint32_t>(b * kBlock), survivors);
+          project(view, rules, frame.grid, blocks[b], static_cast<std::uint32_t>(b * kBlock),
+                  survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
           color(sh, frame.sh_degree(), view.position, blocks[b], b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,

@@ -55,8 +55,24 @@ struct Packer {
   }
 };
 
-void project_block(const View<float>& view, const FootprintRules& rules, const Block& block,
-                   std::uint32_t first, Survivors& out) {
+/// No mode reaches further from the mean, in pixels, with much to spare: the boxes of opacity reach
+/// k sqrt(gamma s) (Extents), the square of `3dgs` 3 sqrt(largest eigenvalue).
+HWY_INLINE V farthest_reach(D d, V xx, V yy, V det, V gamma) {
+  const V f2 = hn::Div(det, hn::Mul(xx, yy));
+  const V k = hn::Add(hn::Set(d, 1.01f), hn::Div(hn::Set(d, 3e-7f), f2));
+  const V level = hn::Max(gamma, hn::Set(d, kSigmas * kSigmas));
+  return hn::Add(hn::Mul(k, hn::Sqrt(hn::Mul(level, hn::Add(xx, yy)))),
+                 hn::Set(d, 2.0f * kTileSize));
+}
+
+/// True where mean +- reach lies outside [0, size].
+HWY_INLINE M outside(D d, V mean, V reach, int tiles) {
+  const V size = hn::Set(d, static_cast<float>(tiles * kTileSize));
+  return hn::Or(hn::Lt(hn::Add(mean, reach), hn::Zero(d)), hn::Gt(hn::Sub(mean, reach), size));
+}
+
+void project_block(const View<float>& view, const FootprintRules& rules, TileGrid grid,
+                   const Block& block, std::uint32_t first, Survivors& out) {
   const D d;
   const hn::RebindToUnsigned<D> du;
   const auto& m = view.view_from_world;
@@ -120,6 +136,9 @@ void project_block(const View<float>& view, const FootprintRules& rules, const B
     const V a = hn::Div(yy, det), b = hn::Div(hn::Neg(xy), det), c = hn::Div(xx, det);
     const V sum = hn::Add(hn::Add(hn::Add(hn::Add(mean_x, mean_y), a), b), c);
     keep = hn::And(keep, hn::Eq(hn::Sub(sum, sum), hn::Zero(d)));
+    const V reach = farthest_reach(d, xx, yy, det, gamma);
+    keep = hn::AndNot(outside(d, mean_x, reach, grid.columns), keep);
+    keep = hn::AndNot(outside(d, mean_y, reach, grid.rows), keep);
     if (hn::AllFalse(d, keep)) continue;
 
     const Packer pack{d, keep, count};
@@ -151,9 +170,9 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(project_block);
 
-void project(const View<float>& view, const FootprintRules& rules, const Block& block,
-             std::uint32_t first, Survivors& out) {
-  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, block, first, out);
+void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
+             const Block& block, std::uint32_t first, Survivors& out) {
+  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, grid, block, first, out);
 }
 
 }  // namespace qs::cpu::fast

@@ -4,12 +4,14 @@
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cpu::fast {
 
-/// Fills every plane of `out` but the colours with the Gaussians of `block` that have a footprint.
-/// `first` is the cloud's index of the block's first Gaussian.
-void project(const View<float>& view, const FootprintRules& rules, const Block& block,
-             std::uint32_t first, Survivors& out);
+/// Fills `out` with the Gaussians of `block` that have a footprint, without those that are too far
+/// outside the picture to have a tile in any mode. `first` is the cloud's index of the block's
+/// first Gaussian.
+void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
+             const Block& block, std::uint32_t first, Survivors& out);
 
 }  // namespace qs::cpu::fast

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "app/bench/zoom_path.h"
 #include "app/camera_control.h"
@@ -280,6 +281,20 @@ void on(Viewer& v, const ToggleZoomRecorder&) {
 void on(Viewer& v, const BenchView&) {
   if (v.scene) request_now(v, request::Bench{});
 }
+void on(Viewer& v, const InspectPixel& a) {
+  const glm::dvec2 end(v.camera.width, v.camera.height);
+  const bool inside = glm::all(glm::greaterThanEqual(a.pixel, glm::dvec2(0))) &&
+                      glm::all(glm::lessThan(a.pixel, end));
+  if (v.scene && v.panels.inspector && inside)
+    request_now(v, request::Inspect{a.pixel, std::nullopt});
+}
+void on(Viewer& v, const InspectGaussian& a) {
+  if (v.scene && v.inspected && v.inspected->version == v.version)
+    request_now(v, request::Inspect{glm::dvec2(v.inspected->inspection.pixel.pixel), a.gaussian});
+}
+void on(Viewer& v, const AskOracle&) {
+  if (v.scene) request_now(v, request::AskOracle{});
+}
 void on(Viewer& v, const AddKeyframe&) {
   const double time = v.keyframes.empty() ? 0 : v.keyframes.back().time + 1;
   v.keyframes.push_back({time, v.camera});
@@ -331,6 +346,8 @@ void on(Viewer& v, const SceneOpened& a) {
     v.keyframes.clear();
     v.playback = {};
     v.zoom = {};
+    v.inspected.reset();
+    v.oracle.reset();
     set_first_view(v);
   }
   view_changed(v);
@@ -374,6 +391,11 @@ void on(Viewer& v, const NumbersMeasured& a) {
   }
 }
 void on(Viewer& v, const MeasuringChanged& a) { v.measuring = a.running; }
+void on(Viewer& v, const PixelInspected& a) { v.inspected = a.view; }
+void on(Viewer& v, const OracleAnswered& a) {
+  v.oracle = a.answer;
+  say(v, a.answer.sentence);
+}
 void on(Viewer& v, const ZoomStepped& a) {
   if (!v.zoom.running) v.zoom = {true, a.steps, {}, {}};
   v.zoom.rows.insert(v.zoom.rows.end(), a.rows.begin(), a.rows.end());

@@ -109,6 +109,13 @@ struct SetPhotographOpacity {
 // ----------------------------------------------------------------------------
 struct ToggleZoomRecorder {};
 struct BenchView {};
+struct InspectPixel {  ///< a click on the picture; does nothing while the inspector is closed
+  glm::dvec2 pixel;
+};
+struct InspectGaussian {  ///< in the pixel that is being inspected
+  std::uint32_t gaussian;
+};
+struct AskOracle {};
 struct AddKeyframe {};
 struct RemoveKeyframe {
   std::size_t index;
@@ -159,6 +166,12 @@ struct MemoryMeasured {
 struct MeasuringChanged {
   bool running;
 };
+struct PixelInspected {
+  InspectedView view;
+};
+struct OracleAnswered {
+  OracleAnswer answer;
+};
 struct ZoomStepped {
   int steps;
   std::vector<BenchRow> rows;  ///< of the new step
@@ -182,11 +195,13 @@ using Action = std::variant<
     action::TogglePanel, action::TogglePhotograph, action::ToggleFullscreen, action::TakeScreenshot,
     action::CopyCamera, action::PasteCamera, action::Open, action::Reload, action::CancelLoading,
     action::Quit, action::ToggleOption, action::SetPhotographOpacity, action::ToggleZoomRecorder,
-    action::BenchView, action::AddKeyframe, action::RemoveKeyframe, action::TogglePlayback,
-    action::Seek, action::SaveKeyframes, action::SetKeyframes, action::Tick, action::SetLoading,
+    action::BenchView, action::InspectPixel, action::InspectGaussian, action::AskOracle,
+    action::AddKeyframe, action::RemoveKeyframe, action::TogglePlayback, action::Seek,
+    action::SaveKeyframes, action::SetKeyframes, action::Tick, action::SetLoading,
     action::SceneOpened, action::BackendChanged, action::CamerasOpened, action::FrameShown,
     action::NumbersMeasured, action::WindowMeasured, action::MemoryMeasured,
-    action::MeasuringChanged, action::ZoomStepped, action::ZoomEnded, action::Say>;
+    action::MeasuringChanged, action::PixelInspected, action::OracleAnswered, action::ZoomStepped,
+    action::ZoomEnded, action::Say>;
 
 using Actions = std::vector<Action>;
 

@@ -35,6 +35,7 @@ std::vector<Binding> make_bindings() {
 
   panel(GLFW_KEY_F10, 0, "Performance", &Panels::hud);
   panel(GLFW_KEY_I, 0, "Scene and render settings", &Panels::info);
+  panel(GLFW_KEY_B, 0, "Inspector: boxes of a Gaussian", &Panels::inspector);
   panel(GLFW_KEY_F1, 0, "Help", &Panels::help);
   panel(GLFW_KEY_TAB, 0, "All windows", &Panels::all);
   add(GLFW_KEY_H, 0, Menu::view, "Heat map", ToggleHeatmap{});
@@ -70,6 +71,7 @@ std::vector<Binding> make_bindings() {
 
   add(GLFW_KEY_Z, 0, Menu::measure, "Record a zoom", ToggleZoomRecorder{});
   add(GLFW_KEY_P, 0, Menu::measure, "Bench this view", BenchView{});
+  add(GLFW_KEY_0, 0, Menu::measure, "Compare with the reference", AskOracle{});
   return rows;
 }
 
@@ -86,6 +88,7 @@ constexpr std::array kGestures = {
     Gesture{"Wheel", "nearer, farther"},
     Gesture{"Shift+Wheel", "field of view"},
     Gesture{"Ctrl+Wheel", "roll"},
+    Gesture{"Click", "with the inspector open: what makes this pixel"},
     Gesture{"Double click", "pivot at what is under the cursor"},
     Gesture{"Shift, Alt", "fly 5 times faster, slower"},
     Gesture{"Drop a file", "a scene, a folder, cameras"},

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/inspect/inspection_text.h"
 #include "app/text.h"
 #include "io/cameras.h"
 
@@ -125,6 +126,8 @@ std::string state_json(const Viewer& viewer) {
         {"quantity", kHeatmaps[static_cast<std::size_t>(viewer.shown.heatmap->quantity)].name},
         {"total", viewer.shown.heatmap->total}};
   }
+  if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
+  if (viewer.oracle) json["oracle"] = viewer.oracle->sentence;
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
   json["keyframes"] = viewer.keyframes.size();

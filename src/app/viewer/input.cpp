@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kKnownMods = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
+constexpr double kClickPixels = 3;  ///< the cursor may move this far between press and release
 constexpr double kFast = 5, kSlow = 0.2;
 
 }  // namespace
@@ -36,7 +37,10 @@ void Input::key(int key, bool down, bool repeat, int mods, bool captured, Action
 
 void Input::button(int button, bool down, bool captured, double now, Actions& actions) {
   if (!down) {
-    if (button == dragged_) dragged_ = -1;
+    if (button != dragged_) return;
+    dragged_ = -1;
+    if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
+      actions.push_back(action::InspectPixel{cursor_});
     return;
   }
   if (captured) return;

@@ -10,6 +10,7 @@
 #include "app/bench/zoom_path.h"
 #include "app/bench/zoom_recording.h"
 #include "app/frame_metadata.h"
+#include "app/inspect/construction.h"
 #include "app/shots.h"
 #include "app/stats_file.h"
 
@@ -167,6 +168,47 @@ Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
     if (!problem.empty()) studio.report(action::Say{problem});
     studio.report(action::NumbersMeasured{{order.version, report.rows}});
     studio.report(action::Say{fmt::format("wrote {}", path.string())});
+  };
+}
+
+Job inspect_view(FrameOrder order, glm::ivec2 pixel, std::optional<std::uint32_t> gaussian) {
+  return [order = std::move(order), pixel, gaussian](Studio& studio) {
+    const Frame& frame = studio.session.renderer->render(
+        order.camera, order.settings, inspection_outputs(), HostImage{}, studio.stop);
+    const glm::ivec2 size(order.camera.width, order.camera.height);
+    InspectedView view{
+        order.version, inspect(frame, size, pixel, order.settings.background, gaussian), {}};
+    if (view.inspection.gaussian) {
+      view.construction = draw_construction(
+          {view.inspection, frame.color, frame.grid, scene_name(studio.session.scene.path)});
+    }
+    studio.report(action::PixelInspected{std::move(view)});
+  };
+}
+
+Job ask_oracle_about(FrameOrder order) {
+  return [order = std::move(order)](Studio& studio) {
+    constexpr int kTolerance = 2;  // of 8-bit values
+    const ReportAtEnd end(studio, action::SetLoading{});
+    Session& session = studio.session;
+    Outputs outputs;
+    outputs.trace = true;
+    const Frame frame =
+        session.renderer->render(order.camera, order.settings, outputs, HostImage{}, studio.stop);
+    const Progress progress = loading_progress(session.scene.path, "computing the reference of",
+                                               studio.stop, studio.report);
+    progress.update(0);
+    std::unique_ptr<Renderer> own;
+    if (session.backend != Backend::cpu) {
+      own = make_renderer(Backend::cpu, studio.options);
+      own->upload(session.scene.cloud, {{}, studio.stop});
+    }
+    const Verdict verdict = ask_oracle(own ? *own : *session.renderer, order.camera, order.settings,
+                                       frame, std::nullopt, kTolerance, progress);
+    const char* mode = kCullers[static_cast<std::size_t>(order.settings.mode)].name;
+    studio.report(action::OracleAnswered{
+        {order.version, verdict,
+         fmt::format("{}: {}", mode, verdict_sentence(verdict, kTolerance))}});
   };
 }
 

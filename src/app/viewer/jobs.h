@@ -29,6 +29,12 @@ Job record_zoom_from(FrameOrder order, glm::ivec2 pixel, std::filesystem::path f
 /// All modes with bench's plan, saved in bench/SCENE_NNNN below `folder`.
 Job bench_view(FrameOrder order, std::string camera_name, std::filesystem::path folder);
 
+/// What makes a pixel, and the construction of one of its Gaussians.
+Job inspect_view(FrameOrder order, glm::ivec2 pixel, std::optional<std::uint32_t> gaussian);
+
+/// Compares the view with the fp64 reference, which takes seconds.
+Job ask_oracle_about(FrameOrder order);
+
 /// FOLDER/STEM_0001ENDING, the first number that does not exist yet.
 std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
                                 const std::string& ending);

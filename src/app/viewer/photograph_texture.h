@@ -7,13 +7,12 @@
 #include <future>
 
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/picture_texture.h"
 
 namespace qs {
 
 class PhotographTexture {
  public:
-  ~PhotographTexture();
-
   /// Starts reading unless it is the one on show.
   void show(const std::filesystem::path& path);
 
@@ -24,7 +23,7 @@ class PhotographTexture {
   bool reading() const { return next_.valid(); }
 
  private:
-  unsigned texture_ = 0;
+  PictureTexture texture_;
   std::filesystem::path path_;
   std::future<Image> next_;
 };

@@ -81,6 +81,8 @@ class ViewLoop {
         apply(viewer_, action);
         note_change(action);
         if (std::holds_alternative<action::SceneOpened>(action)) restore_camera();
+        if (std::holds_alternative<action::PixelInspected>(action))
+          memory_.construction = construction_.show(viewer_.inspected->construction);
       }
       carry_out_requests();
       take_frame();
@@ -190,6 +192,10 @@ class ViewLoop {
     order.version = viewer_.view_version;
     render_->run(bench_view(order, camera_name(), options_.out_dir));
   }
+  void carry_out(const request::Inspect& what) {
+    render_->run(inspect_view(current_order(), glm::ivec2(glm::floor(what.pixel)), what.gaussian));
+  }
+  void carry_out(const request::AskOracle&) { render_->run(ask_oracle_about(current_order())); }
   void carry_out(const request::SwitchBackend& what) { render_->run(switch_backend(what.backend)); }
   void carry_out(const request::ReadPhotograph& what) { photograph_.show(what.path); }
   void carry_out(const request::SavePath& what) {
@@ -426,6 +432,7 @@ class ViewLoop {
   Window window_;
   Presenter presenter_;
   PhotographTexture photograph_;
+  PictureTexture construction_;
   std::optional<GlFrames> gl_frames_;
   SceneLoader loader_;
   std::optional<RenderThread> render_;

@@ -15,6 +15,8 @@
 
 #include "app/bench/bench_report.h"
 #include "app/bench/camera_path.h"
+#include "app/inspect/inspection.h"
+#include "app/inspect/oracle.h"
 #include "app/picture/heatmap.h"
 #include "app/scene_box.h"
 #include "raster/renderer.h"
@@ -43,7 +45,7 @@ struct ViewedScene {
 /// Which windows are open. Each is a row of kBindings too.
 struct Panels {
   bool hud = true, info = false, help = false, cameras = false, settings = false;
-  bool recorder = false, open = false, photograph = false, frusta = false;
+  bool recorder = false, open = false, photograph = false, frusta = false, inspector = false;
   bool all = true;  ///< false: nothing but the picture
 };
 
@@ -78,6 +80,20 @@ struct ZoomRecording {
   std::filesystem::path folder;
 };
 
+/// What the inspector shows, of the view that was on show then.
+struct InspectedView {
+  int version = -1;  ///< Viewer::version
+  Inspection inspection;
+  Image construction;  ///< draw_construction() of the picked Gaussian; empty without one
+};
+
+/// What the reference says of a view.
+struct OracleAnswer {
+  int version = -1;  ///< Viewer::version
+  Verdict verdict;
+  std::string sentence;
+};
+
 struct Playback {
   bool running = false;
   double time = 0;  ///< seconds on the path
@@ -108,6 +124,11 @@ struct CopyText {
 struct PasteText {};
 struct StopRecording {};
 struct Bench {};
+struct Inspect {
+  glm::dvec2 pixel;
+  std::optional<std::uint32_t> gaussian;  ///< the one to pick, else the pixel's heaviest
+};
+struct AskOracle {};
 struct SwitchBackend {
   Backend backend;
 };
@@ -124,8 +145,8 @@ struct Quit {};
 using Request =
     std::variant<request::Open, request::CancelLoading, request::Pick, request::Screenshot,
                  request::CopyText, request::PasteText, request::StopRecording, request::Bench,
-                 request::SwitchBackend, request::ReadPhotograph, request::SavePath,
-                 request::Fullscreen, request::Quit>;
+                 request::Inspect, request::AskOracle, request::SwitchBackend,
+                 request::ReadPhotograph, request::SavePath, request::Fullscreen, request::Quit>;
 
 struct Viewer {
   double now = 0;  ///< seconds since the start, set by the loop
@@ -160,6 +181,8 @@ struct Viewer {
   float present_ms = 0;        ///< GPU time of the window's own drawing of the frame
   std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
   ZoomRecording zoom;
+  std::optional<InspectedView> inspected;
+  std::optional<OracleAnswer> oracle;
   std::vector<Keyframe> keyframes;
   Playback playback;
 

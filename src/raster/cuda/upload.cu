@@ -1,62 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <array>
 #include <limits>
 
-#include "raster/cuda/stream.cuh"
 #include "raster/cuda/upload.cuh"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs::cuda {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 15;  // Gaussians that travel at a time
-
-/// Carries chunks to the device through two buffers that the GPU can read by itself: while one is
-/// on its way the pool's threads fill the other.
-template <class T>
-class Courier {
- public:
-  /// Throws Error(device) when there is no room for chunks of `capacity` elements.
-  Courier(std::size_t capacity, cudaStream_t stream, ThreadPool& pool)
-      : stream_(stream), pool_(pool) {
-    for (Half& half : halves_) {
-      check(cudaMallocHost(&half.host, std::max<std::size_t>(capacity, 1) * sizeof(T)), "upload");
-      half.device.reserve("the scene", capacity);
-    }
-  }
-  ~Courier() { cudaStreamSynchronize(stream_); }
-  Courier(const Courier&) = delete;
-  Courier& operator=(const Courier&) = delete;
-
-  /// Where the elements will be for what follows in the stream, until the next but one call.
-  const T* carry(const T* from, std::size_t count) {
-    Half& half = halves_[turn_++ % 2];
-    half.left.wait();
-    pool_.for_chunks(count, kGrain, [&](std::size_t begin, std::size_t end, int) {
-      std::copy(from + begin, from + end, half.host + begin);
-    });
-    check(cudaMemcpyAsync(half.device.data(), half.host, count * sizeof(T), cudaMemcpyHostToDevice,
-                          stream_),
-          "upload");
-    half.left.record(stream_);
-    return half.device.data();
-  }
-
- private:
-  static constexpr std::size_t kGrain = (1 << 18) / sizeof(T);
-
-  struct Half {
-    ~Half() { cudaFreeHost(host); }
-    T* host = nullptr;
-    DeviceBuffer<T> device;
-    Event left;  // the host's side can be filled again
-  };
-  std::array<Half, 2> halves_;
-  unsigned turn_ = 0;
-  cudaStream_t stream_;
-  ThreadPool& pool_;
-};
+constexpr std::size_t kChunk = 1 << 16;  // Gaussians that travel at a time
 
 __global__ void spread_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
                                  float4* covariances, float2* covariances_z) {
@@ -104,19 +56,25 @@ void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t s
   ThreadPool pool;
   const ActivatedCloud active = activate(cloud, pool);
   const std::size_t chunk_size = std::min(kChunk, cloud.size());
-  Courier<ActiveGaussian> gaussians(chunk_size, stream, pool);
-  Courier<float> rows(chunk_size * width, stream, pool);
+  DeviceBuffer<ActiveGaussian> gaussians;
+  DeviceBuffer<float> rows;
+  gaussians.reserve("the scene", chunk_size);
+  rows.reserve("the scene", chunk_size * width);
   for (std::size_t first = 0; first < cloud.size(); first += kChunk) {
     progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud.size()));
     const std::size_t count = std::min(kChunk, cloud.size() - first);
     const auto n = static_cast<unsigned>(count);
-    launch("spread_gaussians", spread_gaussians, blocks_for(count), stream,
-           gaussians.carry(active.gaussians.data() + first, count), n,
+    check(cudaMemcpyAsync(gaussians.data(), active.gaussians.data() + first,
+                          count * sizeof(ActiveGaussian), cudaMemcpyHostToDevice, stream),
+          "upload");
+    launch("spread_gaussians", spread_gaussians, blocks_for(count), stream, gaussians.data(), n,
            device.positions.data() + first, device.covariances.data() + first,
            device.covariances_z.data() + first);
-    const float* sh = &cloud.sh[first * (width / 3)].x;
-    launch("spread_rows", spread_rows, blocks_for(count), stream, rows.carry(sh, count * width), n,
-           width, cloud.size(), first, device.sh.data());
+    check(cudaMemcpyAsync(rows.data(), cloud.sh.data() + first * (width / 3),
+                          count * width * sizeof(float), cudaMemcpyHostToDevice, stream),
+          "upload");
+    launch("spread_rows", spread_rows, blocks_for(count), stream, rows.data(), n, width,
+           cloud.size(), first, device.sh.data());
   }
   check(cudaStreamSynchronize(stream), "upload");
   if (cloud.size() > 0) device.low = device.high = cloud.positions[0];

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include <imgui.h>
 
@@ -74,6 +75,38 @@ void draw_pivot(const Viewer& viewer) {
   draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
 }
 
+// The picked Gaussian where it is: ellipse, box, quadrants' boxes; and the pixel.
+void draw_inspected(const Viewer& viewer) {
+  const Inspection& inspection = viewer.inspected->inspection;
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  const auto rectangle = [&](glm::dvec2 low, glm::dvec2 high, ImU32 color, float width) {
+    draw.AddRect(to_screen(low, viewer.camera), to_screen(high, viewer.camera), color, 0, 0, width);
+  };
+  if (inspection.gaussian) {
+    const GaussianReport& gaussian = *inspection.gaussian;
+    rectangle(gaussian.square.low, gaussian.square.high, IM_COL32(255, 255, 255, 150), 1);
+    rectangle(gaussian.adr.low, gaussian.adr.high, IM_COL32(230, 159, 0, 255), 1.5f);
+    for (const Box& box : gaussian.quad_boxes)
+      rectangle(box.low, box.high, IM_COL32(86, 180, 233, 255), 1.5f);
+    std::vector<ImVec2> ellipse;
+    for (const glm::vec2 point : ellipse_of(gaussian.footprint, 96))
+      ellipse.push_back(to_screen(point, viewer.camera));
+    draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), IM_COL32(213, 94, 0, 255),
+                     ImDrawFlags_Closed, 2);
+  }
+  const glm::dvec2 pixel(inspection.pixel.pixel);
+  rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 0, 0, 255), 3);
+  rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 200, 140, 255), 1.5f);
+}
+
+// A ring around the first pixel that is not the reference's.
+void draw_verdict(const Viewer& viewer) {
+  const ImVec2 at = to_screen(glm::dvec2(*viewer.oracle->verdict.pixel), viewer.camera);
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
+  draw.AddCircle(at, 12, IM_COL32(230, 92, 56, 255), 32, 2);
+}
+
 }  // namespace
 
 void draw_overlay(const Viewer& viewer, const PanelMemory& memory) {
@@ -87,6 +120,10 @@ void draw_overlay(const Viewer& viewer, const PanelMemory& memory) {
       draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, IM_COL32(86, 180, 233, 190), 1);
     }
   }
+  if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
+    draw_inspected(viewer);
+  if (viewer.oracle && viewer.oracle->verdict.pixel && viewer.oracle->version == viewer.version)
+    draw_verdict(viewer);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
 }
 

@@ -16,6 +16,7 @@ void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions) {
     if (viewer.panels.info && viewer.scene) draw_info(viewer, actions, top);
     if (viewer.panels.cameras && viewer.scene) draw_cameras(viewer, actions, top);
     if (viewer.panels.recorder) draw_recorder(viewer, actions, top);
+    if (viewer.panels.inspector && viewer.scene) draw_inspector(viewer, memory, actions, top);
     if (viewer.panels.help) draw_help(viewer, actions);
     if (viewer.panels.open) draw_open(viewer, memory, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, actions);

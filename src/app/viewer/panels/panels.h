@@ -21,6 +21,7 @@ struct PanelMemory {
   unsigned photograph = 0;                     ///< GL texture, 0 = none
   std::filesystem::path photograph_path;       ///< of which picture it is
   double photograph_aspect = 1;                ///< width / height
+  unsigned construction = 0;                   ///< GL texture of the inspector's, 0 = none
   glm::dvec2 cursor{-1};                       ///< pixels of the picture
   Scale heat_scale;                            ///< of the heat map on show
 };
@@ -40,6 +41,7 @@ void draw_info(const Viewer& viewer, Actions& actions, float top);
 void draw_help(const Viewer& viewer, Actions& actions);
 void draw_cameras(const Viewer& viewer, Actions& actions, float top);
 void draw_recorder(const Viewer& viewer, Actions& actions, float top);
+void draw_inspector(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top);
 void draw_open(const Viewer& viewer, PanelMemory& memory, Actions& actions);
 void draw_overlay(const Viewer& viewer, const PanelMemory& memory);
 void draw_messages(const Viewer& viewer, Actions& actions);

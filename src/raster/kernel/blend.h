@@ -32,18 +32,16 @@ QS_HD Splat make_splat(const Footprint& footprint, float opacity, glm::vec3 colo
           opacity, color};
 }
 
-/// 2^x, relative error below 2e-7 for -126 <= x < 127; smaller x give 2^-126. Degree 5, fitted to
-/// the smallest largest relative error on [-1/2, 1/2] with p(0) = 1.
+/// 2^x, relative error below 2e-7 for -126 <= x < 127; smaller x give 2^-126.
 QS_HD float exp2_polynomial(float x) {
   x = x > -126.0f ? x : -126.0f;
-  constexpr float kRound = 12582912.0f;  // 1.5 * 2^23: adding it rounds to the nearest integer
-  const float shifted = x + kRound;
-  const float fraction = x - (shifted - kRound);
-  float p = 0.001326472731307149f;
-  p = p * fraction + 0.009671512991189957f;
-  p = p * fraction + 0.05550733581185341f;
-  p = p * fraction + 0.24022242426872253f;
-  p = p * fraction + 0.6931470036506653f;
+  const float shifted = x + kRoundToInteger;
+  const float fraction = x - (shifted - kRoundToInteger);
+  float p = kExp2C5;
+  p = p * fraction + kExp2C4;
+  p = p * fraction + kExp2C3;
+  p = p * fraction + kExp2C2;
+  p = p * fraction + kExp2C1;
   p = p * fraction + 1.0f;
   std::uint32_t bits, exponent;  // unsigned: x far above the range wraps instead of being undefined
   std::memcpy(&bits, &p, sizeof bits);

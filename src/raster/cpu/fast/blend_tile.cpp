@@ -2,105 +2,12 @@
 #include "raster/cpu/fast/blend_tile.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "raster/kernel/constants.h"
+#include "raster/cpu/fast/tile.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/blend_tile.cpp"
 #include "raster/cpu/fast/simd.h"
-
-#ifndef QS_BLEND_TILE_ONCE
-#define QS_BLEND_TILE_ONCE
-namespace qs::cpu::fast {
-
-/// Tiles are cut into cells, because most Gaussians reach only a part of a tile.
-constexpr int kCellSide = 4;
-constexpr int kCellPixels = kCellSide * kCellSide;
-constexpr int kCellsInRow = kTileSize / kCellSide;
-constexpr int kCells = kCellsInRow * kCellsInRow;
-
-/// Pixels that are composited together, row by row. A plane per value; the planes of a cell lie
-/// side by side, at distances that keep stores to one from holding up loads of another.
-struct alignas(64) Cell {
-  float transmittance[kCellPixels];
-  float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
-  float log2_alpha_min[kCellPixels];     ///< what counts: 1/255 until the pixel stops, then inf
-  float x[kCellPixels], y[kCellPixels];  ///< in the picture
-
-  bool finished() const {
-    return std::all_of(log2_alpha_min, log2_alpha_min + kCellPixels,
-                       [](float least) { return least == INFINITY; });
-  }
-};
-
-/// A tile while it is composited.
-struct Tile {
-  Cell cells[kCells];
-  alignas(64) float cell_x[kCells];           ///< of the first pixel of the cell
-  alignas(64) float cell_y[kCells];           ///< of the first pixel of the cell
-  alignas(64) float closed[kCells];           ///< 0 while the cell has live pixels, then inf
-  alignas(64) std::uint32_t numbers[kCells];  ///< 0, 1, 2, ...
-  alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
-  bool live = true;
-
-  static int cell_of(int column, int row) {
-    return row / kCellSide * kCellsInRow + column / kCellSide;
-  }
-  static int pixel_of(int column, int row) {
-    return row % kCellSide * kCellSide + column % kCellSide;
-  }
-
-  explicit Tile(const TileJob& job) {
-    for (int row = 0; row < kTileSize; ++row) {
-      for (int column = 0; column < kTileSize; ++column) {
-        Cell& cell = cells[cell_of(column, row)];
-        const int i = pixel_of(column, row);
-        const bool inside = column < job.width && row < job.height;
-        cell.transmittance[i] = 1;
-        cell.red[i] = cell.green[i] = cell.blue[i] = 0;
-        cell.log2_alpha_min[i] = inside ? -kLog2Of255 : INFINITY;
-        cell.x[i] = static_cast<float>(job.x0 + column);
-        cell.y[i] = static_cast<float>(job.y0 + row);
-      }
-    }
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-      cell_x[cell] = cells[cell].x[0];
-      cell_y[cell] = cells[cell].y[0];
-      numbers[cell] = cell;
-      std::fill_n(evaluated[cell], kCellPixels, job.length);
-    }
-    close_finished_cells();
-  }
-
-  void close_finished_cells() {
-    live = false;
-    for (int cell = 0; cell < kCells; ++cell) {
-      closed[cell] = cells[cell].finished() ? INFINITY : 0.0f;
-      live = live || closed[cell] == 0.0f;
-    }
-  }
-
-  void write(const TileJob& job) const {
-    for (int row = 0; row < job.height; ++row) {
-      for (int column = 0; column < job.width; ++column) {
-        const Cell& cell = cells[cell_of(column, row)];
-        const int i = pixel_of(column, row);
-        const std::size_t to =
-            static_cast<std::size_t>(row) * job.stride + static_cast<std::size_t>(column);
-        if (job.color != nullptr) {
-          job.color[3 * to] = cell.red[i] + cell.transmittance[i] * job.background.x;
-          job.color[3 * to + 1] = cell.green[i] + cell.transmittance[i] * job.background.y;
-          job.color[3 * to + 2] = cell.blue[i] + cell.transmittance[i] * job.background.z;
-        }
-        if (job.evaluated != nullptr) job.evaluated[to] = evaluated[cell_of(column, row)][i];
-      }
-    }
-  }
-};
-
-}  // namespace qs::cpu::fast
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
@@ -118,14 +25,14 @@ constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 HWY_INLINE V exp2_polynomial(D d, V x) {
   const DU du;
   x = hn::Max(x, hn::Set(d, -126.0f));
-  const V round = hn::Set(d, 12582912.0f);
+  const V round = hn::Set(d, kRoundToInteger);
   const V shifted = hn::Add(x, round);
   const V fraction = hn::Sub(x, hn::Sub(shifted, round));
-  V p = hn::Set(d, 0.001326472731307149f);
-  p = hn::MulAdd(p, fraction, hn::Set(d, 0.009671512991189957f));
-  p = hn::MulAdd(p, fraction, hn::Set(d, 0.05550733581185341f));
-  p = hn::MulAdd(p, fraction, hn::Set(d, 0.24022242426872253f));
-  p = hn::MulAdd(p, fraction, hn::Set(d, 0.6931470036506653f));
+  V p = hn::Set(d, kExp2C5);
+  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C4));
+  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C3));
+  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C2));
+  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C1));
   p = hn::MulAdd(p, fraction, hn::Set(d, 1.0f));
   const auto exponent = hn::ShiftLeft<23>(hn::BitCast(du, shifted));
   return hn::BitCast(d, hn::Add(hn::BitCast(du, p), exponent));

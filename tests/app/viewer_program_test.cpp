@@ -219,6 +219,32 @@ TEST_F(ViewerProgram, a_bench_s_csv_holds_the_numbers_of_the_display) {
   }
 }
 
+TEST_F(ViewerProgram, the_inspector_says_what_the_command_says) {
+  const ProgramRun run = play("wait\nkey F10\nkey B\nsleep 0.2\nmove 40 120\nclick\nwait\nstate " +
+                                  path("a.json") + "\nshot " + path("inspector.png") + "\nquit\n",
+                              {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun inspect =
+      run_quadsplat({"inspect", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
+                     "--size", "320x240", "--pixel", "40,120", "--json"});
+  ASSERT_EQ(inspect.exit_code, 0) << inspect.err;
+  const json headless = json::parse(inspect.out);
+  const json window = state("a.json")["inspector"];
+  ASSERT_TRUE(window.is_object());
+  for (const auto& [key, value] : window.items()) EXPECT_EQ(headless[key], value) << key;
+}
+
+TEST_F(ViewerProgram, the_reference_finds_the_frame_equal_and_a_lossy_mode_not) {
+  const ProgramRun run =
+      play("wait\nkey 0\nwait\nstate " + path("a.json") + "\nkey 3\nwait\nkey 0\nwait\nstate " +
+               path("b.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(state("a.json")["oracle"].get<std::string>(),
+              StartsWith("quadbox: equal to the reference within 2/255"));
+  EXPECT_THAT(state("b.json")["oracle"].get<std::string>(), HasSubstr("pixel"));
+}
+
 TEST_F(ViewerProgram, settings_and_the_last_view_are_kept) {
   const std::vector<std::string> arguments = {path("scene.ply"), "--settings", path("kept.json")};
   ASSERT_EQ(

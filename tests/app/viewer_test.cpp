@@ -357,13 +357,66 @@ TEST(Input, two_quick_clicks_in_place_pick_the_pivot) {
     input.button(GLFW_MOUSE_BUTTON_LEFT, true, false, now, actions);
     input.button(GLFW_MOUSE_BUTTON_LEFT, false, false, now, actions);
   };
+  const auto picks = [&] {
+    return std::count_if(actions.begin(), actions.end(), [](const Action& action) {
+      return std::holds_alternative<PickPivot>(action);
+    });
+  };
   click(1);
   click(2);
-  EXPECT_THAT(actions, IsEmpty());
+  EXPECT_EQ(picks(), 0);
   click(2.2);
-  ASSERT_THAT(actions, SizeIs(1));
+  ASSERT_EQ(picks(), 1);
   click(2.3);  // a third click does not pick again
-  EXPECT_THAT(actions, SizeIs(1));
+  EXPECT_EQ(picks(), 1);
+}
+
+TEST(Input, a_click_that_does_not_drag_inspects_its_pixel) {
+  Input input;
+  Actions actions;
+  input.cursor({40, 30}, Navigation::orbit, actions);
+  input.button(GLFW_MOUSE_BUTTON_LEFT, true, false, 1, actions);
+  EXPECT_THAT(actions, IsEmpty());
+  input.button(GLFW_MOUSE_BUTTON_LEFT, false, false, 1, actions);
+  ASSERT_THAT(actions, SizeIs(1));
+  EXPECT_EQ(std::get<InspectPixel>(actions[0]).pixel, glm::dvec2(40, 30));
+}
+
+TEST(Viewer, clicks_ask_for_an_inspection_only_inside_the_picture_and_with_the_inspector_open) {
+  Viewer viewer = viewer_with(2);
+  const glm::dvec2 inside(5, 5), outside(viewer.camera.width, 5);
+  apply(viewer, InspectPixel{inside});
+  EXPECT_THAT(viewer.requests, IsEmpty());
+  apply(viewer, TogglePanel{&Panels::inspector});
+  apply(viewer, InspectPixel{outside});
+  apply(viewer, InspectGaussian{3});  // nothing is inspected yet
+  EXPECT_THAT(viewer.requests, IsEmpty());
+  apply(viewer, InspectPixel{inside});
+  ASSERT_THAT(viewer.requests, SizeIs(1));
+  EXPECT_EQ(std::get<request::Inspect>(viewer.requests[0]).gaussian, std::nullopt);
+
+  InspectedView view;
+  view.version = viewer.version;
+  view.inspection.pixel.pixel = {5, 5};
+  apply(viewer, PixelInspected{view});
+  apply(viewer, InspectGaussian{3});
+  ASSERT_THAT(viewer.requests, SizeIs(2));
+  EXPECT_EQ(std::get<request::Inspect>(viewer.requests[1]).gaussian, 3u);
+  EXPECT_EQ(std::get<request::Inspect>(viewer.requests[1]).pixel, inside);
+  apply(viewer, GoHome{});
+  apply(viewer, ChangeFov{1});
+  apply(viewer, InspectGaussian{4});  // of an earlier view
+  EXPECT_THAT(viewer.requests, SizeIs(2));
+}
+
+TEST(Viewer, keeps_and_says_what_the_reference_says) {
+  Viewer viewer = viewer_with(2);
+  apply(viewer, AskOracle{});
+  ASSERT_THAT(viewer.requests, SizeIs(1));
+  EXPECT_TRUE(std::holds_alternative<request::AskOracle>(viewer.requests[0]));
+  apply(viewer, OracleAnswered{{viewer.version, {}, "quadbox: equal"}});
+  EXPECT_EQ(viewer.oracle->sentence, "quadbox: equal");
+  EXPECT_EQ(viewer.toasts.back().text, "quadbox: equal");
 }
 
 TEST(Input, modifiers_change_the_wheel) {

@@ -81,8 +81,7 @@ class ViewLoop {
         apply(viewer_, action);
         note_change(action);
         if (std::holds_alternative<action::SceneOpened>(action)) restore_camera();
-        if (std::holds_alternative<action::PixelInspected>(action))
-          memory_.construction = construction_.show(viewer_.inspected->construction);
+        if (std::holds_alternative<action::PixelInspected>(action)) show_inspected();
       }
       carry_out_requests();
       take_frame();
@@ -252,6 +251,11 @@ class ViewLoop {
     }
     presenter_.show(std::move(*reply), memory_.heat_scale);
     draw_again();
+  }
+
+  void show_inspected() {
+    memory_.construction = construction_.show(viewer_.inspected->construction);
+    memory_.inspected_anew = true;
   }
 
   void take_photograph() try {

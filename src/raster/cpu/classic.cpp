@@ -15,9 +15,17 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
   if (outputs.color || outputs.evaluated) {
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
   }
-  if (outputs.used) count_used(frame, visible_, lists_, result);
+  if (outputs.used) cpu::count_used(frame, visible_, lists_, result);
   const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat; };
   collect(visible_, lists_, splat_of, outputs, result);
+}
+
+void Classic::count_used(const FrameContext& frame, Frame& result) {
+  preprocess(frame, visible_);
+  sort(frame, visible_, order_);
+  bin(frame, visible_, order_, lists_);
+  cpu::count_used(frame, visible_, lists_, result);
+  result.stats.used_pairs = sum_of(result.used);
 }
 
 }  // namespace qs::cpu

@@ -13,6 +13,9 @@ class Classic {
   /// Fills `result`, whose maps are sized, but for the time of the frame.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
+  /// Fills used and used_pairs of a frame that another pipeline drew: its lists are the same.
+  void count_used(const FrameContext& frame, Frame& result);
+
  private:
   Visible visible_;
   DepthOrder order_;

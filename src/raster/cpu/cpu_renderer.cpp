@@ -53,19 +53,17 @@ class CpuRenderer final : public Renderer {
     prepare_result(frame.grid);
     if (settings_.mode == kReferenceMode) {
       render_reference(frame, outputs_, result_);
-    } else if (settings_.pipeline == qs::Pipeline::classic || only_classic()) {
+    } else if (settings_.pipeline == qs::Pipeline::classic || settings_.tile_px != kTileSize) {
       classic_.draw(frame, outputs_, result_);
     } else {
       fast_.draw(frame, outputs_, result_);
+      if (outputs_.used) classic_.count_used(frame, result_);
     }
     result_.stats.frame_ms = frame_clock.ms();
     return result_;
   }
 
  private:
-  /// What pipeline `fast` does not know: rare, and never timed.
-  bool only_classic() const { return settings_.tile_px != kTileSize || outputs_.used; }
-
   void prepare_result(TileGrid grid) {
     const auto pixels =
         static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);

@@ -3,6 +3,7 @@
 // The inspector: the Gaussians of the pixel that was clicked, front to back, and how every mode
 // covers one of them.
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -40,28 +41,31 @@ void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions
   ImGui::Dummy({2 * height, height});
 }
 
-void draw_contributions(const Inspection& inspection, Actions& actions) {
+void draw_contributions(const Inspection& inspection, float height, bool anew, Actions& actions) {
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   const PixelReport& pixel = inspection.pixel;
-  if (!ImGui::BeginTable("contributions", 6, kFlags,
-                         {0, 9 * ImGui::GetTextLineHeightWithSpacing()}))
-    return;
+  if (!ImGui::BeginTable("contributions", 6, kFlags, {0, height})) return;
   ImGui::TableSetupScrollFreeze(0, 1);
-  for (const char* name : {"Gaussian", "depth", "alpha", "in front", "weight", "color"})
-    ImGui::TableSetupColumn(name);
-  ImGui::TableHeadersRow();
-  const auto picked = [&](const Contribution& row) {
-    return inspection.gaussian && inspection.gaussian->gaussian == row.gaussian;
+  ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
+  ImGui::TableNextColumn();
+  ImGui::TextUnformatted("Gaussian");
+  for (const char* name : {"depth", "alpha", "in front", "weight"}) cell(name);
+  ImGui::TableNextColumn();
+  ImGui::TextUnformatted("color");
+  const auto draw = [&](const Contribution& row, bool stops) {
+    const bool picked = inspection.gaussian && inspection.gaussian->gaussian == row.gaussian;
+    draw_row(row, picked, stops, actions);
+    if (picked && anew) ImGui::SetScrollHereY();
   };
-  for (const Contribution& row : pixel.contributions) draw_row(row, picked(row), false, actions);
-  if (pixel.stopped_by) draw_row(*pixel.stopped_by, picked(*pixel.stopped_by), true, actions);
+  for (const Contribution& row : pixel.contributions) draw(row, false);
+  if (pixel.stopped_by) draw(*pixel.stopped_by, true);
   ImGui::EndTable();
 }
 
 }  // namespace
 
-void draw_inspector(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top) {
+void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions, float top) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float line = ImGui::GetTextLineHeightWithSpacing();
   ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
@@ -81,14 +85,19 @@ void draw_inspector(const Viewer& viewer, const PanelMemory& memory, Actions& ac
       ImGui::SameLine();
       ImGui::TextColored(palette::kCaution, "(of an earlier view: click again)");
     }
-    draw_contributions(inspection, actions);
+    const bool anew = std::exchange(memory.inspected_anew, false);
+    const ImVec2 room = ImGui::GetContentRegionAvail();
     if (memory.construction != 0 && inspection.gaussian) {
+      // The drawing is as large as leaves the list some lines, which gets the rest.
       const Image& picture = viewer.inspected->construction;
-      const ImVec2 room = ImGui::GetContentRegionAvail();
       const float aspect = static_cast<float>(picture.width) / static_cast<float>(picture.height);
-      const float width = std::min(room.x, std::max(room.y, 6 * line) * aspect);
+      const float height = std::min(room.x / aspect, std::max(room.y - 8 * line, 6 * line));
+      draw_contributions(inspection, room.y - height - ImGui::GetStyle().ItemSpacing.y, anew,
+                         actions);
       ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(memory.construction)),
-                   {width, width / aspect});
+                   {height * aspect, height});
+    } else {
+      draw_contributions(inspection, room.y, anew, actions);
     }
   }
   ImGui::End();

@@ -22,6 +22,7 @@ struct PanelMemory {
   std::filesystem::path photograph_path;       ///< of which picture it is
   double photograph_aspect = 1;                ///< width / height
   unsigned construction = 0;                   ///< GL texture of the inspector's, 0 = none
+  bool inspected_anew = false;                 ///< the inspector shows it for the first time
   glm::dvec2 cursor{-1};                       ///< pixels of the picture
   Scale heat_scale;                            ///< of the heat map on show
 };
@@ -41,7 +42,7 @@ void draw_info(const Viewer& viewer, Actions& actions, float top);
 void draw_help(const Viewer& viewer, Actions& actions);
 void draw_cameras(const Viewer& viewer, Actions& actions, float top);
 void draw_recorder(const Viewer& viewer, Actions& actions, float top);
-void draw_inspector(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top);
+void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions, float top);
 void draw_open(const Viewer& viewer, PanelMemory& memory, Actions& actions);
 void draw_overlay(const Viewer& viewer, const PanelMemory& memory);
 void draw_messages(const Viewer& viewer, Actions& actions);

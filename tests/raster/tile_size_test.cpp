@@ -17,6 +17,7 @@ Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, in
   RenderSettings settings;
   settings.mode = mode;
   settings.tile_px = tile_px;
+  settings.pipeline = Pipeline::classic;  // other tiles are its alone
   Outputs outputs;
   outputs.pairs = outputs.used = outputs.trace = true;
   return renderer->render(camera, settings, outputs);

@@ -64,7 +64,9 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Har
   frame.for_chunks(
       visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
         const std::size_t chunk = begin / Visible::kChunk;
-        RectList& rects = visible.rects[chunk];
+        // Taken out while it grows: the lists' heads lie side by side, and threads that write to
+        // neighbours would wait for each other's cache line.
+        RectList rects = std::move(visible.rects[chunk]);
         rects.clear();
         Survivors survivors;
         Colors colors;
@@ -84,6 +86,7 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Har
             if (traced) visible.footprints[slot] = survivors.footprint(k);
           }
         }
+        visible.rects[chunk] = std::move(rects);
         visible.chunk_counts[chunk] = static_cast<std::uint32_t>(slot - begin);
       });
   visible.count_all();

@@ -9,6 +9,7 @@
 #include "app/frame_metadata.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/oracle.h"
+#include "app/inspect/variant.h"
 #include "app/progress_bar.h"
 #include "app/shots.h"
 #include "io/image_file.h"
@@ -85,7 +86,7 @@ class Compare {
 
   int run() {
     ViewComparison view;
-    view.truth_name = name_of(command_.against);
+    view.truth_name = mode_name(command_.against);
     view.truth = truth();
     for (const CullMode mode : command_.frame.modes) add_variants(mode, view);
     view.crop = command_.crop.value_or(most_different_crop(
@@ -102,10 +103,6 @@ class Compare {
   }
 
  private:
-  static const char* name_of(CullMode mode) {
-    return kCullers[static_cast<std::size_t>(mode)].name;
-  }
-
   Renderer& renderer_on(Backend backend) {
     if (backend == session_.backend) return *session_.renderer;
     std::unique_ptr<Renderer>& other = others_[backend];
@@ -125,16 +122,12 @@ class Compare {
   void add_variants(CullMode mode, ViewComparison& view) {
     RenderSettings settings = session_.settings;
     settings.mode = mode;
-    if (!command_.everywhere) return add_one(session_.backend, settings, name_of(mode), view);
+    if (!command_.everywhere) return add_one(session_.backend, settings, mode_name(mode), view);
     for (const Backend backend : available_backends()) {
       if (backend != Backend::cpu && mode == kReferenceMode) continue;
       for (const Pipeline pipeline : pipelines_of(backend)) {
         settings.pipeline = pipeline;
-        std::string name =
-            fmt::format("{}, {}", name_of(mode), kBackendNames[static_cast<int>(backend)]);
-        if (backend != Backend::cpu)
-          name += fmt::format(" {}", kPipelineNames[static_cast<int>(pipeline)]);
-        add_one(backend, settings, name, view);
+        add_one(backend, settings, full_name({mode, pipeline, backend}), view);
       }
     }
   }

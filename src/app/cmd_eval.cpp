@@ -175,7 +175,7 @@ class Run {
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
       Image image = session_.renderer->render(view.camera, session_.settings).color;
-      save(image, view, kCullers[static_cast<std::size_t>(mode)].name);
+      save(image, view, mode_name(mode));
       clamp_to_unit(image);
       image = area_average(image, photograph.width, photograph.height, pool_);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,

@@ -80,7 +80,7 @@ int run_inspect(Arguments arguments) {
       command.pixel ? *command.pixel : default_pixel(frame, size, command.gaussian);
   const Inspection inspection =
       inspect(frame, size, pixel, session.settings.background, command.gaussian);
-  const char* mode = kCullers[static_cast<std::size_t>(session.settings.mode)].name;
+  const char* mode = mode_name(session.settings.mode);
   if (command.json) {
     nlohmann::ordered_json json = inspection_json(inspection);
     json["mode"] = mode;

@@ -198,10 +198,10 @@ class Run {
   // Writes the frame's picture; returns its path, empty without --output.
   std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
     if (!command_.output) return {};
-    const char* mode_name = kCullers[static_cast<std::size_t>(mode)].name;
+    const char* name = mode_name(mode);
     std::filesystem::path path = *command_.output;
     if (command_.cameras.several()) path = with_shot(path, shot);
-    if (command_.several_modes()) path = with_word(path, mode_name);
+    if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_.scene.path, shot.camera, mode, frame.stats);
     if (command_.heatmap) {
       const Heatmap map = heatmap_of(shot, frame);
@@ -211,11 +211,11 @@ class Run {
                      : scale_for(map.values);
       metadata["Heatmap"] = heatmap_row(map.quantity).name;
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
-      write_image(draw_heatmap(frame.color, map, *scale_, mode_name), path, metadata);
+      write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
     } else {
       write_image(frame.color, path, metadata);
     }
-    fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, mode_name,
+    fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, name,
                shot.camera.width, shot.camera.height);
     return path.string();
   }

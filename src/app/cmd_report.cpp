@@ -8,7 +8,7 @@
 #include "app/command.h"
 #include "app/environment.h"
 #include "app/inspect/construction.h"
-#include "app/inspect/missed.h"
+#include "app/inspect/mapped_frame.h"
 #include "app/picture/heatmap.h"
 #include "app/progress_bar.h"
 #include "app/report/study_page.h"
@@ -91,9 +91,9 @@ class Report {
     ProgressBar bar("studying");
     const SceneStudy study =
         study_scene(*session_.renderer, cameras, session_.settings, pool_, bar.progress());
-    const StudyPage page{study,          scene_name(session_.scene.path),
-                         view_names(),   pictures(),
-                         telling(study), made_with()};
+    const std::string name = scene_name(session_.scene.path);
+    const StudyPage page{study,      name,           view_names(), plots_caption(name),
+                         pictures(), telling(study), made_with()};
     std::string problem;
     const std::string html = format_study_page(page, problem);
     if (!problem.empty()) fmt::print(stderr, "quadsplat: report: no plots: {}\n", problem);
@@ -103,11 +103,20 @@ class Report {
   }
 
  private:
+  std::string size() const {
+    const Camera& first = shots_.front().camera;
+    return fmt::format("{} x {} pixels", first.width, first.height);
+  }
+
   std::string view_names() const {
     std::vector<std::string> names;
     for (const Shot& shot : shots_) names.push_back(shot.origin);
-    const Camera& first = shots_.front().camera;
-    return fmt::format("{}, {} x {} pixels", joined(names, ", "), first.width, first.height);
+    return fmt::format("{}, {}", joined(names, ", "), size());
+  }
+
+  std::string plots_caption(const std::string& name) const {
+    return fmt::format("{}, {} view{}, {}", name, shots_.size(), shots_.size() == 1 ? "" : "s",
+                       size());
   }
 
   const Frame& render(CullMode mode, const Outputs& outputs) {
@@ -126,24 +135,14 @@ class Report {
 
   CaptionedImage heat(CullMode mode, HeatQuantity quantity, const char* caption) {
     const Camera& camera = shots_.front().camera;
-    const char* name = kCullers[static_cast<std::size_t>(mode)].name;
-    Outputs outputs =
-        quantity == HeatQuantity::missed ? inspection_outputs() : outputs_for(quantity);
-    Heatmap map;
-    Image color;
-    if (quantity == HeatQuantity::missed) {
-      const Frame judge = render(kJudgeMode, outputs);
-      const Frame& frame = render(mode, outputs);
-      map = missed_heatmap(missed_contributions(judge, frame, {camera.width, camera.height},
-                                                session_.settings.background, pool_));
-      color = frame.color;
-    } else {
-      const Frame& frame = render(mode, outputs);
-      map = make_heatmap(frame, quantity, camera.width, camera.height);
-      color = frame.color;
-    }
-    return small(draw_heatmap(color, map, scale_for(map.values), name),
-                 fmt::format("{}: {}", name, caption));
+    const char* name = mode_name(mode);
+    RenderSettings settings = session_.settings;
+    settings.mode = mode;
+    const MappedFrame mapped = draw_mapped(*session_.renderer, camera, settings, quantity,
+                                           command_.frame.renderer.threads);
+    return small(
+        draw_heatmap(mapped.frame.color, mapped.heatmap, scale_for(mapped.heatmap.values), name),
+        fmt::format("{}: {}", name, caption));
   }
 
   std::vector<CaptionedImage> pictures() {

@@ -16,8 +16,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-const char* mode_name(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)].name; }
-
 ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json();
 }

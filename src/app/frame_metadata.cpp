@@ -13,7 +13,7 @@ ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& c
   return {{"Software", fmt::format("quadsplat {} ({})", kVersion, kCommit)},
           {"Scene", scene.filename().string()},
           {"Camera", format_camera(camera)},
-          {"Mode", kCullers[static_cast<std::size_t>(mode)].name},
+          {"Mode", mode_name(mode)},
           {"TilePairs", fmt::format("{}", stats.tile_pairs)}};
 }
 

@@ -87,7 +87,7 @@ std::string format_mode_table(std::span<const ModeResult> results) {
   for (const ModeResult& row : results) {
     const RenderStats& s = row.stats;
     const auto ms = static_cast<double>(s.frame_ms);
-    const CullerRow& culler = kCullers[static_cast<std::size_t>(row.mode)];
+    const CullerRow& culler = row_of(row.mode);
     text += fmt::format("{:13}  {:9.2f}  {:7.1f}  {:>12}  {:13.2f}  ", culler.name, ms,
                         1000 / std::max(ms, 1e-6), grouped(s.tile_pairs), pairs_per_visible(s));
     text += base == results.end()

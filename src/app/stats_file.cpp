@@ -31,7 +31,7 @@ ordered_json frame_json(const FrameRecord& record) {
   for (int stage = 0; stage < kStageCount; ++stage)
     stages[kStageNames[stage]] = rounded_ms(stats.stage_ms[stage]);
   ordered_json frame = {{"view", record.view},
-                        {"mode", kCullers[static_cast<std::size_t>(record.result.mode)].name},
+                        {"mode", mode_name(record.result.mode)},
                         {"width", record.shot.camera.width},
                         {"height", record.shot.camera.height},
                         {"gaussians", stats.gaussians},

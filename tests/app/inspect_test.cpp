@@ -14,7 +14,6 @@
 namespace qs {
 namespace {
 
-using test::culler_row;
 using testing::HasSubstr;
 
 class Inspector : public test::InspectorTest {};
@@ -56,7 +55,7 @@ TEST_F(Inspector, counts_of_all_visible_gaussians_are_the_renderer_s_pairs_in_ev
                   count_mode_tiles(mode, frame.trace.footprints[slot], frame.grid));
         pairs += tiles.tiles.size();
       }
-      EXPECT_EQ(pairs, frame.stats.tile_pairs) << culler_row(mode).name << " " << tile_px;
+      EXPECT_EQ(pairs, frame.stats.tile_pairs) << mode_name(mode) << " " << tile_px;
     }
   }
 }
@@ -73,7 +72,7 @@ TEST_F(Inspector, a_gaussian_s_tiles_are_those_whose_lists_hold_it) {
       const GaussianReport report = inspect_gaussian(frame.trace, slot, frame.grid);
       std::vector<int> tiles = report.modes[static_cast<std::size_t>(mode - 1)].tiles;
       std::sort(tiles.begin(), tiles.end());
-      EXPECT_EQ(tiles, listed[report.gaussian]) << culler_row(mode).name;
+      EXPECT_EQ(tiles, listed[report.gaussian]) << mode_name(mode);
     }
   }
 }
@@ -138,7 +137,7 @@ TEST_F(Inspector, pair_uses_are_the_renderer_s_used_pairs) {
       const std::vector<PairUse> uses = pair_uses(frame, size(), pool_);
       const PairUses sums = sum_up(uses);
       EXPECT_EQ(sums.pairs(), frame.stats.tile_pairs);
-      EXPECT_EQ(sums.used, *frame.stats.used_pairs) << culler_row(mode).name << " " << tile_px;
+      EXPECT_EQ(sums.used, *frame.stats.used_pairs) << mode_name(mode) << " " << tile_px;
       EXPECT_GT(sums.hidden, 0u);
     }
   }
@@ -158,7 +157,7 @@ TEST_F(Inspector, use_in_a_tile_is_what_the_whole_frame_says) {
 TEST_F(Inspector, exact_has_the_fewest_false_positives_of_the_lossless_modes) {
   std::map<std::string, PairUses> sums;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode)
-    sums[culler_row(mode).name] = sum_up(pair_uses(render(mode), size(), pool_));
+    sums[mode_name(mode)] = sum_up(pair_uses(render(mode), size(), pool_));
   for (const char* name : {"3dgs", "adr", "quadbox", "quadbox-naive"})
     EXPECT_LT(sums["exact"].false_positives(), sums[name].false_positives()) << name;
   // What is hidden is hidden from every shape.

@@ -9,8 +9,6 @@
 namespace qs {
 namespace {
 
-using test::culler_row;
-
 class Missed : public test::InspectorTest {};
 
 TEST_F(Missed, lossless_modes_miss_nothing_and_the_others_do) {
@@ -18,12 +16,12 @@ TEST_F(Missed, lossless_modes_miss_nothing_and_the_others_do) {
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     const MissedMap map =
         missed_contributions(all, render(mode), size(), settings_.background, pool_);
-    if (culler_row(mode).lossless) {
-      EXPECT_EQ(map.total, 0u) << culler_row(mode).name;
-      EXPECT_EQ(map.largest_alpha, 0) << culler_row(mode).name;
-      EXPECT_EQ(map.largest_error, 0) << culler_row(mode).name;
+    if (row_of(mode).lossless) {
+      EXPECT_EQ(map.total, 0u) << mode_name(mode);
+      EXPECT_EQ(map.largest_alpha, 0) << mode_name(mode);
+      EXPECT_EQ(map.largest_error, 0) << mode_name(mode);
     } else {
-      EXPECT_GT(map.total, 0u) << culler_row(mode).name;
+      EXPECT_GT(map.total, 0u) << mode_name(mode);
       EXPECT_GE(map.largest_alpha, kAlphaMin);
       EXPECT_GT(map.largest_error, 0);
       EXPECT_EQ(map.total, sum_of(map.counts));

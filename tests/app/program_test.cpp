@@ -203,7 +203,7 @@ TEST_F(Program, cull_all_prints_the_mode_table_and_writes_every_mode) {
       render({"--cull", "all", "--psnr", "--repeats", "1", "--output", path("m.png")});
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    const CullerRow& row = kCullers[static_cast<std::size_t>(mode)];
+    const CullerRow& row = row_of(mode);
     EXPECT_THAT(run.out, HasSubstr(std::string("\n") + row.name));
     EXPECT_THAT(run.out, HasSubstr(row.summary));
     EXPECT_TRUE(std::filesystem::exists(folder_ / (std::string("m_") + row.name + ".png")));

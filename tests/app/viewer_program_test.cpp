@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run_program.h"
+#include "app/text.h"
 #include "app/viewer/input_script.h"
 #include "app/virtual_display.h"
 #include "io/cameras.h"
@@ -104,7 +105,7 @@ TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
   const ProgramRun run = play(script + "quit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    const char* name = kCullers[static_cast<std::size_t>(mode)].name;
+    const char* name = mode_name(mode);
     const json by_key = state("key" + std::to_string(mode));
     EXPECT_EQ(by_key["mode"], name);
     EXPECT_EQ(state("keypad" + std::to_string(mode))["mode"], name);
@@ -243,6 +244,110 @@ TEST_F(ViewerProgram, the_reference_finds_the_frame_equal_and_a_lossy_mode_not) 
   EXPECT_THAT(state("a.json")["oracle"].get<std::string>(),
               StartsWith("quadbox: equal to the reference within 2/255"));
   EXPECT_THAT(state("b.json")["oracle"].get<std::string>(), HasSubstr("pixel"));
+}
+
+TEST_F(ViewerProgram, the_split_window_shows_both_variants_and_tells_how_they_differ) {
+  const ProgramRun run = play(
+      "key F10\nkey 3\nwait\nkey Tab\nwait\nshot " + path("first.png") + "\nkey 1\nwait\nshot " +
+          path("other.png") + "\nkey 3\nkey C\nwait\nstate " + path("sides.json") +
+          "\nmove 160 200\nsleep 0.1\ndrag -80 0 left\nwait\nstate " + path("dragged.json") +
+          "\nshot " + path("dragged.png") + "\nkey X\nwait\nshot " + path("flipped.png") +
+          "\nkey Shift+C\nwait\nstate " + path("whole.json") + "\nshot " + path("whole.png") +
+          "\nkey Shift+C\nwait\nshot " + path("difference.png") + "\nkey Shift+C\nwait\nshot " +
+          path("pairs.png") + "\nkey C\nwait\nstate " + path("off.json") + "\nshot " +
+          path("off.png") + "\nquit\n",
+      {path("scene.ply"), "--cull", "3dgs"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json sides = state("sides.json"), dragged = state("dragged.json");
+  EXPECT_EQ(sides["split"]["first"], "dualbox, cpu");
+  EXPECT_EQ(sides["split"]["other"], "3dgs, cpu");
+  EXPECT_EQ(sides["split"]["divider"], 0.5);
+  EXPECT_THAT(sides["caveat"].get<std::string>(), HasSubstr("beside another one"));
+  EXPECT_NEAR(dragged["split"]["divider"].get<double>(), 0.25, 0.01);
+  EXPECT_EQ(dragged["camera"], sides["camera"]);
+  EXPECT_EQ(state("whole.json")["split"]["view"], "one at a time");
+  EXPECT_FALSE(state("off.json").contains("split"));
+
+  const Image first = read_image(path("first.png")), other = read_image(path("other.png"));
+  EXPECT_EQ(sides["split"]["PSNR"], decibels(psnr_8bit(first, other)) + " dB");
+  EXPECT_EQ(read_image(path("off.png")).values, first.values);
+  const Image split = read_image(path("dragged.png")), flipped = read_image(path("flipped.png"));
+  const Image whole = read_image(path("whole.png"));
+  const Image difference = read_image(path("difference.png"));
+  // Rows that neither names nor the grip of the divider cover.
+  for (int y = 0; y < 100; ++y) {
+    for (const int x : {10, 60, 100, 200, 300}) {
+      for (int c = 0; c < 3; ++c) {
+        const bool left = x < 80;
+        const float a = first.at(x, y, c), b = other.at(x, y, c);
+        EXPECT_EQ(split.at(x, y, c), left ? a : b);
+        EXPECT_EQ(flipped.at(x, y, c), left ? b : a);
+        EXPECT_EQ(whole.at(x, y, c), b);
+        EXPECT_NEAR(difference.at(x, y, c), std::min(1.0f, 16 * std::abs(a - b)), 1.01 / 255);
+      }
+    }
+  }
+  EXPECT_LT(psnr_8bit(read_image(path("pairs.png")), first), 25);
+}
+
+TEST_F(ViewerProgram, the_reference_stands_beside_the_view_once_it_was_asked_for) {
+  const ProgramRun run = play(
+      "key F10\nwait\nstate " + path("before.json") + "\nkey 0\nwait\nstate " + path("whole.json") +
+          "\nmove 100 120\nkey Shift+0\nwait\nstate " + path("part.json") + "\nquit\n",
+      {path("scene.ply"), "--beside", "reference"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(state("before.json").contains("split"));
+  const json whole = state("whole.json")["split"], part = state("part.json")["split"];
+  EXPECT_EQ(whole["other"], "reference");
+  EXPECT_EQ(whole["region"], json({0, 0, 320, 240}));
+  EXPECT_EQ(part["region"], json({0, 0, 228, 240}));
+  for (const json& split : {whole, part}) {
+    const std::string error = split["largest error"];
+    EXPECT_TRUE(error == "0" || error.starts_with("1/255")) << error;
+  }
+}
+
+TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {
+  const ProgramRun run =
+      play("wait\nkey 3\nkey H\nkey Shift+H\nkey Shift+H\nkey Shift+H\nwait\nstate " +
+               path("a.json") + "\nkey 2\nwait\nstate " + path("b.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json map = state("a.json")["heatmap"];
+  EXPECT_EQ(map["quantity"], "missed");
+  EXPECT_GT(map["total"], 0);
+  EXPECT_EQ(state("b.json")["heatmap"]["total"], 0);
+  const ProgramRun render = run_quadsplat(
+      {"render", path("scene.ply"), "--backend", "cpu", "--camera-index", "0", "--size", "320x240",
+       "--cull", "dualbox", "--heatmap", "missed", "--output", path("missed.png")});
+  ASSERT_EQ(render.exit_code, 0) << render.err;
+  EXPECT_THAT(render.err, HasSubstr(map["missed"].get<std::string>()));
+}
+
+TEST_F(ViewerProgram, the_display_counts_pairs_in_vain_as_bench_does) {
+  const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
+                           "--size", "320x240", "--cull", "quadbox", "--frames", "1", "--warmup",
+                           "0", "--out-dir", path("bench")})
+                .exit_code,
+            0);
+  const json bench = json::parse(read_text_file(folder_ / "bench/bench.json", 1 << 20));
+  const std::uint64_t count = bench["rows"][0]["false_positives"];
+  EXPECT_THAT(state("a.json")["facts"]["in vain"].get<std::string>(),
+              StartsWith(grouped(count) + " pairs"));
+}
+
+TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {
+  const ProgramRun run =
+      play("wait\nstate " + path("a.json") + "\nkey Y\nwait\nstate " + path("b.json") + "\nshot " +
+               path("turned.png") + "\nkey F5\nwait\nstate " + path("c.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(state("a.json")["axes"], "");
+  EXPECT_EQ(state("b.json")["axes"], "LDB");
+  EXPECT_EQ(state("c.json")["axes"], "LDB");
+  EXPECT_NE(state("b.json")["facts"]["tile pairs"], state("a.json")["facts"]["tile pairs"]);
 }
 
 TEST_F(ViewerProgram, settings_and_the_last_view_are_kept) {

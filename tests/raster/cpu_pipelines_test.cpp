@@ -16,8 +16,6 @@
 namespace qs {
 namespace {
 
-using test::row_of;
-
 /// The scalar one is what remains where there are no vectors.
 constexpr std::int64_t kInstructionSets[] = {HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3};
 
@@ -45,7 +43,7 @@ class CpuPipeline : public testing::TestWithParam<std::int64_t> {
   /// Renders with both pipelines and compares everything.
   static void expect_equal(Renderer& renderer, const Camera& camera, RenderSettings settings) {
     SCOPED_TRACE(testing::Message()
-                 << row_of(settings.mode).name << " " << camera.width << "x" << camera.height);
+                 << mode_name(settings.mode) << " " << camera.width << "x" << camera.height);
     settings.pipeline = Pipeline::classic;
     const Frame classic = renderer.render(camera, settings, everything());
     settings.pipeline = Pipeline::fast;

@@ -9,8 +9,6 @@
 namespace qs {
 namespace {
 
-using test::row_of;
-
 class Cuda : public test::PipelineTest {
  protected:
   /// Settings that reach every branch of preprocessing.
@@ -42,7 +40,7 @@ TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
     for (RenderSettings settings : settings_to_try()) {
       for (const auto& [width, height] : kSizes) {
         for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
-          SCOPED_TRACE(testing::Message() << row_of(settings.mode).name << " " << width << "x"
+          SCOPED_TRACE(testing::Message() << mode_name(settings.mode) << " " << width << "x"
                                           << height << " degree " << degree);
           const Camera camera = test::front_camera(width, height);
           const Frame& a = cpu->render(camera, settings, everything());
@@ -65,7 +63,7 @@ TEST_P(Cuda, draws_the_image_of_the_cpu) {
     for (const auto& [width, height] : kSizes) {
       for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
         SCOPED_TRACE(testing::Message()
-                     << row_of(settings.mode).name << " " << width << "x" << height);
+                     << mode_name(settings.mode) << " " << width << "x" << height);
         const Camera camera = test::front_camera(width, height);
         const Frame& a = cpu->render(camera, settings, everything());
         const Frame& b = gpu->render(camera, settings, everything());
@@ -86,8 +84,7 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
   RenderSettings settings = settings_of_pipeline();
   for (const auto& [width, height] : {std::pair{17, 33}, {161, 45}}) {
     for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
-      SCOPED_TRACE(testing::Message()
-                   << row_of(settings.mode).name << " " << width << "x" << height);
+      SCOPED_TRACE(testing::Message() << mode_name(settings.mode) << " " << width << "x" << height);
       const Camera camera = test::front_camera(width, height);
       const Frame& a = cpu->render(camera, settings, everything());
       const Frame& b = gpu->render(camera, settings, everything());
@@ -163,7 +160,7 @@ TEST_P(Cuda, lossless_modes_are_within_80_db_of_the_reference) {
   for (const CullMode mode : test::tiled_modes()) {
     if (!row_of(mode).lossless) continue;
     settings.mode = mode;
-    EXPECT_GE(psnr_8bit(gpu->render(camera, settings).color, reference), 80.0) << row_of(mode).name;
+    EXPECT_GE(psnr_8bit(gpu->render(camera, settings).color, reference), 80.0) << mode_name(mode);
   }
 }
 
@@ -190,9 +187,9 @@ TEST_P(Cuda, two_runs_are_equal_bit_for_bit) {
     const Frame a = first->render(camera, settings, everything());
     for (Renderer* renderer : {first.get(), second.get()}) {
       const Frame& b = renderer->render(camera, settings, everything());
-      EXPECT_EQ(b.color.values, a.color.values) << row_of(mode).name;
-      EXPECT_EQ(b.evaluated, a.evaluated) << row_of(mode).name;
-      EXPECT_EQ(b.trace.listed, a.trace.listed) << row_of(mode).name;
+      EXPECT_EQ(b.color.values, a.color.values) << mode_name(mode);
+      EXPECT_EQ(b.evaluated, a.evaluated) << mode_name(mode);
+      EXPECT_EQ(b.trace.listed, a.trace.listed) << mode_name(mode);
     }
   }
 }

@@ -69,7 +69,7 @@ TEST_P(CudaSceneSets, equal_the_cpu_and_the_published_counts_on_every_camera) {
     const Camera& camera = cameras.at(set["cameras"][k].get<std::size_t>());
     std::map<std::string, std::uint64_t> counts;
     for (const CullMode mode : test::tiled_modes()) {
-      const std::string name = test::row_of(mode).name;
+      const std::string name = mode_name(mode);
       SCOPED_TRACE(name + ", camera " + set["cameras"][k].dump());
       RenderSettings settings;
       settings.mode = mode;
@@ -158,12 +158,12 @@ TEST_P(CudaScenes, use_the_pairs_that_the_cpu_uses_and_waste_least_in_mode_exact
   outputs.used = true;
   std::map<std::string, std::uint64_t> wasted;
   for (const CullMode mode : test::tiled_modes()) {
-    SCOPED_TRACE(test::row_of(mode).name);
+    SCOPED_TRACE(mode_name(mode));
     RenderSettings settings = settings_of_pipeline();
     settings.mode = mode;
     const RenderStats a = renderers.cpu->render(camera, settings, outputs).stats;
     const RenderStats b = renderers.gpu->render(camera, settings, outputs).stats;
-    wasted[test::row_of(mode).name] = b.tile_pairs - *b.used_pairs;
+    wasted[mode_name(mode)] = b.tile_pairs - *b.used_pairs;
     const auto of_cpu = static_cast<double>(a.tile_pairs - *a.used_pairs);
     EXPECT_NEAR(static_cast<double>(b.tile_pairs - *b.used_pairs), of_cpu, 1e-4 * of_cpu);
   }

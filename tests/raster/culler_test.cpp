@@ -195,7 +195,7 @@ TEST(Cullers, the_square_follows_the_integer_rule_of_3dgs) {
 
 TEST(Cullers, the_table_finds_every_mode_by_its_name_and_nothing_else) {
   for (int mode = 0; mode <= kCullerCount; ++mode) {
-    EXPECT_EQ(find_culler(kCullers[static_cast<std::size_t>(mode)].name), mode);
+    EXPECT_EQ(find_culler(mode_name(mode)), mode);
   }
   EXPECT_EQ(find_culler("quad"), -1);
   EXPECT_EQ(find_culler(""), -1);

@@ -43,8 +43,7 @@ Image oracle_of(const GaussianCloud& cloud, const Camera& camera, const RenderSe
 /// tells.
 Image expected_image(const GaussianCloud& cloud, const Camera& camera,
                      const RenderSettings& settings, const Frame& frame) {
-  if (kCullers[static_cast<std::size_t>(settings.mode)].lossless)
-    return oracle_of(cloud, camera, settings);
+  if (row_of(settings.mode).lossless) return oracle_of(cloud, camera, settings);
   std::vector<std::vector<bool>> listed(cloud.size());
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   for (auto& gaussian : listed) gaussian.resize(tiles);
@@ -75,7 +74,7 @@ class EveryMode : public testing::TestWithParam<int> {};
 
 INSTANTIATE_TEST_SUITE_P(Cullers, EveryMode, testing::Range(0, kCullerCount + 1),
                          [](const auto& mode) {
-                           std::string name = kCullers[static_cast<std::size_t>(mode.param)].name;
+                           std::string name = mode_name(mode.param);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });

@@ -9,8 +9,6 @@
 namespace qs {
 namespace {
 
-const CullerRow& row_of(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)]; }
-
 Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, int tile_px) {
   const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
   renderer->upload(cloud, {});
@@ -31,7 +29,7 @@ TEST(TileSize, lossless_modes_draw_the_same_image_with_any) {
     const Image usual = render(cloud, camera, mode, kTileSize).color;
     for (const int tile_px : kTileSizes)
       EXPECT_EQ(render(cloud, camera, mode, tile_px).color.values, usual.values)
-          << row_of(mode).name << " " << tile_px;
+          << mode_name(mode) << " " << tile_px;
   }
 }
 
@@ -60,8 +58,8 @@ TEST(TileSize, smaller_tiles_give_more_pairs) {
   const Camera camera = test::front_camera(320, 200);
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     const auto pairs = [&](int px) { return render(cloud, camera, mode, px).stats.tile_pairs; };
-    EXPECT_GT(pairs(8), pairs(16)) << row_of(mode).name;
-    EXPECT_GT(pairs(16), pairs(32)) << row_of(mode).name;
+    EXPECT_GT(pairs(8), pairs(16)) << mode_name(mode);
+    EXPECT_GT(pairs(16), pairs(32)) << mode_name(mode);
   }
 }
 

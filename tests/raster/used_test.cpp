@@ -77,8 +77,7 @@ TEST(UsedPairs, are_the_same_in_every_lossless_mode_so_that_shorter_lists_waste_
   const Camera camera = test::front_camera(320, 200);
   const Frame adr = render(cloud, camera, kLossless[0]);
   for (const CullMode mode : kLossless)
-    EXPECT_EQ(render(cloud, camera, mode).used, adr.used)
-        << kCullers[static_cast<std::size_t>(mode)].name;
+    EXPECT_EQ(render(cloud, camera, mode).used, adr.used) << mode_name(mode);
 }
 
 TEST(UsedPairs, sum_up_in_the_statistics_and_are_at_most_the_listed_ones) {

@@ -85,6 +85,4 @@ inline std::vector<CullMode> tiled_modes() {
   return modes;
 }
 
-inline const CullerRow& row_of(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)]; }
-
 }  // namespace qs::test

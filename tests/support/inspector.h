@@ -13,10 +13,6 @@
 
 namespace qs::test {
 
-inline const CullerRow& culler_row(CullMode mode) {
-  return kCullers[static_cast<std::size_t>(mode)];
-}
-
 class InspectorTest : public testing::Test {
  protected:
   InspectorTest() : renderer_(make_renderer(Backend::cpu, {.threads = 2})), pool_(2) {

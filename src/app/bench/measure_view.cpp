@@ -15,7 +15,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   const RenderStats& stats = result.stats;
   const Summary summary = summarise(frame_ms);
   BenchRow row;
-  row.mode = kCullers[static_cast<std::size_t>(result.mode)].name;
+  row.mode = mode_name(result.mode);
   row.pipeline = pipeline_name(session);
   row.backend = kBackendNames[static_cast<int>(session.backend)];
   row.width = camera.width;

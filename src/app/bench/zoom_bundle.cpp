@@ -34,8 +34,7 @@ RenderSettings read_settings(const ordered_json& json) {
 
 std::string format_zoom_json(const ZoomBundle& bundle) {
   ordered_json modes = ordered_json::array();
-  for (const CullMode mode : bundle.modes)
-    modes.push_back(kCullers[static_cast<std::size_t>(mode)].name);
+  for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
   ordered_json json = {{"environment", bundle.environment},
                        {"scene", bundle.scene.string()},
                        {"scene_hash", bundle.scene_hash},

@@ -34,7 +34,7 @@ std::string curves(const ZoomBundle& bundle, int column, bool band) {
   std::string text;
   for (const bool line : {false, true}) {
     for (std::size_t m = 0; m < bundle.modes.size() && (line || band); ++m) {
-      const std::string mode = kCullers[static_cast<std::size_t>(bundle.modes[m])].name;
+      const std::string mode = mode_name(bundle.modes[m]);
       text += text.empty() ? "plot " : ", \\\n  ";
       text += line ? fmt::format(
                          "$mode{} using 1:{} with linespoints linewidth {} pointtype {} "

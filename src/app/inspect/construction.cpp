@@ -32,8 +32,6 @@ struct Fonts {
   Font title{38}, head{26}, text{22}, small{19};
 };
 
-const char* name_of(CullMode mode) { return kCullers[static_cast<std::size_t>(mode)].name; }
-
 /// One entry of the legend: a sample of the line, and its words. Returns the next line's top.
 int legend_line(Image& page, const Font& font, glm::ivec2 at, const Pen& pen, float fill,
                 const std::string& words) {
@@ -166,7 +164,7 @@ void draw_multiples(Image& page, const Fonts& fonts, int top, const Construction
     const PairUses uses = uses_of(input.inspection, index);
     int y = top + panel.height + 10;
     draw_text(page, fonts.head, {left + width / 2, y},
-              fmt::format("{}: {} tiles", name_of(g.modes[index].mode), uses.pairs()), kInk,
+              fmt::format("{}: {} tiles", mode_name(g.modes[index].mode), uses.pairs()), kInk,
               Align::center);
     y += fonts.head.line_height() + 4;
     draw_text(page, fonts.small, {left + width / 2, y},
@@ -180,7 +178,7 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
   const auto& square = g.modes[static_cast<std::size_t>(k3dgs) - 1];
   y = legend_line(page, fonts.small, {at.x, y}, ellipse_pen(), 0.22f, "where alpha reaches 1/255");
   y = legend_line(page, fonts.small, {at.x, y}, square_pen(), 0,
-                  fmt::format("{}: square of three sigma", name_of(square.mode)));
+                  fmt::format("{}: square of three sigma", mode_name(square.mode)));
   y = legend_line(page, fonts.small, {at.x, y}, adr_pen(), 0, "adr: the ellipse's box");
   y = legend_line(page, fonts.small, {at.x, y}, dual_pen(), 0.3f,
                   "dualbox: its two major quadrants");

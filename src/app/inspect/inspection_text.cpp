@@ -34,12 +34,9 @@ ordered_json json_of(const Contribution& c) {
 
 ordered_json json_of(const ModeTiles& mode, const std::vector<PairUse>& uses) {
   const PairUses sums = sum_up(uses);
-  ordered_json json = {{"mode", kCullers[static_cast<std::size_t>(mode.mode)].name},
-                       {"count", mode.tiles.size()},
-                       {"used", sums.used},
-                       {"hidden", sums.hidden},
-                       {"empty", sums.empty},
-                       {"tiles", mode.tiles}};
+  ordered_json json = {
+      {"mode", mode_name(mode.mode)}, {"count", mode.tiles.size()}, {"used", sums.used},
+      {"hidden", sums.hidden},        {"empty", sums.empty},        {"tiles", mode.tiles}};
   if (mode.runs.empty()) return json;
   json["walks"] = mode.walks_rows ? "rows" : "columns";
   for (const TileRun& run : mode.runs)
@@ -94,9 +91,8 @@ std::string pixel_table(const PixelReport& pixel) {
 }
 
 std::string walk_lines(const ModeTiles& mode) {
-  std::string text =
-      fmt::format("{} walks {}:\n", kCullers[static_cast<std::size_t>(mode.mode)].name,
-                  mode.walks_rows ? "rows of tiles" : "columns of tiles");
+  std::string text = fmt::format("{} walks {}:\n", mode_name(mode.mode),
+                                 mode.walks_rows ? "rows of tiles" : "columns of tiles");
   for (std::size_t i = 0; i < std::min(mode.runs.size(), kLines); ++i) {
     const TileRun& run = mode.runs[i];
     text += fmt::format("  {} {}: {} {} to {} ({} tiles)\n", mode.walks_rows ? "row" : "column",
@@ -143,8 +139,7 @@ std::string format_inspection(const Inspection& inspection) {
   text += fmt::format("\n{:14}{:>8}{:>8}{:>8}{:>8}\n", "mode", "tiles", "used", "hidden", "empty");
   for (std::size_t i = 0; i < g.modes.size(); ++i) {
     const PairUses uses = uses_of(inspection, i);
-    text += fmt::format("{:14}{:>8}{:>8}{:>8}{:>8}\n",
-                        kCullers[static_cast<std::size_t>(g.modes[i].mode)].name, uses.pairs(),
+    text += fmt::format("{:14}{:>8}{:>8}{:>8}{:>8}\n", mode_name(g.modes[i].mode), uses.pairs(),
                         uses.used, uses.hidden, uses.empty);
   }
   text +=

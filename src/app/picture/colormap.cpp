@@ -17,17 +17,27 @@ constexpr std::array<std::uint32_t, 33> kViridis = {
     0x1f9f88, 0x21a685, 0x27ad81, 0x31b57b, 0x3dbc74, 0x4cc26c, 0x5cc863, 0x6ece58, 0x81d34d,
     0x95d840, 0xaadc32, 0xc0df25, 0xd5e21a, 0xeae51a, 0xfde725};
 
+// Blue and orange are told apart by every kind of colour vision; both sides darken alike.
+constexpr std::array<std::uint32_t, 7> kDiverging = {0x0b3c6e, 0x3a7fb8, 0x9cc7e4, 0xf2f2f0,
+                                                     0xf4b677, 0xcc6f1d, 0x6e3507};
+
 glm::vec3 unpack(std::uint32_t rgb) {
   return glm::vec3(rgb >> 16 & 0xff, rgb >> 8 & 0xff, rgb & 0xff) / 255.0f;
 }
 
+// Between the colours of a table, `t` in 0..1.
+template <std::size_t kCount>
+glm::vec3 mixed(const std::array<std::uint32_t, kCount>& table, float t) {
+  const float at = std::clamp(t, 0.0f, 1.0f) * (kCount - 1);
+  const std::size_t left = std::min(static_cast<std::size_t>(at), kCount - 2);
+  const float fraction = at - static_cast<float>(left);
+  return (1 - fraction) * unpack(table[left]) + fraction * unpack(table[left + 1]);
+}
+
 }  // namespace
 
-glm::vec3 viridis(float t) {
-  const float at = std::clamp(t, 0.0f, 1.0f) * (kViridis.size() - 1);
-  const std::size_t left = std::min(static_cast<std::size_t>(at), kViridis.size() - 2);
-  const float fraction = at - static_cast<float>(left);
-  return (1 - fraction) * unpack(kViridis[left]) + fraction * unpack(kViridis[left + 1]);
-}
+glm::vec3 viridis(float t) { return mixed(kViridis, t); }
+
+glm::vec3 diverging(float t) { return mixed(kDiverging, 0.5f * (t + 1)); }
 
 }  // namespace qs

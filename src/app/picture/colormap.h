@@ -11,4 +11,7 @@ namespace qs {
 /// `t` is clamped to 0..1: dark violet, blue, green, yellow.
 glm::vec3 viridis(float t);
 
+/// For signed values, `t` clamped to -1..1: blue, near white at 0, orange to brown.
+glm::vec3 diverging(float t);
+
 }  // namespace qs

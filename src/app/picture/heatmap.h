@@ -37,6 +37,9 @@ inline constexpr std::array kHeatmaps = {
 inline constexpr HeatmapRow kMissedHeatmap{
     "missed", "Missed contributions per pixel: what the mode drops", "contributions", "pixel"};
 
+/// All of them, the missed contributions too.
+inline constexpr std::size_t kHeatQuantities = kHeatmaps.size() + 1;
+
 inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
   const auto index = static_cast<std::size_t>(quantity);
   return index < kHeatmaps.size() ? kHeatmaps[index] : kMissedHeatmap;

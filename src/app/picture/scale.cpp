@@ -33,4 +33,12 @@ Scale scale_for(std::span<const std::uint32_t> values) {
   return round_scale(*nth);
 }
 
+Scale scale_for_signed(std::span<const std::int32_t> values) {
+  std::vector<std::uint32_t> sizes;
+  sizes.reserve(values.size());
+  for (const std::int32_t value : values)
+    sizes.push_back(static_cast<std::uint32_t>(value < 0 ? -std::int64_t{value} : value));
+  return scale_for(sizes);
+}
+
 }  // namespace qs

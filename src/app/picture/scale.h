@@ -21,4 +21,7 @@ Scale round_scale(std::uint32_t maximum);
 /// round_scale() of the 99.5th percentile: a few extreme values do not darken all others.
 Scale scale_for(std::span<const std::uint32_t> values);
 
+/// The same for values with signs: it reaches from -maximum to maximum.
+Scale scale_for_signed(std::span<const std::int32_t> values);
+
 }  // namespace qs

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/html_page.h"
 
+#include <cctype>
 #include <cstdint>
 
 #include <fmt/format.h>
@@ -23,7 +24,8 @@ h2 { font-size: 1.4em; margin: 2.2em 0 .4em; border-top: 1px solid #d5d7db; padd
 p { max-width: 46em; }
 table { border-collapse: collapse; margin: 1em 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .3em .9em; text-align: right; border-bottom: 1px solid #e3e5e8; }
-th:first-child, td:first-child { text-align: left; }
+.words { text-align: left; }
+td:first-child { white-space: nowrap; }
 th { border-bottom: 2px solid #1a1c21; font-weight: 600; }
 figure { margin: 1.2em 0; }
 figure.half { display: inline-block; width: 49%; margin: .6em 0; vertical-align: top; }
@@ -75,11 +77,18 @@ void HtmlPage::paragraph(const std::string& text) {
 }
 
 void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
+  // A column is words or numbers, as its first cell below the head.
+  const auto has_words = [&](std::size_t column) {
+    if (column == 0 || rows.size() < 2) return column == 0;
+    return std::isalpha(static_cast<unsigned char>(rows[1].at(column).front())) != 0;
+  };
   body_ += "<table>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     body_ += "<tr>";
-    for (const std::string& cell : rows[i])
-      body_ += fmt::format("<{0}>{1}</{0}>", i == 0 ? "th" : "td", html_escaped(cell));
+    for (std::size_t column = 0; column < rows[i].size(); ++column)
+      body_ +=
+          fmt::format("<{0}{1}>{2}</{0}>", i == 0 ? "th" : "td",
+                      has_words(column) ? " class=\"words\"" : "", html_escaped(rows[i][column]));
     body_ += "</tr>\n";
   }
   body_ += "</table>\n";

@@ -22,7 +22,8 @@ class HtmlPage {
 
   void heading(const std::string& text);
   void paragraph(const std::string& text);
-  /// The first row is the head; the first column is left, the others right.
+  /// The first row is the head. Columns of words are left, those of numbers right; no cell is
+  /// empty.
   void table(const std::vector<std::vector<std::string>>& rows);
   /// A picture with a sentence below it. `half`: two fit side by side, one call after the other.
   void picture(const Image& image, const std::string& caption, bool half = false);

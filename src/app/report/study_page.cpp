@@ -234,8 +234,7 @@ class Writer {
 
 std::string format_study_page(const StudyPage& page, std::string& problem) {
   const WorkFolder folder;
-  const std::string drawn =
-      draw_plots(folder.path(), study_plots(page.study, page.scene + "; " + page.views));
+  const std::string drawn = draw_plots(folder.path(), study_plots(page.study, page.plots));
   // The folder of the scripts goes, so what to do with it is of no use to the reader.
   problem = drawn.substr(0, drawn.find(';'));
   return Writer(page, folder.path(), problem.empty()).text(problem);

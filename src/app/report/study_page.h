@@ -20,7 +20,8 @@ struct CaptionedImage {
 struct StudyPage {
   const SceneStudy& study;
   std::string scene;                     ///< its name
-  std::string views;                     ///< "cameras 0, 24, 48, 1600 x 1200 pixels"
+  std::string views;                     ///< "camera 0, camera 24, 1600 x 1200 pixels"
+  std::string plots;                     ///< of each plot: "plush, 4 views, 1600 x 1200 pixels"
   std::vector<CaptionedImage> pictures;  ///< of the first view
   std::vector<CaptionedImage> telling;   ///< of study.telling; may be empty
   std::string made_with;                 ///< program, machine, time

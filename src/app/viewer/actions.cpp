@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -12,7 +11,8 @@
 
 #include "app/bench/zoom_path.h"
 #include "app/camera_control.h"
-#include "app/framing.h"
+#include "app/viewer/changes.h"
+#include "io/axes.h"
 #include "io/cameras.h"
 
 namespace qs {
@@ -23,107 +23,7 @@ using namespace action;
 constexpr double kRadiansPerPixel = 0.005, kDollyPerNotch = 0.9, kFovPerNotch = 0.94;
 constexpr double kRadiansPerRollNotch = glm::radians(2.0);
 constexpr double kFlyExtentsPerSecond = 0.25;  ///< of the scene's extent
-constexpr double kToastSeconds = 5, kErrorSeconds = 12;
 constexpr std::size_t kMostRecent = 10, kMostFrames = 120;
-
-void picture_changed(Viewer& viewer) { ++viewer.version; }
-
-void view_changed(Viewer& viewer) {
-  ++viewer.version;
-  ++viewer.view_version;
-}
-
-void say(Viewer& viewer, std::string text, bool error = false) {
-  viewer.toasts.push_back(
-      {std::move(text), error, viewer.now + (error ? kErrorSeconds : kToastSeconds)});
-}
-
-void request_now(Viewer& viewer, Request request) { viewer.requests.push_back(std::move(request)); }
-
-// The camera, wherever it came from, at the window's size.
-void set_view(Viewer& viewer, const Camera& camera) {
-  viewer.camera =
-      viewer.camera.width > 0 ? camera.resized(viewer.camera.width, viewer.camera.height) : camera;
-  view_changed(viewer);
-}
-
-void move(Viewer& viewer, const Camera& camera) {
-  viewer.camera = camera;
-  viewer.dataset_camera = -1;
-  viewer.last_motion = viewer.now;
-  view_changed(viewer);
-}
-
-// Where the camera turns around when nothing was picked: on its line of sight, beside the scene's
-// middle.
-glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
-  const double least = 0.05 * scene.extent();
-  const double depth = std::max(depth_of(camera, glm::dvec3(scene.core.center())), least);
-  return camera.position() + depth * view_axes(camera).forward;
-}
-
-double pivot_depth(const Viewer& viewer) {
-  const double least = viewer.scene ? 1e-3 * viewer.scene->extent() : 1e-3;
-  return std::max(depth_of(viewer.camera, viewer.pivot), least);
-}
-
-Camera framed(const Viewer& viewer) {
-  const ViewedScene& scene = *viewer.scene;
-  const int width = std::max(viewer.camera.width, 1), height = std::max(viewer.camera.height, 1);
-  return frame_box(scene.core, scene.smallest_radius, scene.up, width, height);
-}
-
-void read_photograph(Viewer& viewer) {
-  if (!viewer.panels.photograph || viewer.dataset_camera < 0) return;
-  const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
-  if (found != viewer.scene->photographs.end())
-    request_now(viewer, request::ReadPhotograph{found->second});
-}
-
-void go_to_camera(Viewer& viewer, int index) {
-  const std::vector<Camera>& cameras = viewer.scene->cameras;
-  if (index < 0 || index >= static_cast<int>(cameras.size())) return;
-  const Camera& camera = cameras[static_cast<std::size_t>(index)];
-  set_view(viewer, camera);
-  viewer.pivot = natural_pivot(viewer.camera, *viewer.scene);
-  viewer.dataset_camera = index;
-  read_photograph(viewer);
-}
-
-int nearest_camera(const Viewer& viewer) {
-  int nearest = -1;
-  double best = std::numeric_limits<double>::infinity();
-  const ViewAxes here = view_axes(viewer.camera);
-  for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
-    const Camera& other = viewer.scene->cameras[i];
-    // A camera that looks elsewhere is farther: half a turn counts as one extent.
-    const double apart = glm::distance(other.position(), viewer.camera.position());
-    const double turned = 0.5 * (1 - glm::dot(here.forward, view_axes(other).forward));
-    const double distance = apart + turned * viewer.scene->extent();
-    if (distance < best) best = distance, nearest = static_cast<int>(i);
-  }
-  return nearest;
-}
-
-void step_camera(Viewer& viewer, CameraStep step) {
-  if (!viewer.scene || viewer.scene->cameras.empty()) {
-    return say(viewer, "this scene has no cameras: drop its cameras.json on the window");
-  }
-  const int count = static_cast<int>(viewer.scene->cameras.size());
-  const int at = viewer.dataset_camera < 0 ? nearest_camera(viewer) : viewer.dataset_camera;
-  switch (step) {
-    case CameraStep::previous:
-      return go_to_camera(viewer, (at + count - 1) % count);
-    case CameraStep::next:
-      return go_to_camera(viewer, (at + 1) % count);
-    case CameraStep::first:
-      return go_to_camera(viewer, 0);
-    case CameraStep::last:
-      return go_to_camera(viewer, count - 1);
-    case CameraStep::nearest:
-      return go_to_camera(viewer, nearest_camera(viewer));
-  }
-}
 
 void remember(Viewer& viewer, const std::filesystem::path& path) {
   std::erase(viewer.recent, path);
@@ -147,10 +47,20 @@ void on(Viewer& v, const ToggleHeatmap&) {
   picture_changed(v);
 }
 void on(Viewer& v, const NextHeatmap&) {
-  const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatmaps.size();
+  const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatQuantities;
   v.last_heatmap = v.heatmap ? static_cast<HeatQuantity>(next) : v.last_heatmap;
   v.heatmap = v.last_heatmap;
   picture_changed(v);
+}
+void on(Viewer& v, const ChangeSplit& a) {
+  const bool another = a.split.other != v.split.other;
+  v.split = a.split;
+  if (another && v.panels.split) picture_changed(v);
+}
+void on(Viewer& v, const FlipSplit&) { v.split.flipped = !v.split.flipped; }
+void on(Viewer& v, const NextSplitView&) {
+  const auto next = (static_cast<std::size_t>(v.split.view) + 1) % std::size(kSplitViews);
+  v.split.view = static_cast<SplitView>(next);
 }
 void on(Viewer& v, const ScaleSplats& a) {
   v.settings.splat_scale = std::clamp(v.settings.splat_scale * a.factor, 0.01f, 10.0f);
@@ -243,7 +153,12 @@ void on(Viewer& v, const Resize& a) {
   view_changed(v);
 }
 
-void on(Viewer& v, const TogglePanel& a) { v.panels.*a.panel = !(v.panels.*a.panel); }
+void on(Viewer& v, const TogglePanel& a) {
+  v.panels.*a.panel = !(v.panels.*a.panel);
+  if (a.panel != &Panels::split) return;
+  if (v.split.other == v.variant()) v.split.other.mode = v.previous_mode;
+  picture_changed(v);
+}
 void on(Viewer& v, const TogglePhotograph&) {
   if (!v.scene || v.scene->photographs.empty()) {
     return say(v,
@@ -263,9 +178,18 @@ void on(Viewer& v, const CopyCamera&) {
   say(v, "camera copied as JSON, ready for --camera-json");
 }
 void on(Viewer& v, const PasteCamera&) { request_now(v, request::PasteText{}); }
-void on(Viewer& v, const Open& a) { request_now(v, request::Open{a.path}); }
+void on(Viewer& v, const Open& a) { request_now(v, request::Open{a.path, {}}); }
 void on(Viewer& v, const Reload&) {
-  if (v.scene) request_now(v, request::Open{v.scene->path});
+  if (v.scene) request_now(v, request::Open{v.scene->path, v.scene->axes});
+}
+// The file's own, then all others, and so on.
+void on(Viewer& v, const NextAxes&) {
+  if (!v.scene) return;
+  const auto* here = std::find(kAxes.begin(), kAxes.end(), v.scene->axes);
+  const auto* next = v.scene->axes.empty() ? kAxes.begin() : here == kAxes.end() ? here : here + 1;
+  const std::string axes(next == kAxes.end() ? "" : *next);
+  say(v, axes.empty() ? "axes as the file has them" : "read as if its axes were " + axes);
+  request_now(v, request::Open{v.scene->path, axes});
 }
 void on(Viewer& v, const CancelLoading&) { request_now(v, request::CancelLoading{}); }
 void on(Viewer& v, const Quit&) { request_now(v, request::Quit{}); }
@@ -292,8 +216,8 @@ void on(Viewer& v, const InspectGaussian& a) {
   if (v.scene && v.inspected && v.inspected->version == v.version)
     request_now(v, request::Inspect{glm::dvec2(v.inspected->inspection.pixel.pixel), a.gaussian});
 }
-void on(Viewer& v, const AskOracle&) {
-  if (v.scene) request_now(v, request::AskOracle{});
+void on(Viewer& v, const AskOracle& a) {
+  if (v.scene) request_now(v, request::AskOracle{a.around_cursor});
 }
 void on(Viewer& v, const AddKeyframe&) {
   const double time = v.keyframes.empty() ? 0 : v.keyframes.back().time + 1;
@@ -334,7 +258,7 @@ void on(Viewer& v, const Tick& a) {
 }
 void on(Viewer& v, const SetLoading& a) { v.loading = a.loading; }
 void on(Viewer& v, const SceneOpened& a) {
-  const bool another = !v.scene || v.scene->path != a.scene.path;
+  const bool another = !v.scene || v.scene->path != a.scene.path || v.scene->axes != a.scene.axes;
   const CullMode mode = v.settings.mode;
   v.scene = a.scene;
   v.settings = a.settings;
@@ -420,24 +344,13 @@ std::vector<std::string> not_a_measurement(const Viewer& viewer) {
   if (viewer.shown.divisor > 1)
     reasons.push_back(fmt::format("drawn at 1/{} size", viewer.shown.divisor));
   if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
+  if (viewer.shown.other) reasons.emplace_back("beside another one");
   if (viewer.on_demand) {
     reasons.emplace_back("drawn on demand");
   } else if (viewer.vsync) {
     reasons.emplace_back("waits for the display");
   }
   return reasons;
-}
-
-void set_first_view(Viewer& viewer) {
-  viewer.home = framed(viewer);
-  viewer.dataset_camera = -1;
-  if (!viewer.scene->cameras.empty()) {
-    go_to_camera(viewer, 0);
-    viewer.home = viewer.camera;
-    return;
-  }
-  set_view(viewer, viewer.home);
-  viewer.pivot = glm::dvec3(viewer.scene->core.center());
 }
 
 void apply(Viewer& viewer, const Action& action) {

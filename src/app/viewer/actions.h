@@ -23,6 +23,11 @@ struct PeekPreviousMode {
 };
 struct ToggleHeatmap {};
 struct NextHeatmap {};
+struct ChangeSplit {
+  Split split;
+};
+struct FlipSplit {};
+struct NextSplitView {};
 struct ScaleSplats {
   float factor;
 };
@@ -96,6 +101,7 @@ struct Open {
   std::filesystem::path path;
 };
 struct Reload {};
+struct NextAxes {};  ///< reads the file again as if its axes were others
 struct CancelLoading {};
 struct Quit {};
 struct ToggleOption {
@@ -115,7 +121,9 @@ struct InspectPixel {  ///< a click on the picture; does nothing while the inspe
 struct InspectGaussian {  ///< in the pixel that is being inspected
   std::uint32_t gaussian;
 };
-struct AskOracle {};
+struct AskOracle {
+  bool around_cursor = false;  ///< only there, which is quicker
+};
 struct AddKeyframe {};
 struct RemoveKeyframe {
   std::size_t index;
@@ -188,12 +196,13 @@ struct Say {
 
 using Action = std::variant<
     action::SetMode, action::PeekPreviousMode, action::ToggleHeatmap, action::NextHeatmap,
-    action::ScaleSplats, action::ChangeSettings, action::ChangeBackend, action::Orbit, action::Look,
-    action::Pan, action::Dolly, action::ChangeFov, action::Roll, action::Fly,
-    action::ToggleNavigation, action::FrameScene, action::GoHome, action::StepCamera,
-    action::GoToCamera, action::PickPivot, action::SetPivot, action::SetCamera, action::Resize,
-    action::TogglePanel, action::TogglePhotograph, action::ToggleFullscreen, action::TakeScreenshot,
-    action::CopyCamera, action::PasteCamera, action::Open, action::Reload, action::CancelLoading,
+    action::ChangeSplit, action::FlipSplit, action::NextSplitView, action::ScaleSplats,
+    action::ChangeSettings, action::ChangeBackend, action::Orbit, action::Look, action::Pan,
+    action::Dolly, action::ChangeFov, action::Roll, action::Fly, action::ToggleNavigation,
+    action::FrameScene, action::GoHome, action::StepCamera, action::GoToCamera, action::PickPivot,
+    action::SetPivot, action::SetCamera, action::Resize, action::TogglePanel,
+    action::TogglePhotograph, action::ToggleFullscreen, action::TakeScreenshot, action::CopyCamera,
+    action::PasteCamera, action::Open, action::Reload, action::NextAxes, action::CancelLoading,
     action::Quit, action::ToggleOption, action::SetPhotographOpacity, action::ToggleZoomRecorder,
     action::BenchView, action::InspectPixel, action::InspectGaussian, action::AskOracle,
     action::AddKeyframe, action::RemoveKeyframe, action::TogglePlayback, action::Seek,
@@ -206,9 +215,5 @@ using Action = std::variant<
 using Actions = std::vector<Action>;
 
 void apply(Viewer& viewer, const Action& action);
-
-/// The view of a scene that was just opened: its first data set camera, else framed. Sets camera,
-/// home and pivot.
-void set_first_view(Viewer& viewer);
 
 }  // namespace qs

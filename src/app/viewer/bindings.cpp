@@ -29,6 +29,7 @@ std::vector<Binding> make_bindings() {
   panel(GLFW_KEY_O, kCtrl, "Open a file", &Panels::open);
   rows.back().menu = Menu::file;
   add(GLFW_KEY_F5, 0, Menu::file, "Reload", Reload{});
+  add(GLFW_KEY_Y, 0, Menu::file, "Other axes: for files that lie about them", NextAxes{});
   add(GLFW_KEY_F12, 0, Menu::file, "Screenshot of the window", TakeScreenshot{true});
   add(GLFW_KEY_F12, kCtrl, Menu::file, "Screenshot of the picture", TakeScreenshot{false});
   add(GLFW_KEY_Q, kCtrl, Menu::file, "Quit", Quit{});
@@ -63,15 +64,20 @@ std::vector<Binding> make_bindings() {
   add(GLFW_KEY_SPACE, 0, Menu::camera, "Play the path", TogglePlayback{});
 
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    add(GLFW_KEY_0 + mode, 0, Menu::mode, kCullers[static_cast<std::size_t>(mode)].name,
-        SetMode{mode});
+    add(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), SetMode{mode});
   }
   add(GLFW_KEY_GRAVE_ACCENT, 0, Menu::none, "Previous mode, while held", PeekPreviousMode{true});
   rows.back().on_release = PeekPreviousMode{false};
 
+  panel(GLFW_KEY_C, 0, "Split: beside another mode", &Panels::split);
+  rows.back().menu = Menu::mode;
+  add(GLFW_KEY_C, kShift, Menu::mode, "Next view of the split", NextSplitView{});
+  add(GLFW_KEY_X, 0, Menu::mode, "Flip the split", FlipSplit{});
+
   add(GLFW_KEY_Z, 0, Menu::measure, "Record a zoom", ToggleZoomRecorder{});
   add(GLFW_KEY_P, 0, Menu::measure, "Bench this view", BenchView{});
   add(GLFW_KEY_0, 0, Menu::measure, "Compare with the reference", AskOracle{});
+  add(GLFW_KEY_0, kShift, Menu::measure, "The same around the cursor", AskOracle{true});
   return rows;
 }
 

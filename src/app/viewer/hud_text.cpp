@@ -2,6 +2,7 @@
 #include "app/viewer/hud_text.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,13 +16,18 @@ namespace qs {
 std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
 std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
 
+std::string signed_text(std::int64_t number) {
+  const auto size = static_cast<std::uint64_t>(number < 0 ? -number : number);
+  return fmt::format("{}{}", number < 0 ? '-' : '+', grouped(size));
+}
+
 std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
   if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
   return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
 }
 
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
-  const std::string name = kCullers[static_cast<std::size_t>(mode)].name;
+  const std::string name = mode_name(mode);
   const bool one = pipelines_of(viewer.backend).size() < 2;
   for (const BenchRow& row : viewer.numbers.rows) {
     if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
@@ -37,6 +43,12 @@ std::string speedup_text(const BenchRow* row, const BenchRow* base) {
   return fmt::format("{:.2f}x", base->ms_median / row->ms_median);
 }
 
+// The share of pairs that no pixel used.
+std::string in_vain_text(const BenchRow* row) {
+  if (row == nullptr || !row->false_positives) return "-";
+  return fmt::format("{:.1f} %", 100 * row->false_positive_share.value_or(0));
+}
+
 }  // namespace
 
 std::vector<HudRow> hud_rows(const Viewer& viewer) {
@@ -48,11 +60,12 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     const BenchRow* found = measured_row(viewer, mode, here);
     HudRow& row = rows.emplace_back();
     row.mode = mode;
-    row.name = kCullers[static_cast<std::size_t>(mode)].name;
+    row.name = mode_name(mode);
     row.ms = found == nullptr ? "-" : ms_text(found->ms_median);
     row.fps = found == nullptr ? "-" : fps_text(found->fps_median);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
     row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
+    row.in_vain = in_vain_text(found);
     row.speedup = speedup_text(found, measured_row(viewer, base_mode, here));
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
@@ -79,6 +92,10 @@ std::vector<HudFact> hud_facts(const Viewer& viewer) {
       {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
   };
+  const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
+  if (measured != nullptr && measured->false_positives)
+    facts.push_back({"in vain", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
+                                            in_vain_text(measured))});
   if (viewer.process_bytes > 0) {
     facts.push_back(
         {"memory",
@@ -93,17 +110,36 @@ std::string hud_caveat(const Viewer& viewer) {
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
 
+std::vector<HudFact> split_facts(const Viewer& viewer) {
+  if (!viewer.shown.other) return {};
+  const ShownOther& other = *viewer.shown.other;
+  const PixelDifference& pixels = other.pixels;
+  std::vector<HudFact> facts = {
+      {"PSNR", std::isinf(pixels.psnr) ? "equal" : decibels(pixels.psnr) + " dB"},
+      {"largest error", pixels.largest == 0 ? "0"
+                                            : fmt::format("{}/255 at {}, {}", pixels.largest,
+                                                          pixels.farthest.x, pixels.farthest.y)},
+      {"pixels that differ", grouped(pixels.pixels)}};
+  if (other.pairs)
+    facts.push_back(
+        {"tile pairs",
+         fmt::format("{} and {}: {}", grouped(viewer.shown.stats.tile_pairs),
+                     grouped(other.stats.tile_pairs), signed_text(other.pairs->total))});
+  return facts;
+}
+
 std::string state_json(const Viewer& viewer) {
   using nlohmann::ordered_json;
   ordered_json json;
   json["scene"] = viewer.scene ? viewer.scene->name : "";
   json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
-  json["mode"] = kCullers[static_cast<std::size_t>(viewer.mode())].name;
+  json["mode"] = mode_name(viewer.mode());
   json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
   json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
   json["camera"] = viewer.camera.width > 0 && viewer.scene
                        ? ordered_json::parse(format_camera(viewer.camera))
                        : ordered_json();
+  json["axes"] = viewer.scene ? viewer.scene->axes : "";
   json["dataset_camera"] = viewer.dataset_camera;
   json["divisor"] = viewer.shown.divisor;
   json["interop"] = viewer.shown.interop;
@@ -116,15 +152,26 @@ std::string state_json(const Viewer& viewer) {
                              {"fps", row.fps},
                              {"pairs", row.pairs},
                              {"per_visible", row.per_visible},
+                             {"in_vain", row.in_vain},
                              {"speedup", row.speedup},
                              {"other_ms", row.other_ms},
                              {"other_speedup", row.other_speedup}});
   }
   for (const HudFact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
   if (viewer.shown.heatmap) {
-    json["heatmap"] = {
-        {"quantity", kHeatmaps[static_cast<std::size_t>(viewer.shown.heatmap->quantity)].name},
-        {"total", viewer.shown.heatmap->total}};
+    json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
+                       {"total", viewer.shown.heatmap->total}};
+    if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
+  }
+  if (viewer.shown.other) {
+    const PixelBox& region = viewer.shown.other->region;
+    json["split"] = {{"first", full_name(viewer.variant())},
+                     {"other", full_name(viewer.shown.other->variant)},
+                     {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
+                     {"divider", viewer.split.divider},
+                     {"flipped", viewer.split.flipped},
+                     {"region", {region.x0, region.y0, region.x1, region.y1}}};
+    for (const HudFact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
   }
   if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
   if (viewer.oracle) json["oracle"] = viewer.oracle->sentence;

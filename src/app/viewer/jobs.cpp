@@ -11,6 +11,7 @@
 #include "app/bench/zoom_recording.h"
 #include "app/frame_metadata.h"
 #include "app/inspect/construction.h"
+#include "app/inspect/mapped_frame.h"
 #include "app/shots.h"
 #include "app/stats_file.h"
 
@@ -40,6 +41,16 @@ ViewPlan bench_plan(Backend backend) {
 
 }  // namespace
 
+Renderer& renderer_on(Studio& studio, Backend backend) {
+  Session& session = studio.session;
+  if (backend == session.backend) return *session.renderer;
+  if (!studio.second) {
+    const ReportAtEnd end(studio, action::SetLoading{});
+    studio.second = uploaded(studio, session.scene, backend);
+  }
+  return *studio.second;
+}
+
 fs::path free_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
   for (int n = 1;; ++n) {
     fs::path path = folder / fmt::format("{}_{:04}{}", stem, n, ending);
@@ -55,6 +66,8 @@ Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, boo
     if (!keep_background)
       settings.background = glm::vec3(loaded.facts.white_background ? 1.0f : 0.0f);
     Session& session = studio.session;
+    studio.second.reset();
+    studio.reference.reset();
     session.renderer = std::move(renderer);
     session.scene = std::move(loaded.scene);
     session.backend = backend;
@@ -68,6 +81,7 @@ Job switch_backend(Backend backend) {
   return [backend](Studio& studio) {
     const ReportAtEnd end(studio, action::SetLoading{});
     Session& session = studio.session;
+    studio.second.reset();
     session.renderer = uploaded(studio, session.scene, backend);
     session.backend = backend;
     studio.report(action::BackendChanged{backend});
@@ -88,12 +102,16 @@ Job pick_pivot(FrameOrder order, glm::ivec2 pixel) {
 Job take_screenshot(FrameOrder order, std::string camera_name, fs::path folder) {
   return [order = std::move(order), camera_name = std::move(camera_name),
           folder = std::move(folder)](Studio& studio) {
-    Outputs outputs;
-    if (order.heatmap) outputs = outputs_for(*order.heatmap);
+    Renderer& renderer = *studio.session.renderer;
     const Camera& camera = order.camera;
+    std::optional<MappedFrame> mapped;
+    if (order.heatmap)
+      mapped.emplace(draw_mapped(renderer, camera, order.settings, *order.heatmap,
+                                 studio.options.threads, studio.stop));
     const Frame& frame =
-        studio.session.renderer->render(camera, order.settings, outputs, HostImage{}, studio.stop);
-    const char* mode = kCullers[static_cast<std::size_t>(order.settings.mode)].name;
+        mapped ? mapped->frame
+               : renderer.render(camera, order.settings, {}, HostImage{}, studio.stop);
+    const char* mode = mode_name(order.settings.mode);
     const fs::path scene = studio.session.scene.path;
     make_folder(folder / "screenshots");
     const fs::path name =
@@ -102,8 +120,8 @@ Job take_screenshot(FrameOrder order, std::string camera_name, fs::path folder) 
     const fs::path path =
         free_name(folder / "screenshots", name.string().substr(sizeof "picture"), ".png");
     const ImageMetadata metadata = frame_metadata(scene, camera, order.settings.mode, frame.stats);
-    if (order.heatmap) {
-      const Heatmap map = make_heatmap(frame, *order.heatmap, camera.width, camera.height);
+    if (mapped) {
+      const Heatmap& map = mapped->heatmap;
       write_image(draw_heatmap(frame.color, map, scale_for(map.values), mode), path, metadata);
     } else {
       write_image(frame.color, path, metadata);
@@ -166,7 +184,7 @@ Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
     const fs::path path = free_name(folder / "bench", name, "");
     const std::string problem = write_report(report, path);
     if (!problem.empty()) studio.report(action::Say{problem});
-    studio.report(action::NumbersMeasured{{order.version, report.rows}});
+    studio.report(action::NumbersMeasured{{order.view_version, report.rows}});
     studio.report(action::Say{fmt::format("wrote {}", path.string())});
   };
 }
@@ -186,29 +204,26 @@ Job inspect_view(FrameOrder order, glm::ivec2 pixel, std::optional<std::uint32_t
   };
 }
 
-Job ask_oracle_about(FrameOrder order) {
-  return [order = std::move(order)](Studio& studio) {
+Job ask_oracle_about(FrameOrder order, std::optional<PixelBox> region) {
+  return [order = std::move(order), region](Studio& studio) {
     constexpr int kTolerance = 2;  // of 8-bit values
     const ReportAtEnd end(studio, action::SetLoading{});
-    Session& session = studio.session;
     Outputs outputs;
     outputs.trace = true;
-    const Frame frame =
-        session.renderer->render(order.camera, order.settings, outputs, HostImage{}, studio.stop);
-    const Progress progress = loading_progress(session.scene.path, "computing the reference of",
-                                               studio.stop, studio.report);
+    const Frame frame = studio.session.renderer->render(order.camera, order.settings, outputs,
+                                                        HostImage{}, studio.stop);
+    Renderer& cpu = renderer_on(studio, Backend::cpu);
+    const Progress progress = loading_progress(
+        studio.session.scene.path, "computing the reference of", studio.stop, studio.report);
     progress.update(0);
-    std::unique_ptr<Renderer> own;
-    if (session.backend != Backend::cpu) {
-      own = make_renderer(Backend::cpu, studio.options);
-      own->upload(session.scene.cloud, {{}, studio.stop});
-    }
-    const Verdict verdict = ask_oracle(own ? *own : *session.renderer, order.camera, order.settings,
-                                       frame, std::nullopt, kTolerance, progress);
-    const char* mode = kCullers[static_cast<std::size_t>(order.settings.mode)].name;
-    studio.report(action::OracleAnswered{
-        {order.version, verdict,
-         fmt::format("{}: {}", mode, verdict_sentence(verdict, kTolerance))}});
+    Image truth = reference_of(cpu, order.camera, order.settings, region, progress);
+    const Verdict verdict =
+        judge(cpu, order.camera, order.settings, frame, truth, region, kTolerance, progress);
+    studio.reference = ReferenceImage{order.view_version, verdict.region, std::move(truth)};
+    studio.report(action::OracleAnswered{{order.version, verdict,
+                                          fmt::format("{}: {}", mode_name(order.settings.mode),
+                                                      verdict_sentence(verdict, kTolerance))}});
+    if (order.other) studio.show(order);
   };
 }
 

@@ -32,8 +32,9 @@ Job bench_view(FrameOrder order, std::string camera_name, std::filesystem::path 
 /// What makes a pixel, and the construction of one of its Gaussians.
 Job inspect_view(FrameOrder order, glm::ivec2 pixel, std::optional<std::uint32_t> gaussian);
 
-/// Compares the view with the fp64 reference, which takes seconds.
-Job ask_oracle_about(FrameOrder order);
+/// Compares the view, or a part of it, with the fp64 reference, which takes seconds. The
+/// reference's image is kept, and shown at once when the order has it beside the view.
+Job ask_oracle_about(FrameOrder order, std::optional<PixelBox> region);
 
 /// FOLDER/STEM_0001ENDING, the first number that does not exist yet.
 std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,

@@ -59,74 +59,110 @@ unsigned new_texture(GLenum target, GLint filter) {
   return texture;
 }
 
+// `color(t)` for t from 0 to 1.
+template <class Color>
+unsigned color_texture(const Color& color) {
+  const unsigned texture = new_texture(GL_TEXTURE_1D, GL_LINEAR);
+  std::array<glm::vec3, kColors> colors;
+  for (int i = 0; i < kColors; ++i)
+    colors[static_cast<std::size_t>(i)] = color(static_cast<float>(i) / (kColors - 1));
+  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, kColors, 0, GL_RGB, GL_FLOAT, colors.data());
+  return texture;
+}
+
+void bind(int unit, GLenum target, unsigned texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(unit));
+  glBindTexture(target, texture);
+}
+
 }  // namespace
+
+HeatLayer layer_of(const Heatmap& map, const Scale& scale) {
+  return {map.columns,
+          map.rows,
+          map.cell_px,
+          {map.values.begin(), map.values.end()},
+          static_cast<float>(scale.maximum),
+          false};
+}
+
+HeatLayer layer_of(const PairDifference& difference, const Scale& scale) {
+  return {difference.grid.columns,           difference.grid.rows,
+          difference.grid.tile_px,           {difference.values.begin(), difference.values.end()},
+          static_cast<float>(scale.maximum), true};
+}
 
 Presenter::Presenter() {
   program_ = linked(compiled(GL_VERTEX_SHADER, "present.vert"),
                     compiled(GL_FRAGMENT_SHADER, "present.frag"));
   glUseProgram(program_);
-  glUniform1i(glGetUniformLocation(program_, "picture"), 0);
-  glUniform1i(glGetUniformLocation(program_, "heat"), 1);
-  glUniform1i(glGetUniformLocation(program_, "colors"), 2);
-  heat_maximum_uniform_ = glGetUniformLocation(program_, "heat_maximum");
-  heat_cells_uniform_ = glGetUniformLocation(program_, "heat_cells");
+  const auto uniform = [&](const char* name) { return glGetUniformLocation(program_, name); };
+  glUniform1i(uniform("picture"), 0);
+  glUniform1i(uniform("other"), 1);
+  glUniform1i(uniform("heat"), 2);
+  glUniform1i(uniform("colors"), 3);
+  uniforms_ = {uniform("split"),         uniform("flipped"),  uniform("divider"),
+               uniform("amplification"), uniform("heat_low"), uniform("heat_high"),
+               uniform("heat_cells")};
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
   picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
+  other_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  colors_ = new_texture(GL_TEXTURE_1D, GL_LINEAR);
-  std::array<glm::vec3, kColors> colors;
-  for (int i = 0; i < kColors; ++i)
-    colors[static_cast<std::size_t>(i)] = viridis(static_cast<float>(i) / (kColors - 1));
-  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, kColors, 0, GL_RGB, GL_FLOAT, colors.data());
+  rising_colors_ = color_texture(viridis);
+  signed_colors_ = color_texture([](float t) { return diverging(2 * t - 1); });
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
 
 Presenter::~Presenter() {
-  glDeleteTextures(1, &picture_);
-  glDeleteTextures(1, &heat_);
-  glDeleteTextures(1, &colors_);
+  for (const unsigned* texture : {&picture_, &other_, &heat_, &rising_colors_, &signed_colors_})
+    glDeleteTextures(1, texture);
   glDeleteQueries(1, &query_);
   glDeleteBuffers(1, &pixels_);
   glDeleteVertexArrays(1, &empty_vertices_);
   glDeleteProgram(program_);
 }
 
-void Presenter::show(FrameReply reply, const Scale& scale) {
+void Presenter::show(FrameReply reply, std::optional<HeatLayer> layer) {
   next_ = std::move(reply);
-  heat_maximum_ = next_->shown.heatmap ? static_cast<float>(scale.maximum) : 0;
+  layer_ = std::move(layer);
+}
+
+void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const {
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, pixels_);
+  glBufferData(GL_PIXEL_UNPACK_BUFFER, static_cast<GLsizeiptr>(rgba.size()), rgba.data(),
+               GL_STREAM_DRAW);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_, height_, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+}
+
+void Presenter::upload_layer() {
+  glBindTexture(GL_TEXTURE_2D, heat_);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, layer_->columns, layer_->rows, 0, GL_RED, GL_FLOAT,
+               layer_->values.data());
 }
 
 // The pixels of the newest reply, in a texture of ours or in the one they were drawn into.
 void Presenter::upload() {
   const FrameReply reply = *std::exchange(next_, std::nullopt);
   shown_ = reply.texture.name != 0 ? reply.texture.name : picture_;
-  glBindTexture(GL_TEXTURE_2D, shown_);
   width_ = reply.width;
   height_ = reply.height;
-  if (shown_ == picture_) {
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, pixels_);
-    glBufferData(GL_PIXEL_UNPACK_BUFFER, static_cast<GLsizeiptr>(reply.rgba.size()),
-                 reply.rgba.data(), GL_STREAM_DRAW);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_, height_, 0, GL_RGBA, GL_UNSIGNED_BYTE,
-                 nullptr);
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
-  }
+  has_other_ = !reply.other.empty();
+  glActiveTexture(GL_TEXTURE0);
+  if (shown_ == picture_) upload_pixels(picture_, reply.rgba);
+  if (has_other_) upload_pixels(other_, reply.other);
+  if (layer_) upload_layer();
+  glBindTexture(GL_TEXTURE_2D, shown_);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
-                  reply.shown.heatmap ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
-  if (!reply.shown.heatmap) return;
-  glGenerateMipmap(GL_TEXTURE_2D);
-  const Heatmap& map = *reply.shown.heatmap;
-  const std::vector<float> values(map.values.begin(), map.values.end());
-  glBindTexture(GL_TEXTURE_2D, heat_);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, map.columns, map.rows, 0, GL_RED, GL_FLOAT,
-               values.data());
-  heat_cells_ = glm::vec2(width_, height_) / static_cast<float>(map.cell_px);
+                  layer_ ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
+  if (layer_) glGenerateMipmap(GL_TEXTURE_2D);
 }
 
-void Presenter::draw(int width, int height) {
+void Presenter::draw(int width, int height, const Split& split) {
   glViewport(0, 0, width, height);
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
@@ -140,14 +176,21 @@ void Presenter::draw(int width, int height) {
     return;
   }
   glUseProgram(program_);
-  glUniform1f(heat_maximum_uniform_, heat_maximum_);
-  glUniform2f(heat_cells_uniform_, heat_cells_.x, heat_cells_.y);
-  glActiveTexture(GL_TEXTURE2);
-  glBindTexture(GL_TEXTURE_1D, colors_);
-  glActiveTexture(GL_TEXTURE1);
-  glBindTexture(GL_TEXTURE_2D, heat_);
-  glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, shown_);
+  glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
+  glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
+  glUniform1f(uniforms_.divider, split.divider);
+  glUniform1f(uniforms_.amplification, static_cast<float>(split.amplification));
+  const bool heat = layer_ && (!has_other_ || split.view == SplitView::tile_pairs);
+  const float maximum = heat ? layer_->maximum : 0;
+  glUniform1f(uniforms_.heat_low, heat && layer_->has_signs ? -maximum : 0);
+  glUniform1f(uniforms_.heat_high, maximum);
+  const glm::vec2 cells =
+      glm::vec2(width_, height_) / static_cast<float>(layer_ ? layer_->cell_px : 1);
+  glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
+  bind(3, GL_TEXTURE_1D, heat && layer_->has_signs ? signed_colors_ : rising_colors_);
+  bind(2, GL_TEXTURE_2D, heat_);
+  bind(1, GL_TEXTURE_2D, other_);
+  bind(0, GL_TEXTURE_2D, shown_);
   glBindVertexArray(empty_vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindVertexArray(0);

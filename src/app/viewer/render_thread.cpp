@@ -3,19 +3,10 @@
 
 #include <algorithm>
 
+#include "app/viewer/host_frames.h"
+
 namespace qs {
 namespace {
-
-std::vector<std::uint8_t> to_rgba(const Image& image) {
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  std::vector<std::uint8_t> rgba(4 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
-    rgba[4 * i + 3] = 255;
-  }
-  return rgba;
-}
 
 // Quick enough not to be noticed, long enough for a steady median; a slow CPU gets one frame.
 ViewPlan numbers_plan(Backend backend) {
@@ -132,7 +123,8 @@ void RenderThread::loop(const std::stop_token& stop) {
       guarded([&] { job(studio_); });
     } else if (ready && frame_) {
       const FrameOrder order = *std::exchange(frame_, std::nullopt);
-      task_ = order.divisor > 1 ? Task::frame : Task::refinement;
+      // Frames of two variants are slow: while the camera moves each of them is shown.
+      task_ = order.divisor > 1 || order.other ? Task::frame : Task::refinement;
       lock.unlock();
       guarded([&] { draw(order); });
     } else if (ready && numbers_) {
@@ -156,26 +148,32 @@ void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->unbind();
 }
 
-// The frame in a GL texture, or null where that is not possible: never tried again then.
-const Frame* RenderThread::draw_into_gl(const Camera& camera, const FrameOrder& order,
-                                        const Outputs& outputs, GlTexture& texture) {
-  if (!gl_works_ || studio_.session.backend != Backend::cuda) return nullptr;
-  texture = std::exchange(next_texture_, {});
+// The frame in a GL texture, or nothing where that is not possible: never tried again then.
+std::optional<FrameReply> RenderThread::draw_into_gl(const Camera& camera,
+                                                     const FrameOrder& order) {
+  if (!gl_works_ || studio_.session.backend != Backend::cuda) return std::nullopt;
+  GlTexture texture = std::exchange(next_texture_, {});
   if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
     studio_.session.renderer->expect(HostImage{});
     frames_->give_back(std::exchange(texture, {}));
   }
   if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
+  const Outputs outputs = order.heatmap ? outputs_for(*order.heatmap) : Outputs();
   try {
-    return &studio_.session.renderer->render(camera, order.settings, outputs, texture,
-                                             studio_.stop);
+    const Frame& frame =
+        studio_.session.renderer->render(camera, order.settings, outputs, texture, studio_.stop);
+    FrameReply reply{shown_of(order, frame.stats), camera.width, camera.height, {}, {}, texture};
+    reply.shown.interop = true;
+    if (order.heatmap)
+      reply.shown.heatmap = make_heatmap(frame, *order.heatmap, camera.width, camera.height);
+    return reply;
   } catch (const Error& error) {
-    frames_->give_back(std::exchange(texture, {}));
+    frames_->give_back(texture);
     gl_works_ = false;
     report(action::Say{std::string(error.what()) + "; frames pass the host instead"});
-    return nullptr;
+    return std::nullopt;
   } catch (...) {
-    frames_->give_back(std::exchange(texture, {}));
+    frames_->give_back(texture);
     throw;
   }
 }
@@ -186,22 +184,10 @@ void RenderThread::draw(const FrameOrder& order) {
     camera = camera.resized(std::max(1, camera.width / order.divisor),
                             std::max(1, camera.height / order.divisor));
   }
-  Outputs outputs;
-  if (order.heatmap) outputs = outputs_for(*order.heatmap);
-  FrameReply reply;
-  const Frame* frame = draw_into_gl(camera, order, outputs, reply.texture);
-  if (frame == nullptr) {
-    frame = &studio_.session.renderer->render(camera, order.settings, outputs, HostImage{},
-                                              studio_.stop);
-    reply.rgba = to_rgba(frame->color);
-  }
-  reply.width = camera.width;
-  reply.height = camera.height;
-  reply.shown = {frame->stats,  order.settings.mode, order.version,          order.camera,
-                 order.divisor, std::nullopt,        reply.texture.name != 0};
-  const bool gl = reply.texture.name != 0;
-  if (order.heatmap)
-    reply.shown.heatmap = make_heatmap(*frame, *order.heatmap, camera.width, camera.height);
+  std::optional<FrameReply> reply;
+  if (takes_one_frame(order)) reply = draw_into_gl(camera, order);
+  if (!reply) reply = draw_on_host(studio_, order, camera);
+  const bool gl = reply->texture.name != 0;
   {
     const std::lock_guard lock(mutex_);
     if (reply_ && reply_->texture.name != 0) frames_->give_back(reply_->texture);

@@ -25,14 +25,6 @@ struct NumbersOrder {
   int version = 0;
 };
 
-/// A frame on its way to the window: pixels on the host, or in a GL texture.
-struct FrameReply {
-  ShownFrame shown;
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;  ///< rows from the top; empty when in a texture
-  GlTexture texture;               ///< name 0: not used
-};
-
 class RenderThread {
  public:
   /// `wake` is called from the render thread when there is something to take. `frames` may be null:
@@ -60,8 +52,7 @@ class RenderThread {
   void guarded(Work&& work);
   void report(Action action);
   void expect(int width, int height);
-  const Frame* draw_into_gl(const Camera& camera, const FrameOrder& order, const Outputs& outputs,
-                            GlTexture& texture);
+  std::optional<FrameReply> draw_into_gl(const Camera& camera, const FrameOrder& order);
 
   std::function<void()> wake_;
   GlFrames* frames_;

@@ -162,6 +162,7 @@ void SceneLoader::read(const fs::path& path, int iteration,
   LoadedScene loaded;
   loaded.scene = read_scene(path, options);
   loaded.facts = view_facts(loaded.scene, cameras_file);
+  loaded.facts.axes = axes;
   for (const std::string& warning : loaded.scene.warnings) report(action::Say{warning});
   if (stop.stop_requested()) throw Cancelled{};
   report(action::SetLoading{Loading{path, "uploading", 0}});

@@ -17,17 +17,39 @@ struct FrameOrder {
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
   std::optional<HeatQuantity> heatmap;
-  int version = 0;
+  std::optional<Variant> other;       ///< drawn too, to be set beside it; then without a heat map
+  int version = 0, view_version = 0;  ///< of Viewer
+};
+
+/// A frame on its way to the window: pixels on the host, or in a GL texture.
+struct FrameReply {
+  ShownFrame shown;
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty when in a texture
+  std::vector<std::uint8_t> other;  ///< the same of shown.other; empty without
+  GlTexture texture;                ///< name 0: not used
+};
+
+/// The reference's image of a view or of a part of it.
+struct ReferenceImage {
+  int view_version = -1;  ///< Viewer::view_version
+  PixelBox region;
+  Image image;
 };
 
 struct Studio {
-  Session session;  ///< renderer null until the first scene
+  Session session;                          ///< renderer null until the first scene
+  std::unique_ptr<Renderer> second;         ///< the scene on the other backend, once it was needed
+  std::optional<ReferenceImage> reference;  ///< the last that was computed
   RendererOptions options;
   std::stop_token stop;
   std::function<void(Action)> report;
   std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
 };
 using Job = std::function<void(Studio&)>;
+
+/// The renderer of a backend with the scene; uploads it when that is the first time.
+Renderer& renderer_on(Studio& studio, Backend backend);
 
 /// Reports `end` when the work is over.
 class ReportAtEnd {

@@ -7,17 +7,18 @@
 
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
+#include <glm/common.hpp>
 
 #include "app/stats_file.h"
 #include "app/text.h"
 #include "app/viewer/hud_text.h"
-#include "app/viewer/input_script.h"
 #include "app/viewer/jobs.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/photograph_texture.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/presenter.h"
 #include "app/viewer/resolution.h"
+#include "app/viewer/script_player.h"
 #include "app/viewer/window.h"
 #include "io/cameras.h"
 #include "io/image_file.h"
@@ -33,7 +34,6 @@ constexpr double kUiSeconds = 0.35;     ///< panels are drawn this long after th
 constexpr double kFramePatience =
     0.03;  ///< the window waits this long for a frame, then shows the last one
 constexpr double kMemorySeconds = 2;
-constexpr double kScriptPatience = 120;  ///< that `wait` of a script has, seconds
 
 std::uint64_t process_bytes() {
   std::ifstream file("/proc/self/statm");
@@ -56,11 +56,11 @@ class ViewLoop {
         preferences_(read_preferences(options.settings, problem_)),
         window_(options.frame.size.value_or(glm::ivec2(preferences_.width, preferences_.height))),
         loader_(Window::wake) {
-    if (options.script) script_ = read_script(*options.script);
+    if (options.script) script_ = ScriptPlayer(*options.script);
     set_up_viewer();
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame.renderer, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
-    if (!options.frame.scene.empty()) open(options.frame.scene);
+    if (!options.frame.scene.empty()) open({options.frame.scene, options.frame.axes});
   }
 
   void run() {
@@ -104,10 +104,13 @@ class ViewLoop {
     viewer_.settings.background = frame.background.value_or(glm::vec3(0));
     viewer_.settings.antialiased = frame.antialiased;
     viewer_.previous_mode = find_culler("3dgs");
+    viewer_.split.other = {options_.beside.value_or(viewer_.previous_mode),
+                           viewer_.settings.pipeline, viewer_.backend};
     viewer_.vsync = options_.vsync && preferences_.vsync;
     viewer_.on_demand = preferences_.on_demand;
     viewer_.reduce_when_moving = preferences_.reduce_when_moving;
     viewer_.panels = preferences_.panels;
+    viewer_.panels.split = options_.beside.has_value();
     viewer_.navigation = preferences_.navigation;
     viewer_.recent = preferences_.recent;
     window_.set_vsync(viewer_.vsync);
@@ -116,11 +119,10 @@ class ViewLoop {
     if (!problem_.empty()) apply(viewer_, action::Say{problem_, true});
   }
 
-  void open(const std::filesystem::path& path) {
-    const bool first = path == options_.frame.scene;
-    loader_.start(path, first ? options_.frame.iteration : -1,
-                  first ? options_.frame.cameras : std::nullopt,
-                  first ? options_.frame.axes : std::string());
+  void open(const request::Open& what) {
+    const bool first = what.path == options_.frame.scene;
+    loader_.start(what.path, first ? options_.frame.iteration : -1,
+                  first ? options_.frame.cameras : std::nullopt, what.axes);
   }
 
   void take_reports(Actions& actions) {
@@ -153,16 +155,36 @@ class ViewLoop {
   }
 
   FrameOrder current_order() const {
-    FrameOrder order{viewer_.camera, 1, viewer_.settings, viewer_.heatmap, viewer_.version};
+    FrameOrder order;
+    order.camera = viewer_.camera;
+    order.settings = viewer_.settings;
     order.settings.mode = viewer_.mode();
+    order.version = viewer_.version;
+    order.view_version = viewer_.view_version;
+    if (viewer_.panels.split) {
+      order.other = viewer_.split.other;
+    } else {
+      order.heatmap = viewer_.heatmap;
+    }
     return order;
+  }
+
+  // A square of pixels, cut at the picture's edges.
+  PixelBox box_around_cursor() {
+    constexpr int kSide = 256;
+    const glm::ivec2 size(viewer_.camera.width, viewer_.camera.height);
+    const glm::ivec2 at =
+        glm::clamp(glm::ivec2(glm::floor(window_.input().cursor())), glm::ivec2(0), size - 1);
+    const glm::ivec2 low = glm::max(at - kSide / 2, glm::ivec2(0));
+    const glm::ivec2 high = glm::min(at + kSide / 2, size);
+    return {low.x, low.y, high.x, high.y};
   }
 
   std::string camera_name() const {
     return viewer_.dataset_camera >= 0 ? fmt::format("camera{}", viewer_.dataset_camera) : "view";
   }
 
-  void carry_out(const request::Open& what) { open(what.path); }
+  void carry_out(const request::Open& what) { open(what); }
   void carry_out(const request::CancelLoading&) {
     loader_.cancel();
     render_->stop_job();
@@ -187,14 +209,15 @@ class ViewLoop {
   }
   void carry_out(const request::StopRecording&) { render_->stop_job(); }
   void carry_out(const request::Bench&) {
-    FrameOrder order = current_order();
-    order.version = viewer_.view_version;
-    render_->run(bench_view(order, camera_name(), options_.out_dir));
+    render_->run(bench_view(current_order(), camera_name(), options_.out_dir));
   }
   void carry_out(const request::Inspect& what) {
     render_->run(inspect_view(current_order(), glm::ivec2(glm::floor(what.pixel)), what.gaussian));
   }
-  void carry_out(const request::AskOracle&) { render_->run(ask_oracle_about(current_order())); }
+  void carry_out(const request::AskOracle& what) {
+    render_->run(ask_oracle_about(
+        current_order(), what.around_cursor ? std::optional(box_around_cursor()) : std::nullopt));
+  }
   void carry_out(const request::SwitchBackend& what) { render_->run(switch_backend(what.backend)); }
   void carry_out(const request::ReadPhotograph& what) { photograph_.show(what.path); }
   void carry_out(const request::SavePath& what) {
@@ -210,7 +233,7 @@ class ViewLoop {
     if (!viewer_.scene || viewer_.zoom.running) return;
     // Small while it moves, whole as soon as it rests.
     const int divisor =
-        viewer_.backend == Backend::cpu && viewer_.reduce_when_moving && viewer_.moving()
+        draws_on_the_cpu() && viewer_.reduce_when_moving && viewer_.moving()
             ? resolution_divisor(ms_per_megapixel_, viewer_.camera.width, viewer_.camera.height)
             : 1;
     const bool continuous = !viewer_.on_demand && !render_->busy();
@@ -223,6 +246,11 @@ class ViewLoop {
     }
     if (still() && numbers_are_missing() && !draws() && !render_->busy())
       render_->order(NumbersOrder{viewer_.camera, viewer_.settings, viewer_.view_version});
+  }
+
+  bool draws_on_the_cpu() const {
+    return viewer_.backend == Backend::cpu ||
+           (viewer_.panels.split && viewer_.split.other.backend == Backend::cpu);
   }
 
   bool still() const {
@@ -240,16 +268,25 @@ class ViewLoop {
     std::optional<FrameReply> reply = render_->take_frame();
     if (!reply) return;
     const ShownFrame& shown = reply->shown;
-    if (shown.heatmap) memory_.heat_scale = scale_for(shown.heatmap->values);
+    std::optional<HeatLayer> layer;
+    if (shown.heatmap) {
+      memory_.heat_scale = scale_for(shown.heatmap->values);
+      layer = layer_of(*shown.heatmap, memory_.heat_scale);
+    } else if (shown.other && shown.other->pairs) {
+      memory_.heat_scale = scale_for_signed(shown.other->pairs->values);
+      layer = layer_of(*shown.other->pairs, memory_.heat_scale);
+    }
+    const double ms = static_cast<double>(shown.stats.frame_ms) +
+                      (shown.other ? static_cast<double>(shown.other->stats.frame_ms) : 0.0);
     const double megapixels = 1e-6 * reply->width * reply->height;
-    ms_per_megapixel_ = static_cast<double>(shown.stats.frame_ms) / std::max(megapixels, 1e-3);
+    ms_per_megapixel_ = ms / std::max(megapixels, 1e-3);
     apply(viewer_, action::FrameShown{shown});
     if (reply->texture.name != 0) {
       // OpenGL may still draw from the texture before: it rests for one more frame.
       if (resting_texture_.name != 0) gl_frames_->give_back(resting_texture_);
       resting_texture_ = std::exchange(shown_texture_, reply->texture);
     }
-    presenter_.show(std::move(*reply), memory_.heat_scale);
+    presenter_.show(std::move(*reply), std::move(layer));
     draw_again();
   }
 
@@ -298,7 +335,7 @@ class ViewLoop {
   }
 
   bool resting() {
-    return !draws() && script_.empty() && !window_.input().busy() &&
+    return !draws() && script_.done() && !window_.input().busy() &&
            viewer_.version == ordered_version_ &&
            glfwGetTime() - viewer_.last_motion > kStillSeconds && !numbers_are_missing();
   }
@@ -316,7 +353,7 @@ class ViewLoop {
     Actions actions;
     window_.begin_ui();
     draw_panels(viewer_, memory_, actions);
-    presenter_.draw(pixels.x, pixels.y);
+    presenter_.draw(pixels.x, pixels.y, viewer_.split);
     window_.end_ui();
     grab(pixels);
     window_.swap();
@@ -334,7 +371,7 @@ class ViewLoop {
       std::error_code ignored;
       std::filesystem::create_directories(path.parent_path(), ignored);
       write_image(Presenter::grab(pixels.x, pixels.y), path);
-      if (script_.empty()) apply(viewer_, action::Say{fmt::format("wrote {}", path.string())});
+      if (script_.done()) apply(viewer_, action::Say{fmt::format("wrote {}", path.string())});
     } catch (const Error& error) {
       apply(viewer_, action::Say{error.what(), true});
     }
@@ -365,37 +402,18 @@ class ViewLoop {
   }
 
   void play_script(Actions& actions) {
-    if (script_.empty() || viewer_.now < script_sleeps_until_) return;
-    if (!script_held_.empty()) {
-      window_.play({"release", {script_held_}, 0}, viewer_.now, actions);
-      script_held_.clear();
-      return;
-    }
-    const ScriptStep step = script_.front();
     if (!grab_wanted_.empty()) return;
-    if (step.command == "wait") {
-      if (!at_rest()) {
-        if (viewer_.now - script_waits_since_ < kScriptPatience) return;
-        fail("{}: line {}: still busy after {} seconds", options_.script->string(), step.line,
-             kScriptPatience);
-      }
-    } else if (step.command == "sleep") {
-      script_sleeps_until_ = viewer_.now + std::stod(step.words[0]);
-    } else if (step.command == "hold") {
-      window_.play({"press", {step.words[0]}, step.line}, viewer_.now, actions);
-      script_held_ = step.words[0];
-      script_sleeps_until_ = viewer_.now + std::stod(step.words[1]);
-    } else if (step.command == "shot") {
-      grab_wanted_ = step.words[0];
-    } else if (step.command == "state") {
-      write_stats(step.words[0], state_json(viewer_));
-    } else if (step.command == "quit") {
+    const auto step = script_.next(viewer_.now, [this] { return at_rest(); });
+    if (!step) return;
+    if (step->command == "shot") {
+      grab_wanted_ = step->words[0];
+    } else if (step->command == "state") {
+      write_stats(step->words[0], state_json(viewer_));
+    } else if (step->command == "quit") {
       quit_ = true;
     } else {
-      window_.play(step, viewer_.now, actions);
+      window_.play(*step, viewer_.now, actions);
     }
-    script_.erase(script_.begin());
-    script_waits_since_ = viewer_.now;
     draw_again();
   }
 
@@ -443,10 +461,7 @@ class ViewLoop {
   Viewer viewer_;
   PanelMemory memory_;
 
-  std::vector<ScriptStep> script_;
-  double script_sleeps_until_ = 0, script_waits_since_ = 0;
-  std::string script_held_;
-
+  ScriptPlayer script_;
   int ordered_version_ = -1, ordered_divisor_ = 1;
   double ms_per_megapixel_ = 0;
   GlTexture shown_texture_, resting_texture_;

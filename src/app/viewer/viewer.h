@@ -15,8 +15,11 @@
 
 #include "app/bench/bench_report.h"
 #include "app/bench/camera_path.h"
+#include "app/inspect/frame_difference.h"
 #include "app/inspect/inspection.h"
+#include "app/inspect/missed.h"
 #include "app/inspect/oracle.h"
+#include "app/inspect/variant.h"
 #include "app/picture/heatmap.h"
 #include "app/scene_box.h"
 #include "raster/renderer.h"
@@ -35,6 +38,7 @@ struct ViewedScene {
   SceneBox core;                ///< core_box()
   float smallest_radius = 0;    ///< framed at least, world units
   glm::dvec3 up{0, -1, 0};      ///< of the world
+  std::string axes;             ///< that overruled the file's, one of kAxes; empty: none did
   std::vector<Camera> cameras;  ///< of the data set, may be empty
   std::filesystem::path cameras_file;
   std::map<int, std::filesystem::path> photographs;  ///< by position in `cameras`
@@ -45,7 +49,8 @@ struct ViewedScene {
 /// Which windows are open. Each is a row of kBindings too.
 struct Panels {
   bool hud = true, info = false, help = false, cameras = false, settings = false;
-  bool recorder = false, open = false, photograph = false, frusta = false, inspector = false;
+  bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
+       split = false;
   bool all = true;  ///< false: nothing but the picture
 };
 
@@ -55,6 +60,32 @@ struct Toast {
   double until = 0;  ///< seconds of Viewer::now
 };
 
+/// What the window shows of two variants of the view.
+enum class SplitView { sides, whole, difference, tile_pairs };
+
+/// Index = SplitView.
+inline constexpr const char* kSplitViews[] = {"side by side", "one at a time", "difference",
+                                              "tile pairs"};
+inline constexpr int kMostAmplification = 128;
+
+/// How the view is set beside another variant of it. The first one is the view's own.
+struct Split {
+  Variant other{find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
+  SplitView view = SplitView::sides;
+  float divider = 0.5f;    ///< share of the width left of it, 0 to 1
+  bool flipped = false;    ///< the other one is the left one, or the one at a time
+  int amplification = 16;  ///< of the difference, 1 to kMostAmplification
+};
+
+/// The other one of the frame in the window.
+struct ShownOther {
+  Variant variant;
+  RenderStats stats;
+  PixelBox region;         ///< where it was drawn: the reference may be there for a part only
+  PixelDifference pixels;  ///< inside the region
+  std::optional<PairDifference> pairs;  ///< unset beside the reference, which has no tiles
+};
+
 /// The frame in the window.
 struct ShownFrame {
   RenderStats stats;
@@ -62,8 +93,10 @@ struct ShownFrame {
   int version = -1;  ///< Viewer::version that it shows
   Camera camera;     ///< of the full-size view; rendered at 1 / divisor of its size
   int divisor = 1;
-  std::optional<Heatmap> heatmap;
   bool interop = false;  ///< it reached the window without leaving the GPU
+  std::optional<Heatmap> heatmap;
+  std::optional<MissedMap> missed;  ///< of its heat map HeatQuantity::missed
+  std::optional<ShownOther> other;  ///< in a split window
 };
 
 /// Rows of all modes for one view, and of which view they are.
@@ -109,6 +142,7 @@ struct Loading {
 namespace request {
 struct Open {
   std::filesystem::path path;
+  std::string axes;  ///< one of kAxes, overrules the file; empty: it is right
 };
 struct CancelLoading {};
 struct Pick {  ///< answers with SetPivot, or starts the zoom recorder towards the point
@@ -128,7 +162,9 @@ struct Inspect {
   glm::dvec2 pixel;
   std::optional<std::uint32_t> gaussian;  ///< the one to pick, else the pixel's heaviest
 };
-struct AskOracle {};
+struct AskOracle {
+  bool around_cursor = false;
+};
 struct SwitchBackend {
   Backend backend;
 };
@@ -165,6 +201,7 @@ struct Viewer {
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;
   HeatQuantity last_heatmap = HeatQuantity::pairs;
+  Split split;  ///< shown while panels.split
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;
   float photograph_opacity = 0.5f;
@@ -193,6 +230,7 @@ struct Viewer {
 
   /// The mode in the window: the chosen one, or while peeking the one before.
   CullMode mode() const { return peeking ? previous_mode : settings.mode; }
+  Variant variant() const { return {mode(), settings.pipeline, backend}; }
   bool moving() const { return now - last_motion < 0.2; }
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <epoxy/gl.h>
 // After epoxy, which brings GL's functions.
@@ -19,6 +20,9 @@ namespace qs {
 namespace {
 
 Window* self(GLFWwindow* window) { return static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+
+/// As scripts name them; index = GLFW_MOUSE_BUTTON_*.
+constexpr const char* kButtons[] = {"left", "right", "middle"};
 
 std::string glfw_reason() {
   const char* text = nullptr;
@@ -164,7 +168,10 @@ void Window::begin_ui() {
   if (scripted_cursor_) {
     const glm::dvec2 units =
         input_.cursor() * (glm::dvec2(size()) / glm::max(glm::dvec2(1), glm::dvec2(framebuffer())));
-    ImGui::GetIO().MousePos = {static_cast<float>(units.x), static_cast<float>(units.y)};
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {static_cast<float>(units.x), static_cast<float>(units.y)};
+    for (std::size_t i = 0; i < scripted_buttons_.size(); ++i)
+      io.MouseDown[i] = io.MouseDown[i] || scripted_buttons_[i];
   }
   ImGui::NewFrame();
 }
@@ -184,6 +191,7 @@ bool Window::play(const ScriptStep& step, double now, Actions& actions) {
     input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
   };
   const auto click = [&](int button, bool down) {
+    scripted_buttons_[static_cast<std::size_t>(button)] = down;
     ImGui_ImplGlfw_MouseButtonCallback(window_, button, down ? GLFW_PRESS : GLFW_RELEASE, 0);
     input_.button(button, down, ImGui::GetIO().WantCaptureMouse, now, actions);
   };
@@ -195,7 +203,13 @@ bool Window::play(const ScriptStep& step, double now, Actions& actions) {
     press(key, true);
     press(key, false);
   } else if (step.command == "press" || step.command == "release") {
-    press(parse_key(step.words[0]), step.command == "press");
+    const bool down = step.command == "press";
+    const auto button = std::find(std::begin(kButtons), std::end(kButtons), step.words[0]);
+    if (button != std::end(kButtons)) {
+      click(static_cast<int>(button - std::begin(kButtons)), down);
+    } else {
+      press(parse_key(step.words[0]), down);
+    }
   } else if (step.command == "move") {
     scripted_cursor_ = true;
     input_.cursor({number(0), number(1)}, navigation_, actions);
@@ -204,14 +218,9 @@ bool Window::play(const ScriptStep& step, double now, Actions& actions) {
       click(GLFW_MOUSE_BUTTON_LEFT, true);
       click(GLFW_MOUSE_BUTTON_LEFT, false);
     }
-  } else if (step.command == "drag") {
+  } else if (step.command == "nudge") {
     scripted_cursor_ = true;
-    const int button = step.words[2] == "right"    ? GLFW_MOUSE_BUTTON_RIGHT
-                       : step.words[2] == "middle" ? GLFW_MOUSE_BUTTON_MIDDLE
-                                                   : GLFW_MOUSE_BUTTON_LEFT;
-    input_.button(button, true, false, -1e9, actions);
     input_.cursor(input_.cursor() + glm::dvec2(number(0), number(1)), navigation_, actions);
-    input_.button(button, false, false, now, actions);
   } else if (step.command == "wheel") {
     const int mods = step.words.size() > 1 ? parse_key(step.words[1] + "+A").mods : 0;
     input_.wheel(number(0), mods, false, actions);

@@ -5,6 +5,7 @@
 // a unit of the screen.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -64,7 +65,8 @@ class Window {
   Actions* actions_ = nullptr;  // of the poll() that runs
   Navigation navigation_ = Navigation::orbit;
   glm::ivec2 windowed_position_{0}, windowed_size_{0};
-  bool scripted_cursor_ = false;  // a script owns the cursor
+  bool scripted_cursor_ = false;            // a script owns the cursor
+  std::array<bool, 3> scripted_buttons_{};  // that it keeps down
   std::string script_clipboard_;
   double last_event_ = 0;
 };

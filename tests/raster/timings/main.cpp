@@ -89,7 +89,7 @@ void print_table(const Limits& limits, std::size_t cameras, std::vector<Variant>
   std::printf("%-22s %9s %9s %10s %8s %8s %8s %10s\n", limits.set, "frame ms", "at most",
               "preprocess", "bin", "sort", "blend", "M pairs");
   for (Variant& samples : variants) {
-    const std::string mode = kCullers[static_cast<std::size_t>(samples.mode)].name;
+    const std::string mode = mode_name(samples.mode);
     const std::string name =
         kPipelineNames[static_cast<int>(samples.pipeline)] + std::string(" ") + mode;
     const float limit = limits.of(samples.pipeline, mode);

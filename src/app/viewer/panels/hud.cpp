@@ -80,7 +80,8 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
   if (!ImGui::BeginTable("modes", columns, flags)) return;
   const float em = ImGui::GetFontSize();
-  const float widths[] = {7.0f * em, 3.6f * em, 3.2f * em, 4.6f * em, 4.6f * em, 3.4f * em};
+  const float widths[] = {7.0f * em, 3.6f * em, 3.2f * em, 4.6f * em,
+                          4.6f * em, 3.4f * em, 3.4f * em};
   for (std::size_t i = 0; i < std::size(kHudColumns); ++i)
     ImGui::TableSetupColumn(kHudColumns[i], ImGuiTableColumnFlags_WidthFixed, widths[i]);
   if (other) {
@@ -109,11 +110,10 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
     const std::string label = fmt::format("{} {}", row.mode, row.name);
     if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
       actions.push_back(action::SetMode{row.mode});
-    if (ImGui::IsItemHovered())
-      ImGui::SetTooltip("%s", kCullers[static_cast<std::size_t>(row.mode)].summary);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(row.mode).summary);
     ImGui::PushStyleColor(ImGuiCol_Text, current ? palette::kText : palette::kFaint);
     for (const std::string* text :
-         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.speedup}) {
+         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.in_vain, &row.speedup}) {
       ImGui::TableNextColumn();
       right_aligned(*text);
     }

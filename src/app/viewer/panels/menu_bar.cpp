@@ -28,7 +28,7 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
     if (ImGui::MenuItem(row.help.c_str(), key_name(row.key, row.mods).c_str(), checked))
       actions.push_back(row.action);
     if (mode != nullptr && ImGui::IsItemHovered())
-      ImGui::SetTooltip("%s", kCullers[static_cast<std::size_t>(mode->mode)].summary);
+      ImGui::SetTooltip("%s", row_of(mode->mode).summary);
   }
   if (menu == Menu::file) draw_recent(viewer, actions);
   if (menu == Menu::view) {

@@ -99,9 +99,18 @@ void draw_inspected(const Viewer& viewer) {
   rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 200, 140, 255), 1.5f);
 }
 
-// A ring around the first pixel that is not the reference's.
+// A frame around the part that was compared, a ring around the first pixel that is not the
+// reference's.
 void draw_verdict(const Viewer& viewer) {
-  const ImVec2 at = to_screen(glm::dvec2(*viewer.oracle->verdict.pixel), viewer.camera);
+  const Verdict& verdict = viewer.oracle->verdict;
+  const PixelBox& box = verdict.region;
+  if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
+    ImGui::GetBackgroundDrawList()->AddRect(
+        to_screen(glm::dvec2(box.x0, box.y0) - 0.5, viewer.camera),
+        to_screen(glm::dvec2(box.x1, box.y1) - 0.5, viewer.camera), IM_COL32(255, 255, 255, 200), 0,
+        0, 1.5f);
+  if (!verdict.pixel) return;
+  const ImVec2 at = to_screen(glm::dvec2(*verdict.pixel), viewer.camera);
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
   draw.AddCircle(at, 12, IM_COL32(230, 92, 56, 255), 32, 2);
@@ -122,8 +131,7 @@ void draw_overlay(const Viewer& viewer, const PanelMemory& memory) {
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
     draw_inspected(viewer);
-  if (viewer.oracle && viewer.oracle->verdict.pixel && viewer.oracle->version == viewer.version)
-    draw_verdict(viewer);
+  if (viewer.oracle && viewer.oracle->version == viewer.version) draw_verdict(viewer);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
 }
 

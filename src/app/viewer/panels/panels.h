@@ -24,7 +24,7 @@ struct PanelMemory {
   unsigned construction = 0;                   ///< GL texture of the inspector's, 0 = none
   bool inspected_anew = false;                 ///< the inspector shows it for the first time
   glm::dvec2 cursor{-1};                       ///< pixels of the picture
-  Scale heat_scale;                            ///< of the heat map on show
+  Scale heat_scale;                            ///< of the map on show
 };
 
 /// Everything that is open. Called between Window::begin_ui() and end_ui().
@@ -43,6 +43,8 @@ void draw_help(const Viewer& viewer, Actions& actions);
 void draw_cameras(const Viewer& viewer, Actions& actions, float top);
 void draw_recorder(const Viewer& viewer, Actions& actions, float top);
 void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions, float top);
+void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top);
+void draw_divider(const Viewer& viewer, Actions& actions, float top);  ///< of the split picture
 void draw_open(const Viewer& viewer, PanelMemory& memory, Actions& actions);
 void draw_overlay(const Viewer& viewer, const PanelMemory& memory);
 void draw_messages(const Viewer& viewer, Actions& actions);

@@ -37,12 +37,11 @@ void draw_curves(const ZoomRecording& zoom) {
                   at.y + size.y - 6 - static_cast<float>(row.ms_median / most) * (size.y - 12));
   };
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    const auto index = static_cast<std::size_t>(mode);
     std::vector<ImVec2> points;
     for (const BenchRow& row : zoom.rows) {
-      if (row.mode == kCullers[index].name) points.push_back(place(row));
+      if (row.mode == mode_name(mode)) points.push_back(place(row));
     }
-    const ImU32 color = ImGui::GetColorU32(kModeColors[index - 1]);
+    const ImU32 color = ImGui::GetColorU32(kModeColors[mode - 1]);
     draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, 2);
     for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f, color);
   }
@@ -54,8 +53,7 @@ void draw_curves(const ZoomRecording& zoom) {
 void draw_legend() {
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     if (mode > 1) ImGui::SameLine(0, 12);
-    const auto index = static_cast<std::size_t>(mode);
-    ImGui::TextColored(kModeColors[index - 1], "%s", kCullers[index].name);
+    ImGui::TextColored(kModeColors[mode - 1], "%s", mode_name(mode));
   }
 }
 

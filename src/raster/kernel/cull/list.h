@@ -49,10 +49,17 @@ constexpr std::array<CullerRow, sizeof...(I) + 1> make_culler_table(std::index_s
 inline constexpr auto kCullers =
     detail::make_culler_table(std::make_index_sequence<kCullerCount>{});
 
-/// Mode of a name as users type it; -1 when there is none.
+constexpr const CullerRow& row_of(CullMode mode) {
+  return kCullers[static_cast<std::size_t>(mode)];
+}
+
+/// As users type it.
+constexpr const char* mode_name(CullMode mode) { return row_of(mode).name; }
+
+/// Mode of a name; -1 when there is none.
 constexpr CullMode find_culler(std::string_view name) {
   for (int mode = 0; mode <= kCullerCount; ++mode) {
-    if (name == kCullers[static_cast<std::size_t>(mode)].name) return mode;
+    if (name == mode_name(mode)) return mode;
   }
   return -1;
 }

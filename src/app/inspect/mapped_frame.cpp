@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#include "app/inspect/mapped_frame.h"
+
+#include "app/inspect/inspection.h"
+
+namespace qs {
+
+MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                        HeatQuantity quantity, int threads, std::stop_token stop) {
+  if (quantity != HeatQuantity::missed) {
+    const Frame& frame =
+        renderer.render(camera, settings, outputs_for(quantity), HostImage{}, std::move(stop));
+    return {frame, make_heatmap(frame, quantity, camera.width, camera.height), std::nullopt};
+  }
+  RenderSettings judging = settings;
+  judging.mode = kJudgeMode;
+  Outputs lists;
+  lists.color = false;
+  lists.trace = true;
+  const Frame judge = renderer.render(camera, judging, lists, HostImage{}, stop);
+  const Frame& frame = renderer.render(camera, settings, inspection_outputs(), HostImage{}, stop);
+  ThreadPool pool(threads);
+  MissedMap missed = missed_contributions(judge, frame, {camera.width, camera.height},
+                                          settings.background, pool, std::move(stop));
+  Heatmap heatmap = missed_heatmap(missed);
+  return {frame, std::move(heatmap), std::move(missed)};
+}
+
+}  // namespace qs

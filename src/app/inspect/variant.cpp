@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "app/inspect/variant.h"
+
+#include <fmt/format.h>
+
+namespace qs {
+
+std::string drawn_by(const Variant& variant) {
+  const char* backend = kBackendNames[static_cast<int>(variant.backend)];
+  if (variant.backend == Backend::cpu) return backend;
+  return fmt::format("{} {}", backend, kPipelineNames[static_cast<int>(variant.pipeline)]);
+}
+
+std::string full_name(const Variant& variant) {
+  if (variant.mode == kReferenceMode) return mode_name(variant.mode);
+  return fmt::format("{}, {}", mode_name(variant.mode), drawn_by(variant));
+}
+
+std::string name_beside(const Variant& variant, const Variant& other) {
+  const bool drawn_alike = variant.backend == other.backend &&
+                           (variant.backend == Backend::cpu || variant.pipeline == other.pipeline);
+  const bool reference = variant.mode == kReferenceMode || other.mode == kReferenceMode;
+  return drawn_alike || reference ? mode_name(variant.mode) : full_name(variant);
+}
+
+}  // namespace qs

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/panels/color_bar.h"
+
+#include <imgui.h>
+
+#include "app/viewer/style.h"
+
+namespace qs {
+
+void draw_color_bar(const std::function<glm::vec3(float)>& color, const std::vector<Tick>& ticks) {
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const float width = ImGui::GetContentRegionAvail().x, height = 0.9f * ImGui::GetFontSize();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  constexpr int kSteps = 64;
+  const auto packed = [&](int step) {
+    const glm::vec3 c = color(static_cast<float>(step) / kSteps);
+    return ImGui::GetColorU32({c.x, c.y, c.z, 1});
+  };
+  for (int i = 0; i < kSteps; ++i) {
+    const float left = at.x + width * static_cast<float>(i) / kSteps;
+    const float right = at.x + width * static_cast<float>(i + 1) / kSteps;
+    draw.AddRectFilledMultiColor({left, at.y}, {right, at.y + height}, packed(i), packed(i + 1),
+                                 packed(i + 1), packed(i));
+  }
+  for (const Tick& tick : ticks) {
+    const float x = at.x + width * tick.at;
+    const float text = ImGui::CalcTextSize(tick.text.c_str()).x;
+    const bool first = &tick == &ticks.front(), last = &tick == &ticks.back();
+    const float left = first ? x : last ? x - text : x - 0.5f * text;
+    draw.AddLine({x, at.y + height}, {x, at.y + height + 4}, ImGui::GetColorU32(palette::kFaint));
+    draw.AddText({left, at.y + height + 5}, ImGui::GetColorU32(palette::kText), tick.text.c_str());
+  }
+  ImGui::Dummy({width, height + 6 + ImGui::GetTextLineHeight()});
+}
+
+}  // namespace qs

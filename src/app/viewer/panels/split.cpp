@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+//
+// The split window: the view beside another variant of it. The divider lies in the picture, the
+// panel chooses the other one and tells how the two differ.
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "app/text.h"
+#include "app/viewer/hud_text.h"
+#include "app/viewer/panels/color_bar.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/style.h"
+
+namespace qs {
+namespace {
+
+constexpr float kGrip = 14;  ///< width of what can be dragged, units of the screen
+
+// A name on a dark plate; `align` 0: right of `at`, 1: left of it.
+void draw_plate(const std::string& text, ImVec2 at, float align) {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const ImVec2 low{at.x - align * (size.x + 16), at.y},
+      high{low.x + size.x + 16, at.y + size.y + 8};
+  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4);
+  draw.AddText({low.x + 8, low.y + 4}, ImGui::GetColorU32(palette::kText), text.c_str());
+}
+
+// The names of both where they are seen, above the picture's lower edge.
+void draw_names(const Viewer& viewer, float x) {
+  const Split& split = viewer.split;
+  const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
+  const Variant& second = viewer.shown.other->variant;
+  std::string left = name_beside(first, second), right = name_beside(second, first);
+  if (split.flipped) std::swap(left, right);
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float y = display.y - 3.4f * ImGui::GetFontSize();
+  if (split.view == SplitView::sides) {
+    draw_plate(left, {x - 10, y}, 1);
+    draw_plate(right, {x + 10, y}, 0);
+  } else if (split.view == SplitView::whole) {
+    draw_plate(left, {0.5f * display.x, y}, 0.5f);
+  }
+}
+
+// What stands beside the view: a mode or the reference, drawn by any backend and pipeline.
+void choose_other(const Viewer& viewer, Actions& actions) {
+  Variant other = viewer.split.other;
+  const float em = ImGui::GetFontSize();
+  ImGui::SetNextItemWidth(10 * em);
+  if (ImGui::BeginCombo("##mode", mode_name(other.mode))) {
+    for (CullMode mode = 0; mode <= kCullerCount; ++mode) {
+      if (ImGui::Selectable(mode_name(mode), mode == other.mode)) other.mode = mode;
+      if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(mode).summary);
+    }
+    ImGui::EndCombo();
+  }
+  const auto backends = available_backends();
+  if (other.mode != kReferenceMode && backends.size() > 1) {
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(9 * em);
+    const std::string drawn = drawn_by(other);
+    if (ImGui::BeginCombo("##drawn", drawn.c_str())) {
+      for (const Backend backend : backends) {
+        for (const Pipeline pipeline : pipelines_of(backend)) {
+          const Variant choice{other.mode, pipeline, backend};
+          if (ImGui::Selectable(drawn_by(choice).c_str(), drawn_by(choice) == drawn))
+            other = choice;
+        }
+      }
+      ImGui::EndCombo();
+    }
+  }
+  if (other == viewer.split.other) return;
+  Split split = viewer.split;
+  split.other = other;
+  actions.push_back(action::ChangeSplit{split});
+}
+
+void choose_view(const Viewer& viewer, Actions& actions) {
+  Split split = viewer.split;
+  for (std::size_t i = 0; i < std::size(kSplitViews); ++i) {
+    if (i > 0) ImGui::SameLine();
+    if (ImGui::RadioButton(kSplitViews[i], static_cast<std::size_t>(split.view) == i)) {
+      split.view = static_cast<SplitView>(i);
+      actions.push_back(action::ChangeSplit{split});
+    }
+  }
+  if (split.view == SplitView::difference) {
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderInt("##amplification", &split.amplification, 1, kMostAmplification,
+                         "differences times %d", ImGuiSliderFlags_Logarithmic))
+      actions.push_back(action::ChangeSplit{split});
+  } else if (split.view != SplitView::tile_pairs) {
+    if (ImGui::Button("Flip (X)")) actions.push_back(action::FlipSplit{});
+  }
+}
+
+// The scale of the signed map and its value under the cursor.
+void draw_pair_legend(const Viewer& viewer, const PanelMemory& memory) {
+  const PairDifference& pairs = *viewer.shown.other->pairs;
+  const Scale& scale = memory.heat_scale;
+  const std::string end = grouped(scale.maximum);
+  draw_color_bar([](float t) { return diverging(2 * t - 1); },
+                 {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}});
+  const int side = pairs.grid.tile_px * viewer.shown.divisor;
+  const glm::ivec2 at = glm::ivec2(glm::floor(memory.cursor)) / std::max(side, 1);
+  const bool inside = memory.cursor.x >= 0 && memory.cursor.y >= 0 && at.x < pairs.grid.columns &&
+                      at.y < pairs.grid.rows && mouse_is_free();
+  const std::string under =
+      inside ? signed_text(pairs.values[static_cast<std::size_t>(at.y * pairs.grid.columns + at.x)])
+             : "-";
+  ImGui::TextColored(palette::kFaint, "blue: the first lists fewer, orange: more; here: %s",
+                     under.c_str());
+}
+
+}  // namespace
+
+void draw_divider(const Viewer& viewer, Actions& actions, float top) {
+  if (!viewer.shown.other) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const float x = viewer.split.divider * display.x;
+  draw_names(viewer, x);
+  if (viewer.split.view != SplitView::sides) return;
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddLine({x, 0}, {x, display.y}, IM_COL32(0, 0, 0, 160), 4);
+  draw.AddLine({x, 0}, {x, display.y}, IM_COL32(255, 255, 255, 230), 1.5f);
+  const ImVec2 middle{x, 0.5f * display.y};
+  draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
+  draw.AddCircle(middle, 13, IM_COL32(255, 255, 255, 230), 32, 1.5f);
+  for (const float side : {-1.0f, 1.0f})
+    draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
+                           {x + 4 * side, middle.y + 4.5f * side}, IM_COL32(255, 255, 255, 230));
+  // An invisible window takes the mouse, so that dragging the divider does not turn the camera.
+  ImGui::SetNextWindowPos({x - 0.5f * kGrip, top});
+  ImGui::SetNextWindowSize({kGrip, std::max(display.y - top, 1.0f)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  ImGui::Begin("divider", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground |
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
+                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
+  if (ImGui::IsItemHovered() || ImGui::IsItemActive())
+    ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  if (ImGui::IsItemActive()) {
+    Split split = viewer.split;
+    split.divider = std::clamp(ImGui::GetIO().MousePos.x / display.x, 0.0f, 1.0f);
+    if (split.divider != viewer.split.divider) actions.push_back(action::ChangeSplit{split});
+  }
+  ImGui::End();
+  ImGui::PopStyleVar(2);
+}
+
+void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
+  bool open = true;
+  ImGui::Begin("Split", &open,
+               ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::AlignTextToFramePadding();
+  ImGui::Text("%s beside", name_beside(viewer.variant(), viewer.split.other).c_str());
+  ImGui::SameLine();
+  choose_other(viewer, actions);
+  choose_view(viewer, actions);
+  ImGui::Separator();
+  if (viewer.shown.other) {
+    if (viewer.split.view == SplitView::tile_pairs && viewer.shown.other->pairs)
+      draw_pair_legend(viewer, memory);
+    for (const HudFact& fact : split_facts(viewer)) {
+      ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+      ImGui::SameLine(9 * ImGui::GetFontSize());
+      ImGui::TextUnformatted(fact.value.c_str());
+    }
+  } else if (viewer.split.other.mode == kReferenceMode) {
+    ImGui::TextUnformatted("0 computes the reference of this view, which takes seconds;");
+    ImGui::TextUnformatted("Shift+0 only what is around the cursor.");
+  }
+  ImGui::End();
+  if (!open) actions.push_back(action::TogglePanel{&Panels::split});
+}
+
+}  // namespace qs

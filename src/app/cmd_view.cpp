@@ -15,13 +15,13 @@ int run_view(Arguments arguments) {
   ViewOptions view;
   std::vector<std::filesystem::path> scenes;
   std::optional<std::filesystem::path> settings;
-  std::optional<std::string> beside;
   bool no_vsync = false, no_interop = false;
   Options options("view", "opens a scene in a window; the command when none is named");
   options.optional_positional("SCENE", scenes, "splat file or model folder");
   declare_common_options(options, view.frame);
-  options.text("--beside", "NAME", beside,
-               "splits the window: this culling mode, or reference, beside the other");
+  options.text(
+      "--beside", "NAME", view.beside,
+      "splits the window, beside it: a culling mode, reference, or \"exact, cuda classic\"");
   options.flag("--no-vsync", no_vsync, "does not wait for the display");
   options.flag("--no-interop", no_interop, "CUDA frames pass the host on their way to the window");
   options.text("--settings", "FILE", settings,
@@ -45,10 +45,6 @@ int run_view(Arguments arguments) {
   if (view.frame.tile_px != kTileSize) {
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
          view.frame.tile_px, kTileSize);
-  }
-  if (beside) {
-    view.beside = find_culler(*beside);
-    if (*view.beside < 0) fail(ErrorKind::usage, "--beside: '{}' is no culling mode", *beside);
   }
   view.vsync = !no_vsync;
   view.interop = !no_interop;

@@ -130,5 +130,22 @@ TEST(Colormap, viridis_rises_steadily_in_lightness) {
   }
 }
 
+TEST(Colormap, of_signed_values_is_lightest_at_zero_and_darkens_alike_on_both_sides) {
+  const auto lightness = [](glm::vec3 c) { return 0.299f * c.r + 0.587f * c.g + 0.114f * c.b; };
+  for (float t = 0.05f; t <= 1; t += 0.05f) {
+    EXPECT_LT(lightness(diverging(t)), lightness(diverging(t - 0.05f)));
+    EXPECT_LT(lightness(diverging(-t)), lightness(diverging(0.05f - t)));
+    EXPECT_NEAR(lightness(diverging(t)), lightness(diverging(-t)), 0.1f);
+    EXPECT_GT(diverging(t).r, diverging(t).b);
+    EXPECT_LT(diverging(-t).r, diverging(-t).b);
+  }
+}
+
+TEST(Scale, of_signed_values_reaches_as_far_on_both_sides) {
+  const std::vector<std::int32_t> values = {-70, 3, 12};
+  EXPECT_EQ(scale_for_signed(values).maximum,
+            scale_for(std::vector<std::uint32_t>{70, 3, 12}).maximum);
+}
+
 }  // namespace
 }  // namespace qs

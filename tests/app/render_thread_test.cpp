@@ -96,6 +96,46 @@ TEST_F(RenderThreadTest, a_heat_map_s_sum_is_the_frame_s_pairs) {
   EXPECT_EQ(frame->shown.heatmap->total, frame->shown.stats.tile_pairs);
 }
 
+TEST_F(RenderThreadTest, a_split_order_brings_both_frames_and_their_difference) {
+  FrameOrder other = order_;
+  other.settings.mode = find_culler("dualbox");
+  const auto alone = draw(order_), beside = draw(other);
+  order_.other = Variant{other.settings.mode, order_.settings.pipeline, Backend::cpu};
+  const auto both = draw(order_);
+  ASSERT_TRUE(alone && beside && both && both->shown.other && both->shown.other->pairs);
+  EXPECT_EQ(both->rgba, alone->rgba);
+  EXPECT_EQ(both->other, beside->rgba);
+  EXPECT_EQ(both->shown.other->stats.tile_pairs, beside->shown.stats.tile_pairs);
+  EXPECT_EQ(both->shown.other->pairs->total,
+            static_cast<std::int64_t>(alone->shown.stats.tile_pairs) -
+                static_cast<std::int64_t>(beside->shown.stats.tile_pairs));
+  EXPECT_GT(both->shown.other->pixels.pixels, 0u);
+}
+
+TEST_F(RenderThreadTest, the_reference_is_beside_a_view_until_the_view_moves_on) {
+  order_.other = Variant{kReferenceMode, Pipeline::fast, Backend::cpu};
+  EXPECT_FALSE(draw(order_)->shown.other);
+  thread_.run(ask_oracle_about(order_, PixelBox{10, 20, 40, 50}));
+  const auto beside = settle();
+  ASSERT_TRUE(beside && beside->shown.other);
+  EXPECT_EQ(beside->shown.other->region.x1, 40);
+  EXPECT_LE(beside->shown.other->pixels.largest, 1);
+  EXPECT_FALSE(beside->shown.other->pairs);
+  ++order_.view_version;
+  EXPECT_FALSE(draw(order_)->shown.other);
+}
+
+TEST_F(RenderThreadTest, a_map_of_missed_contributions_knows_their_alphas) {
+  order_.heatmap = HeatQuantity::missed;
+  order_.settings.mode = find_culler("dualbox");
+  const auto frame = draw(order_);
+  ASSERT_TRUE(frame && frame->shown.heatmap && frame->shown.missed);
+  EXPECT_GT(frame->shown.missed->largest_alpha, 0.0f);
+  EXPECT_EQ(frame->shown.heatmap->total, frame->shown.missed->total);
+  order_.settings.mode = find_culler("exact");
+  EXPECT_EQ(draw(order_)->shown.heatmap->total, 0u);
+}
+
 TEST_F(RenderThreadTest, smaller_frames_say_so) {
   order_.divisor = 3;
   const auto frame = draw(order_);
@@ -126,7 +166,7 @@ TEST_F(RenderThreadTest, a_thousand_switches_leave_image_and_memory_alone) {
     order.settings.splat_scale = 0.5f + 0.001f * static_cast<float>(random() % 1000);
     order.settings.background = glm::vec3(static_cast<float>(random() % 2));
     order.settings.antialiased = random() % 2 == 0;
-    if (random() % 4 == 0) order.heatmap = static_cast<HeatQuantity>(random() % kHeatmaps.size());
+    if (random() % 4 == 0) order.heatmap = static_cast<HeatQuantity>(random() % kHeatQuantities);
     thread_.order(order);
     if (i % 50 == 0) thread_.run(switch_backend(Backend::cpu));
     if (i % 10 == 0) settle();

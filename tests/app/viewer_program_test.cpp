@@ -307,6 +307,12 @@ TEST_F(ViewerProgram, the_reference_stands_beside_the_view_once_it_was_asked_for
   }
 }
 
+TEST_F(ViewerProgram, refuses_to_stand_beside_what_there_is_not) {
+  const ProgramRun run = play("quit\n", {path("scene.ply"), "--beside", "best"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("--beside: there is no 'best'"));
+}
+
 TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {
   const ProgramRun run =
       play("wait\nkey 3\nkey H\nkey Shift+H\nkey Shift+H\nkey Shift+H\nwait\nstate " +

@@ -18,6 +18,7 @@
 #include "app/viewer/preferences.h"
 #include "app/viewer/resolution.h"
 #include "app/viewer/scene_loader.h"
+#include "io/axes.h"
 #include "io/json_text.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -102,6 +103,42 @@ TEST(Viewer, heat_maps_toggle_and_take_turns) {
   EXPECT_EQ(viewer.heatmap, std::nullopt);
   apply(viewer, ToggleHeatmap{});
   EXPECT_EQ(viewer.heatmap, HeatQuantity::evaluated);
+}
+
+TEST(Viewer, splits_the_window_with_a_variant_that_differs) {
+  Viewer viewer = viewer_with(0);
+  apply(viewer, SetMode{find_culler("adr")});
+  viewer.split.other = viewer.variant();
+  const int before = viewer.version;
+  apply(viewer, TogglePanel{&Panels::split});
+  EXPECT_TRUE(viewer.panels.split);
+  EXPECT_NE(viewer.split.other, viewer.variant());
+  EXPECT_GT(viewer.version, before);
+  // Looking at both in another way draws nothing anew, another variant does.
+  const int shown = viewer.version;
+  apply(viewer, FlipSplit{});
+  EXPECT_TRUE(viewer.split.flipped);
+  for (int i = 0; i < 4; ++i) apply(viewer, NextSplitView{});
+  EXPECT_EQ(viewer.split.view, SplitView::sides);
+  EXPECT_EQ(viewer.version, shown);
+  Split split = viewer.split;
+  split.other.mode = kReferenceMode;
+  apply(viewer, ChangeSplit{split});
+  EXPECT_GT(viewer.version, shown);
+}
+
+TEST(Viewer, goes_through_all_axes_and_back_to_the_file_s) {
+  Viewer viewer = viewer_with(0);
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i <= kAxes.size(); ++i) {
+    apply(viewer, NextAxes{});
+    const auto* open = std::get_if<request::Open>(&viewer.requests.back());
+    ASSERT_NE(open, nullptr);
+    seen.insert(open->axes);
+    viewer.scene->axes = open->axes;
+  }
+  EXPECT_EQ(viewer.scene->axes, "");
+  EXPECT_EQ(seen.size(), kAxes.size() + 1);
 }
 
 TEST(Viewer, steps_through_cameras_and_leaves_them_by_moving) {

@@ -23,4 +23,18 @@ std::string name_beside(const Variant& variant, const Variant& other) {
   return drawn_alike || reference ? mode_name(variant.mode) : full_name(variant);
 }
 
+std::optional<Variant> find_variant(std::string_view name, const Variant& like) {
+  if (const CullMode mode = find_culler(name); mode >= 0)
+    return Variant{mode, like.pipeline, like.backend};
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (const Backend backend : available_backends()) {
+      for (const Pipeline pipeline : pipelines_of(backend)) {
+        const Variant variant{mode, pipeline, backend};
+        if (full_name(variant) == name) return variant;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace qs

@@ -3,7 +3,9 @@
 // One way to draw a view, as comparisons set it against another.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "raster/renderer.h"
 
@@ -25,5 +27,9 @@ std::string full_name(const Variant& variant);
 
 /// The same with no more than what tells it from `other`: "quadbox", or "quadbox, cuda classic".
 std::string name_beside(const Variant& variant, const Variant& other);
+
+/// The variant of a full_name(), or of a mode's name, drawn as `like`; unset when there is none
+/// here.
+std::optional<Variant> find_variant(std::string_view name, const Variant& like);
 
 }  // namespace qs

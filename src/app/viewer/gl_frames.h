@@ -43,8 +43,9 @@ class GlFrames {
   GLFWwindow* context_;
   std::mutex mutex_;
   unsigned versions_ = 0;
-  std::array<Slot, 4>
-      slots_;  // one expected or drawn, one waiting, one shown, one shown a moment ago
+  // One expected or drawn, one waiting, one that the window just takes, one shown, one shown a
+  // moment ago.
+  std::array<Slot, 5> slots_;
 };
 
 }  // namespace qs

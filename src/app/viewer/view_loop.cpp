@@ -104,8 +104,10 @@ class ViewLoop {
     viewer_.settings.background = frame.background.value_or(glm::vec3(0));
     viewer_.settings.antialiased = frame.antialiased;
     viewer_.previous_mode = find_culler("3dgs");
-    viewer_.split.other = {options_.beside.value_or(viewer_.previous_mode),
-                           viewer_.settings.pipeline, viewer_.backend};
+    const auto other =
+        find_variant(options_.beside.value_or(mode_name(viewer_.previous_mode)), viewer_.variant());
+    if (!other) fail(ErrorKind::usage, "view: --beside: there is no '{}' here", *options_.beside);
+    viewer_.split.other = *other;
     viewer_.vsync = options_.vsync && preferences_.vsync;
     viewer_.on_demand = preferences_.on_demand;
     viewer_.reduce_when_moving = preferences_.reduce_when_moving;

@@ -12,8 +12,8 @@
 namespace qs {
 
 struct ViewOptions {
-  FrameOptions frame;              ///< scene empty: an empty window
-  std::optional<CullMode> beside;  ///< splits the window from the start
+  FrameOptions frame;                 ///< scene empty: an empty window
+  std::optional<std::string> beside;  ///< find_variant(): splits the window from the start
   bool vsync = true, interop = true;
   std::filesystem::path settings;               ///< preferences file; empty: nothing is remembered
   std::optional<std::filesystem::path> script;  ///< input script, see input_script.h

@@ -344,6 +344,17 @@ TEST_F(ViewerProgram, the_display_counts_pairs_in_vain_as_bench_does) {
               StartsWith(grouped(count) + " pairs"));
 }
 
+TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_display_s_count) {
+  const ProgramRun run =
+      play("key H\nkey Shift+H\nkey Shift+H\nwait\nstate " + path("a.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json a = state("a.json");
+  EXPECT_EQ(a["heatmap"]["quantity"], "false-positive");
+  EXPECT_THAT(a["facts"]["in vain"].get<std::string>(),
+              StartsWith(grouped(a["heatmap"]["total"].get<std::uint64_t>()) + " pairs"));
+}
+
 TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {
   const ProgramRun run =
       play("wait\nstate " + path("a.json") + "\nkey Y\nwait\nstate " + path("b.json") + "\nshot " +

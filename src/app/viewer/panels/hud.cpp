@@ -153,7 +153,7 @@ void draw_plot(const Viewer& viewer) {
                                        ms_text(static_cast<double>(most)));
   ImGui::PushStyleColor(ImGuiCol_FrameBg, {0.12f, 0.125f, 0.14f, 1});
   ImGui::PlotLines("##frames", values.data(), static_cast<int>(values.size()), 0, nullptr, 0,
-                   most * 1.15f, {-1, 3.2f * ImGui::GetFontSize()});
+                   most * 1.15f, {ImGui::GetContentRegionAvail().x, 3.2f * ImGui::GetFontSize()});
   ImGui::PopStyleColor();
   ImGui::TextColored(palette::kFaint, "%s", text.c_str());
 }

@@ -11,13 +11,13 @@
 
 #include "app/stats_file.h"
 #include "app/text.h"
+#include "app/viewer/frame_orders.h"
 #include "app/viewer/hud_text.h"
 #include "app/viewer/jobs.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/photograph_texture.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/presenter.h"
-#include "app/viewer/resolution.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/window.h"
 #include "io/cameras.h"
@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kIdleSeconds = 0.01;   ///< sleep while something else works
 constexpr double kRestSeconds = 0.5;    ///< longest sleep
-constexpr double kStillSeconds = 0.25;  ///< without motion before modes are measured
+constexpr double kMovedSeconds = 0.25;  ///< after a motion the window stays awake
 constexpr double kUiSeconds = 0.35;     ///< panels are drawn this long after the last event
 constexpr double kFramePatience =
     0.03;  ///< the window waits this long for a frame, then shows the last one
@@ -87,7 +87,7 @@ class ViewLoop {
       take_frame();
       take_photograph();
       draw();
-      order_work();
+      orders_.place(viewer_, *render_, !draws());
     }
     remember();
   }
@@ -156,21 +156,6 @@ class ViewLoop {
     }
   }
 
-  FrameOrder current_order() const {
-    FrameOrder order;
-    order.camera = viewer_.camera;
-    order.settings = viewer_.settings;
-    order.settings.mode = viewer_.mode();
-    order.version = viewer_.version;
-    order.view_version = viewer_.view_version;
-    if (viewer_.panels.split) {
-      order.other = viewer_.split.other;
-    } else {
-      order.heatmap = viewer_.heatmap;
-    }
-    return order;
-  }
-
   // A square of pixels, cut at the picture's edges.
   PixelBox box_around_cursor() {
     constexpr int kSide = 256;
@@ -194,15 +179,15 @@ class ViewLoop {
   }
   void carry_out(const request::Pick& what) {
     const glm::ivec2 pixel(glm::floor(what.pixel));
-    render_->run(what.record ? record_zoom_from(current_order(), pixel, options_.out_dir)
-                             : pick_pivot(current_order(), pixel));
+    render_->run(what.record ? record_zoom_from(order_of(viewer_), pixel, options_.out_dir)
+                             : pick_pivot(order_of(viewer_), pixel));
   }
   void carry_out(const request::Screenshot& what) {
     if (what.with_ui) {
       grab_wanted_ = free_name(options_.out_dir / "screenshots",
                                fmt::format("{}_window", viewer_.scene->name), ".png");
     } else {
-      render_->run(take_screenshot(current_order(), camera_name(), options_.out_dir));
+      render_->run(take_screenshot(order_of(viewer_), camera_name(), options_.out_dir));
     }
   }
   void carry_out(const request::CopyText& what) { window_.set_clipboard(what.text); }
@@ -211,14 +196,15 @@ class ViewLoop {
   }
   void carry_out(const request::StopRecording&) { render_->stop_job(); }
   void carry_out(const request::Bench&) {
-    render_->run(bench_view(current_order(), camera_name(), options_.out_dir));
+    render_->run(bench_view(order_of(viewer_), camera_name(), options_.out_dir));
   }
   void carry_out(const request::Inspect& what) {
-    render_->run(inspect_view(current_order(), glm::ivec2(glm::floor(what.pixel)), what.gaussian));
+    render_->run(
+        inspect_view(order_of(viewer_), glm::ivec2(glm::floor(what.pixel)), what.gaussian));
   }
   void carry_out(const request::AskOracle& what) {
     render_->run(ask_oracle_about(
-        current_order(), what.around_cursor ? std::optional(box_around_cursor()) : std::nullopt));
+        order_of(viewer_), what.around_cursor ? std::optional(box_around_cursor()) : std::nullopt));
   }
   void carry_out(const request::SwitchBackend& what) { render_->run(switch_backend(what.backend)); }
   void carry_out(const request::ReadPhotograph& what) { photograph_.show(what.path); }
@@ -230,42 +216,7 @@ class ViewLoop {
   void carry_out(const request::Fullscreen&) { window_.toggle_fullscreen(); }
   void carry_out(const request::Quit&) { quit_ = true; }
 
-  // ---- rendering ------------------------------------------------------------------------------
-  void order_work() {
-    if (!viewer_.scene || viewer_.zoom.running) return;
-    // Small while it moves, whole as soon as it rests.
-    const int divisor =
-        draws_on_the_cpu() && viewer_.reduce_when_moving && viewer_.moving()
-            ? resolution_divisor(ms_per_megapixel_, viewer_.camera.width, viewer_.camera.height)
-            : 1;
-    const bool continuous = !viewer_.on_demand && !render_->busy();
-    if (viewer_.version != ordered_version_ || divisor < ordered_divisor_ || continuous) {
-      FrameOrder order = current_order();
-      order.divisor = divisor;
-      render_->order(order);
-      ordered_version_ = viewer_.version;
-      ordered_divisor_ = divisor;
-    }
-    if (still() && numbers_are_missing() && !draws() && !render_->busy())
-      render_->order(NumbersOrder{viewer_.camera, viewer_.settings, viewer_.view_version});
-  }
-
-  bool draws_on_the_cpu() const {
-    return viewer_.backend == Backend::cpu ||
-           (viewer_.panels.split && viewer_.split.other.backend == Backend::cpu);
-  }
-
-  bool still() const {
-    return viewer_.now - viewer_.last_motion > kStillSeconds && !viewer_.playback.running;
-  }
-
-  // The table is measured for views that are drawn whole, when somebody can see it.
-  bool numbers_are_missing() const {
-    return viewer_.shown.version == viewer_.version && viewer_.shown.divisor == 1 &&
-           viewer_.on_demand && viewer_.panels.hud && viewer_.panels.all &&
-           !numbers_are_current(viewer_);
-  }
-
+  // ---- frames ---------------------------------------------------------------------------------
   void take_frame() {
     std::optional<FrameReply> reply = render_->take_frame();
     if (!reply) return;
@@ -278,10 +229,7 @@ class ViewLoop {
       memory_.heat_scale = scale_for_signed(shown.other->pairs->values);
       layer = layer_of(*shown.other->pairs, memory_.heat_scale);
     }
-    const double ms = static_cast<double>(shown.stats.frame_ms) +
-                      (shown.other ? static_cast<double>(shown.other->stats.frame_ms) : 0.0);
-    const double megapixels = 1e-6 * reply->width * reply->height;
-    ms_per_megapixel_ = ms / std::max(megapixels, 1e-3);
+    orders_.learn(*reply);
     apply(viewer_, action::FrameShown{shown});
     if (reply->texture.name != 0) {
       // OpenGL may still draw from the texture before: it rests for one more frame.
@@ -337,9 +285,8 @@ class ViewLoop {
   }
 
   bool resting() {
-    return !draws() && script_.done() && !window_.input().busy() &&
-           viewer_.version == ordered_version_ &&
-           glfwGetTime() - viewer_.last_motion > kStillSeconds && !numbers_are_missing();
+    return !draws() && script_.done() && !window_.input().busy() && orders_.are_placed(viewer_) &&
+           glfwGetTime() - viewer_.last_motion > kMovedSeconds && !numbers_are_missing(viewer_);
   }
 
   void draw() {
@@ -399,7 +346,7 @@ class ViewLoop {
     if (loader_.busy() || viewer_.loading || render_->busy() || photograph_.reading()) return false;
     if (!viewer_.scene) return true;
     const bool drawn = viewer_.version == viewer_.shown.version && viewer_.shown.divisor == 1;
-    return drawn && !numbers_are_missing() && !viewer_.measuring && !viewer_.moving() &&
+    return drawn && !numbers_are_missing(viewer_) && !viewer_.measuring && !viewer_.moving() &&
            !viewer_.playback.running && !viewer_.zoom.running;
   }
 
@@ -464,8 +411,7 @@ class ViewLoop {
   PanelMemory memory_;
 
   ScriptPlayer script_;
-  int ordered_version_ = -1, ordered_divisor_ = 1;
-  double ms_per_megapixel_ = 0;
+  FrameOrders orders_;
   GlTexture shown_texture_, resting_texture_;
   std::filesystem::path grab_wanted_;
   bool quit_ = false, vsync_ = true, draw_once_ = true;

@@ -41,8 +41,7 @@ class Stages {
   explicit Stages(const Subject& subject)
       : subject_(subject),
         active_(activate(subject.cloud, pool_)),
-        blocks_(cpu::fast::make_blocks(active_, pool_)),
-        harmonics_(cpu::fast::make_harmonics(subject.cloud, pool_)),
+        scene_(cpu::fast::make_scene(subject.cloud, active_, pool_)),
         frame_{subject.cloud,
                active_,
                subject_.camera,
@@ -80,21 +79,20 @@ class Stages {
     using namespace cpu::fast;
     switch (stage) {
       case Stage::preprocess:
-        return preprocess(frame_, blocks_, harmonics_, false, fast_visible_);
+        return preprocess(frame_, scene_, false, fast_visible_);
       case Stage::sort:
         return sort(frame_, fast_visible_, fast_order_);
       case Stage::bin:
         return bin(frame_, fast_visible_, fast_order_, fast_lists_);
       case Stage::blend:
-        return blend(frame_, fast_visible_, fast_lists_, {}, result_);
+        return blend(frame_, fast_visible_, fast_lists_, fast_queue_, {}, result_);
     }
   }
 
   const Subject& subject_;
   ThreadPool pool_{1};
   ActivatedCloud active_;
-  Array<cpu::fast::Block> blocks_;
-  cpu::fast::Harmonics harmonics_;
+  cpu::fast::Scene scene_;
   RenderSettings settings_;
   cpu::FrameContext frame_;
   Frame result_;
@@ -105,6 +103,7 @@ class Stages {
   cpu::fast::Visible fast_visible_;
   cpu::fast::DepthOrder fast_order_;
   cpu::TileLists fast_lists_;
+  cpu::fast::TileQueue fast_queue_;
 };
 
 /// What is measured, read when the first benchmark needs it.

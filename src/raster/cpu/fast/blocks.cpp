@@ -7,16 +7,26 @@
 
 namespace qs::cpu::fast {
 
-Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
-  const std::size_t size = active.gaussians.size();
-  Array<Block> blocks((size + kBlock - 1) / kBlock);
+namespace {
+
+/// Members ahead of the one being copied that are fetched: they lie anywhere in the cloud.
+constexpr std::size_t kPrefetch = 16;
+
+}  // namespace
+
+Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint32_t> order,
+                         ThreadPool& pool) {
+  Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
   pool.for_chunks(blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t b = begin; b < end; ++b) {
       Block& block = blocks[b];
       for (std::size_t lane = 0; lane < kBlock; ++lane) {
         const std::size_t i = b * kBlock + lane;
         const ActiveGaussian nobody{glm::vec3(NAN), {}, 0};
-        const ActiveGaussian& g = i < size ? active.gaussians[i] : nobody;
+        if (i + kPrefetch < order.size())
+          __builtin_prefetch(&active.gaussians[order[i + kPrefetch]]);
+        const ActiveGaussian& g = i < order.size() ? active.gaussians[order[i]] : nobody;
+        block.gaussian[lane] = i < order.size() ? order[i] : 0;
         block.x[lane] = g.position.x;
         block.y[lane] = g.position.y;
         block.z[lane] = g.position.z;
@@ -33,11 +43,14 @@ Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
   return blocks;
 }
 
-Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
+Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
+                         ThreadPool& pool) {
   Harmonics sh;
   sh.degree = cloud.sh_degree;
   const std::size_t groups = (cloud.size() + kBlock - 1) / kBlock * (kBlock / kGroup);
   const std::size_t rest = sh.rest_size() / kGroup, stride = 3 + rest;
+
+  const auto from = [&](std::size_t i) { return &cloud.sh.data()->x + i * stride; };
 
   // Calls store(group, lane, value of the cloud) for all members of all groups; members behind the
   // last Gaussian are zeros.
@@ -45,8 +58,8 @@ Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
     pool.for_chunks(groups * kGroup, 4096, [&](std::size_t begin, std::size_t end, int) {
       const std::vector<float> nobody(stride, 0.0f);
       for (std::size_t i = begin; i < end; ++i) {
-        store(i / kGroup, i % kGroup,
-              i < cloud.size() ? &cloud.sh.data()->x + i * stride : nobody.data());
+        if (i + kPrefetch < order.size()) __builtin_prefetch(from(order[i + kPrefetch]));
+        store(i / kGroup, i % kGroup, i < order.size() ? from(order[i]) : nobody.data());
       }
     });
   };
@@ -54,10 +67,10 @@ Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
   std::atomic<bool> exact = true;
   sh.base.resize(groups * kGroup * 3);
   sh.halves.resize(groups * sh.rest_size());
-  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
-    for (std::size_t k = 0; k < 3; ++k) sh.base[(group * 3 + k) * kGroup + lane] = from[k];
+  for_each_member([&](std::size_t group, std::size_t lane, const float* values) {
+    for (std::size_t k = 0; k < 3; ++k) sh.base[(group * 3 + k) * kGroup + lane] = values[k];
     for (std::size_t k = 0; k < rest && exact; ++k) {
-      const std::optional<std::uint16_t> half = exact_half(from[3 + k]);
+      const std::optional<std::uint16_t> half = exact_half(values[3 + k]);
       if (!half) exact = false;
       sh.halves[(group * rest + k) * kGroup + lane] = half.value_or(0);
     }
@@ -65,9 +78,9 @@ Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
   if (exact) return sh;
   sh.halves = {};
   sh.rest.resize(groups * sh.rest_size());
-  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
+  for_each_member([&](std::size_t group, std::size_t lane, const float* values) {
     for (std::size_t k = 0; k < rest; ++k)
-      sh.rest[(group * rest + k) * kGroup + lane] = from[3 + k];
+      sh.rest[(group * rest + k) * kGroup + lane] = values[3 + k];
   });
   return sh;
 }

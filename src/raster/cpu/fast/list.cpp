@@ -93,7 +93,7 @@ HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing*
     add_rects<P>(s.footprint(k), grid, joiner);
     if (!joiner.finish(listings[kept])) continue;
     if (kept != k) {
-      s.gaussian[kept] = s.gaussian[k];
+      s.lane[kept] = s.lane[k];
       for (float* plane : {s.mean_x, s.mean_y, s.xx, s.xy, s.yy, s.conic_a, s.conic_b, s.conic_c,
                            s.determinant, s.gamma, s.depth, s.log2_opacity})
         plane[kept] = plane[k];

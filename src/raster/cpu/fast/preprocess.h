@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Stage 1: from the scene to the Gaussians that this view shows, with the tiles that the mode gives
-// them. Blocks pass through project, list and color; see survivors.h.
+// them. Blocks that the view can show pass through project, list and color; see survivors.h.
 #pragma once
 
 #include "raster/cpu/fast/list.h"
+#include "raster/cpu/fast/scene.h"
 #include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
 
@@ -41,7 +42,7 @@ struct Visible : VisibleSlots {
   }
 };
 
-void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
-                bool traced, Visible& visible);
+/// `scene` is frame.cloud's; footprints are filled when `traced`.
+void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible);
 
 }  // namespace qs::cpu::fast

@@ -30,6 +30,12 @@ Subject open(const std::filesystem::path& scene, const std::filesystem::path& ca
   return {read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
 }
 
+/// A part of the same picture, a `factor`-th of its sides, as large as the whole.
+Subject zoomed(Subject subject, double factor) {
+  subject.camera.focal_px *= factor;
+  return subject;
+}
+
 Subject biker() {
   return {read_scene(test::shared_path("corpus/valid/biker.compressed.ply")).cloud,
           look_at({-0.4, -1.5, -2.6}, {-0.1, -1.5, 0}, {0, -1, 0}, 0.9, 800, 600)};
@@ -134,7 +140,7 @@ using Cases = std::vector<std::shared_ptr<Case>>;
 
 Cases all_cases() {
   Cases cases;
-  const auto add = [&](const char* name, std::function<Subject()> open_it) {
+  const auto add = [&](const std::string& name, std::function<Subject()> open_it) {
     cases.push_back(std::make_shared<Case>(name, std::move(open_it)));
   };
   add("random", [] {
@@ -146,7 +152,11 @@ Cases all_cases() {
   for (const char* name : {"plush", "plush_big"}) {
     const auto scene = test::shared_path(std::string("scenes/") + name + ".spz");
     if (!std::filesystem::exists(scene)) continue;
-    add(name, [scene] { return open(scene, test::shared_path("scenes/plush/cameras.json")); });
+    const auto open_it = [scene] {
+      return open(scene, test::shared_path("scenes/plush/cameras.json"));
+    };
+    add(name, open_it);
+    add(std::string(name) + "_zoomed", [open_it] { return zoomed(open_it(), 6); });
   }
   if (std::filesystem::exists(test::shared_path("corpus/valid/biker.compressed.ply")))
     add("biker", biker);

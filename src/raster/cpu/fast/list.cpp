@@ -52,7 +52,7 @@ class Joiner {
     const auto narrow = [](int tile) HWY_ATTR { return static_cast<std::uint16_t>(tile); };
     const Rect rect{narrow(open_.row_begin), narrow(open_.row_end), narrow(open_.column_begin),
                     narrow(open_.column_end)};
-    rects_.push_back(rect);
+    rects_.add(rect);
     bounds_ = {std::min(bounds_.row_begin, rect.row_begin), std::max(bounds_.row_end, rect.row_end),
                std::min(bounds_.column_begin, rect.column_begin),
                std::max(bounds_.column_end, rect.column_end)};

@@ -38,7 +38,7 @@ struct Visible : VisibleSlots {
 
   /// The first of a slot's rectangles.
   const Rect* rects_of(std::uint32_t slot) const {
-    return rects[slot / kChunk].data() + listings[slot].first;
+    return &rects[slot / kChunk][listings[slot].first];
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace qs::cpu::fast {
 namespace {
@@ -33,23 +34,42 @@ KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, DepthOrd
   return all;
 }
 
-/// Slots ascend in space; of equal depths the cloud's order counts. Whoever has the begin of a run
-/// of equal depths orders all of it.
+/// Slots ascend in space: of equal depths the cloud's order counts. Neighbours of equal depth are
+/// found without a branch and what orders them is fetched, since it lies anywhere. Whoever meets
+/// the begin of a run orders all of it.
 void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItems& items) {
-  const Array<std::uint32_t>& keys = items.keys;
+  constexpr std::size_t kBatch = 512;
+  const std::uint32_t* keys = items.keys.data();
+  const std::uint32_t* gaussians = visible.gaussians.data();
+  const std::size_t size = items.keys.size();
   const auto earlier = [&](std::uint32_t a, std::uint32_t b) {
-    return visible.gaussians[a] < visible.gaussians[b];
+    return gaussians[a] < gaussians[b];
   };
-  frame.for_chunks(keys.size(), 16384, [&](std::size_t begin, std::size_t end, int) {
-    std::size_t i = begin;
-    while (i > 0 && i < end && keys[i] == keys[begin - 1]) ++i;
-    for (; i < end; ++i) {
-      if (i + 1 == keys.size() || keys[i] != keys[i + 1]) continue;
-      const std::size_t first = i;
-      while (i + 1 < keys.size() && keys[i + 1] == keys[first]) ++i;
-      const auto slots = items.values.begin();
-      std::sort(slots + static_cast<std::ptrdiff_t>(first),
-                slots + static_cast<std::ptrdiff_t>(i + 1), earlier);
+  frame.for_chunks(size, kBatch, [&](std::size_t begin, std::size_t end, int) {
+    std::size_t ties[kBatch], count = 0;
+    end = std::min(end, size - 1);
+    for (std::size_t i = begin; i < end; ++i) {
+      ties[count] = i;
+      count += static_cast<std::size_t>(keys[i] == keys[i + 1]);
+    }
+    std::size_t runs = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = ties[k];
+      if (i > 0 && keys[i - 1] == keys[i]) continue;
+      __builtin_prefetch(gaussians + items.values[i]);
+      __builtin_prefetch(gaussians + items.values[i + 1]);
+      ties[runs++] = i;
+    }
+    for (std::size_t k = 0; k < runs; ++k) {
+      const std::size_t i = ties[k];
+      std::size_t length = 2;
+      while (i + length < size && keys[i + length] == keys[i]) ++length;
+      std::uint32_t* slots = &items.values[i];
+      if (length > 2) {
+        std::sort(slots, slots + length, earlier);
+      } else if (earlier(slots[1], slots[0])) {
+        std::swap(slots[0], slots[1]);
+      }
     }
   });
 }

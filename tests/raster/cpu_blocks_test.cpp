@@ -55,7 +55,7 @@ TEST(SpatialOrder, has_every_gaussian_once_and_equal_positions_in_the_order_of_t
   GaussianCloud cloud = test::surrounding_cloud(5000, 0, 1);
   for (std::size_t i = 4000; i < 5000; ++i) cloud.positions[i] = cloud.positions[17];
   ThreadPool pool(3);
-  const auto order = cpu::fast::spatial_order(cloud.positions, pool);
+  const auto order = cpu::fast::spatial_order(cloud, pool);
   std::vector<std::uint32_t> sorted(order.begin(), order.end()), all(cloud.size());
   std::sort(sorted.begin(), sorted.end());
   std::iota(all.begin(), all.end(), 0u);
@@ -66,7 +66,7 @@ TEST(SpatialOrder, has_every_gaussian_once_and_equal_positions_in_the_order_of_t
     EXPECT_GT(i, last);
     last = i;
   }
-  EXPECT_TRUE(cpu::fast::spatial_order({}, pool).empty());
+  EXPECT_TRUE(cpu::fast::spatial_order(GaussianCloud(), pool).empty());
 }
 
 TEST(SpatialOrder, makes_blocks_compact_also_when_a_few_gaussians_are_far_away) {

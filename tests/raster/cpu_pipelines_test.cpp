@@ -188,16 +188,18 @@ TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_dr
 }
 
 TEST(HalfPrecision, holds_a_value_exactly_or_not_at_all) {
-  using cpu::fast::exact_half;
-  EXPECT_EQ(exact_half(0.0f), 0x0000);
-  EXPECT_EQ(exact_half(-0.0f), 0x8000);
-  EXPECT_EQ(exact_half(1.0f), 0x3c00);
-  EXPECT_EQ(exact_half(-127.0f / 128), 0xbbf0);
-  EXPECT_EQ(exact_half(65504.0f), 0x7bff);
-  EXPECT_EQ(exact_half(std::ldexp(1.0f, -14)), 0x0400);
+  using cpu::fast::to_half;
+  const std::pair<float, int> held[] = {{0.0f, 0x0000},         {-0.0f, 0x8000},
+                                        {1.0f, 0x3c00},         {-127.0f / 128, 0xbbf0},
+                                        {65504.0f, 0x7bff},     {std::ldexp(1.0f, -14), 0x0400},
+                                        {-65504.0f, 0xfbff}};
+  for (const auto& [value, bits] : held) {
+    EXPECT_TRUE(to_half(value).exact) << value;
+    EXPECT_EQ(to_half(value).bits, bits) << value;
+  }
   for (const float value :
        {0.1f, 65536.0f, std::ldexp(1.0f, -15), 1.0f + 1.0f / 2048, INFINITY, -INFINITY, NAN})
-    EXPECT_FALSE(exact_half(value).has_value()) << value;
+    EXPECT_FALSE(to_half(value).exact) << value;
 }
 
 /// Compares the lists of both pipelines. Returns how many Gaussians are visible.

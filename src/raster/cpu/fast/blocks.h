@@ -5,8 +5,8 @@
 // filled up with Gaussians that no view shows.
 #pragma once
 
+#include <bit>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "raster/scene/activated_cloud.h"
@@ -47,7 +47,21 @@ Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint
 Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool);
 
-/// IEEE binary16 of a value that is 0 or a normal number there; nothing of any other value.
-std::optional<std::uint16_t> exact_half(float value);
+struct Half {
+  std::uint16_t bits;  ///< IEEE binary16, when exact
+  bool exact;          ///< whether the value is 0 or a normal number there
+};
+
+/// Without a branch, for loops that become vectors.
+inline Half to_half(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t sign = bits >> 31 << 15, magnitude = bits & 0x7fffffff;
+  constexpr std::uint32_t kSmallest = (127u - 14) << 23, kBehindLargest = (127u + 16) << 23;
+  const bool zero = magnitude == 0;
+  const bool normal =
+      static_cast<bool>((magnitude >= kSmallest) & (magnitude < kBehindLargest) & ((bits & 0x1fff) == 0));
+  const std::uint32_t half = zero ? 0 : (magnitude - kSmallest + (1u << 23)) >> 13;
+  return {static_cast<std::uint16_t>(sign | half), zero || normal};
+}
 
 }  // namespace qs::cpu::fast

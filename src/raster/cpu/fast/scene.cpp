@@ -6,7 +6,7 @@
 namespace qs::cpu::fast {
 
 Scene make_scene(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool) {
-  const Array<std::uint32_t> order = spatial_order(cloud.positions, pool);
+  const Array<std::uint32_t> order = spatial_order(cloud, pool);
   Scene scene{make_blocks(active, order, pool), {}, make_harmonics(cloud, order, pool)};
   scene.bounds.resize(scene.blocks.size());
   pool.for_chunks(scene.blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "raster/cpu/fast/preprocess.h"
@@ -47,13 +48,17 @@ struct Subject {
 
 /// From the middle of surrounding_cloud() into direction number `way`.
 Camera inside(int way, double vertical_fov = 0.6) {
-  const glm::dvec3 ways[] = {{1, 0, 0}, {-1, 0.1, 0}, {0, 1, 0}, {0.1, -1, 0}, {0, 0.1, 1}, {0, 0, -1}};
+  const glm::dvec3 ways[] = {{1, 0, 0},    {-1, 0.1, 0}, {0, 1, 0},
+                             {0.1, -1, 0}, {0, 0.1, 1},  {0, 0, -1}};
   return look_at({0, 0, 0}, ways[way], {0.3, 0.2, 0.9}, vertical_fov, 160, 120);
 }
 
-TEST(SpatialOrder, has_every_gaussian_once_and_equal_positions_in_the_order_of_the_file) {
+TEST(SpatialOrder, has_every_gaussian_once_and_equal_ones_in_the_order_of_the_file) {
   GaussianCloud cloud = test::surrounding_cloud(5000, 0, 1);
-  for (std::size_t i = 4000; i < 5000; ++i) cloud.positions[i] = cloud.positions[17];
+  for (std::size_t i = 4000; i < 5000; ++i) {
+    cloud.positions[i] = cloud.positions[17];
+    cloud.log_scales[i] = cloud.log_scales[17];
+  }
   ThreadPool pool(3);
   const auto order = cpu::fast::spatial_order(cloud, pool);
   std::vector<std::uint32_t> sorted(order.begin(), order.end()), all(cloud.size());
@@ -132,10 +137,14 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
 }
 
 TEST(Frustum, misses_most_of_a_scene_around_the_camera_and_nothing_of_one_in_front) {
-  Subject around(test::surrounding_cloud(60000, 0, 5));
+  GaussianCloud cloud = test::surrounding_cloud(60000, 0, 5);
+  for (glm::vec3& position : cloud.positions) position += 10.0f * glm::normalize(position);
+  Subject around(std::move(cloud));
+  RenderSettings settings;
+  settings.splat_scale = 0.1f;  // as small beside the scene as those of trained ones
   for (int way = 0; way < 6; ++way) {
-    const std::vector<bool> missed = around.missed(inside(way), {});
-    EXPECT_GT(std::count(missed.begin(), missed.end(), true), std::ssize(missed) * 2 / 3) << way;
+    const std::vector<bool> missed = around.missed(inside(way), settings);
+    EXPECT_GT(std::count(missed.begin(), missed.end(), true), std::ssize(missed) / 2) << way;
   }
   const std::vector<bool> missed =
       around.missed(look_at({0, 0, -200}, {0, 0, 0}, {0, 1, 0}, 0.6, 160, 120), {});

@@ -107,8 +107,8 @@ TEST_P(CpuPipeline, decide_and_draw_alike_inside_a_scene_looking_every_way) {
   for (std::size_t i = 0; i < 5; ++i) cloud.log_scales[i * 2400] += 6.0f;  // seen from all around
   const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
   renderer->upload(cloud, {});
-  const glm::dvec3 ways[] = {{0, 0, 1}, {0, 0, -1}, {1, 0.2, 0}, {-1, 0, 0.3}, {0.1, 1, 0},
-                             {0, -1, 0.1}};
+  const glm::dvec3 ways[] = {{0, 0, 1},    {0, 0, -1},  {1, 0.2, 0},
+                             {-1, 0, 0.3}, {0.1, 1, 0}, {0, -1, 0.1}};
   RenderSettings settings;
   int turn = 0;
   for (const double fov : {0.02, 0.5, 1.5, 2.8}) {
@@ -189,9 +189,9 @@ TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_dr
 
 TEST(HalfPrecision, holds_a_value_exactly_or_not_at_all) {
   using cpu::fast::to_half;
-  const std::pair<float, int> held[] = {{0.0f, 0x0000},         {-0.0f, 0x8000},
-                                        {1.0f, 0x3c00},         {-127.0f / 128, 0xbbf0},
-                                        {65504.0f, 0x7bff},     {std::ldexp(1.0f, -14), 0x0400},
+  const std::pair<float, int> held[] = {{0.0f, 0x0000},     {-0.0f, 0x8000},
+                                        {1.0f, 0x3c00},     {-127.0f / 128, 0xbbf0},
+                                        {65504.0f, 0x7bff}, {std::ldexp(1.0f, -14), 0x0400},
                                         {-65504.0f, 0xfbff}};
   for (const auto& [value, bits] : held) {
     EXPECT_TRUE(to_half(value).exact) << value;

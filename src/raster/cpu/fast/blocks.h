@@ -58,8 +58,8 @@ inline Half to_half(float value) {
   const std::uint32_t sign = bits >> 31 << 15, magnitude = bits & 0x7fffffff;
   constexpr std::uint32_t kSmallest = (127u - 14) << 23, kBehindLargest = (127u + 16) << 23;
   const bool zero = magnitude == 0;
-  const bool normal =
-      static_cast<bool>((magnitude >= kSmallest) & (magnitude < kBehindLargest) & ((bits & 0x1fff) == 0));
+  const bool normal = static_cast<bool>((magnitude >= kSmallest) & (magnitude < kBehindLargest) &
+                                        ((bits & 0x1fff) == 0));
   const std::uint32_t half = zero ? 0 : (magnitude - kSmallest + (1u << 23)) >> 13;
   return {static_cast<std::uint16_t>(sign | half), zero || normal};
 }

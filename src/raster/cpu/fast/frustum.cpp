@@ -101,8 +101,8 @@ Frustum::Linear Frustum::in_view(const View<float>& view, int axis, double acros
 
 double Frustum::Linear::largest(const BlockBounds& bounds) const {
   const glm::dvec3 low(bounds.low), high(bounds.high);
-  const glm::dvec3 farthest = glm::max(slope * low, slope * high) +
-                              slope_error * glm::max(glm::abs(low), glm::abs(high));
+  const glm::dvec3 farthest =
+      glm::max(slope * low, slope * high) + slope_error * glm::max(glm::abs(low), glm::abs(high));
   return farthest.x + farthest.y + farthest.z + offset + offset_error;
 }
 
@@ -116,9 +116,8 @@ bool Frustum::misses(const BlockBounds& bounds) const {
   const double nearest = std::max(depth_.smallest(bounds), near_depth_);
   const double k = spread < kLargestSigmaPx * nearest ? kUsualK : kLargestK;
   const double reach = k * std::sqrt(kLevel) * spread;
-  return std::any_of(sides_.begin(), sides_.end(), [&](const Linear& inside) {
-    return inside.largest(bounds) + reach < 0;
-  });
+  return std::any_of(sides_.begin(), sides_.end(),
+                     [&](const Linear& inside) { return inside.largest(bounds) + reach < 0; });
 }
 
 }  // namespace qs::cpu::fast

@@ -8,8 +8,7 @@ namespace qs::cpu::fast {
 
 void Pipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
-  timed(Stage::preprocess, stats,
-        [&] { preprocess(frame, scene_, outputs.trace, visible_); });
+  timed(Stage::preprocess, stats, [&] { preprocess(frame, scene_, outputs.trace, visible_); });
   timed(Stage::sort, stats, [&] { sort(frame, visible_, order_); });
   timed(Stage::bin, stats, [&] { bin(frame, visible_, order_, lists_); });
   if (outputs.color || outputs.evaluated) {

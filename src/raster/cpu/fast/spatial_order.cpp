@@ -13,8 +13,8 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Cells along an axis. Keys have three times as many bits and those of a class: three passes of the
-/// sort.
+/// Cells along an axis. Keys have three times as many bits and those of a class: three passes of
+/// the sort.
 constexpr int kCellBits = 10;
 constexpr std::uint32_t kCells = 1u << kCellBits;
 

@@ -10,8 +10,8 @@
 
 namespace qs::cpu::fast {
 
-/// Indices of all Gaussians by class of size, those of a class along a Morton curve, those of a cell
-/// ascending.
+/// Indices of all Gaussians by class of size, those of a class along a Morton curve, those of a
+/// cell ascending.
 Array<std::uint32_t> spatial_order(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

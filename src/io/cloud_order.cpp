@@ -9,6 +9,7 @@
 #include <glm/common.hpp>
 
 #include "io/quantised.h"
+#include "raster/scene/morton.h"
 
 namespace qs {
 namespace {
@@ -20,16 +21,6 @@ std::vector<std::uint32_t> sorted_by(const std::vector<Key>& keys) {
   std::stable_sort(numbers.begin(), numbers.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
   return numbers;
-}
-
-// The lower 21 bits of `value` with two zeros between neighbours.
-std::uint64_t spread_bits(std::uint64_t value) {
-  value &= 0x1fffff;
-  value = (value | value << 32) & 0x1f00000000ffff;
-  value = (value | value << 16) & 0x1f0000ff0000ff;
-  value = (value | value << 8) & 0x100f00f00f00f00f;
-  value = (value | value << 4) & 0x10c30c30c30c30c3;
-  return (value | value << 2) & 0x1249249249249249;
 }
 
 }  // namespace
@@ -55,9 +46,8 @@ std::vector<std::uint32_t> morton_order(const GaussianCloud& cloud) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const glm::dvec3 t = (glm::dvec3(cloud.positions[i]) - low) /
                          glm::max(high - low, glm::dvec3(std::numeric_limits<double>::min()));
-    for (int axis = 0; axis < 3; ++axis) {
-      keys[i] |= spread_bits(whole(t[axis] * 0x1fffff, 0x1fffff)) << axis;
-    }
+    const auto cell = [&t](int axis) { return whole(t[axis] * 0x1fffff, 0x1fffff); };
+    keys[i] = morton_code(cell(0), cell(1), cell(2));
   }
   return sorted_by(keys);
 }

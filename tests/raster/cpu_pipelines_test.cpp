@@ -2,6 +2,7 @@
 // Pipeline `fast` of the CPU backend against `classic`, its readable statement, on every
 // instruction set of this machine: equal decisions to the bit, equal pictures.
 #include <cmath>
+#include <numeric>
 
 #include <glm/common.hpp>
 #include <hwy/targets.h>
@@ -97,6 +98,34 @@ TEST_P(CpuPipeline, decide_and_draw_alike_on_the_bundled_scene) {
   }
 }
 
+TEST_P(CpuPipeline, decide_and_draw_alike_inside_a_scene_looking_every_way) {
+  // Whole blocks are skipped here: see cpu_blocks_test.cpp.
+  GaussianCloud cloud = test::surrounding_cloud(12000, 1, 5);
+  test::append(cloud, test::random_cloud(3000, 1, 6));
+  for (std::size_t i = 0; i < 5; ++i) cloud.log_scales[i * 2400] += 6.0f;  // seen from all around
+  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  renderer->upload(cloud, {});
+  const glm::dvec3 ways[] = {{0, 0, 1},    {0, 0, -1},  {1, 0.2, 0},
+                             {-1, 0, 0.3}, {0.1, 1, 0}, {0, -1, 0.1}};
+  RenderSettings settings;
+  int turn = 0;
+  for (const double fov : {0.02, 0.5, 1.5, 2.8}) {
+    for (const double distance : {0.0, 1.0, 60.0}) {
+      for (const glm::dvec3& way : ways) {
+        Camera camera = look_at(-distance * way, way, {0.3, 0.1, 0.9}, fov, 130, 70);
+        const double near_depths[] = {0.2, 1e-3, 5.0};
+        camera.near_depth = near_depths[turn % 3];
+        const float scales[] = {1.0f, 0.1f, 5.0f, 40.0f};
+        settings.splat_scale = scales[turn % 4];
+        settings.mode = turn % kCullerCount + 1;
+        settings.antialiased = turn % 2 == 0;
+        expect_equal(*renderer, camera, settings);
+        ++turn;
+      }
+    }
+  }
+}
+
 TEST_P(CpuPipeline, lossless_modes_of_fast_are_equal_bit_for_bit) {
   const auto renderer = make_renderer(Backend::cpu);
   renderer->upload(test::random_cloud(4000, 1, 77), {});
@@ -133,7 +162,12 @@ TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_dr
   GaussianCloud cloud = test::random_cloud(3000, 3, 91);
   for (glm::vec3& value : cloud.sh) value = glm::round(value * 128.0f) / 128.0f;  // as in .spz
   ThreadPool pool(2);
-  EXPECT_TRUE(cpu::fast::make_harmonics(cloud, pool).rest.empty());
+  const auto harmonics_of = [&pool](const GaussianCloud& some) {
+    std::vector<std::uint32_t> order(some.size());
+    std::iota(order.begin(), order.end(), 0u);
+    return cpu::fast::make_harmonics(some, order, pool);
+  };
+  EXPECT_TRUE(harmonics_of(cloud).rest.empty());
   const auto renderer = make_renderer(Backend::cpu);
   renderer->upload(cloud, {});
   const Camera camera = test::front_camera(161, 97);
@@ -146,22 +180,40 @@ TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_dr
     hidden.sh[7].x = 0.1f;
     return hidden;
   }());
-  EXPECT_FALSE(cpu::fast::make_harmonics(cloud, pool).rest.empty());
+  EXPECT_FALSE(harmonics_of(cloud).rest.empty());
   renderer->upload(cloud, {});
   EXPECT_EQ(renderer->render(camera).color.values, halves.values);
 }
 
 TEST(HalfPrecision, holds_a_value_exactly_or_not_at_all) {
-  using cpu::fast::exact_half;
-  EXPECT_EQ(exact_half(0.0f), 0x0000);
-  EXPECT_EQ(exact_half(-0.0f), 0x8000);
-  EXPECT_EQ(exact_half(1.0f), 0x3c00);
-  EXPECT_EQ(exact_half(-127.0f / 128), 0xbbf0);
-  EXPECT_EQ(exact_half(65504.0f), 0x7bff);
-  EXPECT_EQ(exact_half(std::ldexp(1.0f, -14)), 0x0400);
+  using cpu::fast::to_half;
+  const std::pair<float, int> held[] = {{0.0f, 0x0000},     {-0.0f, 0x8000},
+                                        {1.0f, 0x3c00},     {-127.0f / 128, 0xbbf0},
+                                        {65504.0f, 0x7bff}, {std::ldexp(1.0f, -14), 0x0400},
+                                        {-65504.0f, 0xfbff}};
+  for (const auto& [value, bits] : held) {
+    EXPECT_TRUE(to_half(value).exact) << value;
+    EXPECT_EQ(to_half(value).bits, bits) << value;
+  }
   for (const float value :
        {0.1f, 65536.0f, std::ldexp(1.0f, -15), 1.0f + 1.0f / 2048, INFINITY, -INFINITY, NAN})
-    EXPECT_FALSE(exact_half(value).has_value()) << value;
+    EXPECT_FALSE(to_half(value).exact) << value;
+}
+
+/// Compares the lists of both pipelines. Returns how many Gaussians are visible.
+std::uint32_t expect_equal_lists(const GaussianCloud& cloud) {
+  const auto renderer = make_renderer(Backend::cpu, {.threads = 3});
+  renderer->upload(cloud, {});
+  Outputs outputs;
+  outputs.trace = true;
+  RenderSettings settings;
+  settings.pipeline = Pipeline::classic;
+  const Camera camera = test::front_camera(64, 64);
+  const Frame classic = renderer->render(camera, settings, outputs);
+  settings.pipeline = Pipeline::fast;
+  const Frame& fast = renderer->render(camera, settings, outputs);
+  EXPECT_EQ(test::difference(fast.trace, classic.trace), "");
+  return classic.stats.visible;
 }
 
 TEST(CpuPipelineSort, depths_far_apart_and_equal_are_sorted_alike) {
@@ -171,18 +223,18 @@ TEST(CpuPipelineSort, depths_far_apart_and_equal_are_sorted_alike) {
     const float z = std::exp2(static_cast<float>((i * 7919) % 80) * 0.5f - 2.0f);
     test::append(cloud, test::single_gaussian({0, 0, z}, z * 0.05f, {0.5f, 0.2f, 0.1f}, -3.0f));
   }
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 3});
-  renderer->upload(cloud, {});
-  Outputs outputs;
-  outputs.trace = true;
-  RenderSettings settings;
-  settings.pipeline = Pipeline::classic;
-  const Frame classic = renderer->render(test::front_camera(64, 64), settings, outputs);
-  settings.pipeline = Pipeline::fast;
-  EXPECT_GT(classic.stats.visible, 300u);
-  EXPECT_EQ(test::difference(renderer->render(test::front_camera(64, 64), settings, outputs).trace,
-                             classic.trace),
-            "");
+  EXPECT_GT(expect_equal_lists(cloud), 300u);
+}
+
+TEST(CpuPipelineSort, equal_depths_keep_the_order_of_the_file_wherever_they_lie) {
+  // Walls of equal depth, their Gaussians in no order: more than one thread's share of a run.
+  GaussianCloud cloud = test::random_cloud(60000, 0, 3);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    glm::vec3& p = cloud.positions[i];
+    const float z = i % 4 == 0 ? 2.0f + static_cast<float>(i % 3) : 3.0f;
+    p = {p.x / std::abs(p.z) * z, p.y / std::abs(p.z) * z, z};
+  }
+  EXPECT_GT(expect_equal_lists(cloud), 30000u);
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include <glm/geometric.hpp>
+
 #include "raster/kernel/constants.h"
 
 namespace qs::test {
@@ -39,6 +41,18 @@ GaussianCloud random_cloud(std::size_t count, int sh_degree, unsigned seed) {
       cloud.sh[i * coefficients + k] = {uniform(-range, range), uniform(-range, range),
                                         uniform(-range, range)};
     }
+  }
+  return cloud;
+}
+
+GaussianCloud surrounding_cloud(std::size_t count, int sh_degree, unsigned seed) {
+  GaussianCloud cloud = random_cloud(count, sh_degree, seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> octave(std::log2(0.05f), std::log2(50.0f));
+  std::normal_distribution<float> normal;
+  for (glm::vec3& position : cloud.positions) {
+    const glm::vec3 direction(normal(random), normal(random), normal(random));
+    position = std::exp2(octave(random)) * glm::normalize(direction);
   }
   return cloud;
 }

@@ -13,6 +13,9 @@ namespace qs::test {
 /// faint and opaque ones, some behind the camera, some far outside, several at equal depth.
 GaussianCloud random_cloud(std::size_t count, int sh_degree, unsigned seed);
 
+/// The same Gaussians on all sides of the origin, 0.05 to 50 units away, in no order.
+GaussianCloud surrounding_cloud(std::size_t count, int sh_degree, unsigned seed);
+
 /// One opaque round Gaussian of RGB `color` at `position` with standard deviation `sigma`.
 GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,
                               float opacity_logit);

@@ -8,12 +8,17 @@ namespace {
 
 void collect_trace(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
                    Trace& trace) {
-  visible.for_each([&](std::uint32_t slot) {
+  std::vector<std::uint32_t> slots;
+  visible.for_each([&](std::uint32_t slot) { slots.push_back(slot); });
+  std::sort(slots.begin(), slots.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return visible.gaussians[a] < visible.gaussians[b];
+  });
+  for (const std::uint32_t slot : slots) {
     trace.gaussians.push_back(visible.gaussians[slot]);
     trace.footprints.push_back(visible.footprints[slot]);
     trace.depths.push_back(visible.depths[slot]);
     trace.splats.push_back(splat_of(slot));
-  });
+  }
   trace.tile_begin = lists.begin;
   trace.listed.resize(lists.slots.size());
   for (std::size_t i = 0; i < trace.listed.size(); ++i)

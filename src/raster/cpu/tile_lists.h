@@ -18,7 +18,8 @@ struct TileLists {
     return static_cast<std::uint32_t>(begin[tile + 1] - begin[tile]);
   }
 
-  std::vector<std::uint64_t> cursors;  ///< scratch
+  std::vector<std::uint64_t> cursors;       ///< scratch
+  std::vector<std::int64_t> column_counts;  ///< scratch of pipeline `fast`
 };
 
 /// Throws Error(device) when lists of so many pairs do not fit into memory.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Where the visible Gaussians of a frame are kept, whichever pipeline found them. They keep slots
-// in ascending order of their index in the cloud, with gaps: every chunk of the cloud owns as many
-// slots as it has Gaussians, so chunks never wait for each other.
+// Where the visible Gaussians of a frame are kept, whichever pipeline found them. They get slots in
+// the order in which the pipeline keeps the cloud (`classic`: as it is, `fast`: in space), with
+// gaps: every chunk of the cloud owns as many slots as it has Gaussians, so chunks never wait for
+// each other.
 #pragma once
 
 #include <numeric>
@@ -36,7 +37,7 @@ struct VisibleSlots {
     count = std::accumulate(chunk_counts.begin(), chunk_counts.end(), std::uint32_t{0});
   }
 
-  /// Calls visit(slot) for every visible Gaussian in ascending order of its index.
+  /// Calls visit(slot) for every visible Gaussian, in the order of slots.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (std::size_t chunk = 0; chunk < chunk_counts.size(); ++chunk) {

@@ -30,6 +30,12 @@ Subject open(const std::filesystem::path& scene, const std::filesystem::path& ca
   return {read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
 }
 
+/// A part of the same picture, a `factor`-th of its sides, as large as the whole.
+Subject zoomed(Subject subject, double factor) {
+  subject.camera.focal_px *= factor;
+  return subject;
+}
+
 Subject biker() {
   return {read_scene(test::shared_path("corpus/valid/biker.compressed.ply")).cloud,
           look_at({-0.4, -1.5, -2.6}, {-0.1, -1.5, 0}, {0, -1, 0}, 0.9, 800, 600)};
@@ -41,8 +47,7 @@ class Stages {
   explicit Stages(const Subject& subject)
       : subject_(subject),
         active_(activate(subject.cloud, pool_)),
-        blocks_(cpu::fast::make_blocks(active_, pool_)),
-        harmonics_(cpu::fast::make_harmonics(subject.cloud, pool_)),
+        scene_(cpu::fast::make_scene(subject.cloud, active_, pool_)),
         frame_{subject.cloud,
                active_,
                subject_.camera,
@@ -80,21 +85,20 @@ class Stages {
     using namespace cpu::fast;
     switch (stage) {
       case Stage::preprocess:
-        return preprocess(frame_, blocks_, harmonics_, false, fast_visible_);
+        return preprocess(frame_, scene_, false, fast_visible_);
       case Stage::sort:
         return sort(frame_, fast_visible_, fast_order_);
       case Stage::bin:
         return bin(frame_, fast_visible_, fast_order_, fast_lists_);
       case Stage::blend:
-        return blend(frame_, fast_visible_, fast_lists_, {}, result_);
+        return blend(frame_, fast_visible_, fast_lists_, fast_queue_, {}, result_);
     }
   }
 
   const Subject& subject_;
   ThreadPool pool_{1};
   ActivatedCloud active_;
-  Array<cpu::fast::Block> blocks_;
-  cpu::fast::Harmonics harmonics_;
+  cpu::fast::Scene scene_;
   RenderSettings settings_;
   cpu::FrameContext frame_;
   Frame result_;
@@ -105,6 +109,7 @@ class Stages {
   cpu::fast::Visible fast_visible_;
   cpu::fast::DepthOrder fast_order_;
   cpu::TileLists fast_lists_;
+  cpu::fast::TileQueue fast_queue_;
 };
 
 /// What is measured, read when the first benchmark needs it.
@@ -135,7 +140,7 @@ using Cases = std::vector<std::shared_ptr<Case>>;
 
 Cases all_cases() {
   Cases cases;
-  const auto add = [&](const char* name, std::function<Subject()> open_it) {
+  const auto add = [&](const std::string& name, std::function<Subject()> open_it) {
     cases.push_back(std::make_shared<Case>(name, std::move(open_it)));
   };
   add("random", [] {
@@ -147,7 +152,11 @@ Cases all_cases() {
   for (const char* name : {"plush", "plush_big"}) {
     const auto scene = test::shared_path(std::string("scenes/") + name + ".spz");
     if (!std::filesystem::exists(scene)) continue;
-    add(name, [scene] { return open(scene, test::shared_path("scenes/plush/cameras.json")); });
+    const auto open_it = [scene] {
+      return open(scene, test::shared_path("scenes/plush/cameras.json"));
+    };
+    add(name, open_it);
+    add(std::string(name) + "_zoomed", [open_it] { return zoomed(open_it(), 6); });
   }
   if (std::filesystem::exists(test::shared_path("corpus/valid/biker.compressed.ply")))
     add("biker", biker);

@@ -7,7 +7,7 @@ namespace qs::cpu::fast {
 namespace {
 
 /// Gaussians ahead of the one being listed whose numbers are fetched: they are met front to back,
-/// and lie in the order of the file.
+/// and lie in spatial order.
 constexpr std::size_t kPrefetch = 16;
 
 /// Begins of the tiles' lists from the numbers that preprocess counted.
@@ -15,16 +15,16 @@ void find_begins(const FrameContext& frame, const Visible& visible, TileLists& l
   const auto columns = static_cast<std::size_t>(frame.grid.columns);
   const auto rows = static_cast<std::size_t>(frame.grid.rows);
   lists.begin.resize(rows * columns + 1);
-  std::vector<std::int64_t> of_column(columns + 1, 0);  // sums of all rows so far
+  lists.column_counts.assign(columns + 1, 0);  // sums of all rows so far
   std::uint64_t sum = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     for (const Array<std::int32_t>& corners : visible.corners) {
       for (std::size_t column = 0; column <= columns; ++column)
-        of_column[column] += corners[row * (columns + 1) + column];
+        lists.column_counts[column] += corners[row * (columns + 1) + column];
     }
     std::int64_t count = 0;
     for (std::size_t column = 0; column < columns; ++column) {
-      count += of_column[column];
+      count += lists.column_counts[column];
       lists.begin[row * columns + column] = sum;
       sum += static_cast<std::uint64_t>(count);
     }
@@ -53,7 +53,8 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
   lists.cursors.assign(lists.begin.begin(), lists.begin.end());
 
   const auto bands = static_cast<std::size_t>(frame.pool.size());
-  const std::size_t count = order.slots.size();
+  const Array<std::uint32_t>& slots = order.slots();
+  const std::size_t count = slots.size();
   frame.for_chunks(bands, 1, [&](std::size_t band, std::size_t, int) {
     const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
     const int bottom =
@@ -67,13 +68,13 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
       }
     };
     for (std::size_t i = 0; i < count; ++i) {
-      if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[order.slots[i + kPrefetch]]);
+      if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[slots[i + kPrefetch]]);
       if (i + kPrefetch / 2 < count) {
-        const std::uint32_t soon = order.slots[i + kPrefetch / 2];
+        const std::uint32_t soon = slots[i + kPrefetch / 2];
         if (visible.listings[soon].count > 1) __builtin_prefetch(visible.rects_of(soon));
       }
       if (i % 65536 == 0 && frame.stop.stop_requested()) throw Cancelled{};
-      const std::uint32_t slot = order.slots[i];
+      const std::uint32_t slot = slots[i];
       const Listing& listing = visible.listings[slot];
       if (listing.bounds.row_begin >= bottom || listing.bounds.row_end <= top) continue;
       if (listing.count == 1) {

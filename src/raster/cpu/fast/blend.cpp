@@ -11,7 +11,7 @@ namespace {
 
 /// Tiles by descending class of length, those of a class in their order: what takes long begins
 /// early, and neighbours, which share Gaussians, follow each other.
-std::vector<std::uint32_t> longest_first(std::size_t tiles, const TileLists& lists) {
+void queue_longest_first(const TileLists& lists, std::size_t tiles, TileQueue& queue) {
   constexpr int kClasses = 33;
   std::size_t begins[kClasses + 1] = {};
   const auto class_of = [&](std::size_t tile) {
@@ -19,21 +19,20 @@ std::vector<std::uint32_t> longest_first(std::size_t tiles, const TileLists& lis
   };
   for (std::size_t tile = 0; tile < tiles; ++tile) ++begins[class_of(tile) + 1];
   for (int c = 0; c < kClasses; ++c) begins[c + 1] += begins[c];
-  std::vector<std::uint32_t> order(tiles);
+  queue.tiles.resize(tiles);
   for (std::size_t tile = 0; tile < tiles; ++tile)
-    order[begins[class_of(tile)]++] = static_cast<std::uint32_t>(tile);
-  return order;
+    queue.tiles[begins[class_of(tile)]++] = static_cast<std::uint32_t>(tile);
 }
 
 }  // namespace
 
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
-           const Outputs& outputs, Frame& result) {
+           TileQueue& queue, const Outputs& outputs, Frame& result) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  const std::vector<std::uint32_t> order = longest_first(tiles, lists);
+  queue_longest_first(lists, tiles, queue);
   frame.for_chunks(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t tile = order[i];
+      const std::size_t tile = queue.tiles[i];
       TileJob job;
       job.list = lists.slots.data() + lists.begin[tile];
       job.length = lists.pairs(tile);

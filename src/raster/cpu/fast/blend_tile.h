@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// One tile of blend: kernel/blend.h's rules for a row of pixels at a time.
+// One tile of blend: kernel/blend.h's rules for a cell of 4x4 pixels at a time.
 #pragma once
 
 #include <cstdint>

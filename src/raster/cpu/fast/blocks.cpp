@@ -2,21 +2,30 @@
 #include "raster/cpu/fast/blocks.h"
 
 #include <atomic>
-#include <bit>
 #include <cmath>
 
 namespace qs::cpu::fast {
 
-Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
-  const std::size_t size = active.gaussians.size();
-  Array<Block> blocks((size + kBlock - 1) / kBlock);
+namespace {
+
+/// Members ahead of the one being copied that are fetched: they lie anywhere in the cloud.
+constexpr std::size_t kPrefetch = 16;
+
+}  // namespace
+
+Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint32_t> order,
+                         ThreadPool& pool) {
+  Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
   pool.for_chunks(blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t b = begin; b < end; ++b) {
       Block& block = blocks[b];
       for (std::size_t lane = 0; lane < kBlock; ++lane) {
         const std::size_t i = b * kBlock + lane;
         const ActiveGaussian nobody{glm::vec3(NAN), {}, 0};
-        const ActiveGaussian& g = i < size ? active.gaussians[i] : nobody;
+        if (i + kPrefetch < order.size())
+          __builtin_prefetch(&active.gaussians[order[i + kPrefetch]]);
+        const ActiveGaussian& g = i < order.size() ? active.gaussians[order[i]] : nobody;
+        block.gaussian[lane] = i < order.size() ? order[i] : 0;
         block.x[lane] = g.position.x;
         block.y[lane] = g.position.y;
         block.z[lane] = g.position.z;
@@ -33,20 +42,29 @@ Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool) {
   return blocks;
 }
 
-Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
+Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
+                         ThreadPool& pool) {
   Harmonics sh;
   sh.degree = cloud.sh_degree;
   const std::size_t groups = (cloud.size() + kBlock - 1) / kBlock * (kBlock / kGroup);
   const std::size_t rest = sh.rest_size() / kGroup, stride = 3 + rest;
 
-  // Calls store(group, lane, value of the cloud) for all members of all groups; members behind the
-  // last Gaussian are zeros.
-  const auto for_each_member = [&](const auto& store) {
-    pool.for_chunks(groups * kGroup, 4096, [&](std::size_t begin, std::size_t end, int) {
-      const std::vector<float> nobody(stride, 0.0f);
-      for (std::size_t i = begin; i < end; ++i) {
-        store(i / kGroup, i % kGroup,
-              i < cloud.size() ? &cloud.sh.data()->x + i * stride : nobody.data());
+  // Calls store(group, values of each member in the cloud) for all groups; members behind the last
+  // Gaussian are zeros.
+  const std::vector<float> nobody(stride, 0.0f);
+  const auto for_each_group = [&](const auto& store) {
+    pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
+      const auto member = [&](std::size_t i) {
+        return i < order.size() ? &cloud.sh.data()->x + order[i] * stride : nobody.data();
+      };
+      for (std::size_t group = begin; group < end; ++group) {
+        const float* members[kGroup];
+        for (std::size_t lane = 0; lane < kGroup; ++lane) {
+          members[lane] = member(group * kGroup + lane);
+          const float* soon = member((group + 1) * kGroup + lane);
+          for (std::size_t k = 0; k < stride; k += 16) __builtin_prefetch(soon + k);
+        }
+        store(group, members);
       }
     });
   };
@@ -54,31 +72,32 @@ Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool) {
   std::atomic<bool> exact = true;
   sh.base.resize(groups * kGroup * 3);
   sh.halves.resize(groups * sh.rest_size());
-  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
-    for (std::size_t k = 0; k < 3; ++k) sh.base[(group * 3 + k) * kGroup + lane] = from[k];
-    for (std::size_t k = 0; k < rest && exact; ++k) {
-      const std::optional<std::uint16_t> half = exact_half(from[3 + k]);
-      if (!half) exact = false;
-      sh.halves[(group * rest + k) * kGroup + lane] = half.value_or(0);
+  for_each_group([&](std::size_t group, const float* const* members) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t lane = 0; lane < kGroup; ++lane)
+        sh.base[(group * 3 + k) * kGroup + lane] = members[lane][k];
     }
+    if (!exact) return;
+    bool all_exact = true;
+    for (std::size_t k = 0; k < rest; ++k) {
+      for (std::size_t lane = 0; lane < kGroup; ++lane) {
+        const Half half = to_half(members[lane][3 + k]);
+        all_exact &= half.exact;
+        sh.halves[(group * rest + k) * kGroup + lane] = half.bits;
+      }
+    }
+    if (!all_exact) exact = false;
   });
   if (exact) return sh;
   sh.halves = {};
   sh.rest.resize(groups * sh.rest_size());
-  for_each_member([&](std::size_t group, std::size_t lane, const float* from) {
-    for (std::size_t k = 0; k < rest; ++k)
-      sh.rest[(group * rest + k) * kGroup + lane] = from[3 + k];
+  for_each_group([&](std::size_t group, const float* const* members) {
+    for (std::size_t k = 0; k < rest; ++k) {
+      for (std::size_t lane = 0; lane < kGroup; ++lane)
+        sh.rest[(group * rest + k) * kGroup + lane] = members[lane][3 + k];
+    }
   });
   return sh;
-}
-
-std::optional<std::uint16_t> exact_half(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t sign = bits >> 31, exponent = bits >> 23 & 0xff, fraction = bits & 0x7fffff;
-  if (exponent == 0 && fraction == 0) return static_cast<std::uint16_t>(sign << 15);
-  constexpr std::uint32_t kBias = 127 - 15;
-  if (exponent <= kBias || exponent >= kBias + 31 || (fraction & 0x1fff) != 0) return std::nullopt;
-  return static_cast<std::uint16_t>(sign << 15 | (exponent - kBias) << 10 | fraction >> 13);
 }
 
 }  // namespace qs::cpu::fast

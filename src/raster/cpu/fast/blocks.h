@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// The scene as the fast pipeline reads it: blocks of Gaussians, one plane per value, so that a
-// vector holds the same value of neighbouring Gaussians. Made once per upload, in file order; the
-// last block is filled up with Gaussians that no view shows.
+// Gaussians as the fast pipeline reads them: in blocks, one plane per value, so that a vector holds
+// the same value of neighbouring Gaussians. Made once per upload, in any order; the last block is
+// filled up with Gaussians that no view shows.
 #pragma once
 
+#include <bit>
 #include <cstdint>
-#include <optional>
+#include <span>
 
 #include "raster/scene/activated_cloud.h"
 
@@ -16,6 +17,7 @@ namespace qs::cpu::fast {
 inline constexpr std::size_t kBlock = 256;
 
 struct alignas(64) Block {
+  std::uint32_t gaussian[kBlock];         ///< index in the cloud
   float x[kBlock], y[kBlock], z[kBlock];  ///< world; NaN where there is no Gaussian
   float xx[kBlock], xy[kBlock], xz[kBlock], yy[kBlock], yz[kBlock], zz[kBlock];  ///< covariance
   float log2_255_opacity[kBlock];
@@ -39,10 +41,27 @@ struct Harmonics {
   }
 };
 
-Array<Block> make_blocks(const ActivatedCloud& active, ThreadPool& pool);
-Harmonics make_harmonics(const GaussianCloud& cloud, ThreadPool& pool);
+/// `order` has the cloud's indices in the order in which its Gaussians are to lie.
+Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint32_t> order,
+                         ThreadPool& pool);
+Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
+                         ThreadPool& pool);
 
-/// IEEE binary16 of a value that is 0 or a normal number there; nothing of any other value.
-std::optional<std::uint16_t> exact_half(float value);
+struct Half {
+  std::uint16_t bits;  ///< IEEE binary16, when exact
+  bool exact;          ///< whether the value is 0 or a normal number there
+};
+
+/// Without a branch, for loops that become vectors.
+inline Half to_half(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t sign = bits >> 31 << 15, magnitude = bits & 0x7fffffff;
+  constexpr std::uint32_t kSmallest = (127u - 14) << 23, kBehindLargest = (127u + 16) << 23;
+  const bool zero = magnitude == 0;
+  const bool normal = static_cast<bool>((magnitude >= kSmallest) & (magnitude < kBehindLargest) &
+                                        ((bits & 0x1fff) == 0));
+  const std::uint32_t half = zero ? 0 : (magnitude - kSmallest + (1u << 23)) >> 13;
+  return {static_cast<std::uint16_t>(sign | half), zero || normal};
+}
 
 }  // namespace qs::cpu::fast

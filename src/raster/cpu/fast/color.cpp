@@ -90,8 +90,7 @@ HWY_INLINE void color_group(const Harmonics& sh, const Array<Value>& rest, int d
 void color_block(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
                  std::size_t index, const Survivors& survivors, Colors& colors) {
   std::uint32_t wanted = 0;
-  for (std::size_t k = 0; k < survivors.count; ++k)
-    wanted |= 1u << survivors.gaussian[k] % kBlock / kGroup;
+  for (std::size_t k = 0; k < survivors.count; ++k) wanted |= 1u << survivors.lane[k] / kGroup;
   for (; wanted != 0; wanted &= wanted - 1) {
     const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
     if (sh.rest.empty()) {

@@ -52,7 +52,7 @@ class Joiner {
     const auto narrow = [](int tile) HWY_ATTR { return static_cast<std::uint16_t>(tile); };
     const Rect rect{narrow(open_.row_begin), narrow(open_.row_end), narrow(open_.column_begin),
                     narrow(open_.column_end)};
-    rects_.push_back(rect);
+    rects_.add(rect);
     bounds_ = {std::min(bounds_.row_begin, rect.row_begin), std::max(bounds_.row_end, rect.row_end),
                std::min(bounds_.column_begin, rect.column_begin),
                std::max(bounds_.column_end, rect.column_end)};
@@ -93,7 +93,7 @@ HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing*
     add_rects<P>(s.footprint(k), grid, joiner);
     if (!joiner.finish(listings[kept])) continue;
     if (kept != k) {
-      s.gaussian[kept] = s.gaussian[k];
+      s.lane[kept] = s.lane[k];
       for (float* plane : {s.mean_x, s.mean_y, s.xx, s.xy, s.yy, s.conic_a, s.conic_b, s.conic_c,
                            s.determinant, s.gamma, s.depth, s.log2_opacity})
         plane[kept] = plane[k];

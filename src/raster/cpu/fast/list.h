@@ -15,8 +15,26 @@ struct Rect {
   std::uint16_t row_begin, row_end, column_begin, column_end;
 };
 
-/// The rectangles of the visible Gaussians of a chunk, one Gaussian after the other.
-using RectList = std::vector<Rect>;
+/// The rectangles of the visible Gaussians of a chunk, one Gaussian after the other. Not a vector's
+/// push_back(), whose call costs more than all that it does here.
+class RectList {
+ public:
+  std::size_t size() const { return size_; }
+  const Rect& operator[](std::size_t i) const { return rects_[i]; }
+
+  void clear() { size_ = 0; }
+  void add(Rect rect) {
+    if (size_ == rects_.size()) [[unlikely]]
+      grow();
+    rects_[size_++] = rect;
+  }
+
+ private:
+  void grow() { rects_.resize(2 * size_ + 2048); }
+
+  Array<Rect> rects_;  ///< as many as there is room for
+  std::size_t size_ = 0;
+};
 
 /// What one Gaussian has of them.
 struct Listing {

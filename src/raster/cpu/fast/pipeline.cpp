@@ -2,19 +2,17 @@
 #include "raster/cpu/fast/pipeline.h"
 
 #include "raster/cpu/collect.h"
-#include "raster/cpu/fast/blend.h"
 #include "raster/cpu/stage_clock.h"
 
 namespace qs::cpu::fast {
 
 void Pipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
-  timed(Stage::preprocess, stats,
-        [&] { preprocess(frame, blocks_, harmonics_, outputs.trace, visible_); });
+  timed(Stage::preprocess, stats, [&] { preprocess(frame, scene_, outputs.trace, visible_); });
   timed(Stage::sort, stats, [&] { sort(frame, visible_, order_); });
   timed(Stage::bin, stats, [&] { bin(frame, visible_, order_, lists_); });
   if (outputs.color || outputs.evaluated) {
-    timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
+    timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, queue_, outputs, result); });
   }
   const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat(); };
   collect(visible_, lists_, splat_of, outputs, result);

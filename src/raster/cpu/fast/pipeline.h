@@ -4,15 +4,14 @@
 // in memory that is kept from frame to frame.
 #pragma once
 
-#include "raster/cpu/fast/bin.h"
+#include "raster/cpu/fast/blend.h"
 
 namespace qs::cpu::fast {
 
 class Pipeline {
  public:
   void upload(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool) {
-    blocks_ = make_blocks(active, pool);
-    harmonics_ = make_harmonics(cloud, pool);
+    scene_ = make_scene(cloud, active, pool);
   }
 
   /// Fills `result`, whose maps are sized, but for the time of the frame. frame.cloud is the one
@@ -20,11 +19,11 @@ class Pipeline {
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
  private:
-  Array<Block> blocks_;
-  Harmonics harmonics_;
+  Scene scene_;
   Visible visible_;
   DepthOrder order_;
   TileLists lists_;
+  TileQueue queue_;
 };
 
 }  // namespace qs::cpu::fast

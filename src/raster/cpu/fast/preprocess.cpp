@@ -18,10 +18,9 @@ Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   record.b = -kScale * s.conic_b[k];
   record.c = -0.5f * kScale * s.conic_c[k];
   record.log2_opacity = s.log2_opacity[k];
-  const std::size_t lane = s.gaussian[k] % kBlock;
-  record.red = colors.red[lane];
-  record.green = colors.green[lane];
-  record.blue = colors.blue[lane];
+  record.red = colors.red[s.lane[k]];
+  record.green = colors.green[s.lane[k]];
+  record.blue = colors.blue[s.lane[k]];
   record.wide_a = record.a * (1 - 4e-6f);
   record.wide_c = record.c * (1 - 4e-6f);
   record.x_over_y = s.xy[k] / s.yy[k];
@@ -46,8 +45,7 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
 
 }  // namespace
 
-void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
-                bool traced, Visible& visible) {
+void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible) {
   visible.resize(frame.cloud.size());
   visible.listings.resize(visible.slots());
   visible.records.resize(visible.slots());
@@ -60,6 +58,7 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Har
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules = frame.rules();
+  const Frustum frustum(view, rules, frame.grid);
 
   frame.for_chunks(
       visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
@@ -71,16 +70,17 @@ void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Har
         Survivors survivors;
         Colors colors;
         std::size_t slot = begin;
-        for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, blocks.size()); ++b) {
+        for (std::size_t b = begin / kBlock; b < std::min(end / kBlock, scene.blocks.size()); ++b) {
+          if (frustum.misses(scene.bounds[b])) continue;
+          const Block& block = scene.blocks[b];
           const std::size_t counted = rects.size();
-          project(view, rules, frame.grid, blocks[b], static_cast<std::uint32_t>(b * kBlock),
-                  survivors);
+          project(view, rules, frame.grid, block, survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
-          color(sh, frame.sh_degree(), view.position, blocks[b], b, survivors, colors);
+          color(scene.harmonics, frame.sh_degree(), view.position, block, b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
-            visible.gaussians[slot] = survivors.gaussian[k];
+            visible.gaussians[slot] = block.gaussian[survivors.lane[k]];
             visible.depths[slot] = survivors.depth[k];
             visible.records[slot] = record_of(survivors, k, colors);
             if (traced) visible.footprints[slot] = survivors.footprint(k);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Stage 1: from the scene to the Gaussians that this view shows, with the tiles that the mode gives
-// them. Blocks pass through project, list and color; see survivors.h.
+// them. Blocks that the view can show pass through project, list and color; see survivors.h.
 #pragma once
 
 #include "raster/cpu/fast/list.h"
+#include "raster/cpu/fast/scene.h"
 #include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
 
@@ -37,11 +38,11 @@ struct Visible : VisibleSlots {
 
   /// The first of a slot's rectangles.
   const Rect* rects_of(std::uint32_t slot) const {
-    return rects[slot / kChunk].data() + listings[slot].first;
+    return &rects[slot / kChunk][listings[slot].first];
   }
 };
 
-void preprocess(const FrameContext& frame, const Array<Block>& blocks, const Harmonics& sh,
-                bool traced, Visible& visible);
+/// `scene` is frame.cloud's; footprints are filled when `traced`.
+void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible);
 
 }  // namespace qs::cpu::fast

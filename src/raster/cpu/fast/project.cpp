@@ -72,7 +72,7 @@ HWY_INLINE M outside(D d, V mean, V reach, int tiles) {
 }
 
 void project_block(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-                   const Block& block, std::uint32_t first, Survivors& out) {
+                   const Block& block, Survivors& out) {
   const D d;
   const hn::RebindToUnsigned<D> du;
   const auto& m = view.view_from_world;
@@ -84,7 +84,6 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
   const V scale2 = hn::Set(d, rules.splat_scale * rules.splat_scale);
   const V dilation = hn::Set(d, static_cast<float>(kDilation));
 
-  const auto lanes = hn::Iota(du, 0);
   std::size_t count = 0;
   for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {
     const V wx = hn::Load(d, block.x + i), wy = hn::Load(d, block.y + i),
@@ -154,8 +153,8 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
     pack(gamma, out.gamma);
     pack(z, out.depth);
     pack(hn::Sub(log2_255_opacity, hn::Set(d, kLog2Of255)), out.log2_opacity);
-    const auto gaussians = hn::Add(lanes, hn::Set(du, first + static_cast<std::uint32_t>(i)));
-    hn::StoreU(hn::Compress(gaussians, hn::RebindMask(du, keep)), du, out.gaussian + count);
+    const auto lanes = hn::Iota(du, static_cast<std::uint32_t>(i));
+    hn::StoreU(hn::Compress(lanes, hn::RebindMask(du, keep)), du, out.lane + count);
     count += hn::CountTrue(d, keep);
   }
   out.count = count;
@@ -171,8 +170,8 @@ namespace qs::cpu::fast {
 HWY_EXPORT(project_block);
 
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-             const Block& block, std::uint32_t first, Survivors& out) {
-  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, grid, block, first, out);
+             const Block& block, Survivors& out) {
+  HWY_DYNAMIC_DISPATCH(project_block)(view, rules, grid, block, out);
 }
 
 }  // namespace qs::cpu::fast

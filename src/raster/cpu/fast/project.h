@@ -9,9 +9,8 @@
 namespace qs::cpu::fast {
 
 /// Fills `out` with the Gaussians of `block` that have a footprint, without those that are too far
-/// outside the picture to have a tile in any mode. `first` is the cloud's index of the block's
-/// first Gaussian.
+/// outside the picture to have a tile in any mode.
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-             const Block& block, std::uint32_t first, Survivors& out);
+             const Block& block, Survivors& out);
 
 }  // namespace qs::cpu::fast

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What every file with vector code includes first. Such a file is compiled once for each
-// instruction set (SSE2, SSE4, AVX2, AVX-512; elsewhere what the machine has), and the best one
+// instruction set (none, SSE4, AVX2, AVX-512; elsewhere what the machine has), and the best one
 // that the CPU knows is chosen when the program runs. Its pattern:
 //
 //   #define HWY_TARGET_INCLUDE "raster/cpu/fast/this_file.cpp"

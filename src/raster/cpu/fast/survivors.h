@@ -14,7 +14,7 @@ struct alignas(64) Survivors {
   /// Vectors are stored whole, so planes have room for one more.
   static constexpr std::size_t kRoom = kBlock + 16;
 
-  std::uint32_t gaussian[kRoom];  ///< index in the cloud, ascending
+  std::uint32_t lane[kRoom];  ///< in the block, ascending
   float mean_x[kRoom], mean_y[kRoom];
   float xx[kRoom], xy[kRoom], yy[kRoom];  ///< covariance, see Footprint
   float conic_a[kRoom], conic_b[kRoom], conic_c[kRoom];

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// How the fast pipeline of the CPU backend keeps a scene, and that it skips whole blocks of it
+// which a view cannot show - and no others.
+#include <algorithm>
+#include <numeric>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "raster/cpu/fast/preprocess.h"
+#include "raster/cpu/fast/spatial_order.h"
+#include "raster/cpu/preprocess.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+using cpu::fast::BlockBounds;
+using cpu::fast::Frustum;
+using cpu::fast::kBlock;
+
+/// A scene as the pipeline keeps it, and views of it.
+struct Subject {
+  explicit Subject(GaussianCloud of)
+      : cloud(std::move(of)),
+        active(activate(cloud, pool)),
+        scene(cpu::fast::make_scene(cloud, active, pool)) {}
+
+  cpu::FrameContext frame(const Camera& camera, const RenderSettings& settings) {
+    return {cloud, active, camera, settings, TileGrid::of_image(camera.width, camera.height),
+            pool,  {}};
+  }
+
+  std::vector<bool> missed(const Camera& camera, const RenderSettings& settings) {
+    const cpu::FrameContext context = frame(camera, settings);
+    const View<float> view = make_view<float>(camera);
+    const Frustum frustum(view, context.rules(), context.grid);
+    std::vector<bool> missed;
+    for (const BlockBounds& bounds : scene.bounds) missed.push_back(frustum.misses(bounds));
+    return missed;
+  }
+
+  ThreadPool pool{2};
+  GaussianCloud cloud;
+  ActivatedCloud active;
+  cpu::fast::Scene scene;
+};
+
+/// From the middle of surrounding_cloud() into direction number `way`.
+Camera inside(int way, double vertical_fov = 0.6) {
+  const glm::dvec3 ways[] = {{1, 0, 0},    {-1, 0.1, 0}, {0, 1, 0},
+                             {0.1, -1, 0}, {0, 0.1, 1},  {0, 0, -1}};
+  return look_at({0, 0, 0}, ways[way], {0.3, 0.2, 0.9}, vertical_fov, 160, 120);
+}
+
+TEST(SpatialOrder, has_every_gaussian_once_and_equal_ones_in_the_order_of_the_file) {
+  GaussianCloud cloud = test::surrounding_cloud(5000, 0, 1);
+  for (std::size_t i = 4000; i < 5000; ++i) {
+    cloud.positions[i] = cloud.positions[17];
+    cloud.log_scales[i] = cloud.log_scales[17];
+  }
+  ThreadPool pool(3);
+  const auto order = cpu::fast::spatial_order(cloud, pool);
+  std::vector<std::uint32_t> sorted(order.begin(), order.end()), all(cloud.size());
+  std::sort(sorted.begin(), sorted.end());
+  std::iota(all.begin(), all.end(), 0u);
+  EXPECT_EQ(sorted, all);
+  std::uint32_t last = 17;
+  for (const std::uint32_t i : order) {
+    if (i < 4000) continue;
+    EXPECT_GT(i, last);
+    last = i;
+  }
+  EXPECT_TRUE(cpu::fast::spatial_order(GaussianCloud(), pool).empty());
+}
+
+TEST(SpatialOrder, makes_blocks_compact_also_when_a_few_gaussians_are_far_away) {
+  GaussianCloud cloud = test::surrounding_cloud(40000, 0, 2);
+  for (std::size_t i = 0; i < 40; ++i) cloud.positions[i * 1000] *= 1e4f;
+  Subject subject(std::move(cloud));
+  std::vector<float> sizes;
+  for (const BlockBounds& bounds : subject.scene.bounds) {
+    const glm::vec3 size = bounds.high - bounds.low;
+    sizes.push_back(std::max({size.x, size.y, size.z}));
+  }
+  std::nth_element(sizes.begin(), sizes.begin() + 80, sizes.end());
+  EXPECT_LT(sizes[80], 10.0f);  // of about 100 that the scene has without them
+}
+
+TEST(BlockBounds, hold_every_member) {
+  const Subject subject(test::surrounding_cloud(3000, 0, 3));
+  std::size_t members = 0;
+  for (std::size_t b = 0; b < subject.scene.blocks.size(); ++b) {
+    const cpu::fast::Block& block = subject.scene.blocks[b];
+    const BlockBounds& bounds = subject.scene.bounds[b];
+    for (std::size_t lane = 0; lane < kBlock && members < subject.cloud.size(); ++lane, ++members) {
+      const std::uint32_t i = block.gaussian[lane];
+      const glm::vec3 p = subject.cloud.positions[i], s = subject.cloud.log_scales[i];
+      EXPECT_EQ(glm::vec3(block.x[lane], block.y[lane], block.z[lane]), p);
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LE(bounds.low[axis], p[axis]);
+        EXPECT_GE(bounds.high[axis], p[axis]);
+      }
+      EXPECT_GE(bounds.sigma * 1.00001f, std::exp(std::max({s.x, s.y, s.z})));
+    }
+  }
+  EXPECT_EQ(members, subject.cloud.size());
+}
+
+TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
+  GaussianCloud cloud = test::surrounding_cloud(20000, 0, 4);
+  for (std::size_t i = 0; i < 5; ++i) cloud.log_scales[i * 3000] += 5.0f;
+  Subject subject(std::move(cloud));
+  for (const double fov : {0.05, 0.6, 2.5}) {
+    for (int way = 0; way < 6; ++way) {
+      for (const float scale : {0.1f, 1.0f, 20.0f}) {
+        for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+          const Camera camera = inside(way, fov);
+          RenderSettings settings;
+          settings.mode = mode;
+          settings.splat_scale = scale;
+          const std::vector<bool> missed = subject.missed(camera, settings);
+          const cpu::FrameContext frame = subject.frame(camera, settings);
+          cpu::Visible visible;
+          cpu::preprocess(frame, visible);
+          std::vector<bool> shown(subject.cloud.size());
+          visible.for_each([&](std::uint32_t slot) { shown[visible.gaussians[slot]] = true; });
+          for (std::size_t b = 0; b < missed.size(); ++b) {
+            if (!missed[b]) continue;
+            for (std::size_t lane = 0; lane < kBlock && b * kBlock + lane < shown.size(); ++lane)
+              ASSERT_FALSE(shown[subject.scene.blocks[b].gaussian[lane]]) << b;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Frustum, misses_most_of_a_scene_around_the_camera_and_nothing_of_one_in_front) {
+  GaussianCloud cloud = test::surrounding_cloud(60000, 0, 5);
+  for (glm::vec3& position : cloud.positions) position += 10.0f * glm::normalize(position);
+  Subject around(std::move(cloud));
+  RenderSettings settings;
+  settings.splat_scale = 0.1f;  // as small beside the scene as those of trained ones
+  for (int way = 0; way < 6; ++way) {
+    const std::vector<bool> missed = around.missed(inside(way), settings);
+    EXPECT_GT(std::count(missed.begin(), missed.end(), true), std::ssize(missed) / 2) << way;
+  }
+  const std::vector<bool> missed =
+      around.missed(look_at({0, 0, -200}, {0, 0, 0}, {0, 1, 0}, 0.6, 160, 120), {});
+  EXPECT_EQ(std::count(missed.begin(), missed.end(), true), 0);
+}
+
+TEST(Preprocess, does_not_read_blocks_that_the_view_misses) {
+  Subject subject(test::surrounding_cloud(20000, 1, 6));
+  const Camera camera = inside(4);
+  const RenderSettings settings;
+  const cpu::FrameContext frame = subject.frame(camera, settings);
+  cpu::fast::Visible expected, got;
+  cpu::fast::preprocess(frame, subject.scene, false, expected);
+  ASSERT_GT(expected.count, 100u);
+
+  // Their Gaussians move to where they would be seen.
+  const std::vector<bool> missed = subject.missed(camera, settings);
+  ASSERT_GT(std::count(missed.begin(), missed.end(), true), 20);
+  for (std::size_t b = 0; b < missed.size(); ++b) {
+    cpu::fast::Block& block = subject.scene.blocks[b];
+    if (!missed[b]) continue;
+    std::fill_n(block.x, kBlock, 0.0f);
+    std::fill_n(block.y, kBlock, 0.3f);
+    std::fill_n(block.z, kBlock, 3.0f);
+  }
+  cpu::fast::preprocess(frame, subject.scene, false, got);
+  EXPECT_EQ(got.count, expected.count);
+  const auto gaussians_of = [](const cpu::VisibleSlots& visible) {
+    std::vector<std::uint32_t> gaussians;
+    visible.for_each([&](std::uint32_t slot) { gaussians.push_back(visible.gaussians[slot]); });
+    return gaussians;
+  };
+  EXPECT_EQ(gaussians_of(got), gaussians_of(expected));
+}
+
+}  // namespace
+}  // namespace qs

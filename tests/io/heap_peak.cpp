@@ -10,8 +10,12 @@
 #include "io/limits.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
 #define QS_SANITIZED 1
+// As in <sanitizer/allocator_interface.h>, which Debian's GCC comes without.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
+                                                                             std::size_t),
+                                                         void (*free_hook)(const volatile void*));
+extern "C" std::size_t __sanitizer_get_allocated_size(const volatile void*);
 #else
 #define QS_SANITIZED 0
 #endif
@@ -33,9 +37,7 @@ void remove(std::size_t bytes) { g_alive.fetch_sub(static_cast<long>(bytes)); }
 
 const int g_installed = __sanitizer_install_malloc_and_free_hooks(
     [](const volatile void*, std::size_t bytes) { add(bytes); },
-    [](const volatile void* memory) {
-      remove(__sanitizer_get_allocated_size(const_cast<const void*>(memory)));
-    });
+    [](const volatile void* memory) { remove(__sanitizer_get_allocated_size(memory)); });
 
 #else
 

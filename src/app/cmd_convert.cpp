@@ -57,14 +57,14 @@ int run_convert(Arguments arguments) {
   if (largest > 0) {
     scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(largest));
   }
-  {
+  const WriterRow& written = [&]() -> const WriterRow& {
     ProgressBar bar("writing");
-    write_scene(scene.cloud, output, bar.progress(), format);
-  }
+    return write_scene(scene.cloud, output, bar.progress(), format);
+  }();
   std::error_code error;
   const auto bytes = std::filesystem::file_size(output, error);
   fmt::print(stderr, "wrote {} ({} Gaussians, SH degree {}, {})\n", output.string(),
-             grouped(scene.cloud.size()), scene.cloud.sh_degree,
+             grouped(scene.cloud.size()), std::min(scene.cloud.sh_degree, written.max_sh_degree),
              error ? "size unknown" : bytes_text(bytes));
   return kExitOk;
 }

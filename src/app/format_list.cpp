@@ -19,8 +19,9 @@ std::string format_list() {
       "\n| written | ending | what | axes | SH degrees | what is lost "
       "|\n|---|---|---|---|---|---|\n";
   for (const WriterRow& row : writers()) {
-    text += fmt::format("| {} | `{}` | {} | {} | {} | {} |\n", row.name, row.extension, row.summary,
-                        row.axes, row.sh_degrees, row.losses);
+    text += fmt::format(
+        "| {} | `{}` | {} | {} | {} | {} |\n", row.name, row.extension, row.summary, row.axes,
+        row.max_sh_degree == 0 ? "0" : fmt::format("0-{}", row.max_sh_degree), row.losses);
   }
   return text;
 }

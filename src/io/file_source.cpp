@@ -15,8 +15,8 @@ class FolderFiles : public FileSource {
   explicit FolderFiles(std::filesystem::path scene_file) : scene_file_(std::move(scene_file)) {}
 
   Array<std::byte> read(const std::string& name, std::uint64_t max_bytes) override {
-    check_file_name(name, scene_file_.string());
-    const std::filesystem::path path = scene_file_.parent_path() / name;
+    const std::filesystem::path path =
+        scene_file_.parent_path() / checked_file_name(name, scene_file_.string());
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
       fail("{}: the file {} that it names is missing", scene_file_.string(), name);
@@ -41,14 +41,14 @@ std::unique_ptr<FileSource> files_beside(const std::filesystem::path& scene_file
   return std::make_unique<FolderFiles>(scene_file);
 }
 
-void check_file_name(std::string_view name, std::string_view source) {
+std::string checked_file_name(std::string_view name, std::string_view source) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   bool safe = !name.empty() && name.find_first_of("\\:") == std::string_view::npos &&
               std::none_of(name.begin(), name.end(), is_control);
   const std::filesystem::path path(name);
   safe = safe && !path.is_absolute() && path.has_filename() &&
          std::none_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
-  if (safe) return;
+  if (safe) return path.lexically_normal().string();
   std::string shown(name.substr(0, 80));
   std::replace_if(shown.begin(), shown.end(), is_control, '?');
   fail("{}: unsafe file name '{}': only files in its own folder are read", source, shown);

@@ -39,7 +39,8 @@ std::unique_ptr<FileSource> files_in_zip(std::span<const std::byte> content,
 
 bool is_zip(std::span<const std::byte> content);
 
-/// Throws Error(input) "source: unsafe file name ..." unless `name` is a plain relative path.
-void check_file_name(std::string_view name, std::string_view source);
+/// `name` in its shortest form, so that equal names are one file. Throws Error(input) "source:
+/// unsafe file name ..." unless it is a plain relative path.
+std::string checked_file_name(std::string_view name, std::string_view source);
 
 }  // namespace qs

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -187,6 +188,33 @@ void Sieve::finish(Scene& scene) {
   }
 }
 
+// Which chunk comes next. Each worker has a stretch of its own and then helps with the others': two
+// threads in neighbouring chunks would both clear the same new page of 2 MiB, and one in vain.
+class Stretches {
+ public:
+  Stretches(std::size_t chunks, std::size_t workers) : stretches_(workers) {
+    for (std::size_t i = 0; i < workers; ++i) {
+      stretches_[i].next = chunks * i / workers;
+      stretches_[i].end = chunks * (i + 1) / workers;
+    }
+  }
+
+  // To be called once per chunk: then there always is one.
+  std::size_t take(std::size_t worker) {
+    for (;; worker = (worker + 1) % stretches_.size()) {
+      const std::size_t chunk = stretches_[worker].next.fetch_add(1);
+      if (chunk < stretches_[worker].end) return chunk;
+    }
+  }
+
+ private:
+  struct Stretch {
+    std::atomic<std::size_t> next;
+    std::size_t end;
+  };
+  std::vector<Stretch> stretches_;
+};
+
 }  // namespace
 
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
@@ -195,11 +223,15 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
   const std::size_t count = scene.cloud.size();
   const auto start_time = std::chrono::steady_clock::now();
   Sieve sieve(scene.cloud);
-  pool.for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end, int worker) {
+  const std::size_t chunks = count / kChunk + (count % kChunk != 0 ? 1 : 0);
+  Stretches stretches(chunks, static_cast<std::size_t>(pool.size()));
+  pool.for_chunks(chunks, 1, [&](std::size_t taken, std::size_t, int worker) {
     if (worker == 0) {
-      const float done = static_cast<float>(begin) / static_cast<float>(count);
+      const float done = static_cast<float>(taken) / static_cast<float>(chunks);
       progress.update(start + (1 - start) * done);
     }
+    const std::size_t begin = stretches.take(static_cast<std::size_t>(worker)) * kChunk;
+    const std::size_t end = std::min(begin + kChunk, count);
     fill(begin, end);
     sieve.inspect(begin, end);
   });

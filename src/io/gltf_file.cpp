@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -122,6 +124,20 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
   json buffers = json::array();
   if (root.contains("buffers")) buffers.swap(root["buffers"]);
   if (!buffers.is_array()) fail("{}: buffers is not a list", path_);
+  buffer_bytes_ = chunks.binary.size();
+  // Many buffers may name one file: it is read once.
+  std::map<std::string, std::span<const std::byte>> files;
+  const auto keep = [this](Array<std::byte> bytes) {
+    buffer_bytes_ += bytes.size();
+    return std::span<const std::byte>(unpacked_.emplace_back(std::move(bytes)));
+  };
+  const auto file_named = [&](const std::string& stored_name) {
+    const std::string name = checked_file_name(stored_name, path_);
+    if (const auto known = files.find(name); known != files.end()) return known->second;
+    const auto bytes = keep(files_beside(path)->read(name, kMaxBufferBytes));
+    bytes_outside_ += bytes.size();
+    return files[name] = bytes;
+  };
   for (std::size_t i = 0; i < buffers.size(); ++i) {
     const json& buffer = buffers[i];
     const std::string where = fmt::format("{}: buffer {}", path_, i);
@@ -135,15 +151,13 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
       if (!uri->is_string()) fail("{} has a uri that is no text", where);
       const auto& name = uri->get_ref<const std::string&>();
       if (name.starts_with("data:")) {
-        unpacked_.push_back(decode_data_uri(name, where));
+        bytes = keep(decode_data_uri(name, where));
       } else {
         if (name.find('%') != name.npos) {
           fail("{}: unsafe file name '{}': no file name may have a %", where, name.substr(0, 80));
         }
-        unpacked_.push_back(files_beside(path)->read(name, kMaxBufferBytes));
-        bytes_outside_ += unpacked_.back().size();
+        bytes = file_named(name);
       }
-      bytes = unpacked_.back();
     } else if (i != 0 || !is_binary_) {
       fail("{} has no bytes: neither a uri nor a binary chunk", where);
     }
@@ -164,12 +178,6 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
                                   static_cast<unsigned int>(description.size()), "")) {
     fail("{}: not valid glTF: {}", path_, error.empty() ? "unknown reason" : first_line(error));
   }
-}
-
-std::uint64_t GltfFile::buffer_bytes() const {
-  std::uint64_t sum = 0;
-  for (const auto& buffer : buffers_) sum += buffer.size();
-  return sum;
 }
 
 std::span<const std::byte> GltfFile::view(int index) const {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <list>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,7 +50,7 @@ class GltfFile {
 
   const tinygltf::Model& model() const { return model_; }
   bool is_binary() const { return is_binary_; }
-  std::uint64_t buffer_bytes() const;
+  std::uint64_t buffer_bytes() const { return buffer_bytes_; }    ///< each file counted once
   std::uint64_t bytes_outside() const { return bytes_outside_; }  ///< of files beside it
 
   /// The bytes of bufferView `index`. Throws Error(input).
@@ -63,8 +64,8 @@ class GltfFile {
   bool is_binary_ = false;
   tinygltf::Model model_;
   std::vector<std::span<const std::byte>> buffers_;
-  std::vector<Array<std::byte>> unpacked_;  // what some of buffers_ point to
-  std::uint64_t bytes_outside_ = 0;
+  std::list<Array<std::byte>> unpacked_;  // what some of buffers_ point to
+  std::uint64_t buffer_bytes_ = 0, bytes_outside_ = 0;
 };
 
 bool is_glb(std::span<const std::byte> content);

@@ -134,7 +134,8 @@ class SceneFiles {
   SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)
       : files_(files), source_(source), pool_(pool) {}
 
-  SogDecoder& open(const std::string& name) {
+  SogDecoder& open(const std::string& stored_name) {
+    const std::string name = checked_file_name(stored_name, source_);
     std::unique_ptr<SogDecoder>& decoder = decoders_[name];
     if (decoder) return *decoder;
     const auto meta = files_.read(name, kMaxMetaBytes);

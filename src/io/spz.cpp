@@ -149,8 +149,8 @@ bool recognises_spz(std::span<const std::byte> content, const std::filesystem::p
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
               const ReadOptions& options, Scene& scene) {
   ThreadPool pool;
-  SpzContent spz = unpack_spz(content, path, pool);
-  options.progress.update(0.5f);
+  constexpr float kUnpacked = 0.5f;  // of the progress
+  SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked);
   const std::size_t frame = stored_frame(spz);
   const AxisSigns signs = signs_to_rdf(frame);
   scene.axes = kAxes[frame];
@@ -162,7 +162,7 @@ void read_spz(std::span<const std::byte> content, const std::filesystem::path& p
   scene.cloud.antialiased = (spz.header.flags & SpzHeader::kAntialiased) != 0;
 
   const SpzDecoder decoder(spz, scene.cloud);
-  fill_cloud(scene, pool, options.progress, 0.5f, [&](std::size_t begin, std::size_t end) {
+  fill_cloud(scene, pool, options.progress, kUnpacked, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) decoder.fill(i);
     flip_axes(scene.cloud, begin, end, signs);
   });

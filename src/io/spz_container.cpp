@@ -62,7 +62,21 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   }
 }
 
-SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path) {
+// In pieces, so that it can be stopped. Returns how many bytes there were.
+std::size_t inflate_into(std::span<std::byte> out, Inflater& inflater, const Progress& progress,
+                         float end) {
+  constexpr std::size_t kPiece = 1 << 20;  // a few milliseconds
+  std::size_t filled = 0, got = 1;
+  while (filled < out.size() && got > 0) {
+    progress.update(end * static_cast<float>(filled) / static_cast<float>(out.size()));
+    got = inflater.read(out.subspan(filled, std::min(kPiece, out.size() - filled)));
+    filled += got;
+  }
+  return filled;
+}
+
+SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
+                       const Progress& progress, float end) {
   SpzContent content;
   Inflater inflater(file, path);
   std::array<std::byte, kLegacyHeaderBytes> head;
@@ -74,7 +88,7 @@ SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path)
   if (version < 1 || version > 3) fail("{}: .spz version {} in gzip, 1 to 3 exist", path, version);
   check(content.header, path);
   make_blocks(content, file.size(), path);
-  if (inflater.read(content.bytes) < content.bytes.size()) {
+  if (inflate_into(content.bytes, inflater, progress, end) < content.bytes.size()) {
     fail("{}: cut off: too few bytes for its {} Gaussians", path, content.header.count);
   }
   // One byte more than allowed shows that there is too much, and reaching the end checks the sum.
@@ -179,9 +193,11 @@ bool is_spz(std::span<const std::byte> content) {
 }
 
 SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool) {
-  return is_gzip(content) ? unpack_gzip(content, path.string())
-                          : unpack_plain(content, path.string(), pool);
+                      ThreadPool& pool, const Progress& progress, float end) {
+  SpzContent unpacked = is_gzip(content) ? unpack_gzip(content, path.string(), progress, end)
+                                         : unpack_plain(content, path.string(), pool);
+  progress.update(end);
+  return unpacked;
 }
 
 }  // namespace qs

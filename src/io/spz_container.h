@@ -15,6 +15,7 @@
 
 #include "raster/scene/gaussian_cloud.h"
 #include "raster/scene/parallel.h"
+#include "raster/scene/progress.h"
 
 namespace qs {
 
@@ -52,8 +53,8 @@ struct SpzContent {
 /// True for the plain container of version 4 and for gzip data that begins with the .spz magic.
 bool is_spz(std::span<const std::byte> content);
 
-/// Throws Error(input).
+/// Reports progress from 0 to `end`. Throws Error(input) and Cancelled.
 SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool);
+                      ThreadPool& pool, const Progress& progress, float end);
 
 }  // namespace qs

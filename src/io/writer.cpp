@@ -18,19 +18,19 @@ namespace {
 
 // Longer extensions before those they end in.
 constexpr std::array kWriters = {
-    WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF",
-              "0-3", "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",
+    WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
+              "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",
               write_compressed_ply},
-    WriterRow{"ply", ".ply", "INRIA's layout", "RDF", "0-3", "nothing", write_ply},
-    WriterRow{"spz", ".spz", "version 3, which most programs read", "RUB", "0-3",
+    WriterRow{"ply", ".ply", "INRIA's layout", "RDF", 3, "nothing", write_ply},
+    WriterRow{"spz", ".spz", "version 3, which most programs read", "RUB", 3,
               "positions in 1/4096, ln of scales in 1/16, SH in 1/16 and 1/8 within -1..1",
               write_spz},
-    WriterRow{"spz-v4", ".spz", "version 4, smaller and read in parallel", "RUB", "0-3", "as spz",
+    WriterRow{"spz-v4", ".spz", "version 4, smaller and read in parallel", "RUB", 3, "as spz",
               write_spz_v4},
-    WriterRow{"splat", ".splat", "antimatter15's rows, largest first", "RDF", "0",
+    WriterRow{"splat", ".splat", "antimatter15's rows, largest first", "RDF", 0,
               "SH; colour and opacity in 8 bits, rotation in 4 x 8", write_splat},
-    WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", "0-3",
-              "rounding of exp and log", write_glb},
+    WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", 3, "rounding of exp and log",
+              write_glb},
 };
 
 std::string lower(std::string text) {
@@ -58,9 +58,11 @@ const WriterRow& choose_writer(const std::filesystem::path& path, std::string_vi
 
 std::span<const WriterRow> writers() { return kWriters; }
 
-void write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                 const Progress& progress, std::string_view format) {
-  choose_writer(path, format).write(cloud, path, progress);
+const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                             const Progress& progress, std::string_view format) {
+  const WriterRow& writer = choose_writer(path, format);
+  writer.write(cloud, path, progress);
+  return writer;
 }
 
 }  // namespace qs

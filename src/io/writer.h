@@ -18,19 +18,19 @@ struct WriterRow {
   const char* name;       ///< "ply"
   const char* extension;  ///< ".ply"
   const char* summary;
-  const char* axes;        ///< of its values: "RDF"
-  const char* sh_degrees;  ///< that it can hold: "0-3"
-  const char* losses;      ///< what is lost
+  const char* axes;    ///< of its values: "RDF"
+  int max_sh_degree;   ///< that it can hold
+  const char* losses;  ///< what is lost
   void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path,
                 const Progress& progress);
 };
 
 std::span<const WriterRow> writers();
 
-/// Writes the first format with the extension of `path`, or the one called `format`; the file
-/// appears whole or not at all. Throws Error(usage) for an unknown extension or name, Error(input)
-/// when the file cannot be written.
-void write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                 const Progress& progress = {}, std::string_view format = {});
+/// Writes the first format with the extension of `path`, or the one called `format`, and tells
+/// which one that was; the file appears whole or not at all. Throws Error(usage) for an unknown
+/// extension or name, Error(input) when the file cannot be written.
+const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                             const Progress& progress = {}, std::string_view format = {});
 
 }  // namespace qs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// files_in_zip() through libzip. The number of entries and the size of each are limited before
-// anything is unpacked; checksums are verified by reading to the end.
+// files_in_zip() through libzip. The number of entries, the size of each and the sum of all are
+// limited before anything is unpacked; checksums are verified by reading to the end.
 #include <memory>
 
 #include <zip.h>
@@ -13,6 +13,9 @@ namespace qs {
 namespace {
 
 constexpr std::int64_t kMaxEntries = 65536;
+// Pictures are compressed already: what is unpacked is little more than the archive, but for the
+// description.
+constexpr std::uint64_t kMaxInflation = 16, kAlwaysAllowed = 8u << 20;
 
 struct Discard {
   void operator()(zip_t* archive) const { zip_discard(archive); }
@@ -24,7 +27,7 @@ struct Close {
 class ZipFiles : public FileSource {
  public:
   ZipFiles(std::span<const std::byte> content, std::string path, std::string_view root)
-      : path_(std::move(path)) {
+      : path_(std::move(path)), allowed_(kMaxInflation * content.size() + kAlwaysAllowed) {
     zip_error_t error;
     zip_error_init(&error);
     zip_source_t* const source =
@@ -40,8 +43,7 @@ class ZipFiles : public FileSource {
   }
 
   Array<std::byte> read(const std::string& name, std::uint64_t max_bytes) override {
-    check_file_name(name, path_);
-    const std::string full = prefix_ + name;
+    const std::string full = prefix_ + checked_file_name(name, path_);
     const zip_int64_t index = zip_name_locate(archive_.get(), full.c_str(), 0);
     if (index < 0) fail("{}: the archive has no file {}", path_, full);
     const auto entry = static_cast<zip_uint64_t>(index);
@@ -54,6 +56,10 @@ class ZipFiles : public FileSource {
       fail("{}: {} has {} bytes unpacked, more than the {} that make sense", path_, full, stat.size,
            max_bytes);
     }
+    if (stat.size > allowed_) {
+      fail("{}: its files have more bytes unpacked than make sense in such a small archive", path_);
+    }
+    allowed_ -= stat.size;
     const std::unique_ptr<zip_file_t, Close> file(zip_fopen_index(archive_.get(), entry, 0));
     if (!file) fail("{}: {}: {}", path_, full, zip_strerror(archive_.get()));
     // One byte more than announced shows a lie, and reaching the end checks the sum.
@@ -93,6 +99,7 @@ class ZipFiles : public FileSource {
 
   std::string path_;
   std::string prefix_;
+  std::uint64_t allowed_;  // bytes to unpack
   std::unique_ptr<zip_t, Discard> archive_;
 };
 

@@ -24,23 +24,8 @@ const std::array<AxisSigns, 8> kAllSigns = {{{1, 1, 1},
 
 glm::dmat3 matrix(AxisSigns signs) { return {signs.x, 0, 0, 0, signs.y, 0, 0, 0, signs.z}; }
 
-glm::dmat3 covariance(const GaussianCloud& cloud, std::size_t i) {
-  const glm::dmat3 axes = glm::mat3_cast(glm::dquat(cloud.rotations[i]));
-  const glm::dvec3 scale = glm::exp(glm::dvec3(cloud.log_scales[i]));
-  const glm::dmat3 half(axes[0] * scale.x, axes[1] * scale.y, axes[2] * scale.z);
-  return half * glm::transpose(half);
-}
-
 glm::dvec3 color(const GaussianCloud& cloud, std::size_t i, const glm::dvec3& direction) {
-  glm::dvec3 sum(0);
-  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  std::size_t k = i * coefficients;
-  for (int l = 0; l <= cloud.sh_degree; ++l) {
-    for (int m = -l; m <= l; ++m) {
-      sum += spherical_harmonic(l, m, direction) * glm::dvec3(cloud.sh[k++]);
-    }
-  }
-  return sum;
+  return sh_sum(cloud, i, cloud.sh_degree, direction);
 }
 
 TEST(Axes, flipped_scene_looks_the_same_from_the_flipped_side) {

@@ -154,6 +154,20 @@ TEST(Gltf, normalised_integers_are_read) {
   EXPECT_NEAR(read(glb).cloud.opacity_logits[7], std::log(0.2 / 0.8), 1e-6);
 }
 
+TEST(Gltf, degree_4_is_cut_to_degree_3) {
+  Glb glb = written(3);
+  auto& attributes = glb.description["meshes"][0]["primitives"][0]["attributes"];
+  const GaussianCloud before = read(glb).cloud;
+  for (int k = 0; k < 9; ++k) {
+    attributes["KHR_gaussian_splatting:SH_DEGREE_4_COEF_" + std::to_string(k)] =
+        attributes["KHR_gaussian_splatting:SH_DEGREE_3_COEF_0"];
+  }
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("degree 4 were cut")));
+  EXPECT_EQ(scene.cloud.sh_degree, 3);
+  EXPECT_EQ(scene.cloud.sh, before.sh);
+}
+
 TEST(Gltf, files_without_gaussians_are_told_apart) {
   Glb glb = written(0);
   glb.description["meshes"][0]["primitives"][0].erase("extensions");

@@ -153,6 +153,21 @@ TEST(Reader, every_format_reports_progress_and_can_be_stopped_on_the_way) {
   }
 }
 
+TEST(Reader, unpacking_gzip_can_be_stopped_on_the_way) {
+  const TemporaryFolder folder;
+  write_scene(random_cloud(50000, 3, 1), folder / "a.spz");  // 3.2 MB unpacked
+  std::stop_source stop;
+  float last = 0;
+  const Progress progress{[&](float fraction) {
+                            last = fraction;
+                            if (fraction > 0) stop.request_stop();
+                          },
+                          stop.get_token()};
+  EXPECT_THROW(read_scene(folder / "a.spz", {.progress = progress}), Cancelled);
+  EXPECT_GT(last, 0);
+  EXPECT_LT(last, 0.5f);
+}
+
 TEST(Reader, progress_rises_to_one) {
   float last = -1;
   const Progress progress{[&](float fraction) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat2x2.hpp>
 #include <glm/mat3x3.hpp>
@@ -43,16 +44,8 @@ bool make_splat(const GaussianCloud& cloud, const Camera& camera, const OracleSe
   const glm::dvec3 p = world_to_view * glm::dvec3(cloud.positions[i]) + camera.view_from_world[3];
   if (!(p.z > camera.near_depth)) return false;
 
-  const glm::dvec3 log_scale(cloud.log_scales[i]);
-  glm::dmat3 scale(0.0);
-  for (int k = 0; k < 3; ++k) scale[k][k] = settings.splat_scale * std::exp(log_scale[k]);
-  const glm::dquat q(cloud.rotations[i]);
-  const glm::dmat3 rotation(  // columns, from the definition of a quaternion's rotation
-      1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z), 2 * (q.x * q.z - q.w * q.y),
-      2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z + q.w * q.x),
-      2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y));
-  const glm::dmat3 m = world_to_view * rotation * scale;
-  const glm::dmat3 sigma = m * glm::transpose(m);  // in view axes
+  const glm::dmat3 sigma = settings.splat_scale * settings.splat_scale * world_to_view *
+                           covariance(cloud, i) * glm::transpose(world_to_view);  // in view axes
 
   const double limit_x = 1.3 * camera.width / (2 * camera.focal_px.x);
   const double limit_y = 1.3 * camera.height / (2 * camera.focal_px.y);
@@ -61,36 +54,53 @@ bool make_splat(const GaussianCloud& cloud, const Camera& camera, const OracleSe
   const glm::dvec3 du(camera.focal_px.x / p.z, 0, -camera.focal_px.x * x / (p.z * p.z));
   const glm::dvec3 dv(0, camera.focal_px.y / p.z, -camera.focal_px.y * y / (p.z * p.z));
   const double xy = glm::dot(du, sigma * dv);
-  glm::dmat2 covariance(glm::dot(du, sigma * du), xy, xy, glm::dot(dv, sigma * dv));
-  const double before = glm::determinant(covariance);
-  covariance[0][0] += 0.3;
-  covariance[1][1] += 0.3;
-  const double after = glm::determinant(covariance);
+  glm::dmat2 on_screen(glm::dot(du, sigma * du), xy, xy, glm::dot(dv, sigma * dv));
+  const double before = glm::determinant(on_screen);
+  on_screen[0][0] += 0.3;
+  on_screen[1][1] += 0.3;
+  const double after = glm::determinant(on_screen);
   if (!(after > 0)) return false;
 
   splat.index = i;
   splat.depth_bits = std::bit_cast<std::uint32_t>(static_cast<float>(p.z));
   splat.mean = {camera.focal_px.x * p.x / p.z + camera.center_px.x,
                 camera.focal_px.y * p.y / p.z + camera.center_px.y};
-  splat.inverse = glm::inverse(covariance);
+  splat.inverse = glm::inverse(on_screen);
   splat.opacity = 1 / (1 + std::exp(-static_cast<double>(cloud.opacity_logits[i])));
   if (settings.antialiased) splat.opacity *= std::sqrt(std::max(2.5e-5, before / after));
 
   const glm::dvec3 direction = glm::normalize(glm::dvec3(cloud.positions[i]) - camera.position());
   const int degree = std::min(settings.sh_degree, cloud.sh_degree);
-  const std::size_t stride = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
-  splat.color = glm::dvec3(0.5);
-  for (int l = 0; l <= degree; ++l) {
-    for (int order = -l; order <= l; ++order) {
-      const auto k = static_cast<std::size_t>(l * l + l + order);
-      splat.color += spherical_harmonic(l, order, direction) * glm::dvec3(cloud.sh[i * stride + k]);
-    }
-  }
-  splat.color = glm::max(splat.color, glm::dvec3(0));
+  splat.color = glm::max(0.5 + sh_sum(cloud, i, degree, direction), glm::dvec3(0));
   return true;
 }
 
 }  // namespace
+
+glm::dmat3 covariance(const glm::dquat& q, const glm::dvec3& scale) {
+  const glm::dmat3 rotation(  // columns, from the definition of a quaternion's rotation
+      1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z), 2 * (q.x * q.z - q.w * q.y),
+      2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z + q.w * q.x),
+      2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y));
+  const glm::dmat3 half(rotation[0] * scale.x, rotation[1] * scale.y, rotation[2] * scale.z);
+  return half * glm::transpose(half);
+}
+
+glm::dmat3 covariance(const GaussianCloud& cloud, std::size_t i) {
+  return covariance(glm::dquat(cloud.rotations[i]), glm::exp(glm::dvec3(cloud.log_scales[i])));
+}
+
+glm::dvec3 sh_sum(const GaussianCloud& cloud, std::size_t i, int degree, glm::dvec3 direction) {
+  const auto stride = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  glm::dvec3 sum(0);
+  for (int l = 0; l <= degree; ++l) {
+    for (int order = -l; order <= l; ++order) {
+      const auto k = static_cast<std::size_t>(l * l + l + order);
+      sum += spherical_harmonic(l, order, direction) * glm::dvec3(cloud.sh[i * stride + k]);
+    }
+  }
+  return sum;
+}
 
 double spherical_harmonic(int l, int m, glm::dvec3 d) {
   const int order = std::abs(m);

@@ -26,6 +26,15 @@ struct OracleSettings {
 Image oracle_image(const GaussianCloud& cloud, const Camera& camera,
                    const OracleSettings& settings = {});
 
+/// Sigma = R diag(scale)^2 R^T of a unit quaternion and standard deviations.
+glm::dmat3 covariance(const glm::dquat& rotation, const glm::dvec3& scale);
+/// Of Gaussian i, in world axes.
+glm::dmat3 covariance(const GaussianCloud& cloud, std::size_t i);
+
+/// Sum of the SH functions of degrees 0..degree of Gaussian i towards the unit `direction`: RGB
+/// without the 0.5 that colours add.
+glm::dvec3 sh_sum(const GaussianCloud& cloud, std::size_t i, int degree, glm::dvec3 direction);
+
 /// Real spherical harmonic Y_l^m with the Condon-Shortley sign, of a unit direction.
 double spherical_harmonic(int l, int m, glm::dvec3 direction);
 

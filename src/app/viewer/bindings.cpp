@@ -29,7 +29,7 @@ std::vector<Binding> make_bindings() {
   panel(GLFW_KEY_O, kCtrl, "Open a file", &Panels::open);
   rows.back().menu = Menu::file;
   add(GLFW_KEY_F5, 0, Menu::file, "Reload", Reload{});
-  add(GLFW_KEY_Y, 0, Menu::file, "Other axes: for files that lie about them", NextAxes{});
+  add(GLFW_KEY_Y, 0, Menu::file, "Read with other axes", NextAxes{});
   add(GLFW_KEY_F12, 0, Menu::file, "Screenshot of the window", TakeScreenshot{true});
   add(GLFW_KEY_F12, kCtrl, Menu::file, "Screenshot of the picture", TakeScreenshot{false});
   add(GLFW_KEY_Q, kCtrl, Menu::file, "Quit", Quit{});
@@ -94,7 +94,7 @@ constexpr std::array kGestures = {
     Gesture{"Wheel", "nearer, farther"},
     Gesture{"Shift+Wheel", "field of view"},
     Gesture{"Ctrl+Wheel", "roll"},
-    Gesture{"Click", "with the inspector open: what makes this pixel"},
+    Gesture{"Click", "inspector: what makes this pixel"},
     Gesture{"Double click", "pivot at what is under the cursor"},
     Gesture{"Shift, Alt", "fly 5 times faster, slower"},
     Gesture{"Drop a file", "a scene, a folder, cameras"},

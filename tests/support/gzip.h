@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Packs bytes for tests of readers that inflate.
+// Packs and unpacks bytes for tests of readers that inflate.
 #pragma once
 
 #include <zlib.h>
@@ -22,6 +22,22 @@ Bytes gzip(const Bytes& plain, int level) {
   packed.resize(stream.total_out);
   deflateEnd(&stream);
   return packed;
+}
+
+/// What the gzip member `packed` holds, which is at most 1 MiB.
+template <class Bytes>
+Bytes gunzip(const Bytes& packed) {
+  z_stream stream{};
+  inflateInit2(&stream, 15 + 16);
+  Bytes plain(1 << 20);
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<typename Bytes::value_type*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(packed.size());
+  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
+  stream.avail_out = static_cast<uInt>(plain.size());
+  inflate(&stream, Z_FINISH);
+  plain.resize(stream.total_out);
+  inflateEnd(&stream);
+  return plain;
 }
 
 }  // namespace qs::test

@@ -33,7 +33,7 @@ struct ZoomPlan {
   ViewPlan plan;
 };
 ZoomPlan zoom_plan(Backend backend) {
-  return backend == Backend::cpu ? ZoomPlan{12, {1, 0, 1}} : ZoomPlan{32, {20, 3, 1}};
+  return backend == Backend::cpu ? ZoomPlan{12, {1, 1, 1}} : ZoomPlan{32, {20, 3, 1}};
 }
 ViewPlan bench_plan(Backend backend) {
   return backend == Backend::cpu ? ViewPlan{5, 1, 1} : ViewPlan{};

@@ -10,7 +10,7 @@
 #include "app/compare.h"
 #include "app/frame_metadata.h"
 #include "app/frame_options.h"
-#include "app/inspect/missed.h"
+#include "app/inspect/mapped_frame.h"
 #include "app/measure.h"
 #include "app/picture/heatmap.h"
 #include "app/shots.h"
@@ -135,7 +135,7 @@ class Run {
     const bool missed = command_.heatmap == HeatQuantity::missed;
     outputs.trace = missed;
     if (command_.heatmap && !missed) outputs = outputs_for(*command_.heatmap);
-    if (missed) judge_ = judging_frame(shot);
+    if (missed) judge_ = judging_frame(*session_.renderer, shot.camera, session_.settings);
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
     const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     const Image truth = command_.psnr ? reference_image(shot) : Image();
@@ -172,16 +172,6 @@ class Run {
     RenderSettings settings = session_.settings;
     settings.mode = kReferenceMode;
     return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
-  }
-
-  // The frame by which --heatmap missed judges the others.
-  Frame judging_frame(const Shot& shot) {
-    RenderSettings settings = session_.settings;
-    settings.mode = kJudgeMode;
-    Outputs outputs;
-    outputs.color = false;
-    outputs.trace = true;
-    return session_.renderer->render(shot.camera, settings, outputs);
   }
 
   Heatmap heatmap_of(const Shot& shot, const Frame& frame) {

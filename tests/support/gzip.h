@@ -7,6 +7,14 @@
 
 namespace qs::test {
 
+template <class Bytes>
+void connect(z_stream& stream, const Bytes& from, Bytes& to) {
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<typename Bytes::value_type*>(from.data()));
+  stream.avail_in = static_cast<uInt>(from.size());
+  stream.next_out = reinterpret_cast<Bytef*>(to.data());
+  stream.avail_out = static_cast<uInt>(to.size());
+}
+
 /// One gzip member holding `plain`, a container of one-byte elements; level 1 (fast) to 9 (small).
 template <class Bytes>
 Bytes gzip(const Bytes& plain, int level) {
@@ -14,10 +22,7 @@ Bytes gzip(const Bytes& plain, int level) {
   deflateInit2(&stream, level, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
   Bytes packed(plain);
   packed.resize(plain.size() + 1000);
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<typename Bytes::value_type*>(plain.data()));
-  stream.avail_in = static_cast<uInt>(plain.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
+  connect(stream, plain, packed);
   deflate(&stream, Z_FINISH);
   packed.resize(stream.total_out);
   deflateEnd(&stream);
@@ -30,10 +35,7 @@ Bytes gunzip(const Bytes& packed) {
   z_stream stream{};
   inflateInit2(&stream, 15 + 16);
   Bytes plain(1 << 20);
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<typename Bytes::value_type*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
-  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
-  stream.avail_out = static_cast<uInt>(plain.size());
+  connect(stream, packed, plain);
   inflate(&stream, Z_FINISH);
   plain.resize(stream.total_out);
   inflateEnd(&stream);

@@ -5,6 +5,15 @@
 
 namespace qs {
 
+Frame judging_frame(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                    std::stop_token stop) {
+  settings.mode = kJudgeMode;
+  Outputs outputs;
+  outputs.color = false;
+  outputs.trace = true;
+  return renderer.render(camera, settings, outputs, HostImage{}, std::move(stop));
+}
+
 MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                         HeatQuantity quantity, int threads, std::stop_token stop) {
   if (quantity != HeatQuantity::missed) {
@@ -12,12 +21,7 @@ MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSe
         renderer.render(camera, settings, outputs_for(quantity), HostImage{}, std::move(stop));
     return {frame, make_heatmap(frame, quantity, camera.width, camera.height), std::nullopt};
   }
-  RenderSettings judging = settings;
-  judging.mode = kJudgeMode;
-  Outputs lists;
-  lists.color = false;
-  lists.trace = true;
-  const Frame judge = renderer.render(camera, judging, lists, HostImage{}, stop);
+  const Frame judge = judging_frame(renderer, camera, settings, stop);
   const Frame& frame = renderer.render(camera, settings, inspection_outputs(), HostImage{}, stop);
   ThreadPool pool(threads);
   MissedMap missed = missed_contributions(judge, frame, {camera.width, camera.height},

@@ -15,6 +15,10 @@ struct MappedFrame {
   std::optional<MissedMap> missed;  ///< of HeatQuantity::missed
 };
 
+/// What kJudgeMode lists of a view: missed_contributions() judges other frames of it by this one.
+Frame judging_frame(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                    std::stop_token stop = {});
+
 /// `threads` as in RendererOptions. Throws Error and Cancelled.
 MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                         HeatQuantity quantity, int threads = 0, std::stop_token stop = {});

@@ -17,10 +17,8 @@ std::string full_name(const Variant& variant) {
 }
 
 std::string name_beside(const Variant& variant, const Variant& other) {
-  const bool drawn_alike = variant.backend == other.backend &&
-                           (variant.backend == Backend::cpu || variant.pipeline == other.pipeline);
-  const bool reference = variant.mode == kReferenceMode || other.mode == kReferenceMode;
-  return drawn_alike || reference ? mode_name(variant.mode) : full_name(variant);
+  const bool alike = drawn_by(variant) == drawn_by(other) || other.mode == kReferenceMode;
+  return alike ? mode_name(variant.mode) : full_name(variant);
 }
 
 std::optional<Variant> find_variant(std::string_view name, const Variant& like) {

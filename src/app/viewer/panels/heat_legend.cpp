@@ -20,18 +20,16 @@ std::vector<Tick> ticks_of(const Scale& scale, const Legend& legend) {
   return ticks;
 }
 
-// The value under the cursor, empty outside of the picture.
-std::string under_cursor(const ShownFrame& shown, glm::dvec2 cursor) {
+// The value under the mouse, empty where there is none.
+std::string under_mouse(const ShownFrame& shown, const PanelMemory& memory) {
   const Heatmap& map = *shown.heatmap;
-  const int cell = std::max(map.cell_px * shown.divisor, 1);
-  const glm::ivec2 at = glm::ivec2(glm::floor(cursor)) / cell;
-  if (cursor.x < 0 || cursor.y < 0 || at.x >= map.columns || at.y >= map.rows) return {};
-  const auto index = static_cast<std::size_t>(at.y * map.columns + at.x);
+  const auto cell = cell_under_mouse(memory, map.cell_px * shown.divisor, map.columns, map.rows);
+  if (!cell) return {};
   std::string text =
-      fmt::format("here: {} {}", grouped(map.values[index]), heatmap_row(map.quantity).unit);
-  if (shown.missed && map.values[index] > 0)
-    text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[index],
-                        shown.missed->errors[index]);
+      fmt::format("here: {} {}", grouped(map.values[*cell]), heatmap_row(map.quantity).unit);
+  if (shown.missed && map.values[*cell] > 0)
+    text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[*cell],
+                        shown.missed->errors[*cell]);
   return text;
 }
 
@@ -50,8 +48,7 @@ void draw_heat_legend(const Viewer& viewer, const PanelMemory& memory) {
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoInputs |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
   ImGui::TextUnformatted(legend.title.c_str());
-  const std::string under =
-      mouse_is_free() ? under_cursor(viewer.shown, memory.cursor) : std::string();
+  const std::string under = under_mouse(viewer.shown, memory);
   const float shift = ImGui::CalcTextSize(under.c_str()).x;
   ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
   ImGui::TextColored(palette::kAccent, "%s", under.c_str());

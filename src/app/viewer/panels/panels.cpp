@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/panels/panels.h"
 
+#include <algorithm>
+
+#include <glm/common.hpp>
 #include <imgui.h>
 
 namespace qs {
 
 bool mouse_is_free() { return !ImGui::GetIO().WantCaptureMouse; }
+
+std::optional<std::size_t> cell_under_mouse(const PanelMemory& memory, int cell_px, int columns,
+                                            int rows) {
+  const glm::dvec2 cursor = memory.cursor;
+  const glm::ivec2 at = glm::ivec2(glm::floor(cursor)) / std::max(cell_px, 1);
+  const bool inside = cursor.x >= 0 && cursor.y >= 0 && at.x < columns && at.y < rows;
+  if (!inside || !mouse_is_free()) return std::nullopt;
+  return static_cast<std::size_t>(at.y * columns + at.x);
+}
 
 void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions) {
   draw_overlay(viewer, memory);

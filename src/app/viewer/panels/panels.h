@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,11 @@ struct PanelMemory {
 
 /// Everything that is open. Called between Window::begin_ui() and end_ui().
 void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions);
+
+/// Which cell of a map over the picture is under the mouse, by rows; unset beside the picture or
+/// over a panel. `cell_px`: its side in the window.
+std::optional<std::size_t> cell_under_mouse(const PanelMemory& memory, int cell_px, int columns,
+                                            int rows);
 
 /// Is the mouse over the picture and not over a panel?
 bool mouse_is_free();

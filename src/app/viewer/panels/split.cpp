@@ -106,13 +106,9 @@ void draw_pair_legend(const Viewer& viewer, const PanelMemory& memory) {
   const std::string end = grouped(scale.maximum);
   draw_color_bar([](float t) { return diverging(2 * t - 1); },
                  {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}});
-  const int side = pairs.grid.tile_px * viewer.shown.divisor;
-  const glm::ivec2 at = glm::ivec2(glm::floor(memory.cursor)) / std::max(side, 1);
-  const bool inside = memory.cursor.x >= 0 && memory.cursor.y >= 0 && at.x < pairs.grid.columns &&
-                      at.y < pairs.grid.rows && mouse_is_free();
-  const std::string under =
-      inside ? signed_text(pairs.values[static_cast<std::size_t>(at.y * pairs.grid.columns + at.x)])
-             : "-";
+  const auto tile = cell_under_mouse(memory, pairs.grid.tile_px * viewer.shown.divisor,
+                                     pairs.grid.columns, pairs.grid.rows);
+  const std::string under = tile ? signed_text(pairs.values[*tile]) : "-";
   ImGui::TextColored(palette::kFaint, "blue: the first lists fewer, orange: more; here: %s",
                      under.c_str());
 }

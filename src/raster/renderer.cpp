@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/renderer.h"
 
+#include "raster/base/fail.h"
 #include "raster/cpu/cpu_renderer.h"
-#include "raster/scene/fail.h"
 #ifdef QUADSPLAT_HAVE_CUDA
 #include "raster/cuda/cuda_renderer.h"
 #include "raster/cuda/gpu_info.h"

@@ -18,13 +18,13 @@
 
 #include <glm/vec3.hpp>
 
+#include "raster/base/progress.h"
 #include "raster/kernel/blend.h"
-#include "raster/kernel/cull/list.h"
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 #include "raster/scene/image.h"
-#include "raster/scene/progress.h"
 
 namespace qs {
 

@@ -11,11 +11,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/bench/bench_report.h"
-#include "app/command.h"
+#include "app/cli/command.h"
+#include "app/report/bench_report.h"
 #include "app/run_program.h"
-#include "io/cameras.h"
-#include "io/writer.h"
+#include "io/camera/cameras.h"
+#include "io/scene/writer.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

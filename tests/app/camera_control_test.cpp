@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Moving the camera by plain functions.
-#include "app/camera_control.h"
+#include "app/session/camera_control.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
-#include "app/framing.h"
+#include "app/session/framing.h"
 
 namespace qs {
 namespace {

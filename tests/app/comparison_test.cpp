@@ -8,7 +8,7 @@
 
 #include "app/inspect/comparison_sheet.h"
 #include "app/run_program.h"
-#include "io/image_file.h"
+#include "io/picture/image_file.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
 

@@ -10,12 +10,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/command.h"
-#include "app/photographs.h"
+#include "app/cli/command.h"
 #include "app/run_program.h"
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/writer.h"
+#include "app/session/photographs.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
 #include "raster/renderer.h"
 #include "raster/scene/image_metrics.h"
 #include "support/scenes.h"

@@ -10,11 +10,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/bench/load_times.h"
-#include "app/format_list.h"
+#include "app/cli/format_list.h"
+#include "app/measure/load_times.h"
 #include "app/run_program.h"
-#include "io/reader.h"
-#include "io/writer.h"
+#include "io/scene/reader.h"
+#include "io/scene/writer.h"
 #include "support/corpus.h"
 #include "support/scenes.h"
 #include "support/shared.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/framing.h"
+#include "app/session/framing.h"
 
 #include <cmath>
 #include <random>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Shards of bench, eval and render, joined: what one run gives, times aside.
-#include "app/bench/merge.h"
+#include "app/report/merge.h"
 
 #include <array>
 #include <fstream>
@@ -11,13 +11,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/command.h"
+#include "app/cli/command.h"
 #include "app/run_program.h"
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/writer.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
+#include "raster/base/error.h"
 #include "raster/renderer.h"
-#include "raster/scene/error.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/options.h"
+#include "app/cli/options.h"
 
 #include <functional>
 #include <optional>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 
 namespace qs {
 namespace {

@@ -8,13 +8,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/command.h"
+#include "app/cli/command.h"
 #include "app/run_program.h"
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/reader.h"
-#include "io/writer.h"
-#include "raster/kernel/cull/list.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/reader.h"
+#include "io/scene/writer.h"
+#include "raster/kernel/cull/modes.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

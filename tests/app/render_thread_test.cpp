@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The viewer's render thread without a window.
-#include "app/viewer/render_thread.h"
+#include "app/viewer/render/render_thread.h"
 
 #include <chrono>
 #include <fstream>
@@ -10,9 +10,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/jobs.h"
-#include "io/image_file.h"
-#include "io/writer.h"
+#include "app/viewer/render/jobs.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -216,7 +216,7 @@ TEST_F(RenderThreadTest, a_recorded_zoom_can_be_stopped_and_saves_nothing) {
 }
 
 TEST_F(RenderThreadTest, errors_become_sentences_and_the_thread_lives_on) {
-  thread_.run([](Studio&) { throw Error(ErrorKind::input, "scene.ply: is broken"); });
+  thread_.run([](RenderContext&) { throw Error(ErrorKind::input, "scene.ply: is broken"); });
   settle();
   ASSERT_NE(last_report<action::Say>(), nullptr);
   EXPECT_EQ(last_report<action::Say>()->text, "scene.ply: is broken");

@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run_program.h"
-#include "app/text.h"
-#include "app/viewer/input_script.h"
+#include "app/session/text.h"
+#include "app/viewer/window/input_script.h"
 #include "app/virtual_display.h"
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/json_text.h"
-#include "io/writer.h"
-#include "raster/kernel/cull/list.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
+#include "raster/kernel/cull/modes.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

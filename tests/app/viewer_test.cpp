@@ -10,16 +10,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/camera_control.h"
-#include "app/viewer/bindings.h"
-#include "app/viewer/hud_text.h"
-#include "app/viewer/input.h"
-#include "app/viewer/input_script.h"
-#include "app/viewer/preferences.h"
-#include "app/viewer/resolution.h"
-#include "app/viewer/scene_loader.h"
-#include "io/axes.h"
-#include "io/json_text.h"
+#include "app/session/camera_control.h"
+#include "app/viewer/render/resolution.h"
+#include "app/viewer/render/scene_loader.h"
+#include "app/viewer/state/bindings.h"
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/preferences.h"
+#include "app/viewer/window/input.h"
+#include "app/viewer/window/input_script.h"
+#include "io/bytes/json_text.h"
+#include "io/scene/axes.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/reader.h"
-#include "raster/scene/error.h"
+#include "io/scene/reader.h"
+#include "raster/base/error.h"
 #include "support/gzip.h"
 
 namespace qs {

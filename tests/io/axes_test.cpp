@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/axes.h"
+#include "io/scene/axes.h"
 
 #include <cmath>
 

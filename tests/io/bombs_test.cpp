@@ -12,9 +12,9 @@
 #include <zip.h>
 
 #include "io/limits.h"
-#include "io/reader.h"
-#include "io/spz.h"
-#include "raster/scene/error.h"
+#include "io/scene/reader.h"
+#include "io/scene/spz.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 #include "support/temporary_folder.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bundled cameras, written as COLMAP text, COLMAP binary and transforms.json, read back.
-#include "io/camera_formats.h"
+#include "io/camera/camera_formats.h"
 
 #include <array>
 #include <cmath>
@@ -15,9 +15,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "raster/scene/error.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "raster/base/error.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/cameras.h"
+#include "io/camera/cameras.h"
 
 #include <fstream>
 #include <functional>
@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

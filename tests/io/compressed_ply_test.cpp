@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // What the corpus has no file for: SH of degree 4.
-#include "io/compressed_ply.h"
+#include "io/scene/compressed_ply.h"
 
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/writer.h"
+#include "io/scene/writer.h"
 #include "support/corpus.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "io/limits.h"
-#include "io/reader.h"
+#include "io/scene/reader.h"
+#include "raster/base/error.h"
 #include "raster/kernel/constants.h"
-#include "raster/scene/error.h"
 #include "support/oracle.h"
 #include "support/shared.h"
 

@@ -9,11 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include "io/ksplat.h"
 #include "io/limits.h"
-#include "io/reader.h"
-#include "io/writer.h"
-#include "raster/scene/error.h"
+#include "io/scene/ksplat.h"
+#include "io/scene/reader.h"
+#include "io/scene/writer.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 #include "support/scenes.h"

@@ -2,7 +2,7 @@
 //
 // What the corpus has no small file for: node transforms, the draft's logarithms, quantised
 // numbers, repeated meshes.
-#include "io/gltf.h"
+#include "io/scene/gltf.h"
 
 #include <cmath>
 #include <cstring>
@@ -11,8 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/writer.h"
-#include "raster/scene/error.h"
+#include "io/scene/writer.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/glb.h"
 #include "support/scenes.h"

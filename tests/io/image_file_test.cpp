@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/image_file.h"
+#include "io/picture/image_file.h"
 
 #include <fstream>
 #include <iterator>
@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 #include "support/temporary_folder.h"
 
 namespace qs {

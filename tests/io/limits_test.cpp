@@ -9,7 +9,7 @@
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
-#include "io/webp_image.h"
+#include "io/picture/webp_image.h"
 #include "support/corpus.h"
 
 namespace qs::test {

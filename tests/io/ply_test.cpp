@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Variants of .ply that the corpus does not have, written here byte by byte.
-#include "io/ply.h"
+#include "io/scene/ply.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/reader.h"
-#include "raster/scene/fail.h"
+#include "io/scene/reader.h"
+#include "raster/base/fail.h"
 #include "support/corpus.h"
 
 namespace qs::test {

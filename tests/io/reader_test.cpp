@@ -2,7 +2,7 @@
 //
 // From a path to the right reader: model directories, recognition by content, and what is said
 // about everything that is no splat file.
-#include "io/reader.h"
+#include "io/scene/reader.h"
 
 #include <stop_token>
 #include <string>
@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/writer.h"
-#include "raster/scene/error.h"
+#include "io/scene/writer.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

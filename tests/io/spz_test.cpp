@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // What the corpus has no file for: .spz version 1, SH degree 4, every coordinate system.
-#include "io/spz.h"
+#include "io/scene/spz.h"
 
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
 

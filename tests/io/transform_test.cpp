@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/transform.h"
+#include "io/scene/transform.h"
 
 #include <cmath>
 

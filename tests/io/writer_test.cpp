@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/writer.h"
+#include "io/scene/writer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +13,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/cloud_order.h"
-#include "io/reader.h"
-#include "io/sh_degree.h"
-#include "raster/scene/error.h"
+#include "io/scene/cloud_order.h"
+#include "io/scene/reader.h"
+#include "io/scene/sh_degree.h"
+#include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"

@@ -7,9 +7,9 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/fast/preprocess.h"
 #include "raster/cpu/fast/spatial_order.h"
-#include "raster/cpu/preprocess.h"
 #include "support/scenes.h"
 
 namespace qs {

@@ -7,8 +7,8 @@
 #include <glm/common.hpp>
 #include <hwy/targets.h>
 
-#include "io/cameras.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "raster/cpu/fast/blocks.h"
 #include "support/gpu.h"
 #include "support/scenes.h"

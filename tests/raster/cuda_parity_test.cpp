@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The CUDA backend against the CPU's on generated scenes: equal decisions, equal images.
-#include "io/cameras.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/shared.h"

@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/reader.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/shared.h"

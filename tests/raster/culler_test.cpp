@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "raster/kernel/cull/list.h"
+#include "raster/kernel/cull/modes.h"
 #include "support/footprints.h"
 
 namespace qs {

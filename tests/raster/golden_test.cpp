@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "support/shared.h"
 

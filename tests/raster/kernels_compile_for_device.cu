@@ -3,7 +3,7 @@
 // accepts fails the build here. Never run.
 #include <tuple>
 
-#include "raster/kernel/cull/list.h"
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/sh.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/scene/parallel.h"
+#include "raster/base/parallel.h"
 
 #include <atomic>
 #include <stdexcept>

@@ -2,8 +2,8 @@
 // Tiles of other sizes on the CPU backend, and parts of the reference.
 #include <gtest/gtest.h>
 
+#include "raster/base/error.h"
 #include "raster/renderer.h"
-#include "raster/scene/error.h"
 #include "support/scenes.h"
 
 namespace qs {

@@ -2,8 +2,8 @@
 // Used pairs of the CPU backend: what a pixel blends, and what no pixel does.
 #include <gtest/gtest.h>
 
-#include "io/cameras.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "support/scenes.h"
 #include "support/shared.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/inspect/inspection.h"
-#include "raster/scene/parallel.h"
+#include "raster/base/parallel.h"
 #include "support/scenes.h"
 
 namespace qs::test {

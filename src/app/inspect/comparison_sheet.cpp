@@ -9,7 +9,7 @@
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "app/picture/stroke.h"
-#include "app/text.h"
+#include "app/session/text.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {

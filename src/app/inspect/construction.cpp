@@ -10,7 +10,7 @@
 #include "app/inspect/magnifier.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
-#include "app/text.h"
+#include "app/session/text.h"
 
 namespace qs {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "raster/scene/fail.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

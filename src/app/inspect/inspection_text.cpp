@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/text.h"
+#include "app/session/text.h"
 
 namespace qs {
 namespace {

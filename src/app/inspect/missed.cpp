@@ -7,9 +7,9 @@
 #include <glm/common.hpp>
 
 #include "app/inspect/pixel.h"
-#include "app/text.h"
+#include "app/session/text.h"
+#include "raster/base/error.h"
 #include "raster/kernel/composite.h"
-#include "raster/scene/error.h"
 
 namespace qs {
 namespace {

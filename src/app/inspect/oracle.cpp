@@ -11,7 +11,7 @@
 #include <glm/common.hpp>
 
 #include "app/inspect/pixel.h"
-#include "app/text.h"
+#include "app/session/text.h"
 
 namespace qs {
 namespace {

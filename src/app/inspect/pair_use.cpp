@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "raster/base/error.h"
 #include "raster/kernel/composite.h"
-#include "raster/scene/error.h"
 
 namespace qs {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/inspect/pixel.h"
-#include "raster/scene/parallel.h"
+#include "raster/base/parallel.h"
 
 namespace qs {
 

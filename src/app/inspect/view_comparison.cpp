@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/compare.h"
+#include "app/inspect/compare.h"
 
 namespace qs {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <imgui.h>
 
-#include "app/assets.h"
+#include "app/session/assets.h"
 
 namespace qs {
 namespace {

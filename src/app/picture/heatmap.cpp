@@ -7,7 +7,7 @@
 
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
-#include "app/text.h"
+#include "app/session/text.h"
 
 namespace qs {
 namespace {

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/report/work_folder.h"
-#include "io/image_file.h"
-#include "io/json_text.h"
+#include "io/bytes/json_text.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {

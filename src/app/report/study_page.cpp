@@ -9,7 +9,7 @@
 #include "app/report/html_page.h"
 #include "app/report/study_plots.h"
 #include "app/report/work_folder.h"
-#include "app/text.h"
+#include "app/session/text.h"
 
 namespace qs {
 namespace {

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "app/picture/palette.h"
+
 namespace qs {
 namespace {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/bench/plot.h"
+#include "app/report/plot.h"
 #include "app/report/scene_study.h"
 
 namespace qs {

@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "raster/scene/fail.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 

@@ -9,20 +9,20 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
-#include "app/stats_file.h"
-#include "app/text.h"
-#include "app/viewer/frame_orders.h"
-#include "app/viewer/hud_text.h"
-#include "app/viewer/jobs.h"
+#include "app/report/stats_file.h"
+#include "app/session/text.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/photograph_texture.h"
-#include "app/viewer/preferences.h"
-#include "app/viewer/presenter.h"
-#include "app/viewer/script_player.h"
-#include "app/viewer/window.h"
-#include "io/cameras.h"
-#include "io/image_file.h"
-#include "raster/scene/fail.h"
+#include "app/viewer/render/frame_orders.h"
+#include "app/viewer/render/jobs.h"
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/preferences.h"
+#include "app/viewer/window/photograph_texture.h"
+#include "app/viewer/window/presenter.h"
+#include "app/viewer/window/script_player.h"
+#include "app/viewer/window/window.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "app/frame_options.h"
+#include "app/session/session.h"
 
 namespace qs {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cassert>
 
-#include "raster/cpu/classic.h"
+#include "raster/base/fail.h"
+#include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/pipeline.h"
 #include "raster/cpu/reference.h"
 #include "raster/cpu/stage_clock.h"
-#include "raster/scene/fail.h"
 
 namespace qs {
 namespace cpu {

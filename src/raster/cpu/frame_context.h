@@ -5,9 +5,9 @@
 
 #include <stop_token>
 
+#include "raster/base/parallel.h"
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
-#include "raster/scene/parallel.h"
 
 namespace qs::cpu {
 

@@ -3,7 +3,7 @@
 
 #include <unistd.h>
 
-#include "raster/scene/fail.h"
+#include "raster/base/fail.h"
 
 namespace qs::cpu {
 

@@ -9,7 +9,7 @@
 
 #include <cuda_runtime.h>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 
 namespace qs::cuda {
 

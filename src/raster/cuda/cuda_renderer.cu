@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cassert>
 
-#include "raster/cuda/classic.cuh"
+#include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/cuda_renderer.h"
 #include "raster/cuda/fast/pipeline.cuh"
 #include "raster/cuda/gl_target.cuh"

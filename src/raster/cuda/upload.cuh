@@ -4,10 +4,10 @@
 // neighbouring threads read neighbouring addresses.
 #pragma once
 
+#include "raster/base/progress.h"
 #include "raster/cuda/device_buffer.cuh"
 #include "raster/kernel/footprint.h"
 #include "raster/scene/gaussian_cloud.h"
-#include "raster/scene/progress.h"
 
 namespace qs::cuda {
 

@@ -4,9 +4,9 @@
 // upload on the host, in double precision, so that every backend starts from the same bits.
 #pragma once
 
+#include "raster/base/parallel.h"
 #include "raster/kernel/footprint.h"
 #include "raster/scene/gaussian_cloud.h"
-#include "raster/scene/parallel.h"
 
 namespace qs {
 

@@ -6,8 +6,8 @@
 // Sums are in double precision, and results do not depend on the number of threads.
 #pragma once
 
+#include "raster/base/parallel.h"
 #include "raster/scene/image.h"
-#include "raster/scene/parallel.h"
 
 namespace qs {
 

@@ -9,9 +9,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "io/cameras.h"
-#include "io/reader.h"
-#include "raster/cpu/classic.h"
+#include "io/camera/cameras.h"
+#include "io/scene/reader.h"
+#include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
 #include "support/scenes.h"

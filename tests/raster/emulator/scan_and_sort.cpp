@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What src/raster/cuda/scan_and_sort.cu does with CUB, on the host.
-#include "raster/cuda/scan_and_sort.cuh"
+#include "raster/cuda/classic/scan_and_sort.cuh"
 
 #include <numeric>
 #include <vector>

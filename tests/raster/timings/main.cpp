@@ -15,8 +15,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/cameras.h"
-#include "io/reader.h"
+#include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/scenes.h"

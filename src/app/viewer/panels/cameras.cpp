@@ -5,7 +5,7 @@
 #include <imgui.h>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {

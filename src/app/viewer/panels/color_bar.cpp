@@ -3,7 +3,7 @@
 
 #include <imgui.h>
 
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 

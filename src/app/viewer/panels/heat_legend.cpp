@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/text.h"
+#include "app/session/text.h"
 #include "app/viewer/panels/color_bar.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {

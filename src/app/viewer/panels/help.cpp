@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <imgui.h>
 
-#include "app/viewer/bindings.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
+#include "app/viewer/state/bindings.h"
 
 namespace qs {
 namespace {

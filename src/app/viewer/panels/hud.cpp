@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/viewer/hud_text.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
+#include "app/viewer/state/hud_text.h"
 
 namespace qs {
 namespace {

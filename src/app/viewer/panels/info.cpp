@@ -7,10 +7,10 @@
 #include <glm/trigonometric.hpp>
 #include <imgui.h>
 
-#include "app/camera_control.h"
-#include "app/text.h"
+#include "app/session/camera_control.h"
+#include "app/session/text.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/text.h"
-#include "app/viewer/bindings.h"
+#include "app/session/text.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
+#include "app/viewer/state/bindings.h"
 
 namespace qs {
 namespace {

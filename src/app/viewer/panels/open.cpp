@@ -11,8 +11,8 @@
 #include <imgui_stdlib.h>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
-#include "io/reader.h"
+#include "app/viewer/panels/style.h"
+#include "io/scene/reader.h"
 
 namespace qs {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <imgui.h>
 
-#include "app/camera_control.h"
+#include "app/session/camera_control.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/style.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/actions.h"
+#include "app/viewer/state/actions.h"
 
 namespace qs {
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
-#include "raster/kernel/cull/list.h"
+#include "raster/kernel/cull/modes.h"
 
 namespace qs::cpu::fast {
 

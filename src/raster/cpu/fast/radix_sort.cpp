@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "raster/scene/error.h"
+#include "raster/base/error.h"
 
 namespace qs::cpu::fast {
 namespace {

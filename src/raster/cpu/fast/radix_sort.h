@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <stop_token>
 
+#include "raster/base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
-#include "raster/scene/parallel.h"
 
 namespace qs::cpu::fast {
 

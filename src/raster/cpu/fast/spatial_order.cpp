@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "raster/base/morton.h"
 #include "raster/cpu/fast/radix_sort.h"
 #include "raster/kernel/constants.h"
-#include "raster/scene/morton.h"
 
 namespace qs::cpu::fast {
 namespace {

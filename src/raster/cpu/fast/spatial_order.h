@@ -5,8 +5,8 @@
 // from wherever that one is.
 #pragma once
 
+#include "raster/base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
-#include "raster/scene/parallel.h"
 
 namespace qs::cpu::fast {
 

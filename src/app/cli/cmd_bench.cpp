@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat bench: scenes x views x culling modes -> a table, CSV, JSON, Markdown and plots.
+#include <algorithm>
+#include <cstdio>
+
+#include "app/cli/command.h"
+#include "app/cli/view_choice.h"
+#include "app/measure/load_times.h"
+#include "app/measure/measure_view.h"
+#include "app/measure/noise.h"
+#include "app/measure/replicate.h"
+#include "app/measure/scene_facts.h"
+#include "app/measure/shard.h"
+#include "app/report/markdown.h"
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/session/framing.h"
+#include "app/session/progress_bar.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct BenchCommand {
+  FrameOptions frame;
+  std::vector<std::filesystem::path> scenes;
+  std::vector<int> camera_indices;  // empty: all
+  ViewPlan plan;
+  std::optional<std::filesystem::path> out_dir, camera_path;
+  std::optional<glm::ivec2> replicate;
+  int path_steps = 32, scaling = 0;
+  Shard shard;
+  bool psnr = false, load = false;
+};
+
+std::vector<int> parse_indices(const std::string& text) {
+  std::vector<int> indices;
+  for (const std::string& word : separated(text))
+    indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
+  return indices;
+}
+
+bool parse(BenchCommand& command, Arguments arguments) {
+  command.frame.modes.clear();
+  Options options("bench", "measures the culling modes on scenes and views");
+  options.positionals("SCENE", command.scenes, "splat files or model folders");
+  declare_common_options(options, command.frame);
+  options.value("--camera-index", "N,..", "cameras of the file (default: all of them)",
+                [&](const std::string& text) { command.camera_indices = parse_indices(text); });
+  options.text("--camera-path", "FILE", command.camera_path, "keyframes: measures along the path");
+  options.integer("--path-steps", "N", 2, 100000, command.path_steps, "views along the path");
+  options.integer("--frames", "N", 1, 100000, command.plan.frames,
+                  "measured frames per mode and view (default: 100)");
+  options.integer("--warmup", "N", 0, 100000, command.plan.warmup,
+                  "frames before them (default: 20)");
+  options.integer("--rounds", "N", 1, 1000, command.plan.rounds,
+                  "repeats everything and tells how far the rounds' medians differ");
+  options.flag("--load", command.load, "measures reading the scenes instead, by stages");
+  options.flag("--psnr", command.psnr, "adds PSNR against mode reference (seconds per view)");
+  options.value(
+      "--replicate", "NxM", "lays copies of each scene on a grid",
+      [&](const std::string& text) { command.replicate = parse_size("--replicate", text); });
+  options.integer("--scaling", "N", 2, 100, command.scaling,
+                  "measures grids of 1x1, 2x2, .. NxN copies, framed, and plots cost against size");
+  options.value("--shard", "I/N", "measures every N-th view from the I-th; see quadsplat merge",
+                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
+  options.text("--out-dir", "DIR", command.out_dir, "bench.csv, .json, .md and plots");
+  options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
+                  "all modes on every camera of a scene");
+  options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
+                  "two modes on two views of two scenes, three times");
+  if (!options.parse(arguments)) return false;
+  if (command.frame.modes.empty()) command.frame.modes = all_modes();
+  if (command.scaling > 0 && (command.replicate || command.camera_path)) {
+    fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
+  }
+  if (command.camera_path && !command.camera_indices.empty()) {
+    fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
+  }
+  return true;
+}
+
+struct View {
+  Camera camera;
+  std::string name;
+};
+
+int run_load_bench(const BenchCommand& command) {
+  std::vector<LoadTimes> rows;
+  for (const std::filesystem::path& path : command.scenes) {
+    rows.push_back(measure_loading(path, std::max(command.plan.rounds, 5)));
+  }
+  fmt::print("{}", format_load_times(rows));
+  return kExitOk;
+}
+
+class Bench {
+ public:
+  Bench(const BenchCommand& command, Arguments arguments) : command_(command) {
+    for (const std::string& word : arguments) flags_.push_back(word);
+  }
+
+  int run() {
+    const int sizes = std::max(command_.scaling, 1);
+    parts_ = command_.scenes.size() * static_cast<std::size_t>(sizes);
+    for (const std::filesystem::path& path : command_.scenes) {
+      for (int size = 1; size <= sizes; ++size) {
+        one_scene(path, command_.scaling > 0 ? glm::ivec2(size)
+                                             : command_.replicate.value_or(glm::ivec2(1)));
+      }
+    }
+    report_.view_count = view_;
+    fmt::print("{}", format_markdown(report_));
+    if (const std::string noise = noise_sentence(report_.rows); !noise.empty())
+      fmt::print(stderr, "quadsplat: warning: {}\n", noise);
+    if (command_.out_dir) {
+      const std::string problem = write_report(report_, *command_.out_dir);
+      if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
+      fmt::print(stderr, "wrote {}\n", command_.out_dir->string());
+    }
+    return kExitOk;
+  }
+
+ private:
+  void one_scene(const std::filesystem::path& path, glm::ivec2 copies) {
+    FrameOptions frame = command_.frame;
+    frame.scene = path;
+    const bool grid = copies != glm::ivec2(1);
+    Session session = open_session(frame, [&](Scene& scene) {
+      if (grid) scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
+    });
+    if (report_.environment.is_null()) describe(session);
+    std::string name = scene_name(session.scene.path);
+    if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
+    if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
+    report_.scenes.push_back(scene_facts(session.scene, name));
+    const std::vector<View> views = choose_views(frame, session.scene);
+    ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
+    for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
+      if (!command_.shard.takes(view_)) continue;
+      Progress progress = bar.progress();
+      if (progress.report) {
+        progress.report = [i, &views, report = progress.report](float done) {
+          report((static_cast<float>(i) + done) / static_cast<float>(views.size()));
+        };
+      }
+      one_view(session, name, views[i], progress);
+    }
+  }
+
+  void one_view(Session& session, const std::string& name, const View& view,
+                const Progress& progress) {
+    const std::vector<CullMode>& modes = command_.frame.modes;
+    std::vector<BenchRow> rows = measure_view(session, modes, view.camera, command_.plan, progress);
+    const std::vector<double> psnrs =
+        command_.psnr ? psnr_per_mode(session, view.camera) : std::vector<double>();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      rows[i].scene = name;
+      rows[i].camera = view.name;
+      rows[i].view = view_;
+      if (command_.psnr) rows[i].psnr_vs_reference = psnrs[i];
+      report_.rows.push_back(rows[i]);
+    }
+  }
+
+  std::vector<View> choose_views(const FrameOptions& frame, const Scene& scene) const {
+    constexpr glm::ivec2 kFramingSize{1280, 720};
+    std::vector<View> views;
+    if (command_.scaling > 0) {
+      const glm::ivec2 size = frame.size.value_or(kFramingSize);
+      return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), "framing"}};
+    }
+    CameraChoice choice;
+    choice.path = command_.camera_path;
+    choice.frames = command_.path_steps;
+    const auto add = [&] {
+      for (const Shot& shot : choose_shots(choice, frame, scene)) {
+        const bool of_file = shot.number >= 0 && !choice.path;
+        views.push_back({shot.camera, of_file ? fmt::format("{}", shot.number) : shot.origin});
+      }
+    };
+    for (const int index : command_.camera_indices) {
+      choice.index = index;
+      add();
+    }
+    if (command_.camera_indices.empty()) {
+      choice.all = !choice.path && (frame.cameras || find_cameras_file(scene.path));
+      add();
+    }
+    return views;
+  }
+
+  // Of images that were not measured: the measured ones never leave the device.
+  std::vector<double> psnr_per_mode(Session& session, const Camera& camera) const {
+    RenderSettings settings = session.settings;
+    settings.mode = kReferenceMode;
+    std::unique_ptr<Renderer> oracle;
+    if (session.backend != Backend::cpu)
+      oracle = upload_scene(session.scene.cloud, Backend::cpu, command_.frame.renderer);
+    const Image truth = (oracle ? *oracle : *session.renderer).render(camera, settings).color;
+    std::vector<double> psnrs;
+    for (const CullMode mode : command_.frame.modes) {
+      settings.mode = mode;
+      psnrs.push_back(psnr_8bit(session.renderer->render(camera, settings).color, truth));
+    }
+    return psnrs;
+  }
+
+  // Rows are grouped by the scene's name, and two files may have one name.
+  bool is_taken(const std::string& name) const {
+    return std::any_of(report_.scenes.begin(), report_.scenes.end(),
+                       [&](const auto& scene) { return scene["name"] == name; });
+  }
+
+  void describe(const Session& session) {
+    report_.environment = environment_json(session);
+    report_.environment["flags"] = flags_;
+    report_.environment["frames"] = command_.plan.frames;
+    report_.environment["warmup"] = command_.plan.warmup;
+    report_.environment["rounds"] = command_.plan.rounds;
+    report_.environment["scaling"] = command_.scaling > 0;
+    report_.scenes = nlohmann::ordered_json::array();
+  }
+
+  const BenchCommand& command_;
+  std::vector<std::string> flags_;
+  BenchReport report_;
+  std::size_t view_ = 0;   // number of the next (scene, camera)
+  std::size_t parts_ = 0;  // scenes to load
+};
+
+}  // namespace
+
+int run_bench(Arguments arguments) {
+  BenchCommand command;
+  if (!parse(command, arguments)) return kExitOk;
+  return command.load ? run_load_bench(command) : Bench(command, arguments).run();
+}
+
+}  // namespace qs

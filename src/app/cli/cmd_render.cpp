@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat render: views x culling modes -> pictures, a mode table, statistics, a comparison.
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "app/cli/command.h"
+#include "app/cli/frame_options.h"
+#include "app/cli/view_choice.h"
+#include "app/inspect/compare.h"
+#include "app/inspect/mapped_frame.h"
+#include "app/measure/measure.h"
+#include "app/measure/shard.h"
+#include "app/picture/heatmap.h"
+#include "app/report/stats_file.h"
+#include "app/session/frame_metadata.h"
+#include "io/picture/image_file.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct RenderCommand {
+  FrameOptions frame;
+  CameraChoice cameras;
+  std::optional<std::filesystem::path> output, stats, reference;
+  std::optional<HeatQuantity> heatmap;
+  std::optional<int> repeats, heatmap_max;
+  std::optional<Shard> shard;
+  double reference_threshold = 0;
+  bool psnr = false;
+
+  bool several_modes() const { return frame.modes.size() > 1; }
+  bool measures() const { return several_modes() || repeats.has_value() || psnr; }
+};
+
+std::vector<std::string> heatmap_names() {
+  std::vector<std::string> names;
+  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
+  names.emplace_back(kMissedHeatmap.name);
+  return names;
+}
+
+bool parse(RenderCommand& command, Arguments arguments) {
+  Options options("render", "renders a scene to picture files");
+  declare_frame_options(options, command.frame);
+  declare_camera_choice(options, command.cameras);
+  options.text("--output", "FILE", command.output, "picture: .png, .ppm, .pfm, .exr, .jpg, ...");
+  options.choice(
+      "--heatmap", heatmap_names(),
+      [&](int chosen) { command.heatmap = static_cast<HeatQuantity>(chosen); },
+      "draws what the frame cost, wasted or lost over it, with a scale");
+  options.integer("--heatmap-max", "N", 1, 1'000'000'000, command.heatmap_max,
+                  "end of the scale (default: from the first frame)");
+  options.text("--stats", "FILE", command.stats, "the frames' statistics as JSON; - = stdout");
+  options.integer(
+      "--repeats", "N", 1, 100000, command.repeats,
+      "measured frames per picture, after one that warms up (default with several modes: 3)");
+  options.flag("--psnr", command.psnr,
+               "adds each mode's PSNR against mode reference (slow) to the table");
+  options.text("--reference", "FILE", command.reference,
+               "picture to compare with; writes OUT.difference.png");
+  options.real("--reference-threshold", "DB", 0, 1000, command.reference_threshold,
+               "ends with exit code 4 when the PSNR is lower");
+  options.value("--shard", "I/N",
+                "renders every N-th picture of --all-cameras or --camera-path from the I-th; see "
+                "quadsplat merge",
+                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
+  options.example("quadsplat render garden/ --camera-index 0 --output garden.png",
+                  "one view of a trained model");
+  options.example("quadsplat render plush.spz --cull all --psnr --output plush.png",
+                  "compares the culling modes on one view");
+  options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
+                  "where the tile pairs are");
+  options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
+                  "the pictures of a flight: f_0000.png to f_0239.png");
+  return options.parse(arguments);
+}
+
+void check(const RenderCommand& command) {
+  if (command.heatmap == HeatQuantity::missed) {
+    for (const CullMode mode : command.frame.modes) {
+      if (mode == kReferenceMode)
+        fail(ErrorKind::usage, "render: --heatmap missed: mode reference has no lists to miss any");
+    }
+  }
+  if (!command.output && !command.stats && !command.measures() && !command.reference) {
+    fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
+  }
+  if (command.reference && (command.several_modes() || command.cameras.several())) {
+    fail(ErrorKind::usage,
+         "render: --reference compares one picture: choose one camera and one mode");
+  }
+  if (command.reference_threshold > 0 && !command.reference) {
+    fail(ErrorKind::usage, "render: --reference-threshold needs --reference");
+  }
+  if (command.cameras.frames && !command.cameras.path) {
+    fail(
+        ErrorKind::usage,
+        "render: --frames counts the pictures along a --camera-path, and there is none; to measure "
+        "a picture several times use --repeats");
+  }
+  if (command.shard && !command.cameras.several()) {
+    fail(ErrorKind::usage,
+         "render: --shard shares the pictures of --all-cameras or --camera-path: give one of them");
+  }
+  if (command.shard && command.heatmap && !command.heatmap_max) {
+    fail(ErrorKind::usage,
+         "render: --shard with --heatmap needs --heatmap-max, so that all shards have one scale");
+  }
+}
+
+// One run of the command over its views.
+class Run {
+ public:
+  explicit Run(const RenderCommand& command)
+      : command_(command), session_(open_session(command.frame)) {}
+
+  int all_shots() {
+    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_.scene);
+    const Shard shard = command_.shard.value_or(Shard());
+    for (std::size_t view = 0; view < shots.size(); ++view) {
+      if (shard.takes(view)) one_shot(shots[view], view);
+    }
+    if (command_.stats) {
+      write_stats(*command_.stats, format_stats(session_, records_, shots.size()));
+    }
+    return exit_code_;
+  }
+
+ private:
+  void one_shot(const Shot& shot, std::size_t view) {
+    Outputs outputs;
+    const bool missed = command_.heatmap == HeatQuantity::missed;
+    outputs.trace = missed;
+    if (command_.heatmap && !missed) outputs = outputs_for(*command_.heatmap);
+    if (missed) judge_ = judging_frame(*session_.renderer, shot.camera, session_.settings);
+    const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
+    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
+    const Image truth = command_.psnr ? reference_image(shot) : Image();
+    const std::size_t first_record = records_.size();
+    std::vector<double> psnrs;
+    std::vector<ModeResult> results =
+        measure_modes(*session_.renderer, shot.camera, session_.settings, outputs, plan,
+                      [&](CullMode mode, const Frame& frame) {
+                        records_.push_back({shot, view, {}, save(shot, mode, frame), std::nullopt});
+                        if (command_.reference)
+                          compare_with_reference(frame.color, records_.back());
+                        if (command_.psnr) psnrs.push_back(psnr_8bit(frame.color, truth));
+                      });
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      if (command_.psnr) results[i].psnr = psnrs[i];
+      if (command_.stats && session_.backend != Backend::cpu) {  // the CPU has them always
+        mark_stages(*session_.renderer, shot.camera, session_.settings, results[i]);
+      }
+      records_[first_record + i].result = results[i];
+    }
+    if (command_.measures()) {
+      fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}\n{}", shot.origin,
+                 shot.camera.width, shot.camera.height,
+                 kBackendNames[static_cast<int>(session_.backend)], repeats,
+                 repeats == 1 ? "" : "s", format_mode_table(results));
+    }
+  }
+
+  // The fp64 image of this view; the CPU renders it whatever the session's backend.
+  Image reference_image(const Shot& shot) {
+    if (session_.backend != Backend::cpu && !oracle_) {
+      oracle_ = upload_scene(session_.scene.cloud, Backend::cpu, command_.frame.renderer);
+    }
+    RenderSettings settings = session_.settings;
+    settings.mode = kReferenceMode;
+    return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
+  }
+
+  Heatmap heatmap_of(const Shot& shot, const Frame& frame) {
+    const glm::ivec2 size(shot.camera.width, shot.camera.height);
+    if (command_.heatmap != HeatQuantity::missed)
+      return make_heatmap(frame, *command_.heatmap, size.x, size.y);
+    ThreadPool pool(command_.frame.renderer.threads);
+    const MissedMap map =
+        missed_contributions(judge_, frame, size, session_.settings.background, pool);
+    fmt::print(stderr, "{}\n", missed_sentence(map));
+    return missed_heatmap(map);
+  }
+
+  // Writes the frame's picture; returns its path, empty without --output.
+  std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
+    if (!command_.output) return {};
+    const char* name = mode_name(mode);
+    std::filesystem::path path = *command_.output;
+    if (command_.cameras.several()) path = with_shot(path, shot);
+    if (command_.several_modes()) path = with_word(path, name);
+    ImageMetadata metadata = frame_metadata(session_.scene.path, shot.camera, mode, frame.stats);
+    if (command_.heatmap) {
+      const Heatmap map = heatmap_of(shot, frame);
+      if (!scale_)
+        scale_ = command_.heatmap_max
+                     ? round_scale(static_cast<std::uint32_t>(*command_.heatmap_max))
+                     : scale_for(map.values);
+      metadata["Heatmap"] = heatmap_row(map.quantity).name;
+      metadata["HeatmapTotal"] = fmt::format("{}", map.total);
+      write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
+    } else {
+      write_image(frame.color, path, metadata);
+    }
+    fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, name,
+               shot.camera.width, shot.camera.height);
+    return path.string();
+  }
+
+  void compare_with_reference(const Image& color, FrameRecord& record) {
+    const Image reference = read_reference(*command_.reference, color.width, color.height);
+    const Comparison comparison = compare(color, reference);
+    record.reference_psnr = comparison.psnr;
+    fmt::print(report(), "PSNR {} dB against {}, largest difference {} of 255\n",
+               decibels(comparison.psnr), command_.reference->string(), comparison.largest);
+    if (command_.output) {
+      const std::filesystem::path path = difference_path(*command_.output);
+      write_image(comparison.difference, path);
+      fmt::print(stderr, "wrote {} (differences amplified {} times)\n", path.string(),
+                 comparison.amplification);
+    }
+    if (comparison.psnr < command_.reference_threshold) {
+      fmt::print(stderr, "quadsplat: the PSNR of {} dB is below the threshold of {} dB\n",
+                 decibels(comparison.psnr), command_.reference_threshold);
+      exit_code_ = kExitComparison;
+    }
+  }
+
+  // Where text for people goes: stdout, unless the statistics take it.
+  std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
+
+  const RenderCommand& command_;
+  Session session_;
+  std::unique_ptr<Renderer> oracle_;
+  Frame judge_;                 // of --heatmap missed
+  std::optional<Scale> scale_;  // of the first heat map, so that all of a run can be compared
+  std::vector<FrameRecord> records_;
+  int exit_code_ = kExitOk;
+};
+
+}  // namespace
+
+int run_render(Arguments arguments) {
+  RenderCommand command;
+  if (!parse(command, arguments)) return kExitOk;
+  check(command);
+  return Run(command).all_shots();
+}
+
+}  // namespace qs

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat report: a page that explains where a scene's work is, and which modes avoid it.
+#include <cstdio>
+
+#include "app/cli/command.h"
+#include "app/cli/view_choice.h"
+#include "app/inspect/construction.h"
+#include "app/inspect/mapped_frame.h"
+#include "app/measure/scene_facts.h"
+#include "app/picture/heatmap.h"
+#include "app/report/stats_file.h"
+#include "app/report/study_page.h"
+#include "app/report/write_report.h"
+#include "app/session/environment.h"
+#include "app/session/progress_bar.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+constexpr int kPictureWidth = 800;
+
+struct ReportCommand {
+  FrameOptions frame;
+  CameraChoice cameras;
+  std::optional<std::filesystem::path> output;
+  int views = 4;
+};
+
+bool parse(ReportCommand& command, Arguments arguments) {
+  Options options("report", "writes a page that explains a scene's costs");
+  declare_frame_options(options, command.frame);
+  declare_camera_choice(options, command.cameras);
+  options.integer("--views", "N", 1, 100000, command.views,
+                  "at most so many of the cameras, evenly spread (default: 4)");
+  options.text("--output", "DIR|FILE.html", command.output, "the page; DIR gets a report.html");
+  options.example("quadsplat report plush.spz --cameras plush/cameras.json --output plush.html",
+                  "what the Gaussians of a scene look like, and what they cost");
+  if (!options.parse(arguments)) return false;
+  if (!command.output) {
+    fail(ErrorKind::usage, "report: --output is missing (see 'quadsplat report --help')");
+  }
+  if (command.frame.backend == Backend::cuda) {
+    fail(ErrorKind::usage,
+         "report: it studies several tile sizes, which runs with --backend cpu only");
+  }
+  command.frame.backend = Backend::cpu;
+  return true;
+}
+
+std::vector<Shot> choose_views(const ReportCommand& command, const Scene& scene) {
+  CameraChoice choice = command.cameras;
+  const bool chosen = choice.index || choice.json || choice.several();
+  const bool has_file = command.frame.cameras || find_cameras_file(scene.path);
+  if (!chosen && has_file) choice.all = true;
+  const std::vector<Shot> all = choose_shots(choice, command.frame, scene);
+  const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
+  std::vector<Shot> shots;
+  for (std::size_t i = 0; i < count; ++i) shots.push_back(all[i * all.size() / count]);
+  return shots;
+}
+
+/// The page's file. Found out before the work is done, which takes a minute.
+std::filesystem::path output_file(const std::filesystem::path& output) {
+  if (output.extension() != ".html") {
+    make_folder(output);
+    return output / "report.html";
+  }
+  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+  if (!std::filesystem::is_directory(folder)) {
+    fail("{}: cannot be written: the folder {} does not exist", output.string(), folder.string());
+  }
+  return output;
+}
+
+class Report {
+ public:
+  explicit Report(const ReportCommand& command)
+      : command_(command),
+        path_(output_file(*command.output)),
+        session_(open_session(command.frame)),
+        shots_(choose_views(command, session_.scene)),
+        pool_(command.frame.renderer.threads) {}
+
+  int run() {
+    std::vector<Camera> cameras;
+    for (const Shot& shot : shots_) cameras.push_back(shot.camera);
+    ProgressBar bar("studying");
+    const SceneStudy study =
+        study_scene(*session_.renderer, cameras, session_.settings, pool_, bar.progress());
+    const std::string name = scene_name(session_.scene.path);
+    const StudyPage page{study,      name,           view_names(), plots_caption(name),
+                         pictures(), telling(study), made_with()};
+    std::string problem;
+    const std::string html = format_study_page(page, problem);
+    if (!problem.empty()) fmt::print(stderr, "quadsplat: report: no plots: {}\n", problem);
+    write_stats(path_, html);
+    fmt::print(stderr, "wrote {} ({})\n", path_.string(), bytes_text(html.size()));
+    return kExitOk;
+  }
+
+ private:
+  std::string size() const {
+    const Camera& first = shots_.front().camera;
+    return fmt::format("{} x {} pixels", first.width, first.height);
+  }
+
+  std::string view_names() const {
+    std::vector<std::string> names;
+    for (const Shot& shot : shots_) names.push_back(shot.origin);
+    return fmt::format("{}, {}", joined(names, ", "), size());
+  }
+
+  std::string plots_caption(const std::string& name) const {
+    return fmt::format("{}, {} view{}, {}", name, shots_.size(), shots_.size() == 1 ? "" : "s",
+                       size());
+  }
+
+  const Frame& render(CullMode mode, const Outputs& outputs) {
+    RenderSettings settings = session_.settings;
+    settings.mode = mode;
+    return session_.renderer->render(shots_.front().camera, settings, outputs);
+  }
+
+  CaptionedImage small(const Image& image, const std::string& caption) {
+    if (image.width <= kPictureWidth) return {image, caption};
+    Image clamped = image;
+    clamp_to_unit(clamped);
+    return {area_average(clamped, kPictureWidth, image.height * kPictureWidth / image.width, pool_),
+            caption};
+  }
+
+  CaptionedImage heat(CullMode mode, HeatQuantity quantity, const char* caption) {
+    const Camera& camera = shots_.front().camera;
+    const char* name = mode_name(mode);
+    RenderSettings settings = session_.settings;
+    settings.mode = mode;
+    const MappedFrame mapped = draw_mapped(*session_.renderer, camera, settings, quantity,
+                                           command_.frame.renderer.threads);
+    return small(
+        draw_heatmap(mapped.frame.color, mapped.heatmap, scale_for(mapped.heatmap.values), name),
+        fmt::format("{}: {}", name, caption));
+  }
+
+  std::vector<CaptionedImage> pictures() {
+    const CullMode square = find_culler("3dgs"), dual = find_culler("dualbox");
+    return {
+        small(render(kDefaultMode, {}).color, shots_.front().origin),
+        heat(square, HeatQuantity::pairs, "where its pairs are."),
+        heat(kDefaultMode, HeatQuantity::pairs, "where its pairs are."),
+        heat(kDefaultMode, HeatQuantity::evaluated, "how far each pixel goes through its list."),
+        heat(kDefaultMode, HeatQuantity::false_positive, "where they are listed in vain."),
+        heat(dual, HeatQuantity::missed, "what is lost when two of the four boxes are left out.")};
+  }
+
+  std::vector<CaptionedImage> telling(const SceneStudy& study) {
+    if (study.telling.saved == 0) return {};
+    const Shot& shot = shots_[study.telling.view];
+    const Frame& frame =
+        session_.renderer->render(shot.camera, session_.settings, inspection_outputs());
+    const std::optional<std::size_t> slot = slot_of(frame.trace, study.telling.gaussian);
+    if (!slot) return {};
+    const glm::ivec2 size(shot.camera.width, shot.camera.height);
+    const glm::vec2 mean = frame.trace.footprints[*slot].mean_px;
+    const glm::ivec2 pixel(clamp_to_int(mean.x + 0.5f, size.x - 1),
+                           clamp_to_int(mean.y + 0.5f, size.y - 1));
+    const Inspection inspection =
+        inspect(frame, size, pixel, session_.settings.background, study.telling.gaussian);
+    const std::string where =
+        fmt::format("{} \u00b7 {}", scene_name(session_.scene.path), shot.origin);
+    return {{draw_construction({inspection, frame.color, frame.grid, where}),
+             "Its ellipse, the boxes of the modes, and the tiles that each of them lists."}};
+  }
+
+  std::string made_with() const {
+    const Environment environment = read_environment();
+    return fmt::format(
+        "quadsplat {} (commit {}) on {}, {}. Scene file {}, {}. Counts do not depend on the "
+        "machine; quadsplat report draws this page again, quadsplat inspect shows any pixel and "
+        "Gaussian as above.",
+        environment.version, environment.commit, environment.cpu, environment.utc,
+        session_.scene.path.filename().string(), file_hash(session_.scene.path));
+  }
+
+  const ReportCommand& command_;
+  std::filesystem::path path_;
+  Session session_;
+  std::vector<Shot> shots_;
+  ThreadPool pool_;
+};
+
+}  // namespace
+
+int run_report(Arguments arguments) {
+  ReportCommand command;
+  if (!parse(command, arguments)) return kExitOk;
+  return Report(command).run();
+}
+
+}  // namespace qs

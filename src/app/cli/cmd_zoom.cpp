@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat zoom: cost of the culling modes while a camera dollies towards a target, kept in a
+// folder that can be replayed.
+#include <algorithm>
+#include <cstdio>
+
+#include "app/cli/command.h"
+#include "app/cli/view_choice.h"
+#include "app/measure/scene_facts.h"
+#include "app/measure/zoom_path.h"
+#include "app/report/stats_file.h"
+#include "app/report/zoom_recording.h"
+#include "app/session/progress_bar.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct ZoomCommand {
+  FrameOptions frame;
+  std::vector<std::filesystem::path> scenes;  // one, or none with --replay
+  std::optional<int> from_camera;
+  std::optional<glm::dvec3> target;
+  std::optional<std::filesystem::path> out_dir, replay;
+  int steps = 32;
+  double closest = 0.05;
+  ViewPlan plan{20, 3, 1};
+};
+
+std::optional<glm::dvec3> parse_target(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  glm::dvec3 target{0.0};
+  std::size_t begin = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t end = axis < 2 ? text.find(',', begin) : text.size();
+    if (end == std::string::npos) {
+      fail(ErrorKind::usage, "--target: '{}' is neither X,Y,Z nor auto", text);
+    }
+    target[axis] = parse_real("--target", text.substr(begin, end - begin), -1e9, 1e9);
+    begin = end + 1;
+  }
+  return target;
+}
+
+bool parse(ZoomCommand& command, Arguments arguments) {
+  command.frame.modes.clear();
+  Options options("zoom", "measures the culling modes while zooming in");
+  options.optional_positional("SCENE", command.scenes, "splat file or model folder");
+  declare_common_options(options, command.frame);
+  options.integer("--from-camera", "N", 0, 1'000'000'000, command.from_camera,
+                  "camera of the file to start from (default: 0, or a framing)");
+  options.value("--target", "X,Y,Z|auto",
+                "where to go (default: auto, what is seen at the image's centre)",
+                [&](const std::string& text) { command.target = parse_target(text); });
+  options.integer("--steps", "N", 2, 100000, command.steps, "views on the way (default: 32)");
+  options.real("--closest", "X", 1e-4, 0.999, command.closest,
+               "last distance over the first (default: 0.05)");
+  options.integer("--frames", "N", 1, 100000, command.plan.frames,
+                  "measured frames per mode and step (default: 20)");
+  options.integer("--warmup", "N", 0, 100000, command.plan.warmup,
+                  "frames before them (default: 3)");
+  options.text("--out-dir", "DIR", command.out_dir,
+               "zoom.csv, zoom.json, plots, pictures of the first, middle and last step");
+  options.text("--replay", "DIR", command.replay,
+               "renders the zoom kept in DIR again; ends with exit code 4 when counts differ");
+  options.example("quadsplat zoom plush.spz --from-camera 0 --out-dir zoom",
+                  "curves of all modes towards what camera 0 looks at");
+  options.example("quadsplat zoom --replay zoom", "the same counts on another machine?");
+  if (!options.parse(arguments)) return false;
+  if (command.scenes.size() != (command.replay ? 0u : 1u)) {
+    fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
+  }
+  if (command.frame.modes.empty()) command.frame.modes = all_modes();
+  return true;
+}
+
+// What lies under the image's centre, by the trace of one frame.
+glm::dvec3 find_target(Session& session, const Camera& camera) {
+  const auto target = find_point(*session.renderer, camera, session.settings, center_pixel(camera));
+  if (!target) fail("zoom: nothing is under the image's centre: name a point with --target X,Y,Z");
+  return *target;
+}
+
+std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const ViewPlan& plan) {
+  ProgressBar bar(fmt::format("zoom {}", scene_name(session.scene.path)));
+  return record_zoom(session, bundle, plan, bar.progress());
+}
+
+void save(Session& session, const ZoomBundle& bundle, const std::filesystem::path& folder) {
+  const std::string problem = save_zoom(session, bundle, folder);
+  if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
+  fmt::print(stderr, "wrote {}\n", folder.string());
+}
+
+int replay(const ZoomCommand& command) {
+  ZoomBundle bundle = read_zoom_json(*command.replay / "zoom.json");
+  FrameOptions frame = command.frame;
+  frame.scene = bundle.scene;
+  frame.modes = bundle.modes;
+  Session session = open_session(frame);
+  session.settings = bundle.settings;
+  const std::string hash = file_hash(session.scene.path);
+  if (hash != bundle.scene_hash) {
+    fail("{}: its content is not what the zoom was measured on ({}, now {})",
+         session.scene.path.string(), bundle.scene_hash, hash);
+  }
+  std::vector<BenchRow> rows =
+      measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1});
+  const std::vector<std::string> differences = count_differences(bundle.rows, rows);
+  fmt::print("{} steps, {} modes: {}\n", bundle.steps, bundle.modes.size(),
+             differences.empty() ? "all pair counts are equal"
+                                 : fmt::format("{} counts differ", differences.size()));
+  for (const std::string& sentence : differences) fmt::print(stderr, "quadsplat: {}\n", sentence);
+  if (command.out_dir) {
+    bundle.rows = std::move(rows);
+    bundle.environment = environment_json(session);
+    save(session, bundle, *command.out_dir);
+  }
+  return differences.empty() ? kExitOk : kExitComparison;
+}
+
+}  // namespace
+
+int run_zoom(Arguments arguments) {
+  ZoomCommand command;
+  if (!parse(command, arguments)) return kExitOk;
+  if (command.replay) return replay(command);
+  command.frame.scene = command.scenes.front();
+  Session session = open_session(command.frame);
+  CameraChoice choice;
+  choice.index = command.from_camera;
+  const Camera start = choose_shots(choice, command.frame, session.scene).front().camera;
+  ZoomBundle bundle =
+      start_zoom(session, start, command.target ? *command.target : find_target(session, start));
+  bundle.steps = command.steps;
+  bundle.closest = command.closest;
+  bundle.modes = command.frame.modes;
+  bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
+  bundle.rows = measure(session, bundle, command.plan);
+  fmt::print("{}", command.out_dir ? "" : format_csv(bundle.rows));
+  if (command.out_dir) save(session, bundle, *command.out_dir);
+  return kExitOk;
+}
+
+}  // namespace qs

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "app/cli/frame_options.h"
+
+#include <algorithm>
+
+#include "io/scene/axes.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+std::string mode_names() {
+  std::vector<std::string> names;
+  for (const CullerRow& row : kCullers) names.emplace_back(row.name);
+  return joined(names, ", ");
+}
+
+// "all" (modes 1-6), a name, or several names with commas.
+std::vector<CullMode> parse_modes(const std::string& text) {
+  if (text == "all") return all_modes();
+  std::vector<CullMode> modes;
+  for (const std::string& name : separated(text)) {
+    const CullMode mode = find_culler(name);
+    if (mode < 0) fail(ErrorKind::usage, "--cull: '{}' is none of {}, all", name, mode_names());
+    if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+  }
+  return modes;
+}
+
+}  // namespace
+
+void declare_frame_options(Options& options, FrameOptions& frame) {
+  options.positional("SCENE", frame.scene, "splat file or model folder");
+  declare_common_options(options, frame);
+}
+
+void declare_common_options(Options& options, FrameOptions& frame) {
+  options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
+                  "of a model folder: point_cloud/iteration_N (default: the highest)");
+  declare_axes_option(options, frame.axes);
+  options.text("--cameras", "FILE", frame.cameras,
+               "cameras.json, transforms.json or a COLMAP folder (default: beside the scene)");
+  options.value("--size", "WxH", "picture size; keeps the vertical field of view",
+                [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
+  options.value("--cull", "NAME", "tile culling: " + mode_names() + ", all",
+                [&frame](const std::string& text) { frame.modes = parse_modes(text); });
+  options.choice(
+      "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
+      [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
+      "what renders (default: the best that works here)");
+  options.choice(
+      "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
+      [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
+      fmt::format("how CUDA draws: as published or as fast as it can; on the CPU classic is plain "
+                  "code to compare with (default: {})",
+                  kPipelineNames[static_cast<int>(kDefaultPipeline)]));
+  options.integer("--device", "N", 0, 1024, frame.renderer.device,
+                  "GPU of the CUDA backend, see quadsplat --list-gpus");
+  options.integer("--threads", "N", 0, 1024, frame.renderer.threads,
+                  "of the CPU backend (default: all)");
+  options.choice(
+      "--tile-size", {"8", "16", "32"},
+      [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
+      "side of a tile in pixels, on the CPU backend (default: 16)");
+  options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
+                  "highest degree of view-dependent colour");
+  options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
+               "factor on every Gaussian's size");
+  options.value(
+      "--background", "R,G,B", "each 0..1 (default: the model's, else black)",
+      [&frame](const std::string& text) { frame.background = parse_color("--background", text); });
+  options.choice(
+      "--antialiased", {"on", "off", "auto"},
+      [&frame](int chosen) {
+        frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
+      },
+      "opacity compensation (default: auto, as the scene was trained)");
+}
+
+void declare_axes_option(Options& options, std::string& axes) {
+  const std::vector<std::string> names(kAxes.begin(), kAxes.end());
+  options.choice(
+      "--axes", names,
+      [&axes, names](int chosen) { axes = names[static_cast<std::size_t>(chosen)]; },
+      "where x, y, z of the file point (left, right, down, up, back, forward), whatever it says");
+}
+
+}  // namespace qs

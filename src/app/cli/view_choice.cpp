@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "app/cli/view_choice.h"
+
+#include "app/measure/camera_path.h"
+#include "app/session/framing.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr glm::ivec2 kFramingSize{1280, 720};
+
+Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
+  const Camera& camera = cameras[static_cast<std::size_t>(index)];
+  return {camera, index,
+          fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
+}
+
+// At a fixed time step, from the first keyframe to the last.
+std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
+  std::vector<Shot> shots;
+  for (const Camera& camera : sample_path(read_camera_path(file), count)) {
+    const auto number = static_cast<int>(shots.size());
+    shots.push_back({camera, number, fmt::format("path {:04}", number)});
+  }
+  return shots;
+}
+
+std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
+                                const Scene& scene) {
+  if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
+  if (choice.path) return path_shots(*choice.path, choice.frames.value_or(kPathFrames));
+  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
+  if (file) {
+    const std::vector<Camera> cameras = read_cameras(*file);
+    const int count = static_cast<int>(cameras.size());
+    if (count == 0) fail("{}: holds no camera", file->string());
+    if (choice.all) {
+      std::vector<Shot> shots;
+      for (int i = 0; i < count; ++i) shots.push_back(numbered_shot(cameras, i));
+      return shots;
+    }
+    const int index = choice.index.value_or(0);
+    if (index >= count) {
+      fail("{}: there is no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
+    }
+    return {numbered_shot(cameras, index)};
+  }
+  if (choice.index || choice.all) {
+    fail(
+        "{}: no cameras were found beside it or in the three folders above: name their file with "
+        "--cameras",
+        scene.path.string());
+  }
+  const glm::ivec2 size = frame.size.value_or(kFramingSize);
+  return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), -1, "framing"}};
+}
+
+}  // namespace
+
+void declare_camera_choice(Options& options, CameraChoice& choice) {
+  options.integer("--camera-index", "N", 0, 1'000'000'000, choice.index,
+                  "camera N of the file, counted from 0");
+  options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json");
+  options.flag("--all-cameras", choice.all, "every camera; OUT gets its number and name inserted");
+  options.text("--camera-path", "FILE", choice.path,
+               "keyframes: pictures OUT_0000, OUT_0001, .. along the spline through them");
+  options.integer(
+      "--frames", "N", 1, 1'000'000, choice.frames,
+      fmt::format("pictures along --camera-path, at a fixed time step (default: {})", kPathFrames));
+}
+
+std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
+                               const Scene& scene) {
+  if (choice.index.has_value() + choice.json.has_value() + choice.all + choice.path.has_value() >
+      1) {
+    fail(ErrorKind::usage,
+         "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");
+  }
+  std::vector<Shot> shots = unsized_shots(choice, frame, scene);
+  if (frame.size) {
+    for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
+  }
+  return shots;
+}
+
+}  // namespace qs

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Which views a command renders: cameras of a file, one given as JSON, steps along a camera path,
+// or a framing of the scene.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "app/session/session.h"
+#include "app/session/shot.h"
+
+namespace qs {
+
+struct CameraChoice {
+  std::optional<int> index;                   ///< position in the cameras file
+  std::optional<std::string> json;            ///< one camera as text
+  bool all = false;                           ///< every camera of the file
+  std::optional<std::filesystem::path> path;  ///< keyframes, see bench/camera_path.h
+  std::optional<int> frames;                  ///< along the path (default: kPathFrames)
+
+  bool several() const { return all || path; }
+};
+
+inline constexpr int kPathFrames = 32;
+
+void declare_camera_choice(Options& options, CameraChoice& choice);
+
+/// At least one shot, at the size asked for. Without a choice: the first camera of the cameras
+/// file, or a framing of the scene when there is no file. Throws Error.
+std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
+                               const Scene& scene);
+
+}  // namespace qs

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// One row of a benchmark: the numbers of one mode on one view of one scene.
+// To add a column: a member of BenchRow and its line in for_each_column() or for_each_detail().
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace qs {
+
+/// Times in milliseconds. Members have the names of the columns.
+struct BenchRow {
+  std::string scene, camera, mode, pipeline = "classic", backend;
+  int width = 0, height = 0;
+  std::uint32_t gaussians = 0, visible = 0;
+  std::uint64_t pairs = 0;
+  double pairs_per_visible = 0;
+  std::uint32_t max_tile = 0;
+  double ms_median = 0, ms_p05 = 0, ms_p95 = 0, fps_median = 0;
+  double frame_ms = 0, preprocess_ms = 0, bin_ms = 0, sort_ms = 0, blend_ms = 0;  ///< marked pass
+  std::optional<double> psnr_vs_reference;                                        ///< dB
+  std::optional<std::uint64_t> false_positives;  ///< pairs that no pixel used, in an untimed frame
+  std::optional<double> false_positive_share;    ///< of the pairs, 0..1
+
+  std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
+  double ms_mean = 0, drift = 0;
+  double round_spread = 0;  ///< relative_spread() of the rounds' medians
+};
+
+/// Calls visit(name, member) for the columns of the CSV, in their order.
+template <class Row, class Visit>
+void for_each_column(Row& row, Visit&& visit) {
+  visit("scene", row.scene);
+  visit("camera", row.camera);
+  visit("mode", row.mode);
+  visit("pipeline", row.pipeline);
+  visit("backend", row.backend);
+  visit("width", row.width);
+  visit("height", row.height);
+  visit("gaussians", row.gaussians);
+  visit("visible", row.visible);
+  visit("pairs", row.pairs);
+  visit("pairs_per_visible", row.pairs_per_visible);
+  visit("max_tile", row.max_tile);
+  visit("ms_median", row.ms_median);
+  visit("ms_p05", row.ms_p05);
+  visit("ms_p95", row.ms_p95);
+  visit("fps_median", row.fps_median);
+  visit("frame_ms", row.frame_ms);
+  visit("preprocess_ms", row.preprocess_ms);
+  visit("bin_ms", row.bin_ms);
+  visit("sort_ms", row.sort_ms);
+  visit("blend_ms", row.blend_ms);
+  visit("psnr_vs_reference", row.psnr_vs_reference);
+  visit("false_positives", row.false_positives);
+  visit("false_positive_share", row.false_positive_share);
+}
+
+/// What only bench.json holds.
+template <class Row, class Visit>
+void for_each_detail(Row& row, Visit&& visit) {
+  visit("view", row.view);
+  visit("ms_mean", row.ms_mean);
+  visit("drift", row.drift);
+  visit("round_spread", row.round_spread);
+}
+
+}  // namespace qs

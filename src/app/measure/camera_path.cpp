@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "app/measure/camera_path.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/gtc/quaternion.hpp>
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+// What is interpolated: all at the keyframe's own size.
+struct Pose {
+  glm::dvec3 position;
+  glm::dquat rotation;  // world_from_view
+  glm::dvec2 log_focal, center;
+};
+
+Pose pose_of(const Camera& camera) {
+  return {camera.position(), glm::quat_cast(glm::transpose(glm::dmat3(camera.view_from_world))),
+          glm::log(camera.focal_px), camera.center_px};
+}
+
+// The cubic through b (t = 0) and c (t = span) with the slopes that a, b, c, d suggest; `before`
+// and `after` are the lengths of the neighbouring intervals, 0 at an end of the path.
+template <class V>
+V spline(V a, V b, V c, V d, double before, double span, double after, double t) {
+  const V slope_b = (before > 0 ? (c - a) / (before + span) : (c - b) / span) * span;
+  const V slope_c = (after > 0 ? (d - b) / (span + after) : (c - b) / span) * span;
+  const double u = t / span, u2 = u * u, u3 = u2 * u;
+  return b * (2 * u3 - 3 * u2 + 1) + slope_b * (u3 - 2 * u2 + u) + c * (3 * u2 - 2 * u3) +
+         slope_c * (u3 - u2);
+}
+
+// q and -q turn alike; the spline needs the one nearer to its neighbour.
+glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
+  return glm::dot(rotation, neighbour) < 0 ? -rotation : rotation;
+}
+
+glm::dvec4 as_vector(glm::dquat q) { return {q.x, q.y, q.z, q.w}; }
+
+}  // namespace
+
+std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
+  const nlohmann::json json =
+      parse_json(read_text_file(path, std::size_t{64} << 20), path.string());
+  if (!json.is_array() || json.size() < 2) {
+    fail("{}: is not a camera path: a list of at least two cameras", path.string());
+  }
+  std::vector<Keyframe> keyframes;
+  for (const nlohmann::json& entry : json) {
+    const std::string where = fmt::format("{}: keyframe {}", path.string(), keyframes.size());
+    const Camera camera = parse_camera(entry.dump(), where);
+    const double fallback = keyframes.empty() ? 0 : keyframes.back().time + 1;
+    const bool timed = entry.contains("time");
+    if (timed && !entry["time"].is_number()) fail("{}: time is not a number", where);
+    const double time = timed ? entry["time"].get<double>() : fallback;
+    if (!keyframes.empty() && !(time > keyframes.back().time)) {
+      fail("{}: its time {} is not after the one before", where, time);
+    }
+    keyframes.push_back({time, camera});
+  }
+  return keyframes;
+}
+
+std::string format_camera_path(const std::vector<Keyframe>& keyframes) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Keyframe& keyframe : keyframes) {
+    list.push_back(nlohmann::ordered_json::parse(format_camera(keyframe.camera)));
+    list.back()["time"] = keyframe.time;
+  }
+  return list.dump(2) + "\n";
+}
+
+Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
+  const std::size_t last = keyframes.size() - 1;
+  const double clamped = std::clamp(time, keyframes.front().time, keyframes.back().time);
+  std::size_t k = 0;
+  while (k + 2 < keyframes.size() && keyframes[k + 1].time <= clamped) ++k;
+  const std::size_t places[4] = {k == 0 ? 0 : k - 1, k, k + 1, std::min(k + 2, last)};
+  const Camera& first = keyframes.front().camera;
+  Pose p[4];
+  for (int i = 0; i < 4; ++i)
+    p[i] = pose_of(keyframes[places[i]].camera.resized(first.width, first.height));
+  for (int i = 1; i < 4; ++i) p[i].rotation = near(p[i].rotation, p[i - 1].rotation);
+  const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
+  const auto through = [&](auto a, auto b, auto c, auto d) {
+    return spline(a, b, c, d, at(1) - at(0), at(2) - at(1), at(3) - at(2), clamped - at(1));
+  };
+  const glm::dvec3 position = through(p[0].position, p[1].position, p[2].position, p[3].position);
+  const glm::dvec4 q = glm::normalize(through(as_vector(p[0].rotation), as_vector(p[1].rotation),
+                                              as_vector(p[2].rotation), as_vector(p[3].rotation)));
+  Camera camera = first;
+  camera.name.clear();
+  camera.focal_px =
+      glm::exp(through(p[0].log_focal, p[1].log_focal, p[2].log_focal, p[3].log_focal));
+  camera.center_px = through(p[0].center, p[1].center, p[2].center, p[3].center);
+  const glm::dmat3 rotation = glm::transpose(glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z)));
+  camera.view_from_world =
+      glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
+  return camera;
+}
+
+std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int count) {
+  const double begin = keyframes.front().time, length = keyframes.back().time - begin;
+  std::vector<Camera> cameras;
+  for (int i = 0; i < count; ++i)
+    cameras.push_back(camera_at(keyframes, count == 1 ? begin : begin + length * i / (count - 1)));
+  return cameras;
+}
+
+}  // namespace qs

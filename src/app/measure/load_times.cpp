@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "app/measure/load_times.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/session/text.h"
+#include "io/bytes/inflate.h"
+#include "io/bytes/mapped_file.h"
+#include "io/scene/reader.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+template <class Work>
+double milliseconds(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Into one small buffer, again and again, as cat does.
+void copy_file(const std::filesystem::path& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             std::fclose);
+  if (!file) fail("{}: cannot be opened", path.string());
+  std::vector<char> buffer(1 << 17);
+  std::setvbuf(file.get(), nullptr, _IONBF, 0);
+  while (std::fread(buffer.data(), 1, buffer.size(), file.get()) > 0) {
+  }
+}
+
+void inflate_file(const std::filesystem::path& path) {
+  const MappedFile file(path);
+  if (!is_gzip(file.content())) return;
+  Inflater inflater(file.content(), path.string());
+  std::vector<std::byte> buffer(1 << 20);
+  while (inflater.read(buffer) == buffer.size()) {
+  }
+}
+
+bool is_gzip_file(const std::filesystem::path& path) { return is_gzip(MappedFile(path).content()); }
+
+}  // namespace
+
+LoadTimes measure_loading(const std::filesystem::path& path, int rounds) {
+  LoadTimes times;
+  std::vector<double> total, unpack, fill, copy, inflate;
+  for (int round = 0; round <= rounds; ++round) {
+    Scene scene;
+    const double read_ms = milliseconds([&] { scene = read_scene(path); });
+    times.file = path.filename().string();
+    times.format = scene.format;
+    times.gaussians = scene.cloud.size();
+    times.file_bytes = scene.file_bytes;
+    const double copy_ms = milliseconds([&] { copy_file(scene.path); });
+    const double inflate_ms =
+        is_gzip_file(scene.path) ? milliseconds([&] { inflate_file(scene.path); }) : 0;
+    if (round == 0 && rounds > 0) continue;
+    total.push_back(read_ms);
+    fill.push_back(scene.fill_ms);
+    unpack.push_back(scene.unpack_ms);
+    copy.push_back(copy_ms);
+    inflate.push_back(inflate_ms);
+  }
+  times.total_ms = median(total);
+  times.unpack_ms = median(unpack);
+  times.fill_ms = median(fill);
+  times.copy_ms = median(copy);
+  times.inflate_ms = median(inflate);
+  return times;
+}
+
+std::string format_load_times(const std::vector<LoadTimes>& rows) {
+  std::string text =
+      "| file | format | size | Gaussians | load ms | unpack ms | fill ms | copy ms | load/copy | "
+      "inflate ms | load/inflate |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const LoadTimes& row : rows) {
+    const bool packed = row.inflate_ms > 0;
+    text += fmt::format(
+        "| {} | {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {} | {} |\n", row.file,
+        row.format, bytes_text(row.file_bytes), grouped(row.gaussians), row.total_ms, row.unpack_ms,
+        row.fill_ms, row.copy_ms, row.total_ms / row.copy_ms,
+        packed ? fmt::format("{:.1f}", row.inflate_ms) : "-",
+        packed ? fmt::format("{:.2f}", row.total_ms / row.inflate_ms) : "-");
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "app/measure/measure.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include <fmt/format.h>
+
+#include "app/measure/statistics.h"
+#include "app/session/text.h"
+
+namespace qs {
+namespace {
+
+RenderStats median_frame(std::vector<RenderStats>& frames) {
+  const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
+  std::nth_element(
+      frames.begin(), middle, frames.end(),
+      [](const RenderStats& a, const RenderStats& b) { return a.frame_ms < b.frame_ms; });
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
+                                      RenderSettings settings, const Outputs& outputs,
+                                      const MeasurePlan& plan,
+                                      const std::function<void(CullMode, const Frame&)>& visit) {
+  assert(plan.frames > 0);
+  std::vector<std::vector<RenderStats>> measured(plan.modes.size());
+  for (int round = -plan.warmup; round < plan.frames; ++round) {
+    for (std::size_t i = 0; i < plan.modes.size(); ++i) {
+      const auto modes = static_cast<float>(plan.modes.size());
+      plan.progress.update(
+          (static_cast<float>(round + plan.warmup) + static_cast<float>(i) / modes) /
+          static_cast<float>(plan.warmup + plan.frames));
+      settings.mode = plan.modes[i];
+      const Frame& frame =
+          renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
+      if (round >= 0) measured[i].push_back(frame.stats);
+      if (round + 1 == plan.frames) visit(settings.mode, frame);
+    }
+  }
+  std::vector<ModeResult> results;
+  for (std::size_t i = 0; i < plan.modes.size(); ++i) {
+    ModeResult& result = results.emplace_back();
+    result.mode = plan.modes[i];
+    for (const RenderStats& stats : measured[i])
+      result.frame_ms.push_back(static_cast<double>(stats.frame_ms));
+    result.stats = median_frame(measured[i]);
+  }
+  return results;
+}
+
+void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                 ModeResult& result, int frames, const Target& target, std::stop_token stop) {
+  assert(frames > 0);
+  settings.mode = result.mode;
+  Outputs outputs;
+  outputs.stage_times = true;
+  std::vector<double> frame_ms, stage_ms[kStageCount];
+  for (int i = 0; i < frames; ++i) {
+    const RenderStats& marked = renderer.render(camera, settings, outputs, target, stop).stats;
+    frame_ms.push_back(static_cast<double>(marked.frame_ms));
+    for (int stage = 0; stage < kStageCount; ++stage)
+      stage_ms[stage].push_back(static_cast<double>(marked.stage_ms[stage]));
+  }
+  result.marked_frame_ms = static_cast<float>(median(frame_ms));
+  for (int stage = 0; stage < kStageCount; ++stage)
+    result.stats.stage_ms[stage] = static_cast<float>(median(stage_ms[stage]));
+}
+
+double pairs_per_visible(const RenderStats& stats) {
+  return stats.visible == 0 ? 0 : static_cast<double>(stats.tile_pairs) / stats.visible;
+}
+
+std::string format_mode_table(std::span<const ModeResult> results) {
+  const bool with_psnr = std::any_of(results.begin(), results.end(),
+                                     [](const ModeResult& row) { return row.psnr.has_value(); });
+  const auto base = std::find_if(results.begin(), results.end(), [](const ModeResult& row) {
+    return row.mode == find_culler("3dgs");
+  });
+  std::string text = fmt::format("{:13}  {:>9}  {:>7}  {:>12}  {:>13}  {:>7}", "mode", "ms", "FPS",
+                                 "pairs", "pairs/visible", "vs 3dgs");
+  if (with_psnr) text += fmt::format("  {:>7}", "PSNR dB");
+  text += "  what it is\n";
+  for (const ModeResult& row : results) {
+    const RenderStats& s = row.stats;
+    const auto ms = static_cast<double>(s.frame_ms);
+    const CullerRow& culler = row_of(row.mode);
+    text += fmt::format("{:13}  {:9.2f}  {:7.1f}  {:>12}  {:13.2f}  ", culler.name, ms,
+                        1000 / std::max(ms, 1e-6), grouped(s.tile_pairs), pairs_per_visible(s));
+    text += base == results.end()
+                ? fmt::format("{:>7}", "-")
+                : fmt::format("{:6.2f}x", static_cast<double>(base->stats.frame_ms) / ms);
+    if (with_psnr) text += fmt::format("  {:>7}", row.psnr ? decibels(*row.psnr) : "-");
+    text += fmt::format("  {}\n", culler.summary);
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "app/measure/noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace qs {
+namespace {
+
+std::vector<BenchRow> noisy(const std::vector<BenchRow>& rows) {
+  std::vector<BenchRow> result;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(result),
+               [](const BenchRow& row) { return noise(row) > kNoiseTolerance; });
+  return result;
+}
+
+}  // namespace
+
+double noise(const BenchRow& row) { return std::max(std::abs(row.drift), row.round_spread); }
+
+std::string noise_sentence(const std::vector<BenchRow>& rows) {
+  const std::vector<BenchRow> bad = noisy(rows);
+  if (bad.empty()) return "";
+  const BenchRow& worst =
+      *std::max_element(bad.begin(), bad.end(),
+                        [](const BenchRow& a, const BenchRow& b) { return noise(a) < noise(b); });
+  const bool drifted = std::abs(worst.drift) >= worst.round_spread;
+  return fmt::format(
+      "{} of {} rows are noisy, beyond {:.0f} %: the worst is {}, camera {}, {}: {}", bad.size(),
+      rows.size(), 100 * kNoiseTolerance, worst.scene, worst.camera, worst.mode,
+      drifted ? fmt::format("its later frames took {:+.1f} % of the earlier ones' time, so the "
+                            "clock or the load changed: warm up or measure longer",
+                            100 * worst.drift)
+              : fmt::format("the medians of its rounds differ by {:.1f} %, so the machine was not "
+                            "at rest or the rounds are too short",
+                            100 * worst.round_spread));
+}
+
+std::string noise_markdown(const std::vector<BenchRow>& rows) {
+  const std::vector<BenchRow> bad = noisy(rows);
+  if (bad.empty()) return "";
+  std::string text = fmt::format(
+      "\n## Noisy rows\n\nDo not publish these: {}.\n\n| scene | camera | mode | drift | rounds "
+      "differ by |\n|---|---|---|---:|---:|\n",
+      noise_sentence(rows));
+  for (const BenchRow& row : bad) {
+    text += fmt::format("| {} | {} | `{}` | {:+.1f} % | {:.1f} % |\n", row.scene, row.camera,
+                        row.mode, 100 * row.drift, 100 * row.round_spread);
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/bench_plots.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "app/picture/palette.h"
+#include "app/report/markdown.h"
+#include "app/session/text.h"
+#include "raster/renderer.h"
+
+namespace qs {
+namespace {
+
+std::vector<std::string> different(const std::vector<ModeMean>& means,
+                                   std::string ModeMean::*member) {
+  std::vector<std::string> words;
+  for (const ModeMean& mean : means) {
+    if (std::find(words.begin(), words.end(), mean.*member) == words.end())
+      words.push_back(mean.*member);
+  }
+  return words;
+}
+
+// One block per mode: a line "scene values..." per scene.
+template <class Values>
+std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
+  std::string text;
+  const std::vector<std::string> modes = different(means, &ModeMean::mode);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    text += fmt::format("$mode{} << END\n", i);
+    for (const ModeMean& mean : means) {
+      if (mean.mode == modes[i]) text += fmt::format("{} {}\n", quoted(mean.scene), values(mean));
+    }
+    text += "END\n";
+  }
+  return text;
+}
+
+// plot $mode0 HOW linecolor ... title "3dgs", $mode1 ...; a "{}" in `how` is the mode's marker.
+std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
+  std::string text = "plot ";
+  const std::vector<std::string> modes = different(means, &ModeMean::mode);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    text += fmt::format("{}$mode{} {} linecolor rgb {} title {}", i == 0 ? "" : ", \\\n  ", i,
+                        fmt::format(fmt::runtime(how), mode_marker(modes[i])),
+                        quoted(mode_color(modes[i])), quoted(modes[i]));
+  }
+  return text;
+}
+
+std::string caption(const BenchReport& report, const std::vector<ModeMean>& means) {
+  std::vector<std::string> sizes;
+  for (const BenchRow& row : report.rows) {
+    const std::string size = fmt::format("{} x {}", row.width, row.height);
+    if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
+  }
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  return fmt::format("{}; {}; {}",
+                     scenes.size() <= 3 ? joined(scenes, ", ")
+                                        : fmt::format("{} .. {}", scenes.front(), scenes.back()),
+                     sizes.size() == 1 ? sizes.front() : "several sizes",
+                     measured_on(report.environment)) +
+         pipeline_note(report.rows);
+}
+
+// Labels at the measured sizes.
+std::string scaling_axis(const std::vector<ModeMean>& means) {
+  std::vector<double> sizes;
+  for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
+  const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
+  std::string text = fmt::format("set xrange [{}:{}]\nset xtics (", *low / 1.2, *high * 1.2);
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    text += fmt::format("{}\"{:.2f}\" {}", i == 0 ? "" : ", ", sizes[i], sizes[i]);
+  return text + ")\n";
+}
+
+std::string stage_commands(const std::vector<ModeMean>& means) {
+  constexpr const char* kColors[kStageCount] = {"#0072B2", "#56B4E9", "#E69F00", "#D55E00"};
+  const std::vector<std::string> scenes = different(means, &ModeMean::scene);
+  std::string text, plots = "plot ";
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    text += fmt::format("$scene{} << END\n", s);
+    for (const ModeMean& mean : means) {
+      if (mean.scene != scenes[s]) continue;
+      text += fmt::format("{} {} {} {} {}\n", quoted(mean.mode), mean.stage_ms[0], mean.stage_ms[1],
+                          mean.stage_ms[2], mean.stage_ms[3]);
+    }
+    text += "END\n";
+    plots += fmt::format("{}newhistogram {}", s == 0 ? "" : ", \\\n  ", quoted(scenes[s]));
+    for (int stage = 0; stage < kStageCount; ++stage) {
+      plots += fmt::format(", \\\n  $scene{} using {}:xtic(1) linecolor rgb {} {}", s, stage + 2,
+                           quoted(kColors[stage]),
+                           s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle");
+    }
+  }
+  return text +
+         "set style data histograms\nset style histogram rowstacked title offset 0,-2.0\n"
+         "set boxwidth 0.8\nset key invert\nset bmargin 8.5\nset xtics rotate by -35\n"
+         "set yrange [0:*]\nset ylabel \"time per frame (ms)\"\n" +
+         plots;
+}
+
+}  // namespace
+
+std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
+  const std::vector<ModeMean> means = mode_means(report.rows);
+  const std::string where = caption(report, means);
+  const std::string bars = fmt::format(
+      "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
+      "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
+      static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
+  std::vector<Plot> plots;
+  plots.push_back(
+      {"fps", "Frames per second per culling mode (whiskers: 5-95 % of the frames)", where,
+       blocks_per_mode(means,
+                       [](const ModeMean& m) {
+                         return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_p95, 1000 / m.ms_p05);
+                       }) +
+           bars +
+           "set style histogram errorbars gap 2 linewidth 1\n"
+           "set errorbars front linecolor rgb \"#808080\" linewidth 1.2\nset ylabel \"frames per "
+           "second\"\n" +
+           plot_per_mode(means, "using 2:3:4:xtic(1)")});
+  plots.push_back({"stages", "Time of the stages per culling mode (from a pass of its own)", where,
+                   stage_commands(means)});
+  plots.push_back(
+      {"pairs", "Tile pairs per culling mode", where,
+       blocks_per_mode(means, [](const ModeMean& m) { return fmt::format("{}", m.pairs / 1e6); }) +
+           bars + "set ylabel \"pairs (millions)\"\n" + plot_per_mode(means, "using 2:xtic(1)")});
+  if (scaling) {
+    plots.push_back(
+        {"scaling", "Frame time against scene size (copies of one scene, all in view)", where,
+         blocks_per_mode(
+             means,
+             [](const ModeMean& m) { return fmt::format("{} {}", m.gaussians / 1e6, m.ms); }) +
+             scaling_axis(means) +
+             "set logscale xy 2\nset xlabel \"Gaussians (millions)\"\n"
+             "set ylabel \"time per frame (ms)\"\n" +
+             plot_per_mode(means,
+                           "using 2:3 with linespoints pointtype {} pointsize 1.3 linewidth 1.8")});
+  }
+  return plots;
+}
+
+}  // namespace qs

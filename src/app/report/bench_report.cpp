@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/bench_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "app/session/text.h"
+#include "io/bytes/json_text.h"
+#include "raster/base/fail.h"
+#include "raster/renderer.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string cell(const std::string& text) { return csv_field(text); }
+std::string cell(double value) { return fmt::format("{:.4f}", value); }
+template <class Integer>
+requires std::is_integral_v<Integer> std::string cell(Integer value) {
+  return fmt::format("{}", value);
+}
+template <class T>
+std::string cell(const std::optional<T>& value) {
+  return value ? cell(*value) : "";
+}
+
+// JSON knows no infinity: equal pictures are the text "inf", an absent value is null.
+ordered_json to_json(const std::optional<double>& value) {
+  if (!value) return nullptr;
+  return std::isinf(*value) ? ordered_json("inf") : ordered_json(*value);
+}
+ordered_json to_json(const std::optional<std::uint64_t>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
+template <class T>
+ordered_json to_json(const T& value) {
+  return value;
+}
+
+void from_json(const ordered_json& json, std::optional<double>& value) {
+  if (json.is_string()) value = std::numeric_limits<double>::infinity();
+  if (json.is_number()) value = json.get<double>();
+}
+void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
+  if (json.is_number()) value = json.get<std::uint64_t>();
+}
+template <class T>
+void from_json(const ordered_json& json, T& value) {
+  json.get_to(value);
+}
+
+}  // namespace
+
+std::string format_csv(const std::vector<BenchRow>& rows) {
+  std::string text;
+  const auto append = [&text](const std::string& word) {
+    if (!text.empty() && text.back() != '\n') text += ',';
+    text += word;
+  };
+  const BenchRow header;
+  for_each_column(header, [&](const char* name, const auto&) { append(name); });
+  text += '\n';
+  for (const BenchRow& row : rows) {
+    std::string line;
+    for_each_column(row, [&](const char*, const auto& value) { line += cell(value) + ","; });
+    line.back() = '\n';
+    text += line;
+  }
+  return text;
+}
+
+ordered_json rows_json(const std::vector<BenchRow>& rows) {
+  ordered_json list = ordered_json::array();
+  for (const BenchRow& row : rows) {
+    ordered_json& json = list.emplace_back(ordered_json::object());
+    const auto add = [&](const char* name, const auto& value) { json[name] = to_json(value); };
+    for_each_column(row, add);
+    for_each_detail(row, add);
+  }
+  return list;
+}
+
+std::vector<BenchRow> read_rows(const ordered_json& list) {
+  std::vector<BenchRow> rows;
+  for (const ordered_json& from : list) {
+    BenchRow& row = rows.emplace_back();
+    const auto take = [&](const char* name, auto& value) { from_json(from.at(name), value); };
+    for_each_column(row, take);
+    for_each_detail(row, take);
+  }
+  return rows;
+}
+
+std::string format_bench_json(const BenchReport& report) {
+  const ordered_json json = {{"environment", report.environment},
+                             {"scenes", report.scenes},
+                             {"view_count", report.view_count},
+                             {"rows", rows_json(report.rows)}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+BenchReport parse_bench_report(const ordered_json& json) {
+  return {json.at("environment"), json.at("scenes"), json.at("view_count").get<std::size_t>(),
+          read_rows(json.at("rows"))};
+}
+
+BenchReport read_bench_json(const std::filesystem::path& path) try {
+  return parse_bench_report(ordered_json::parse(read_text_file(path, kMaxReportBytes)));
+} catch (const nlohmann::json::exception& error) {
+  fail("{}: is not a benchmark's bench.json: {}", path.string(), error.what());
+}
+
+std::string measured_on(const ordered_json& environment) {
+  const std::string gpu = environment.value("gpu", "");
+  return gpu.empty() ? environment.value("cpu", "unknown") : gpu;
+}
+
+std::string pipeline_note(const std::vector<BenchRow>& rows) {
+  std::vector<std::string> words;
+  for (const BenchRow& row : rows) {
+    if (row.backend == kBackendNames[static_cast<int>(Backend::cuda)] &&
+        std::find(words.begin(), words.end(), row.pipeline) == words.end())
+      words.push_back(row.pipeline);
+  }
+  return words.empty() ? "" : "; pipeline " + joined(words, " and ");
+}
+
+}  // namespace qs

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/eval_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/session/text.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json finite_or_null(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
+
+}  // namespace
+
+std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows) {
+  std::vector<MeanQuality> means;
+  for (const Quality& row : rows) {
+    auto mean = std::find_if(means.begin(), means.end(),
+                             [&](const MeanQuality& other) { return other.mode == row.mode; });
+    if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0});
+    mean->views += 1;
+    mean->psnr += row.psnr;
+    mean->ssim += row.ssim;
+  }
+  for (MeanQuality& mean : means) {
+    mean.psnr /= static_cast<double>(mean.views);
+    mean.ssim /= static_cast<double>(mean.views);
+  }
+  return means;
+}
+
+std::string format_eval_table(const EvalReport& report) {
+  const std::vector<MeanQuality> means = mean_qualities(report.rows);
+  const auto mean_title = [](const MeanQuality& mean) {
+    return fmt::format("mean of {}", mean.views);
+  };
+  std::size_t width = 4;
+  for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
+  for (const Quality& row : report.rows) width = std::max(width, row.camera.name.size());
+  std::string text =
+      fmt::format("{:{}}  {:13}  {:>7}  {:>6}\n", "view", width, "mode", "PSNR dB", "SSIM");
+  const auto line = [&](const std::string& name, const auto& row) {
+    text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}\n", name, width, mode_name(row.mode),
+                        decibels(row.psnr), row.ssim);
+  };
+  for (const Quality& row : report.rows) line(row.camera.name, row);
+  for (const MeanQuality& mean : means) line(mean_title(mean), mean);
+  return text;
+}
+
+std::string format_eval_csv(const EvalReport& report) {
+  const std::filesystem::path scene = report.scene.at("file").get<std::string>();
+  std::string text =
+      "scene,camera,mode,backend,gaussians,width,height,compared_width,"
+      "compared_height,psnr,ssim\n";
+  for (const Quality& row : report.rows) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}\n",
+                        csv_field(scene.filename().string()), csv_field(row.camera.name),
+                        mode_name(row.mode), report.environment.at("backend").get<std::string>(),
+                        report.scene.at("gaussians").get<std::uint64_t>(), row.camera.width,
+                        row.camera.height, row.width, row.height, row.psnr, row.ssim);
+  }
+  return text;
+}
+
+std::string format_eval_json(const EvalReport& report) {
+  ordered_json means = ordered_json::array(), views = ordered_json::array();
+  for (const MeanQuality& mean : mean_qualities(report.rows)) {
+    means.push_back({{"mode", mode_name(mean.mode)},
+                     {"views", mean.views},
+                     {"psnr", finite_or_null(mean.psnr)},
+                     {"ssim", mean.ssim}});
+  }
+  for (const Quality& row : report.rows) {
+    views.push_back({{"view", row.view},
+                     {"name", row.camera.name},
+                     {"photograph", row.photograph.string()},
+                     {"mode", mode_name(row.mode)},
+                     {"compared_width", row.width},
+                     {"compared_height", row.height},
+                     {"psnr", finite_or_null(row.psnr)},
+                     {"ssim", row.ssim},
+                     {"camera", ordered_json::parse(format_camera(row.camera))}});
+  }
+  const ordered_json json = {
+      {"environment", report.environment}, {"scene", report.scene}, {"method", report.method},
+      {"view_count", report.view_count},   {"means", means},        {"views", views}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+EvalReport parse_eval_report(const ordered_json& json) {
+  EvalReport report{json.at("environment"),
+                    json.at("scene"),
+                    json.at("method"),
+                    json.at("view_count").get<std::size_t>(),
+                    {}};
+  for (const ordered_json& view : json.at("views")) {
+    Quality& row = report.rows.emplace_back();
+    row.camera = parse_camera(view.at("camera").dump(), "eval.json");
+    row.photograph = view.at("photograph").get<std::string>();
+    view.at("compared_width").get_to(row.width);
+    view.at("compared_height").get_to(row.height);
+    row.mode = find_culler(view.at("mode").get<std::string>());
+    if (row.mode < 0) fail("eval.json: there is no mode {}", view["mode"].dump());
+    row.psnr = view.at("psnr").is_null() ? std::numeric_limits<double>::infinity()
+                                         : view["psnr"].get<double>();
+    view.at("ssim").get_to(row.ssim);
+    view.at("view").get_to(row.view);
+  }
+  return report;
+}
+
+void write_eval_report(const EvalReport& report, const std::filesystem::path& folder) {
+  make_folder(folder);
+  write_stats(folder / "eval.csv", format_eval_csv(report));
+  write_stats(folder / "eval.json", format_eval_json(report));
+}
+
+}  // namespace qs

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/markdown.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/session/text.h"
+
+namespace qs {
+namespace {
+
+// A 64-bit key (tile and depth) and a 32-bit value per pair: what the classic pipeline sorts.
+constexpr double kSortBytesPerPair = 12;
+
+ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
+  ModeMean mean;
+  mean.scene = rows.front()->scene;
+  mean.mode = rows.front()->mode;
+  const double weight = 1.0 / static_cast<double>(rows.size());
+  double psnr = 0;
+  bool all_have_psnr = true;
+  for (const BenchRow* row : rows) {
+    mean.gaussians += weight * row->gaussians;
+    mean.pairs += weight * static_cast<double>(row->pairs);
+    mean.ms += weight * row->ms_median;
+    mean.ms_p05 += weight * row->ms_p05;
+    mean.ms_p95 += weight * row->ms_p95;
+    const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
+    for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
+    all_have_psnr = all_have_psnr && row->psnr_vs_reference;
+    psnr += weight * row->psnr_vs_reference.value_or(0);
+  }
+  if (all_have_psnr) mean.psnr = psnr;
+  return mean;
+}
+
+std::string table(const std::vector<ModeMean>& means) {
+  std::string text =
+      "| mode | Gaussians | PSNR dB | ms | FPS | vs 3dgs | pairs | sort bytes |\n"
+      "|---|---:|---:|---:|---:|---:|---:|---:|\n";
+  for (const ModeMean& mean : means) {
+    const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
+    const double bytes = mean.pairs * kSortBytesPerPair;
+    text += fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.mode,
+                        grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
+                        mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
+                        mean.speedup ? fmt::format("{:.2f}x", *mean.speedup) : "-", grouped(pairs),
+                        bytes_text(static_cast<std::uint64_t>(bytes)));
+  }
+  return text;
+}
+
+// The plain mean over scenes; the speed-up is the geometric mean, which does not depend on which
+// mode is the base.
+std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
+  std::vector<ModeMean> result;
+  for (const ModeMean& first : means) {
+    const auto same = [&](const ModeMean& other) { return other.mode == first.mode; };
+    if (std::any_of(result.begin(), result.end(), same)) continue;
+    const double weight =
+        1.0 / static_cast<double>(std::count_if(means.begin(), means.end(), same));
+    ModeMean& mean = result.emplace_back();
+    mean.scene = "mean";
+    mean.mode = first.mode;
+    double psnr = 0, log_speedup = 0;
+    bool all_psnr = true, all_speedup = true;
+    for (const ModeMean& row : means) {
+      if (!same(row)) continue;
+      mean.gaussians += weight * row.gaussians;
+      mean.pairs += weight * row.pairs;
+      mean.ms += weight * row.ms;
+      all_psnr = all_psnr && row.psnr;
+      all_speedup = all_speedup && row.speedup;
+      psnr += weight * row.psnr.value_or(0);
+      log_speedup += weight * std::log(row.speedup.value_or(1));
+    }
+    if (all_psnr) mean.psnr = psnr;
+    if (all_speedup) mean.speedup = std::exp(log_speedup);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows) {
+  std::vector<std::vector<const BenchRow*>> groups;
+  for (const BenchRow& row : rows) {
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
+      return members.front()->scene == row.scene && members.front()->mode == row.mode;
+    });
+    (group == groups.end() ? groups.emplace_back() : *group).push_back(&row);
+  }
+  std::vector<ModeMean> means;
+  for (const auto& group : groups) means.push_back(mean_of(group));
+  for (ModeMean& mean : means) {
+    const auto base = std::find_if(means.begin(), means.end(), [&](const ModeMean& other) {
+      return other.scene == mean.scene && other.mode == "3dgs";
+    });
+    if (base != means.end()) mean.speedup = base->ms / mean.ms;
+  }
+  return means;
+}
+
+std::string format_markdown(const BenchReport& report) {
+  const std::vector<ModeMean> means = mode_means(report.rows);
+  std::string text = fmt::format(
+      "# Benchmark\n\n{}, backend {}, commit {}, {}. Times are medians per camera, averaged over "
+      "the cameras; sort bytes are pairs x {} (64-bit key, 32-bit value).\n",
+      measured_on(report.environment), report.environment.value("backend", "?"),
+      report.environment.value("commit", "?"), report.environment.value("utc", "?"),
+      static_cast<int>(kSortBytesPerPair));
+  std::size_t scenes = 0;
+  for (std::size_t begin = 0; begin < means.size(); ++scenes) {
+    std::vector<ModeMean> scene;
+    for (const ModeMean& mean : means) {
+      if (mean.scene == means[begin].scene) scene.push_back(mean);
+    }
+    std::vector<std::string> cameras, sizes;
+    for (const BenchRow& row : report.rows) {
+      if (row.scene != scene.front().scene) continue;
+      const auto add_new = [](std::vector<std::string>& list, const std::string& word) {
+        if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
+      };
+      add_new(cameras, row.camera);
+      add_new(sizes, fmt::format("{} x {}", row.width, row.height));
+    }
+    text += fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", scene.front().scene, cameras.size(),
+                        cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene));
+    begin += scene.size();
+  }
+  if (scenes > 1) {
+    text += fmt::format(
+        "\n## Mean of {} scenes\n\nFPS belongs to the mean time; the speed-up is the geometric "
+        "mean of the scenes'.\n\n{}",
+        scenes, table(over_scenes(means)));
+  }
+  return text;
+}
+
+}  // namespace qs

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/merge.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstdint>
+#include <set>
+#include <tuple>
+#include <vector>
+
+#include "app/report/bench_report.h"
+#include "app/session/text.h"
+#include "io/bytes/json_text.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string environment_word(const ordered_json& report, const char* key) {
+  return report.at("environment").value(key, "");
+}
+
+// The hash tells whether two scenes are the same; their paths may differ from machine to machine.
+std::string scene_words(const ordered_json& report) {
+  const ordered_json scenes = report.value("scenes", ordered_json::array());
+  std::vector<std::string> words;
+  for (const ordered_json& scene : scenes)
+    words.push_back(scene.value("name", "") + " " + scene.value("hash", ""));
+  if (report.contains("scene")) words.push_back(report["scene"].value("hash", ""));
+  return joined(words, ", ");
+}
+
+// What all parts must share. `key`: the word of the environment in which a mixed report names all.
+struct Fact {
+  const char* what;
+  std::string (*of)(const ordered_json& report);
+  const char* key;
+};
+constexpr Fact kFacts[] = {
+    {"device", [](const ordered_json& r) { return measured_on(r.at("environment")); }, "gpu"},
+    {"backend", [](const ordered_json& r) { return environment_word(r, "backend"); }, "backend"},
+    {"commit", [](const ordered_json& r) { return environment_word(r, "commit"); }, "commit"},
+    {"scenes", scene_words, nullptr},
+    {"number of views", [](const ordered_json& r) { return r.at("view_count").dump(); }, nullptr},
+    {"method", [](const ordered_json& r) { return r.value("method", ordered_json()).dump(); },
+     nullptr},
+};
+
+void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mixed,
+                   ordered_json& environment) {
+  std::vector<std::string> words;
+  for (const ReportPart& part : parts) {
+    const std::string word = fact.of(part.report);
+    if (std::find(words.begin(), words.end(), word) == words.end()) words.push_back(word);
+    if (words.size() > 1 && !mixed) {
+      fail("merge: {} and {} differ in their {}, {} and {}: --mixed joins them all the same",
+           parts.front().from, part.from, fact.what, words[0], words[1]);
+    }
+  }
+  if (words.size() > 1 && fact.key) environment[fact.key] = joined(words, " + ");
+}
+
+// The whole was not measured with the shards' --shard.
+void forget_shard(ordered_json& environment) {
+  if (!environment.contains("flags")) return;
+  ordered_json flags = ordered_json::array();
+  for (auto word = environment["flags"].begin(); word != environment["flags"].end(); ++word) {
+    const auto text = word->get<std::string>();
+    if (text == "--shard" && std::next(word) != environment["flags"].end()) ++word;
+    if (!text.starts_with("--shard")) flags.push_back(text);
+  }
+  environment["flags"] = flags;
+}
+
+}  // namespace
+
+ReportPart read_report_part(const std::filesystem::path& file, const char* rows) try {
+  ordered_json report = ordered_json::parse(read_text_file(file, kMaxReportBytes));
+  for (const ordered_json& row : report.at(rows)) {
+    row.at("view").get<std::uint64_t>();
+    row.at("mode").get<std::string>();
+  }
+  for (const Fact& fact : kFacts) fact.of(report);
+  return {file.string(), std::move(report)};
+} catch (const nlohmann::json::exception& error) {
+  fail("{}: is not a report that can be merged: {}", file.string(), error.what());
+}
+
+ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, bool mixed) {
+  assert(!parts.empty());
+  ordered_json merged = parts.front().report;
+  for (const Fact& fact : kFacts) require_equal(parts, fact, mixed, merged["environment"]);
+  forget_shard(merged["environment"]);
+  std::vector<ordered_json> all;
+  for (const ReportPart& part : parts) {
+    const ordered_json& list = part.report.at(rows);
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  std::stable_sort(all.begin(), all.end(), [](const ordered_json& a, const ordered_json& b) {
+    return a["view"].get<std::uint64_t>() < b["view"].get<std::uint64_t>();
+  });
+  std::set<std::tuple<std::uint64_t, std::string, std::string>> seen;
+  for (const ordered_json& row : all) {
+    const auto view = row["view"].get<std::uint64_t>();
+    const auto mode = row["mode"].get<std::string>();
+    if (!seen.emplace(view, mode, row.value("pipeline", "")).second) {
+      fail("merge: view {}, mode {}, is in two of the parts", view, mode);
+    }
+  }
+  merged[rows] = all;
+  return merged;
+}
+
+std::string missing_views(const ordered_json& report, const char* rows) {
+  constexpr std::uint64_t kNamed = 8;
+  std::set<std::uint64_t> measured;
+  for (const ordered_json& row : report.at(rows)) measured.insert(row["view"].get<std::uint64_t>());
+  const auto count = report.at("view_count").get<std::uint64_t>();
+  if (measured.size() >= count) return "";
+  const std::uint64_t missing = count - measured.size();
+  std::vector<std::string> names;
+  for (std::uint64_t view = 0; names.size() < std::min(missing, kNamed); ++view) {
+    if (measured.count(view) == 0) names.push_back(fmt::format("{}", view));
+  }
+  return fmt::format("{} of {} views are missing: {}{}", missing, count, joined(names, ", "),
+                     missing > kNamed ? ", .." : "");
+}
+
+}  // namespace qs

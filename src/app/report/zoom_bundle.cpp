@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/zoom_bundle.h"
+
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json settings_json(const RenderSettings& settings) {
+  const glm::vec3 b = settings.background;
+  ordered_json json = {{"sh_degree", settings.sh_degree},
+                       {"splat_scale", settings.splat_scale},
+                       {"background", {b.x, b.y, b.z}},
+                       {"antialiased", nullptr}};
+  if (settings.antialiased) json["antialiased"] = *settings.antialiased;
+  return json;
+}
+
+RenderSettings read_settings(const ordered_json& json) {
+  RenderSettings settings;
+  json.at("sh_degree").get_to(settings.sh_degree);
+  json.at("splat_scale").get_to(settings.splat_scale);
+  for (int c = 0; c < 3; ++c)
+    json.at("background").at(static_cast<std::size_t>(c)).get_to(settings.background[c]);
+  if (!json.at("antialiased").is_null()) settings.antialiased = json["antialiased"].get<bool>();
+  return settings;
+}
+
+}  // namespace
+
+std::string format_zoom_json(const ZoomBundle& bundle) {
+  ordered_json modes = ordered_json::array();
+  for (const CullMode mode : bundle.modes) modes.push_back(mode_name(mode));
+  ordered_json json = {{"environment", bundle.environment},
+                       {"scene", bundle.scene.string()},
+                       {"scene_hash", bundle.scene_hash},
+                       {"start", ordered_json::parse(format_camera(bundle.start))},
+                       {"target", {bundle.target.x, bundle.target.y, bundle.target.z}},
+                       {"steps", bundle.steps},
+                       {"closest", bundle.closest},
+                       {"modes", modes},
+                       {"settings", settings_json(bundle.settings)},
+                       {"rows", rows_json(bundle.rows)}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
+  const ordered_json json = ordered_json::parse(read_text_file(path, kMaxReportBytes));
+  ZoomBundle bundle;
+  bundle.environment = json.at("environment");
+  bundle.scene = json.at("scene").get<std::string>();
+  json.at("scene_hash").get_to(bundle.scene_hash);
+  bundle.start = parse_camera(json.at("start").dump(), path.string());
+  for (int c = 0; c < 3; ++c)
+    json.at("target").at(static_cast<std::size_t>(c)).get_to(bundle.target[c]);
+  json.at("steps").get_to(bundle.steps);
+  json.at("closest").get_to(bundle.closest);
+  if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0)) {
+    fail("{}: steps or closest is out of range", path.string());
+  }
+  for (const ordered_json& name : json.at("modes")) {
+    const CullMode mode = find_culler(name.get<std::string>());
+    if (mode < 0) fail("{}: there is no mode {}", path.string(), name.dump());
+    bundle.modes.push_back(mode);
+  }
+  bundle.settings = read_settings(json.at("settings"));
+  bundle.rows = read_rows(json.at("rows"));
+  return bundle;
+} catch (const nlohmann::json::exception& error) {
+  fail("{}: is not a zoom's zoom.json: {}", path.string(), error.what());
+}
+
+std::vector<std::string> count_differences(const std::vector<BenchRow>& recorded,
+                                           const std::vector<BenchRow>& replayed) {
+  std::vector<std::string> sentences;
+  if (recorded.size() != replayed.size()) {
+    sentences.push_back(
+        fmt::format("the bundle has {} rows, the replay {}", recorded.size(), replayed.size()));
+    return sentences;
+  }
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    const BenchRow &was = recorded[i], &is = replayed[i];
+    if (was.mode == is.mode && was.pairs == is.pairs && was.visible == is.visible) continue;
+    sentences.push_back(fmt::format("step {}, {}: {} pairs of {} Gaussians, recorded {} of {}",
+                                    is.camera, is.mode, is.pairs, is.visible, was.pairs,
+                                    was.visible));
+  }
+  return sentences;
+}
+
+}  // namespace qs

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+//
+// The plots of a zoom: FPS, milliseconds and pairs against the distance to the target, one curve
+// per mode, times with a band of 5-95 % of the frames.
+#pragma once
+
+#include <vector>
+
+#include "app/report/plot.h"
+#include "app/report/zoom_bundle.h"
+
+namespace qs {
+
+std::vector<Plot> zoom_plots(const ZoomBundle& bundle);
+
+}  // namespace qs

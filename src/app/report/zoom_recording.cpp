@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "app/report/zoom_recording.h"
+
+#include <fmt/format.h>
+
+#include "app/measure/scene_facts.h"
+#include "app/measure/zoom_path.h"
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/report/zoom_plots.h"
+#include "io/picture/image_file.h"
+
+namespace qs {
+namespace {
+
+// First, middle and last step in the default mode.
+void save_pictures(Session& session, const ZoomBundle& bundle,
+                   const std::filesystem::path& folder) {
+  const std::vector<Camera> path =
+      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
+  RenderSettings settings = session.settings;
+  settings.mode = kDefaultMode;
+  for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
+    write_image(session.renderer->render(path[step], settings).color,
+                folder / fmt::format("step_{:04}.png", step));
+  }
+}
+
+}  // namespace
+
+ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
+  ZoomBundle bundle;
+  bundle.scene = std::filesystem::absolute(session.scene.path);
+  bundle.scene_hash = file_hash(session.scene.path);
+  bundle.start = start;
+  bundle.target = target;
+  bundle.settings = session.settings;
+  bundle.environment = environment_json(session);
+  bundle.modes = all_modes();
+  return bundle;
+}
+
+std::vector<BenchRow> record_zoom(
+    Session& session, const ZoomBundle& bundle, const ViewPlan& plan, const Progress& progress,
+    const std::function<void(const Camera&, const std::vector<BenchRow>&)>& on_step) {
+  const std::vector<Camera> path =
+      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
+  const std::string name = scene_name(session.scene.path);
+  std::vector<BenchRow> rows;
+  for (std::size_t step = 0; step < path.size(); ++step) {
+    progress.update(static_cast<float>(step) / static_cast<float>(path.size()));
+    std::vector<BenchRow> step_rows =
+        measure_view(session, bundle.modes, path[step], plan, {{}, progress.stop});
+    for (BenchRow& row : step_rows) {
+      row.scene = name;
+      row.camera = fmt::format("{}", step);
+      row.view = step;
+    }
+    if (on_step) on_step(path[step], step_rows);
+    rows.insert(rows.end(), step_rows.begin(), step_rows.end());
+  }
+  return rows;
+}
+
+std::string save_zoom(Session& session, const ZoomBundle& bundle,
+                      const std::filesystem::path& folder) {
+  make_folder(folder);
+  write_stats(folder / "zoom.csv", format_csv(bundle.rows));
+  write_stats(folder / "zoom.json", format_zoom_json(bundle));
+  save_pictures(session, bundle, folder);
+  return draw_plots(folder, zoom_plots(bundle));
+}
+
+}  // namespace qs

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+//
+// What every picture of a scene says about itself: enough to render it again.
+#pragma once
+
+#include "io/picture/image_file.h"
+#include "raster/renderer.h"
+
+namespace qs {
+
+ImageMetadata frame_metadata(const std::filesystem::path& scene, const Camera& camera,
+                             CullMode mode, const RenderStats& stats);
+
+}  // namespace qs

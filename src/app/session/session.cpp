@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "app/session/session.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "app/session/progress_bar.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+Backend choose_backend(const FrameOptions& frame) {
+  const bool reference = std::count(frame.modes.begin(), frame.modes.end(), kReferenceMode) > 0;
+  const bool other_tiles = frame.tile_px != kTileSize;
+  if (!frame.backend) {
+    return reference || other_tiles ? Backend::cpu : available_backends().front();
+  }
+  if (other_tiles && *frame.backend != Backend::cpu) {
+    fail(ErrorKind::usage, "--tile-size {} runs with --backend cpu only", frame.tile_px);
+  }
+  if (reference && *frame.backend != Backend::cpu) {
+    fail(ErrorKind::usage, "--cull reference runs with --backend cpu only");
+  }
+  return *frame.backend;
+}
+
+}  // namespace
+
+std::vector<CullMode> all_modes() {
+  std::vector<CullMode> modes(kCullerCount);
+  std::iota(modes.begin(), modes.end(), 1);
+  return modes;
+}
+
+const char* pipeline_name(const Session& session) {
+  if (session.backend == Backend::cpu && session.settings.pipeline == kDefaultPipeline)
+    return kBackendNames[static_cast<int>(Backend::cpu)];
+  return kPipelineNames[static_cast<int>(session.settings.pipeline)];
+}
+
+Scene load_scene(const std::filesystem::path& path, int iteration, const std::string& axes) {
+  ProgressBar bar("reading");
+  ReadOptions options;
+  options.iteration = iteration;
+  options.axes = axes;
+  options.progress = bar.progress();
+  Scene scene = read_scene(path, options);
+  for (const std::string& warning : scene.warnings)
+    fmt::print(stderr, "quadsplat: warning: {}\n", warning);
+  return scene;
+}
+
+std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,
+                                       const RendererOptions& options) {
+  ProgressBar bar("uploading");
+  auto renderer = make_renderer(backend, options);
+  renderer->upload(cloud, bar.progress());
+  return renderer;
+}
+
+Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
+  Session session;
+  session.backend = choose_backend(frame);
+  session.scene = load_scene(frame.scene, frame.iteration, frame.axes);
+  session.device = frame.renderer.device;
+  if (change) change(session.scene);
+  session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);
+  const bool white = !frame.background && model_wants_white_background(session.scene.path);
+  session.settings.mode = frame.modes.front();
+  session.settings.pipeline = frame.pipeline;
+  session.settings.sh_degree = frame.sh_degree;
+  session.settings.splat_scale = frame.splat_scale;
+  session.settings.background = frame.background.value_or(glm::vec3(white ? 1.0f : 0.0f));
+  session.settings.antialiased = frame.antialiased;
+  session.settings.tile_px = frame.tile_px;
+  return session;
+}
+
+}  // namespace qs

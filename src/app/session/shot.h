@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+//
+// A view that a command renders, and the names of the files made from it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+struct Shot {
+  Camera camera;
+  int number = -1;     ///< position in the cameras file or on the path, -1 when it has none
+  std::string origin;  ///< for people: "camera 3 (IMG_0004)", "path 0003", "framing"
+};
+
+/// OUT.png -> OUT_0003_NAME.png for a numbered shot, OUT.png for others.
+std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& shot);
+
+/// OUT.png -> OUT_WORD.png. Characters that are trouble in file names become '_'.
+std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word);
+
+}  // namespace qs

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "app/session/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+template <class T>
+bool parse_all(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty();
+}
+
+}  // namespace
+
+int parse_integer(std::string_view what, std::string_view text, int low, int high) {
+  int value = 0;
+  if (!parse_all(text, value) || value < low || value > high) {
+    fail(ErrorKind::usage, "{}: '{}' is not a whole number from {} to {}", what, text, low, high);
+  }
+  return value;
+}
+
+double parse_real(std::string_view what, std::string_view text, double low, double high) {
+  double value = 0;
+  if (!parse_all(text, value) || !(value >= low && value <= high)) {
+    fail(ErrorKind::usage, "{}: '{}' is not a number from {} to {}", what, text, low, high);
+  }
+  return value;
+}
+
+glm::ivec2 parse_size(std::string_view what, std::string_view text) {
+  constexpr int kMaxSide = 32768;
+  const std::size_t cross = text.find('x');
+  glm::ivec2 size{0};
+  if (cross == std::string_view::npos || !parse_all(text.substr(0, cross), size.x) ||
+      !parse_all(text.substr(cross + 1), size.y) || size.x < 1 || size.y < 1 || size.x > kMaxSide ||
+      size.y > kMaxSide) {
+    fail(ErrorKind::usage, "{}: '{}' is not WIDTHxHEIGHT with sides from 1 to {}", what, text,
+         kMaxSide);
+  }
+  return size;
+}
+
+glm::vec3 parse_color(std::string_view what, std::string_view text) {
+  glm::vec3 color{0.0f};
+  std::string_view rest = text;
+  for (int c = 0; c < 3; ++c) {
+    const std::size_t end = c < 2 ? rest.find(',') : rest.size();
+    if (end == std::string_view::npos || !parse_all(rest.substr(0, end), color[c]) ||
+        !(color[c] >= 0 && color[c] <= 1)) {
+      fail(ErrorKind::usage, "{}: '{}' is not R,G,B with values from 0 to 1", what, text);
+    }
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return color;
+}
+
+std::string joined(std::span<const std::string> words, std::string_view separator) {
+  std::string text;
+  for (const std::string& word : words) {
+    if (!text.empty()) text += separator;
+    text += word;
+  }
+  return text;
+}
+
+std::vector<std::string> separated(std::string_view text, char separator) {
+  std::vector<std::string> words;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    words.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string grouped(std::uint64_t number) {
+  const std::string digits = fmt::format("{}", number);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  static constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  while (value >= 999.95 && unit + 1 < kUnits.size()) {
+    value /= 1000;
+    ++unit;
+  }
+  return unit == 0 ? fmt::format("{} bytes", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
+}
+
+std::string decibels(double psnr) { return std::isinf(psnr) ? "inf" : fmt::format("{:.2f}", psnr); }
+
+}  // namespace qs

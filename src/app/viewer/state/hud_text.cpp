@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/hud_text.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/inspect/inspection_text.h"
+#include "app/session/text.h"
+#include "io/camera/cameras.h"
+
+namespace qs {
+
+std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
+std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
+
+std::string signed_text(std::int64_t number) {
+  const auto size = static_cast<std::uint64_t>(number < 0 ? -number : number);
+  return fmt::format("{}{}", number < 0 ? '-' : '+', grouped(size));
+}
+
+std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
+  if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
+  return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
+}
+
+const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
+  const std::string name = mode_name(mode);
+  const bool one = pipelines_of(viewer.backend).size() < 2;
+  for (const BenchRow& row : viewer.numbers.rows) {
+    if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
+      return &row;
+  }
+  return nullptr;
+}
+
+namespace {
+
+std::string speedup_text(const BenchRow* row, const BenchRow* base) {
+  if (row == nullptr || base == nullptr || row->ms_median <= 0) return "-";
+  return fmt::format("{:.2f}x", base->ms_median / row->ms_median);
+}
+
+// The share of pairs that no pixel used.
+std::string in_vain_text(const BenchRow* row) {
+  if (row == nullptr || !row->false_positives) return "-";
+  return fmt::format("{:.1f} %", 100 * row->false_positive_share.value_or(0));
+}
+
+}  // namespace
+
+std::vector<HudRow> hud_rows(const Viewer& viewer) {
+  const CullMode base_mode = find_culler("3dgs");
+  const Pipeline here = viewer.settings.pipeline;
+  const std::optional<Pipeline> other = other_pipeline(viewer);
+  std::vector<HudRow> rows;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    const BenchRow* found = measured_row(viewer, mode, here);
+    HudRow& row = rows.emplace_back();
+    row.mode = mode;
+    row.name = mode_name(mode);
+    row.ms = found == nullptr ? "-" : ms_text(found->ms_median);
+    row.fps = found == nullptr ? "-" : fps_text(found->fps_median);
+    row.pairs = found == nullptr ? "-" : grouped(found->pairs);
+    row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
+    row.in_vain = in_vain_text(found);
+    row.speedup = speedup_text(found, measured_row(viewer, base_mode, here));
+    if (!other) continue;
+    const BenchRow* beside = measured_row(viewer, mode, *other);
+    row.other_ms = beside == nullptr ? "-" : ms_text(beside->ms_median);
+    row.other_speedup = speedup_text(beside, measured_row(viewer, base_mode, *other));
+  }
+  return rows;
+}
+
+bool numbers_are_current(const Viewer& viewer) {
+  return viewer.numbers.version == viewer.view_version;
+}
+
+std::vector<HudFact> hud_facts(const Viewer& viewer) {
+  const RenderStats& stats = viewer.shown.stats;
+  const double ms = static_cast<double>(stats.frame_ms);
+  std::vector<HudFact> facts = {
+      {"render", ms > 0 ? fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)) : "-"},
+      {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
+      {"present",
+       fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
+                   viewer.shown.interop ? ", by interop" : ", through the host")},
+      {"tile pairs", grouped(stats.tile_pairs)},
+      {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
+      {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
+  };
+  const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
+  if (measured != nullptr && measured->false_positives)
+    facts.push_back({"in vain", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
+                                            in_vain_text(measured))});
+  if (viewer.process_bytes > 0) {
+    facts.push_back(
+        {"memory",
+         bytes_text(viewer.process_bytes) +
+             (viewer.gpu_bytes > 0 ? fmt::format(", GPU {}", bytes_text(viewer.gpu_bytes)) : "")});
+  }
+  return facts;
+}
+
+std::string hud_caveat(const Viewer& viewer) {
+  const std::vector<std::string> reasons = not_a_measurement(viewer);
+  return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
+}
+
+std::vector<HudFact> split_facts(const Viewer& viewer) {
+  if (!viewer.shown.other) return {};
+  const ShownOther& other = *viewer.shown.other;
+  const PixelDifference& pixels = other.pixels;
+  std::vector<HudFact> facts = {
+      {"PSNR", std::isinf(pixels.psnr) ? "equal" : decibels(pixels.psnr) + " dB"},
+      {"largest error", pixels.largest == 0 ? "0"
+                                            : fmt::format("{}/255 at {}, {}", pixels.largest,
+                                                          pixels.farthest.x, pixels.farthest.y)},
+      {"pixels that differ", grouped(pixels.pixels)}};
+  if (other.pairs)
+    facts.push_back(
+        {"tile pairs",
+         fmt::format("{} and {}: {}", grouped(viewer.shown.stats.tile_pairs),
+                     grouped(other.stats.tile_pairs), signed_text(other.pairs->total))});
+  return facts;
+}
+
+std::string state_json(const Viewer& viewer) {
+  using nlohmann::ordered_json;
+  ordered_json json;
+  json["scene"] = viewer.scene ? viewer.scene->name : "";
+  json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
+  json["mode"] = mode_name(viewer.mode());
+  json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
+  json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
+  json["camera"] = viewer.camera.width > 0 && viewer.scene
+                       ? ordered_json::parse(format_camera(viewer.camera))
+                       : ordered_json();
+  json["axes"] = viewer.scene ? viewer.scene->axes : "";
+  json["dataset_camera"] = viewer.dataset_camera;
+  json["divisor"] = viewer.shown.divisor;
+  json["interop"] = viewer.shown.interop;
+  json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
+  json["caveat"] = hud_caveat(viewer);
+  json["numbers_are_current"] = numbers_are_current(viewer);
+  for (const HudRow& row : hud_rows(viewer)) {
+    json["modes"].push_back({{"mode", row.name},
+                             {"ms", row.ms},
+                             {"fps", row.fps},
+                             {"pairs", row.pairs},
+                             {"per_visible", row.per_visible},
+                             {"in_vain", row.in_vain},
+                             {"speedup", row.speedup},
+                             {"other_ms", row.other_ms},
+                             {"other_speedup", row.other_speedup}});
+  }
+  for (const HudFact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
+  if (viewer.shown.heatmap) {
+    json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
+                       {"total", viewer.shown.heatmap->total}};
+    if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
+  }
+  if (viewer.shown.other) {
+    const PixelBox& region = viewer.shown.other->region;
+    json["split"] = {{"first", full_name(viewer.variant())},
+                     {"other", full_name(viewer.shown.other->variant)},
+                     {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
+                     {"divider", viewer.split.divider},
+                     {"flipped", viewer.split.flipped},
+                     {"region", {region.x0, region.y0, region.x1, region.y1}}};
+    for (const HudFact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
+  }
+  if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
+  if (viewer.oracle) json["oracle"] = viewer.oracle->sentence;
+  json["toasts"] = ordered_json::array();
+  for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
+  json["keyframes"] = viewer.keyframes.size();
+  json["zoom"] = {{"running", viewer.zoom.running},
+                  {"rows", viewer.zoom.rows.size()},
+                  {"folder", viewer.zoom.folder.string()}};
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace qs

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/window/input.h"
+
+#include <algorithm>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <glm/geometric.hpp>
+
+#include "app/viewer/state/bindings.h"
+
+namespace qs {
+namespace {
+
+constexpr int kKnownMods = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
+constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
+constexpr double kClickPixels = 3;  ///< the cursor may move this far between press and release
+constexpr double kFast = 5, kSlow = 0.2;
+
+}  // namespace
+
+void Input::key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions) {
+  mods_ = mods & kKnownMods;
+  if (!down) {
+    // A key that went down outside of a text field is released wherever the cursor is by then.
+    if (held_.erase(key) == 0) return;
+    const Binding* row = find_binding(key, 0);
+    if (row != nullptr && row->on_release) actions.push_back(*row->on_release);
+    return;
+  }
+  if (captured) return;
+  const Binding* row = find_binding(key, mods_);
+  if (row != nullptr && row->on_release && repeat) return;
+  held_.insert(key);
+  if (row != nullptr) actions.push_back(row->action);
+}
+
+void Input::button(int button, bool down, bool captured, double now, Actions& actions) {
+  if (!down) {
+    if (button != dragged_) return;
+    dragged_ = -1;
+    if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
+      actions.push_back(action::InspectPixel{cursor_});
+    return;
+  }
+  if (captured) return;
+  dragged_ = button;
+  if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+  const bool twice = now - last_press_time_ < kDoubleClickSeconds &&
+                     glm::distance(cursor_, last_press_) < kDoubleClickPixels;
+  if (twice) actions.push_back(action::PickPivot{cursor_});
+  last_press_time_ = twice ? -1e9 : now;
+  last_press_ = cursor_;
+}
+
+void Input::cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions) {
+  const glm::dvec2 by = pixel - cursor_;
+  cursor_ = pixel;
+  if (dragged_ < 0 || by == glm::dvec2(0)) return;
+  if (dragged_ == GLFW_MOUSE_BUTTON_MIDDLE) {
+    actions.push_back(action::Pan{by});
+  } else if (navigation == Navigation::fly) {
+    actions.push_back(action::Look{by});
+  } else if (dragged_ == GLFW_MOUSE_BUTTON_LEFT) {
+    actions.push_back(action::Orbit{by});
+  } else {
+    actions.push_back(action::Pan{by});
+  }
+}
+
+void Input::wheel(double notches, int mods, bool captured, Actions& actions) {
+  if (captured || notches == 0) return;
+  if ((mods & GLFW_MOD_SHIFT) != 0) {
+    actions.push_back(action::ChangeFov{notches});
+  } else if ((mods & GLFW_MOD_CONTROL) != 0) {
+    actions.push_back(action::Roll{notches});
+  } else {
+    actions.push_back(action::Dolly{notches});
+  }
+}
+
+void Input::release_all(Actions& actions) {
+  const std::set<int> held = held_;
+  for (const int key : held) this->key(key, false, false, 0, false, actions);
+  dragged_ = -1;
+  mods_ = 0;
+}
+
+bool Input::flies() const {
+  const auto keys = fly_keys();
+  return (mods_ & GLFW_MOD_CONTROL) == 0 &&
+         std::any_of(keys.begin(), keys.end(),
+                     [&](const FlyKey& row) { return held_.count(row.key) > 0; });
+}
+
+void Input::tick(double seconds, Actions& actions) const {
+  if (!flies()) return;
+  glm::dvec3 direction(0);
+  for (const FlyKey& row : fly_keys()) {
+    if (held_.count(row.key) > 0) direction += row.direction;
+  }
+  const double factor =
+      ((mods_ & GLFW_MOD_SHIFT) != 0 ? kFast : 1) * ((mods_ & GLFW_MOD_ALT) != 0 ? kSlow : 1);
+  if (direction != glm::dvec3(0)) actions.push_back(action::Fly{direction, seconds, factor});
+}
+
+}  // namespace qs

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// From keys, buttons and the wheel to actions. It knows no window: the window's callbacks and the
+// input scripts of tests call the same functions. `captured` says that a panel takes the input.
+#pragma once
+
+#include <set>
+
+#include "app/viewer/state/actions.h"
+
+namespace qs {
+
+class Input {
+ public:
+  /// `down` is true for a press and for its repeats.
+  void key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions);
+  void button(int button, bool down, bool captured, double now, Actions& actions);
+  void cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions);
+  void wheel(double notches, int mods, bool captured, Actions& actions);
+
+  /// The window lost the keyboard: nothing is held any more.
+  void release_all(Actions& actions);
+
+  /// Moves the camera by the keys that are held.
+  void tick(double seconds, Actions& actions) const;
+
+  bool busy() const { return dragged_ >= 0 || flies(); }
+  glm::dvec2 cursor() const { return cursor_; }
+
+ private:
+  bool flies() const;
+
+  std::set<int> held_;  // keys
+  int mods_ = 0;
+  int dragged_ = -1;  // button
+  glm::dvec2 cursor_{0.0}, last_press_{-1e9};
+  double last_press_time_ = -1e9;
+};
+
+}  // namespace qs

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/window/presenter.h"
+
+#include <array>
+#include <fstream>
+#include <iterator>
+
+#include <epoxy/gl.h>
+
+#include "app/picture/colormap.h"
+#include "app/session/assets.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr int kColors = 256;
+
+unsigned compiled(GLenum kind, const char* name) {
+  const auto path = find_asset(std::string("shaders/") + name);
+  if (!path) fail(ErrorKind::device, "view: the file shaders/{} of the program is missing", name);
+  std::ifstream file(*path);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const char* source = text.c_str();
+  const unsigned shader = glCreateShader(kind);
+  glShaderSource(shader, 1, &source, nullptr);
+  glCompileShader(shader);
+  int good = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
+  if (good == 0) {
+    std::array<char, 1000> log{};
+    glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+    fail(ErrorKind::device, "view: {} does not compile: {}", path->string(), log.data());
+  }
+  return shader;
+}
+
+unsigned linked(unsigned vertex, unsigned fragment) {
+  const unsigned program = glCreateProgram();
+  glAttachShader(program, vertex);
+  glAttachShader(program, fragment);
+  glLinkProgram(program);
+  int good = 0;
+  glGetProgramiv(program, GL_LINK_STATUS, &good);
+  if (good == 0) fail(ErrorKind::device, "view: the shaders do not link");
+  glDeleteShader(vertex);
+  glDeleteShader(fragment);
+  return program;
+}
+
+unsigned new_texture(GLenum target, GLint filter) {
+  unsigned texture = 0;
+  glGenTextures(1, &texture);
+  glBindTexture(target, texture);
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
+  glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return texture;
+}
+
+// `color(t)` for t from 0 to 1.
+template <class Color>
+unsigned color_texture(const Color& color) {
+  const unsigned texture = new_texture(GL_TEXTURE_1D, GL_LINEAR);
+  std::array<glm::vec3, kColors> colors;
+  for (int i = 0; i < kColors; ++i)
+    colors[static_cast<std::size_t>(i)] = color(static_cast<float>(i) / (kColors - 1));
+  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, kColors, 0, GL_RGB, GL_FLOAT, colors.data());
+  return texture;
+}
+
+void bind(int unit, GLenum target, unsigned texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(unit));
+  glBindTexture(target, texture);
+}
+
+}  // namespace
+
+HeatLayer layer_of(const Heatmap& map, const Scale& scale) {
+  return {map.columns,
+          map.rows,
+          map.cell_px,
+          {map.values.begin(), map.values.end()},
+          static_cast<float>(scale.maximum),
+          false};
+}
+
+HeatLayer layer_of(const PairDifference& difference, const Scale& scale) {
+  return {difference.grid.columns,           difference.grid.rows,
+          difference.grid.tile_px,           {difference.values.begin(), difference.values.end()},
+          static_cast<float>(scale.maximum), true};
+}
+
+Presenter::Presenter() {
+  program_ = linked(compiled(GL_VERTEX_SHADER, "present.vert"),
+                    compiled(GL_FRAGMENT_SHADER, "present.frag"));
+  glUseProgram(program_);
+  const auto uniform = [&](const char* name) { return glGetUniformLocation(program_, name); };
+  glUniform1i(uniform("picture"), 0);
+  glUniform1i(uniform("other"), 1);
+  glUniform1i(uniform("heat"), 2);
+  glUniform1i(uniform("colors"), 3);
+  uniforms_ = {uniform("split"),         uniform("flipped"),  uniform("divider"),
+               uniform("amplification"), uniform("heat_low"), uniform("heat_high"),
+               uniform("heat_cells")};
+  glGenVertexArrays(1, &empty_vertices_);
+  glGenQueries(1, &query_);
+  glGenBuffers(1, &pixels_);
+  picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
+  other_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
+  heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
+  rising_colors_ = color_texture(viridis);
+  signed_colors_ = color_texture([](float t) { return diverging(2 * t - 1); });
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+}
+
+Presenter::~Presenter() {
+  for (const unsigned* texture : {&picture_, &other_, &heat_, &rising_colors_, &signed_colors_})
+    glDeleteTextures(1, texture);
+  glDeleteQueries(1, &query_);
+  glDeleteBuffers(1, &pixels_);
+  glDeleteVertexArrays(1, &empty_vertices_);
+  glDeleteProgram(program_);
+}
+
+void Presenter::show(FrameReply reply, std::optional<HeatLayer> layer) {
+  next_ = std::move(reply);
+  layer_ = std::move(layer);
+}
+
+void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const {
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, pixels_);
+  glBufferData(GL_PIXEL_UNPACK_BUFFER, static_cast<GLsizeiptr>(rgba.size()), rgba.data(),
+               GL_STREAM_DRAW);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_, height_, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+}
+
+void Presenter::upload_layer() {
+  glBindTexture(GL_TEXTURE_2D, heat_);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, layer_->columns, layer_->rows, 0, GL_RED, GL_FLOAT,
+               layer_->values.data());
+}
+
+// The pixels of the newest reply, in a texture of ours or in the one they were drawn into.
+void Presenter::upload() {
+  const FrameReply reply = *std::exchange(next_, std::nullopt);
+  shown_ = reply.texture.name != 0 ? reply.texture.name : picture_;
+  width_ = reply.width;
+  height_ = reply.height;
+  has_other_ = !reply.other.empty();
+  glActiveTexture(GL_TEXTURE0);
+  if (shown_ == picture_) upload_pixels(picture_, reply.rgba);
+  if (has_other_) upload_pixels(other_, reply.other);
+  if (layer_) upload_layer();
+  glBindTexture(GL_TEXTURE_2D, shown_);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                  layer_ ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
+  if (layer_) glGenerateMipmap(GL_TEXTURE_2D);
+}
+
+void Presenter::draw(int width, int height, const Split& split) {
+  glViewport(0, 0, width, height);
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  if (next_) {
+    begin_timing();
+    upload();
+  }
+  if (width_ == 0) {
+    glClearColor(0.075f, 0.08f, 0.095f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    return;
+  }
+  glUseProgram(program_);
+  glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
+  glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
+  glUniform1f(uniforms_.divider, split.divider);
+  glUniform1f(uniforms_.amplification, static_cast<float>(split.amplification));
+  const bool heat = layer_ && (!has_other_ || split.view == SplitView::tile_pairs);
+  const float maximum = heat ? layer_->maximum : 0;
+  glUniform1f(uniforms_.heat_low, heat && layer_->has_signs ? -maximum : 0);
+  glUniform1f(uniforms_.heat_high, maximum);
+  const glm::vec2 cells =
+      glm::vec2(width_, height_) / static_cast<float>(layer_ ? layer_->cell_px : 1);
+  glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
+  bind(3, GL_TEXTURE_1D, heat && layer_->has_signs ? signed_colors_ : rising_colors_);
+  bind(2, GL_TEXTURE_2D, heat_);
+  bind(1, GL_TEXTURE_2D, other_);
+  bind(0, GL_TEXTURE_2D, shown_);
+  glBindVertexArray(empty_vertices_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindVertexArray(0);
+  end_timing();
+}
+
+// One query at a time: a new one begins when the last one's result was read.
+void Presenter::begin_timing() {
+  if (timed_) {
+    int ready = 0;
+    glGetQueryObjectiv(query_, GL_QUERY_RESULT_AVAILABLE, &ready);
+    if (ready == 0) return;
+    GLuint64 nanoseconds = 0;
+    glGetQueryObjectui64v(query_, GL_QUERY_RESULT, &nanoseconds);
+    gpu_ms_ = static_cast<float>(static_cast<double>(nanoseconds) * 1e-6);
+    timed_ = false;
+  }
+  if (timing_) return;
+  glBeginQuery(GL_TIME_ELAPSED, query_);
+  timing_ = true;
+}
+
+void Presenter::end_timing() {
+  if (!timing_) return;
+  glEndQuery(GL_TIME_ELAPSED);
+  timing_ = false;
+  timed_ = true;
+}
+
+void Presenter::finish() { glFinish(); }
+
+Image Presenter::grab(int width, int height) {
+  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  std::vector<std::uint8_t> rgb(3 * pixels);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
+  Image image(width, height, 3);
+  const auto stride = 3 * static_cast<std::size_t>(width);
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* from = rgb.data() + static_cast<std::size_t>(height - 1 - y) * stride;
+    for (std::size_t i = 0; i < stride; ++i) image.row(y)[i] = static_cast<float>(from[i]) / 255.0f;
+  }
+  return image;
+}
+
+}  // namespace qs

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/window/window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <epoxy/gl.h>
+// After epoxy, which brings GL's functions.
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include "app/session/assets.h"
+#include "app/viewer/panels/style.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+Window* self(GLFWwindow* window) { return static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+
+/// As scripts name them; index = GLFW_MOUSE_BUTTON_*.
+constexpr const char* kButtons[] = {"left", "right", "middle"};
+
+std::string glfw_reason() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text == nullptr ? "unknown reason" : text;
+}
+
+}  // namespace
+
+Window::Window(glm::ivec2 size) {
+  if (glfwInit() != GLFW_TRUE) {
+    fail(ErrorKind::device,
+         "view: there is no display ({}): 'quadsplat render' draws into files instead",
+         glfw_reason());
+  }
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  window_ = glfwCreateWindow(size.x, size.y, "quadsplat", nullptr, nullptr);
+  if (window_ == nullptr) {
+    const std::string reason = glfw_reason();
+    glfwTerminate();
+    fail(ErrorKind::device,
+         "view: no window with OpenGL 3.3 can be opened ({}): 'quadsplat render' draws into files "
+         "instead",
+         reason);
+  }
+  glfwMakeContextCurrent(window_);
+  glfwSetWindowUserPointer(window_, this);
+  set_callbacks();
+
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui_ImplGlfw_InitForOpenGL(window_, false);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+  add_fonts();
+  apply_style(scale());
+}
+
+Window::~Window() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+void Window::set_callbacks() {
+  glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int mods) {
+    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+    self(window)->on_key(key, action, mods);
+  });
+  glfwSetCharCallback(window_, ImGui_ImplGlfw_CharCallback);
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int mods) {
+    ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
+    self(window)->on_button(button, action, mods);
+  });
+  glfwSetCursorPosCallback(
+      window_, [](GLFWwindow* window, double x, double y) { self(window)->on_cursor(x, y); });
+  glfwSetScrollCallback(window_, [](GLFWwindow* window, double x, double y) {
+    ImGui_ImplGlfw_ScrollCallback(window, x, y);
+    self(window)->on_scroll(x, y);
+  });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int focused) {
+    ImGui_ImplGlfw_WindowFocusCallback(window, focused);
+    Window& me = *self(window);
+    me.last_event_ = glfwGetTime();
+    if (focused == GLFW_FALSE && me.actions_ != nullptr) me.input_.release_all(*me.actions_);
+  });
+  glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
+    Window& me = *self(window);
+    me.last_event_ = glfwGetTime();
+    if (me.actions_ == nullptr) return;
+    for (int i = 0; i < count; ++i) me.actions_->push_back(action::Open{paths[i]});
+  });
+  const auto note = [](GLFWwindow* window) { self(window)->last_event_ = glfwGetTime(); };
+  glfwSetWindowRefreshCallback(window_, note);
+}
+
+void Window::add_fonts() {
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  const float size = std::round(kFontSize * scale());
+  if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {
+    static const ImWchar kRanges[] = {0x20, 0xff, 0x2013, 0x2026, 0};  // Latin-1, dashes, ellipsis
+    fonts.AddFontFromFileTTF(file->c_str(), size, nullptr, kRanges);
+  } else {
+    fonts.AddFontDefault();
+  }
+}
+
+void Window::on_key(int key, int action, int mods) {
+  last_event_ = glfwGetTime();
+  if (actions_ == nullptr) return;
+  input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, mods, ImGui::GetIO().WantTextInput,
+             *actions_);
+}
+
+void Window::on_button(int button, int action, int) {
+  last_event_ = glfwGetTime();
+  if (actions_ == nullptr) return;
+  input_.button(button, action == GLFW_PRESS, ImGui::GetIO().WantCaptureMouse, last_event_,
+                *actions_);
+}
+
+void Window::on_cursor(double x, double y) {
+  last_event_ = glfwGetTime();
+  if (actions_ == nullptr || scripted_cursor_) return;
+  const glm::dvec2 pixels_per_unit =
+      glm::dvec2(framebuffer()) / glm::max(glm::dvec2(1), glm::dvec2(size()));
+  input_.cursor(glm::dvec2(x, y) * pixels_per_unit, navigation_, *actions_);
+}
+
+void Window::on_scroll(double, double y) {
+  last_event_ = glfwGetTime();
+  if (actions_ == nullptr) return;
+  int mods = 0;
+  const auto held = [&](int left, int right) {
+    return glfwGetKey(window_, left) == GLFW_PRESS || glfwGetKey(window_, right) == GLFW_PRESS;
+  };
+  if (held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT)) mods |= GLFW_MOD_SHIFT;
+  if (held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)) mods |= GLFW_MOD_CONTROL;
+  input_.wheel(y, mods, ImGui::GetIO().WantCaptureMouse, *actions_);
+}
+
+void Window::poll(double seconds, Navigation navigation, Actions& actions) {
+  actions_ = &actions;
+  navigation_ = navigation;
+  if (seconds > 0) {
+    glfwWaitEventsTimeout(seconds);
+  } else {
+    glfwPollEvents();
+  }
+  actions_ = nullptr;
+}
+
+void Window::wake() { glfwPostEmptyEvent(); }
+
+void Window::begin_ui() {
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  if (scripted_cursor_) {
+    const glm::dvec2 units =
+        input_.cursor() * (glm::dvec2(size()) / glm::max(glm::dvec2(1), glm::dvec2(framebuffer())));
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {static_cast<float>(units.x), static_cast<float>(units.y)};
+    for (std::size_t i = 0; i < scripted_buttons_.size(); ++i)
+      io.MouseDown[i] = io.MouseDown[i] || scripted_buttons_[i];
+  }
+  ImGui::NewFrame();
+}
+
+void Window::end_ui() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void Window::swap() { glfwSwapBuffers(window_); }
+
+bool Window::play(const ScriptStep& step, double now, Actions& actions) {
+  last_event_ = glfwGetTime();
+  const auto number = [&](std::size_t i) { return std::stod(step.words[i]); };
+  const auto press = [&](const KeyPress& key, bool down) {
+    ImGui_ImplGlfw_KeyCallback(window_, key.key, 0, down ? GLFW_PRESS : GLFW_RELEASE, key.mods);
+    input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
+  };
+  const auto click = [&](int button, bool down) {
+    scripted_buttons_[static_cast<std::size_t>(button)] = down;
+    ImGui_ImplGlfw_MouseButtonCallback(window_, button, down ? GLFW_PRESS : GLFW_RELEASE, 0);
+    input_.button(button, down, ImGui::GetIO().WantCaptureMouse, now, actions);
+  };
+  if (step.command == "key") {
+    press(parse_key(step.words[0]), true);
+    press(parse_key(step.words[0]), false);
+  } else if (step.command == "keypad") {
+    const KeyPress key{GLFW_KEY_KP_0 + static_cast<int>(number(0)), 0};
+    press(key, true);
+    press(key, false);
+  } else if (step.command == "press" || step.command == "release") {
+    const bool down = step.command == "press";
+    const auto button = std::find(std::begin(kButtons), std::end(kButtons), step.words[0]);
+    if (button != std::end(kButtons)) {
+      click(static_cast<int>(button - std::begin(kButtons)), down);
+    } else {
+      press(parse_key(step.words[0]), down);
+    }
+  } else if (step.command == "move") {
+    scripted_cursor_ = true;
+    input_.cursor({number(0), number(1)}, navigation_, actions);
+  } else if (step.command == "click" || step.command == "doubleclick") {
+    for (int i = 0; i < (step.command == "click" ? 1 : 2); ++i) {
+      click(GLFW_MOUSE_BUTTON_LEFT, true);
+      click(GLFW_MOUSE_BUTTON_LEFT, false);
+    }
+  } else if (step.command == "nudge") {
+    scripted_cursor_ = true;
+    input_.cursor(input_.cursor() + glm::dvec2(number(0), number(1)), navigation_, actions);
+  } else if (step.command == "wheel") {
+    const int mods = step.words.size() > 1 ? parse_key(step.words[1] + "+A").mods : 0;
+    input_.wheel(number(0), mods, false, actions);
+  } else if (step.command == "type") {
+    for (const char c : step.words[0])
+      ImGui::GetIO().AddInputCharacter(static_cast<unsigned char>(c));
+  } else if (step.command == "drop") {
+    actions.push_back(action::Open{step.words[0]});
+  } else if (step.command == "paste") {
+    set_clipboard(step.words[0]);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool Window::close_requested() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+void Window::set_vsync(bool on) { glfwSwapInterval(on ? 1 : 0); }
+
+void Window::toggle_fullscreen() {
+  if (glfwGetWindowMonitor(window_) != nullptr) {
+    glfwSetWindowMonitor(window_, nullptr, windowed_position_.x, windowed_position_.y,
+                         windowed_size_.x, windowed_size_.y, GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window_, &windowed_position_.x, &windowed_position_.y);
+  windowed_size_ = size();
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Window::set_clipboard(const std::string& text) {
+  glfwSetClipboardString(window_, text.c_str());
+}
+
+std::string Window::clipboard() const {
+  const char* text = glfwGetClipboardString(window_);
+  return text == nullptr ? "" : text;
+}
+
+glm::ivec2 Window::framebuffer() const {
+  glm::ivec2 pixels(0);
+  glfwGetFramebufferSize(window_, &pixels.x, &pixels.y);
+  return pixels;
+}
+
+glm::ivec2 Window::size() const {
+  glm::ivec2 units(0);
+  glfwGetWindowSize(window_, &units.x, &units.y);
+  return units;
+}
+
+glm::ivec2 Window::windowed_size() const {
+  return glfwGetWindowMonitor(window_) != nullptr ? windowed_size_ : size();
+}
+
+// What the system says of the display, and more on a large window of a display that says nothing.
+float Window::scale() const {
+  constexpr float kUnscaledHeight = 1080, kMost = 2;
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(window_, &x, &y);
+  const float by_height = static_cast<float>(size().y) / kUnscaledHeight;
+  return std::max({1.0f, std::min(x, y), std::min(by_height, kMost)});
+}
+
+double Window::seconds_since_event() const { return glfwGetTime() - last_event_; }
+
+}  // namespace qs

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Reading numbers from bytes that anybody may have written. Every read is checked against the bytes
+// left, in 64 bits; loads work at any alignment. Files are little-endian unless said otherwise, and
+// so is every machine this program runs on.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+
+static_assert(std::endian::native == std::endian::little);
+
+/// The value whose little-endian bytes start at `at`, at any alignment.
+template <class T>
+T load(const std::byte* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/// Whether `count` items of `item_bytes` fit into `available` bytes; never overflows.
+constexpr bool fits(std::uint64_t count, std::uint64_t item_bytes, std::uint64_t available) {
+  return item_bytes == 0 || count <= available / item_bytes;
+}
+
+/// Walks through `bytes` from the front. Messages begin with `source` and name what was read.
+class ByteCursor {
+ public:
+  ByteCursor(std::span<const std::byte> bytes, std::string source)
+      : bytes_(bytes), source_(std::move(source)) {}
+
+  std::uint64_t offset() const { return offset_; }
+  std::uint64_t left() const { return bytes_.size() - offset_; }
+
+  /// The next `count` bytes. Throws Error(input) when fewer are left.
+  std::span<const std::byte> take(std::uint64_t count, const char* what) {
+    if (count > left()) {
+      fail("{}: cut off: {} needs {} bytes at offset {}, {} are left", source_, what, count,
+           offset_, left());
+    }
+    const auto part = bytes_.subspan(offset_, count);
+    offset_ += count;
+    return part;
+  }
+
+  template <class T>
+  T read(const char* what) {
+    return load<T>(take(sizeof(T), what).data());
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::string source_;
+  std::uint64_t offset_ = 0;
+};
+
+}  // namespace qs

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+//
+// Reads fields of one JSON object that anybody may have written. `where` names file and record;
+// every complaint is one sentence "where: key ..." and an Error(input). Numbers are finite.
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include <glm/vec3.hpp>
+#include <nlohmann/json.hpp>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+
+struct JsonEntry {
+  using json = nlohmann::json;
+
+  const json& object;
+  const std::string& where;
+
+  bool has(const char* key) const { return object.contains(key) && !object[key].is_null(); }
+
+  const json& get(const char* key) const {
+    if (!has(key)) fail("{}: {} is missing", where, key);
+    return object[key];
+  }
+
+  double number(const json& value, const char* key) const {
+    if (!value.is_number()) fail("{}: {} is not a number", where, key);
+    const auto number = value.get<double>();
+    if (!std::isfinite(number)) fail("{}: {} is not finite", where, key);
+    return number;
+  }
+
+  double positive(const char* key) const {
+    const double value = number(get(key), key);
+    if (!(value > 0)) fail("{}: {} is {}, but must be above 0", where, key, value);
+    return value;
+  }
+
+  /// Pixels of a picture's side.
+  int side(const char* key) const {
+    constexpr int kMaxSide = 65535;
+    const double value = number(get(key), key);
+    if (value < 1 || value > kMaxSide || value != std::floor(value)) {
+      fail("{}: {} is {}, but must be a whole number from 1 to {}", where, key, value, kMaxSide);
+    }
+    return static_cast<int>(value);
+  }
+
+  const std::string& text(const char* key) const {
+    const json& value = get(key);
+    if (!value.is_string()) fail("{}: {} is not a string", where, key);
+    return value.get_ref<const std::string&>();
+  }
+
+  template <int kSize>
+  glm::vec<kSize, double> vector(const json& value, const char* key) const {
+    if (!value.is_array() || value.size() != kSize)
+      fail("{}: {} is not a list of {} numbers", where, key, kSize);
+    glm::vec<kSize, double> result;
+    for (int i = 0; i < kSize; ++i) result[i] = number(value[static_cast<std::size_t>(i)], key);
+    return result;
+  }
+};
+
+}  // namespace qs

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "io/bytes/mapped_file.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct Descriptor {
+  int number;
+  ~Descriptor() {
+    if (number >= 0) close(number);
+  }
+};
+
+}  // namespace
+
+MappedFile::MappedFile(const std::filesystem::path& path) {
+  // O_NONBLOCK: opening a named pipe must not wait for a writer.
+  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  if (file.number < 0) fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
+  struct stat status = {};
+  if (fstat(file.number, &status) != 0 || !S_ISREG(status.st_mode)) {
+    fail("{}: is not a regular file", path.string());
+  }
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size == 0) return;
+  void* const memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number, 0);
+  if (memory == MAP_FAILED) fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
+  content_ = {static_cast<const std::byte*>(memory), size};
+  madvise(memory, size, MADV_WILLNEED);  // advice only: starts reading ahead from a slow disk
+}
+
+MappedFile::~MappedFile() {
+  if (!content_.empty()) {
+    munmap(const_cast<std::byte*>(content_.data()), content_.size());
+  }
+}
+
+}  // namespace qs

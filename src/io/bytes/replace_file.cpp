@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "io/bytes/replace_file.h"
+
+#include <fstream>
+#include <system_error>
+
+#include <unistd.h>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+// Removes the temporary file unless it was moved away.
+struct Temporary {
+  std::filesystem::path path;
+  ~Temporary() {
+    std::error_code ignored;
+    if (!path.empty()) std::filesystem::remove(path, ignored);
+  }
+};
+
+}  // namespace
+
+void replace_file(const std::filesystem::path& path,
+                  const std::function<void(const std::filesystem::path& temporary)>& write) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) {
+    fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
+  }
+  if (std::filesystem::is_directory(path, error)) {
+    fail("{}: cannot be written: it is a folder", path.string());
+  }
+  Temporary temporary{folder / fmt::format(".{}.{}.tmp{}", path.stem().string(), getpid(),
+                                           path.extension().string())};
+  write(temporary.path);
+  std::filesystem::rename(temporary.path, path, error);
+  if (error) fail("{}: cannot be written: {}", path.string(), error.message());
+  temporary.path.clear();
+}
+
+void write_file(const std::filesystem::path& path,
+                const std::function<void(std::ostream& stream)>& write) {
+  replace_file(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream file(temporary, std::ios::binary);
+    if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());
+    write(file);
+    file.close();
+    if (!file) fail("{}: cannot be written; is the disk full?", path.string());
+  });
+}
+
+}  // namespace qs

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "io/camera/camera_formats.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <system_error>
+
+#include <glm/matrix.hpp>
+
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr std::array kFormats = {
+    CameraFormat{"cameras.json", "cameras.json", recognises_cameras_json, read_cameras_json},
+    CameraFormat{"COLMAP binary", "sparse/0/images.bin", recognises_colmap_binary,
+                 read_colmap_binary},
+    CameraFormat{"COLMAP text", "sparse/0/images.txt", recognises_colmap_text, read_colmap_text},
+    CameraFormat{"transforms.json", "transforms.json", recognises_transforms_json,
+                 read_transforms_json},
+};
+
+std::string start_of(const std::filesystem::path& file) {
+  std::string start(4096, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail("{}: cannot be opened", file.string());
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  return start;
+}
+
+// The file that a folder stands for: the data set's folder, its `sparse`, or one model inside.
+std::filesystem::path file_in(const std::filesystem::path& folder) {
+  std::error_code error;
+  for (const CameraFormat& format : kFormats) {
+    const std::filesystem::path place = format.place;
+    for (const auto& candidate : {place, place.filename(), "0" / place.filename()}) {
+      if (std::filesystem::is_regular_file(folder / candidate, error)) return folder / candidate;
+    }
+  }
+  fail("{}: a folder without cameras.json, COLMAP's images.bin or images.txt, or transforms.json",
+       folder.string());
+}
+
+}  // namespace
+
+std::span<const CameraFormat> camera_formats() { return kFormats; }
+
+std::vector<Camera> read_cameras(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail("{}: cannot be read: no such file", path.string());
+  const auto file = std::filesystem::is_directory(status) ? file_in(path) : path;
+  const std::string start = start_of(file);
+  const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
+    return row.recognises(file, start);
+  });
+  // What nobody recognises is taken for cameras.json, whose reader says what is wrong with it.
+  return format == kFormats.end() ? read_cameras_json(file) : format->read(file);
+}
+
+std::string photograph_name(const std::string& file_name) {
+  const std::size_t dot = file_name.rfind('.');
+  if (dot == std::string::npos || dot == 0) return file_name;
+  std::string ending = file_name.substr(dot);
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp",
+                            ".heic", ".ppm", ".pfm"}) {
+    if (ending == known) return file_name.substr(0, dot);
+  }
+  return file_name;
+}
+
+double rotation_error(const glm::dmat3& matrix) {
+  const glm::dmat3 product = matrix * glm::transpose(matrix);
+  double error = std::abs(glm::determinant(matrix) - 1);
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) error = std::max(error, std::abs(product[i][k] - (i == k ? 1 : 0)));
+  }
+  return error;
+}
+
+}  // namespace qs

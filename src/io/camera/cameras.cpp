@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+//
+// cameras.json, see cameras.h. Keys beyond INRIA's layout: cx, cy, near, and the exact values
+// "translation" and "center_px", which format_camera() adds because a camera's position and cx are
+// computed from them and lose the last bits. They count only as long as they agree with position
+// and cx, cy, so that editing those by hand does what it looks like.
+#include "io/camera/cameras.h"
+
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/json_entry.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/camera_formats.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
+
+// view_from_world: the transpose of the file's world_from_view, whose rows become columns.
+glm::dmat3 parse_rotation(const JsonEntry& entry) {
+  const json& rows = entry.get("rotation");
+  if (!rows.is_array() || rows.size() != 3)
+    fail("{}: rotation is not a list of 3 rows", entry.where);
+  glm::dmat3 rotation;
+  for (int i = 0; i < 3; ++i)
+    rotation[i] = entry.vector<3>(rows[static_cast<std::size_t>(i)], "rotation");
+  if (const double error = rotation_error(rotation); !(error < kMaxRotationError))
+    fail("{}: rotation is not a rotation matrix (off by {:.2g})", entry.where, error);
+  return rotation;
+}
+
+bool agree(double a, double b) { return std::abs(a - b) <= 1e-9 * (1 + std::abs(a) + std::abs(b)); }
+
+Camera parse_object(const json& object, const std::string& where) {
+  if (!object.is_object()) fail("{}: not a JSON object", where);
+  const JsonEntry entry{object, where};
+  Camera camera;
+  const glm::dmat3 rotation = parse_rotation(entry);
+  const auto position = entry.vector<3>(entry.get("position"), "position");
+  glm::dvec3 translation = -(rotation * position);
+  if (entry.has("translation")) {
+    const auto exact = entry.vector<3>(object["translation"], "translation");
+    const double tolerance = 1e-9 * (1 + glm::length(exact) + glm::length(position));
+    if (glm::distance(exact, translation) <= tolerance) translation = exact;
+  }
+  camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], translation);
+  camera.focal_px = {entry.positive("fx"), entry.positive("fy")};
+  camera.width = entry.side("width");
+  camera.height = entry.side("height");
+  camera.center_px = 0.5 * glm::dvec2(camera.width - 1, camera.height - 1);
+  if (entry.has("cx")) camera.center_px.x = entry.number(object["cx"], "cx") - 0.5;
+  if (entry.has("cy")) camera.center_px.y = entry.number(object["cy"], "cy") - 0.5;
+  if (entry.has("center_px")) {
+    const auto exact = entry.vector<2>(object["center_px"], "center_px");
+    if (agree(exact.x, camera.center_px.x) && agree(exact.y, camera.center_px.y))
+      camera.center_px = exact;
+  }
+  if (entry.has("near")) camera.near_depth = entry.positive("near");
+  if (entry.has("img_name")) camera.name = photograph_name(entry.text("img_name"));
+  return camera;
+}
+
+json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+bool recognises_cameras_json(const std::filesystem::path&, std::string_view start) {
+  const std::size_t first = start.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && start[first] == '[';
+}
+
+std::vector<Camera> read_cameras_json(const std::filesystem::path& path) {
+  const std::string source = path.string();
+  const json file = parse_json(read_text_file(path, kMaxBytes), source);
+  if (!file.is_array()) fail("{}: not a list of cameras", source);
+  std::vector<Camera> cameras;
+  for (const json& object : file) {
+    cameras.push_back(parse_object(object, fmt::format("{}: camera {}", source, cameras.size())));
+  }
+  return cameras;
+}
+
+Camera parse_camera(std::string_view text, std::string_view source) {
+  return parse_object(parse_json(text, source), std::string(source));
+}
+
+std::string format_camera(const Camera& camera) {
+  const glm::dmat4x3& view = camera.view_from_world;
+  // The inverse, not the transpose: rotations read from files are orthonormal to a few digits only.
+  const glm::dvec3 position = -(glm::inverse(glm::dmat3(view)) * view[3]);
+  json object = {
+      {"img_name", camera.name},
+      {"width", camera.width},
+      {"height", camera.height},
+      {"position", list(position)},
+      {"rotation", {list(view[0]), list(view[1]), list(view[2])}},
+      {"fx", camera.focal_px.x},
+      {"fy", camera.focal_px.y},
+      {"cx", camera.center_px.x + 0.5},
+      {"cy", camera.center_px.y + 0.5},
+      {"near", camera.near_depth},
+  };
+  const Camera read_back = parse_object(object, "camera");
+  if (read_back.view_from_world != view) object["translation"] = list(view[3]);
+  if (read_back.center_px != camera.center_px)
+    object["center_px"] = {camera.center_px.x, camera.center_px.y};
+  return object.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace qs

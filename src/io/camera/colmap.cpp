@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "io/camera/colmap.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <glm/gtc/quaternion.hpp>
+
+#include "io/camera/camera_formats.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr std::array kModels = {
+    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true},
+    ColmapModel{1, "PINHOLE", 4, 2, true},
+    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true},
+    ColmapModel{3, "RADIAL", 5, 1, true},
+    ColmapModel{4, "OPENCV", 8, 2, true},
+    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false},
+    ColmapModel{6, "FULL_OPENCV", 12, 2, true},
+    ColmapModel{7, "FOV", 5, 2, false},
+    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false},
+    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false},
+    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false},
+    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false},
+};
+
+constexpr std::uint64_t kMaxSide = 65535;
+constexpr double kNoDistortion = 1e-6;  // under 0.01 px at the edge of a 10,000 px picture
+
+}  // namespace
+
+const ColmapModel* find_colmap_model(int id) {
+  const auto found = std::find_if(kModels.begin(), kModels.end(),
+                                  [&](const ColmapModel& model) { return model.id == id; });
+  return found == kModels.end() ? nullptr : &*found;
+}
+
+const ColmapModel* find_colmap_model(std::string_view name) {
+  const auto found = std::find_if(kModels.begin(), kModels.end(),
+                                  [&](const ColmapModel& model) { return model.name == name; });
+  return found == kModels.end() ? nullptr : &*found;
+}
+
+void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& model,
+                     std::uint64_t width, std::uint64_t height, std::span<const double> parameters,
+                     const std::string& where) {
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+    fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
+         kMaxSide, kMaxSide);
+  }
+  for (const double value : parameters) {
+    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
+  }
+  const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
+  const auto distortion = parameters.subspan(focal_lengths + 2);
+  const bool distorts = std::any_of(distortion.begin(), distortion.end(),
+                                    [](double value) { return std::abs(value) > kNoDistortion; });
+  if (!model.pinhole || distorts) {
+    fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
+         where, model.name);
+  }
+  Camera lens;
+  lens.width = static_cast<int>(width);
+  lens.height = static_cast<int>(height);
+  lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
+  lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
+  if (!(lens.focal_px.x > 0 && lens.focal_px.y > 0))
+    fail("{}: the focal length is not above 0", where);
+  if (!lenses.emplace(id, lens).second) fail("{}: there is another camera {}", where, id);
+}
+
+Camera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
+                     const std::string& where) {
+  const auto lens = lenses.find(image.lens);
+  if (lens == lenses.end()) fail("{}: there is no camera {}", where, image.lens);
+  const double length = glm::length(image.rotation);
+  if (!std::isfinite(length) || length < 1e-9) fail("{}: its quaternion is no rotation", where);
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(image.translation[i])) fail("{}: its translation is not finite", where);
+  }
+  const glm::dmat3 rotation = glm::mat3_cast(image.rotation / length);
+  Camera camera = lens->second;
+  camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], image.translation);
+  camera.name = photograph_name(image.name);
+  return camera;
+}
+
+void sort_by_name(std::vector<Camera>& cameras) {
+  std::stable_sort(cameras.begin(), cameras.end(),
+                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+}
+
+}  // namespace qs

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+//
+// COLMAP's cameras.bin and images.bin, little endian:
+//   cameras  u64 count, each: u32 id, i32 model, u64 width, u64 height, f64 per parameter
+//   images   u64 count, each: u32 id, f64 quaternion w x y z, f64 translation x y z, u32 camera,
+//            name ending with 0, u64 points, each: f64 x, f64 y, u64 point (skipped)
+#include <algorithm>
+#include <array>
+
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/mapped_file.h"
+#include "io/camera/camera_formats.h"
+#include "io/camera/colmap.h"
+
+namespace qs {
+namespace {
+
+constexpr std::uint64_t kPointBytes = 24;
+
+// Calls read(cursor, where) for every record of a file that begins with their number.
+template <class F>
+void for_each_record(const std::filesystem::path& path, const char* record, F read) {
+  const MappedFile file(path);
+  ByteCursor header(file.content(), path.string());
+  const auto count = header.read<std::uint64_t>("the number of records");
+  auto rest = file.content().subspan(header.offset());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::string where = fmt::format("{}: {} {}", path.string(), record, i);
+    ByteCursor cursor(rest, where);
+    read(cursor, where);
+    rest = rest.subspan(cursor.offset());
+  }
+}
+
+void read_lens(ByteCursor& cursor, const std::string& where, ColmapLenses& lenses) {
+  const auto id = cursor.read<std::uint32_t>("id");
+  const auto model_id = cursor.read<std::int32_t>("model");
+  const auto width = cursor.read<std::uint64_t>("width");
+  const auto height = cursor.read<std::uint64_t>("height");
+  const ColmapModel* model = find_colmap_model(model_id);
+  if (model == nullptr) fail("{}: there is no camera model {}", where, model_id);
+  std::array<double, 16> parameters{};
+  const auto count = static_cast<std::size_t>(model->parameters);
+  for (std::size_t i = 0; i < count; ++i) parameters.at(i) = cursor.read<double>("parameters");
+  add_colmap_lens(lenses, id, *model, width, height, std::span(parameters).first(count), where);
+}
+
+ColmapImage read_image_record(ByteCursor& cursor, const std::string& where) {
+  ColmapImage image;
+  cursor.read<std::uint32_t>("id");
+  image.rotation.w = cursor.read<double>("quaternion");
+  image.rotation.x = cursor.read<double>("quaternion");
+  image.rotation.y = cursor.read<double>("quaternion");
+  image.rotation.z = cursor.read<double>("quaternion");
+  for (int i = 0; i < 3; ++i) image.translation[i] = cursor.read<double>("translation");
+  image.lens = cursor.read<std::uint32_t>("camera");
+  while (const char c = cursor.read<char>("name")) image.name += c;
+  const auto points = cursor.read<std::uint64_t>("the number of points");
+  if (!fits(points, kPointBytes, cursor.left()))
+    fail("{}: cut off: {} points do not fit into {} bytes", where, points, cursor.left());
+  cursor.take(points * kPointBytes, "points");
+  return image;
+}
+
+}  // namespace
+
+bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view) {
+  return file.filename() == "images.bin" || file.filename() == "cameras.bin";
+}
+
+std::vector<Camera> read_colmap_binary(const std::filesystem::path& file) {
+  ColmapLenses lenses;
+  for_each_record(
+      file.parent_path() / "cameras.bin", "camera",
+      [&](ByteCursor& cursor, const std::string& where) { read_lens(cursor, where, lenses); });
+  std::vector<Camera> cameras;
+  for_each_record(file.parent_path() / "images.bin", "image",
+                  [&](ByteCursor& cursor, const std::string& where) {
+                    const ColmapImage image = read_image_record(cursor, where);
+                    cameras.push_back(colmap_camera(lenses, image, where));
+                  });
+  sort_by_name(cameras);
+  return cameras;
+}
+
+}  // namespace qs

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+//
+// COLMAP's cameras.txt and images.txt. Lines that begin with # are comments.
+//   cameras.txt  ID MODEL WIDTH HEIGHT PARAMETERS...
+//   images.txt   two lines each: ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then its points as
+//                X Y POINT_ID ..., which may be an empty line and are skipped
+#include <charconv>
+
+#include "io/bytes/mapped_file.h"
+#include "io/camera/camera_formats.h"
+#include "io/camera/colmap.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr std::string_view kSpace = " \t\r";
+
+// One line as words; complaints name file and line.
+class Line {
+ public:
+  Line(std::string_view text, std::string where) : rest_(text), where_(std::move(where)) {
+    skip_space();
+  }
+
+  const std::string& where() const { return where_; }
+  bool empty() const { return rest_.empty(); }
+  bool is_comment() const { return rest_.starts_with('#'); }
+
+  std::string_view word(const char* what) {
+    if (rest_.empty()) fail("{}: {} is missing", where_, what);
+    const std::size_t end = std::min(rest_.find_first_of(kSpace), rest_.size());
+    const std::string_view word = rest_.substr(0, end);
+    rest_.remove_prefix(end);
+    skip_space();
+    return word;
+  }
+
+  template <class T>
+  T number(const char* what) {
+    const std::string_view text = word(what);
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      fail("{}: {} '{}' is not a number", where_, what, text.substr(0, 40));
+    return value;
+  }
+
+  /// What is left, with spaces inside: a file name.
+  std::string_view all(const char* what) {
+    if (rest_.empty()) fail("{}: {} is missing", where_, what);
+    return rest_.substr(0, rest_.find_last_not_of(kSpace) + 1);
+  }
+
+ private:
+  void skip_space() {
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpace), rest_.size()));
+  }
+
+  std::string_view rest_;
+  std::string where_;
+};
+
+class Lines {
+ public:
+  explicit Lines(const std::filesystem::path& path)
+      : file_(path),
+        path_(path.string()),
+        rest_(reinterpret_cast<const char*>(file_.content().data()), file_.content().size()) {}
+
+  bool at_end() const { return rest_.empty(); }
+
+  Line next() {
+    const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+    const std::string_view text = rest_.substr(0, end);
+    rest_.remove_prefix(std::min(end + 1, rest_.size()));
+    return {text, fmt::format("{}: line {}", path_, ++number_)};
+  }
+
+ private:
+  MappedFile file_;
+  std::string path_;
+  std::string_view rest_;
+  std::uint64_t number_ = 0;
+};
+
+void read_lens(Line& line, ColmapLenses& lenses) {
+  const auto id = line.number<std::uint32_t>("the camera's id");
+  const std::string_view name = line.word("the model");
+  const ColmapModel* model = find_colmap_model(name);
+  if (model == nullptr) fail("{}: there is no camera model '{}'", line.where(), name.substr(0, 40));
+  const auto width = line.number<std::uint64_t>("the width");
+  const auto height = line.number<std::uint64_t>("the height");
+  std::vector<double> parameters;
+  for (int i = 0; i < model->parameters; ++i)
+    parameters.push_back(line.number<double>("a parameter"));
+  add_colmap_lens(lenses, id, *model, width, height, parameters, line.where());
+}
+
+ColmapImage read_image_line(Line& line) {
+  ColmapImage image;
+  line.number<std::uint32_t>("the image's id");
+  image.rotation.w = line.number<double>("the quaternion");
+  image.rotation.x = line.number<double>("the quaternion");
+  image.rotation.y = line.number<double>("the quaternion");
+  image.rotation.z = line.number<double>("the quaternion");
+  for (int i = 0; i < 3; ++i) image.translation[i] = line.number<double>("the translation");
+  image.lens = line.number<std::uint32_t>("the camera's id");
+  image.name = line.all("the name");
+  return image;
+}
+
+// The second line of an image. Files whose second lines were lost would yield every other image.
+void skip_points(Line line) {
+  int words = 0;
+  for (; !line.empty(); ++words) line.word("a point");
+  if (words % 3 != 0) {
+    fail("{}: not a list of points, but every image has such a line, even if empty", line.where());
+  }
+}
+
+}  // namespace
+
+bool recognises_colmap_text(const std::filesystem::path& file, std::string_view) {
+  return file.filename() == "images.txt" || file.filename() == "cameras.txt";
+}
+
+std::vector<Camera> read_colmap_text(const std::filesystem::path& file) {
+  ColmapLenses lenses;
+  for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
+    Line line = lines.next();
+    if (!line.empty() && !line.is_comment()) read_lens(line, lenses);
+  }
+  std::vector<Camera> cameras;
+  for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
+    Line line = lines.next();
+    if (line.empty() || line.is_comment()) continue;
+    const ColmapImage image = read_image_line(line);
+    cameras.push_back(colmap_camera(lenses, image, line.where()));
+    if (!lines.at_end()) skip_points(lines.next());
+  }
+  sort_by_name(cameras);
+  return cameras;
+}
+
+}  // namespace qs

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+//
+// Loads the OpenImageIO module when it is first needed and keeps it for the rest of the process. It
+// is looked for beside the executable (a build tree) and in ../lib/quadsplat (an installed one).
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <dlfcn.h>
+
+#include "io/bytes/program_folder.h"
+#include "io/picture/oiio/module.h"
+#include "io/picture/picture_formats.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+const OiioModule& load(const std::filesystem::path& picture) {
+  const std::filesystem::path folder = program_folder();
+  const std::string wanted =
+      fmt::format("{}: pictures of this format need the OpenImageIO module", picture.string());
+  for (const auto& file :
+       {folder / kOiioModuleFile, folder / "../lib/quadsplat" / kOiioModuleFile}) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) continue;
+    void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!library) {
+      const char* reason = dlerror();
+      fail(ErrorKind::device, "{}, which cannot be loaded: {}", wanted,
+           reason ? reason : "unknown reason");
+    }
+    const auto entry =
+        reinterpret_cast<decltype(&quadsplat_oiio_module)>(dlsym(library, kOiioModuleEntry));
+    if (!entry || entry()->version != kOiioModuleVersion) {
+      fail(ErrorKind::device, "{}, but {} belongs to another version of quadsplat", wanted,
+           file.string());
+    }
+    return *entry();
+  }
+  fail(ErrorKind::device, "{} ({}), which is not installed; .png, .ppm and .pfm work without it",
+       wanted, kOiioModuleFile);
+}
+
+const OiioModule& module_for(const std::filesystem::path& picture) {
+  static const OiioModule& module = load(picture);
+  return module;
+}
+
+}  // namespace
+
+Image read_with_module(const std::filesystem::path& path) {
+  const OiioModule& module = module_for(path);
+  OiioMessage message{};
+  OiioPicture picture{};
+  const std::unique_ptr<void, void (*)(void*)> input(module.open(path.c_str(), &picture, &message),
+                                                     module.close);
+  if (!input) fail("{}: not a readable picture: {}", path.string(), message.text);
+  check_picture_size(path, picture.width, picture.height, picture.channels);
+  Image image(picture.width, picture.height, picture.channels);
+  picture.values = image.values.data();
+  if (!module.read(input.get(), &picture, &message))
+    fail("{}: damaged picture: {}", path.string(), message.text);
+  return image;
+}
+
+void write_with_module(const Image& image, const PictureTarget& target,
+                       const ImageMetadata& metadata) {
+  const OiioModule& module = module_for(target.shown);
+  std::vector<OiioText> texts;
+  for (const auto& [key, value] : metadata) texts.push_back({key.c_str(), value.c_str()});
+  // The module does not write through `values`.
+  const OiioPicture picture{image.width, image.height, image.channels,
+                            const_cast<float*>(image.values.data())};
+  OiioMessage message{};
+  if (!module.write(target.file.c_str(), &picture, texts.data(), static_cast<int>(texts.size()),
+                    &message)) {
+    fail("{}: cannot be written: {}", target.shown.string(), message.text);
+  }
+}
+
+}  // namespace qs

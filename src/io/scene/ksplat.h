@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+//
+// .ksplat (GaussianSplats3D), version 0.1, compression levels 0 to 2: a header, section headers,
+// then per section the lengths and centres of its buckets and one row per Gaussian.
+// Every section's layout is computed from its header in 64 bits and checked against the file before
+// memory is taken.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+#include "io/scene/reader.h"
+
+namespace qs {
+
+bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem::path& path);
+void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
+                 const ReadOptions& options, Scene& scene);
+
+}  // namespace qs

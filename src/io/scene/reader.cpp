@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <new>
+
+#include "io/bytes/inflate.h"
+#include "io/bytes/mapped_file.h"
+#include "io/scene/axes.h"
+#include "io/scene/compressed_ply.h"
+#include "io/scene/gltf.h"
+#include "io/scene/ksplat.h"
+#include "io/scene/ply.h"
+#include "io/scene/sog.h"
+#include "io/scene/splat.h"
+#include "io/scene/spz.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr std::array kReaders = {
+    ReaderRow{"ply", ".ply", "as trained: INRIA, gsplat, Brush, PlayCanvas, 2DGS, ...", "RDF",
+              "0-4", "ascii and both byte orders; lists only outside of the vertices",
+              recognises_ply, read_ply},
+    ReaderRow{"compressed.ply", ".compressed.ply .ply", "PlayCanvas, SuperSplat, gsplat", "RDF",
+              "0-4", "SH values within -4..4", recognises_compressed_ply, read_compressed_ply},
+    ReaderRow{"spz", ".spz", "Niantic, versions 1 to 4", "RUB, or as its extension says", "0-4",
+              "no level-of-detail trees; at most 1032 times its size unpacked", recognises_spz,
+              read_spz},
+    ReaderRow{"splat", ".splat", "antimatter15", "RDF", "0", "opacity and colour in 8 bits",
+              recognises_splat, read_splat},
+    ReaderRow{"ksplat", ".ksplat", "GaussianSplats3D, version 0.1, levels 0 to 2", "RDF", "0-2",
+              "opacity and colour in 8 bits", recognises_ksplat, read_ksplat},
+    ReaderRow{"streamed sog", "lod-meta.json", "PlayCanvas, finest level and environment", "RDF",
+              "0-3", "folders only; as sog", recognises_streamed_sog, read_streamed_sog},
+    ReaderRow{"sog", ".sog .sogs .zip meta.json", "PlayCanvas, versions 1 and 2, zip or folder",
+              "RDF", "0-3", "lossless WebP only; at most 8 Gaussians per byte", recognises_sog,
+              read_sog},
+    ReaderRow{"gltf", ".glb .gltf", "KHR_gaussian_splatting, also its draft and compressed as spz",
+              "LUF", "0-4", "no sparse accessors; buffers inside, in base64 or in its folder",
+              recognises_gltf, read_gltf},
+};
+
+bool name_ends_with(const std::filesystem::path& path, std::string_view extension) {
+  std::string name = path.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.ends_with(extension);
+}
+
+bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
+  std::string_view rest = row.extensions;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (name_ends_with(path, rest.substr(0, end))) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
+
+// Content decides; of several rows that recognise it, one with the file's extension. A file that
+// nobody recognises goes to the reader of its extension, which says what is wrong.
+const ReaderRow& choose_reader(std::span<const std::byte> content,
+                               const std::filesystem::path& path) {
+  const ReaderRow* chosen = nullptr;
+  for (const ReaderRow& row : kReaders) {
+    if (!row.recognises(content, path)) continue;
+    if (chosen == nullptr || has_extension_of(row, path)) chosen = &row;
+  }
+  if (chosen != nullptr) return *chosen;
+  if (is_gzip(content)) fail("{}: gzip data; unpack it first", path.string());
+  std::string readable;
+  for (const ReaderRow& row : kReaders) {
+    if (has_extension_of(row, path)) return row;
+    readable += fmt::format("{} {}", readable.empty() ? "" : ",", row.name);
+  }
+  fail("{}: unknown format; readable are:{}", path.string(), readable);
+}
+
+}  // namespace
+
+std::span<const ReaderRow> readers() { return kReaders; }
+
+void assume_axes(Scene& scene, std::string_view axes) {
+  const auto number = [](std::string_view name) {
+    return static_cast<std::size_t>(std::find(kAxes.begin(), kAxes.end(), name) - kAxes.begin());
+  };
+  if (number(axes) == kAxes.size()) {
+    fail(ErrorKind::usage, "axes: '{}' is none of LDB, RDB, LUB, RUB, LDF, RDF, LUF, RUF", axes);
+  }
+  const AxisSigns was = signs_to_rdf(number(scene.axes)), is = signs_to_rdf(number(axes));
+  flip_axes(scene.cloud, 0, scene.cloud.size(), {was.x * is.x, was.y * is.y, was.z * is.z});
+  scene.axes = axes;
+}
+
+Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) {
+  Scene scene;
+  scene.path = find_scene_file(path, options.iteration);
+  const MappedFile file(scene.path);
+  scene.file_bytes = file.content().size();
+  if (file.content().empty()) fail("{}: the file is empty", scene.path.string());
+  const ReaderRow& reader = choose_reader(file.content(), scene.path);
+  options.progress.update(0);
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    reader.read(file.content(), scene.path, options, scene);
+  } catch (const std::bad_alloc&) {
+    fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
+  }
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - start;
+  scene.unpack_ms = elapsed.count() - scene.fill_ms;
+  if (!options.axes.empty()) assume_axes(scene, options.axes);
+  options.progress.update(1);
+  return scene;
+}
+
+}  // namespace qs

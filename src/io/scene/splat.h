@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+//
+// .splat (antimatter15): rows of 32 bytes without a header: position and linear scale as floats,
+// colour and opacity as four bytes, the quaternion w, x, y, z as bytes (v - 128) / 128. Having no
+// magic number, it is recognised by values that only such rows have.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+#include "io/scene/reader.h"
+
+namespace qs {
+
+bool recognises_splat(std::span<const std::byte> content, const std::filesystem::path& path);
+void read_splat(std::span<const std::byte> content, const std::filesystem::path& path,
+                const ReadOptions& options, Scene& scene);
+
+}  // namespace qs

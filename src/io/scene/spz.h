@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+//
+// .spz of Niantic, versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
+// member (1-3) or one zstd frame per block (4). Files store RUB axes unless an extension names
+// others; some writers store RDF without saying so, which nothing in the file can tell. Source:
+// README.md and load-spz.cc of nianticlabs/spz; the code is our own.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+#include "io/scene/reader.h"
+
+namespace qs {
+
+bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path);
+void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
+              const ReadOptions& options, Scene& scene);
+
+}  // namespace qs

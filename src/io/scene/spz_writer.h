@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes .spz, see spz.h, in its frame RUB and with the precision of Niantic's own writer:
+// positions in 1/4096 (coarser where a scene is larger than 2048), SH in 5 bits of degree 1 and 4
+// of the others.
+#pragma once
+
+#include <filesystem>
+
+#include "raster/base/progress.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// Version 3, one gzip stream: what nearly every reader takes.
+void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
+               const Progress& progress);
+
+/// Version 4, zstd streams that are read in parallel.
+void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
+                  const Progress& progress);
+
+}  // namespace qs

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+#include "io/scene/compressed_ply_writer.h"
+#include "io/scene/gltf_writer.h"
+#include "io/scene/ply_writer.h"
+#include "io/scene/splat_writer.h"
+#include "io/scene/spz_writer.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+// Longer extensions before those they end in.
+constexpr std::array kWriters = {
+    WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
+              "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",
+              write_compressed_ply},
+    WriterRow{"ply", ".ply", "INRIA's layout", "RDF", 3, "nothing", write_ply},
+    WriterRow{"spz", ".spz", "version 3, which most programs read", "RUB", 3,
+              "positions in 1/4096, ln of scales in 1/16, SH in 1/16 and 1/8 within -1..1",
+              write_spz},
+    WriterRow{"spz-v4", ".spz", "version 4, smaller and read in parallel", "RUB", 3, "as spz",
+              write_spz_v4},
+    WriterRow{"splat", ".splat", "antimatter15's rows, largest first", "RDF", 0,
+              "SH; colour and opacity in 8 bits, rotation in 4 x 8", write_splat},
+    WriterRow{"glb", ".glb", "KHR_gaussian_splatting, floats", "LUF", 3, "rounding of exp and log",
+              write_glb},
+};
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
+  const std::string name = lower(path.filename().string());
+  std::string known;
+  for (const WriterRow& row : kWriters) {
+    if (format.empty() ? name.ends_with(row.extension) : format == row.name) return row;
+    known +=
+        fmt::format("{} {}", known.empty() ? "" : ",", format.empty() ? row.extension : row.name);
+  }
+  if (format.empty()) {
+    fail(ErrorKind::usage, "{}: cannot write '{}' files; writable are:{}", path.string(),
+         path.extension().string(), known);
+  }
+  fail(ErrorKind::usage, "{}: cannot write '{}'; writable are:{}", path.string(), format, known);
+}
+
+}  // namespace
+
+std::span<const WriterRow> writers() { return kWriters; }
+
+const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                             const Progress& progress, std::string_view format) {
+  const WriterRow& writer = choose_writer(path, format);
+  writer.write(cloud, path, progress);
+  return writer;
+}
+
+}  // namespace qs

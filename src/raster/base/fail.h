@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// fail(...) throws an Error with a formatted sentence. Host code only (fmt does not compile in
+// .cu).
+#pragma once
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "raster/base/error.h"
+
+namespace qs {
+
+/// Throws Error(kind, sentence). Example: fail(ErrorKind::input, "{}: vertex {}: x is NaN", path,
+/// i).
+template <class... Args>
+[[noreturn]] void fail(ErrorKind kind, fmt::format_string<Args...> format, Args&&... args) {
+  throw Error(kind, fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Throws an input error: a file is missing, damaged or not what it should be.
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
+  throw Error(ErrorKind::input, fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace qs

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/classic/bin.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace qs::cpu {
+namespace {
+
+// The depth order is cut into one segment per worker. Counting gives each (tile, segment) its own
+// range of the list, ordered by tile, then by segment; filling writes there. The result does
+// not depend on how many segments there are.
+template <class P, int kTilePx>
+void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+              TileLists& lists) {
+  const auto tiles = static_cast<std::size_t>(frame.grid.count());
+  const auto segments = static_cast<std::size_t>(frame.pool.size());
+  const std::size_t segment_size = (order.slots.size() + segments - 1) / segments;
+  std::vector<std::uint64_t>& cursors = lists.cursors;  // [segment][tile]
+  cursors.assign(segments * tiles, 0);
+
+  const auto for_each_pair = [&](std::size_t segment, const auto& visit) {
+    const std::size_t begin = std::min(segment * segment_size, order.slots.size());
+    const std::size_t end = std::min(begin + segment_size, order.slots.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t slot = order.slots[i];
+      for_each_tile<P, kTilePx>(visible.footprints[slot], frame.grid, [&](int tile) {
+        visit(cursors[segment * tiles + static_cast<std::size_t>(tile)], slot);
+      });
+    }
+  };
+
+  frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
+    for_each_pair(segment, [](std::uint64_t& count, std::uint32_t) { ++count; });
+  });
+
+  lists.begin.resize(tiles + 1);
+  std::uint64_t sum = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    lists.begin[tile] = sum;
+    for (std::size_t segment = 0; segment < segments; ++segment) {
+      sum += std::exchange(cursors[segment * tiles + tile], sum);
+    }
+  }
+  lists.begin[tiles] = sum;
+  refuse_if_too_many(sum);
+  lists.slots.resize(sum);
+
+  frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
+    for_each_pair(segment,
+                  [&](std::uint64_t& cursor, std::uint32_t slot) { lists.slots[cursor++] = slot; });
+  });
+}
+
+}  // namespace
+
+void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+         TileLists& lists) {
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    with_tile_px(frame.grid.tile_px,
+                 [&](auto px) { bin_with<P, px()>(frame, visible, order, lists); });
+  });
+}
+
+}  // namespace qs::cpu

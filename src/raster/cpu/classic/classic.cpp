@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/classic/classic.h"
+
+#include "raster/cpu/classic/used.h"
+#include "raster/cpu/collect.h"
+#include "raster/cpu/stage_clock.h"
+
+namespace qs::cpu {
+
+void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
+  RenderStats& stats = result.stats;
+  timed(Stage::preprocess, stats, [&] { preprocess(frame, visible_); });
+  timed(Stage::sort, stats, [&] { sort(frame, visible_, order_); });
+  timed(Stage::bin, stats, [&] { bin(frame, visible_, order_, lists_); });
+  if (outputs.color || outputs.evaluated) {
+    timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, outputs, result); });
+  }
+  if (outputs.used) cpu::count_used(frame, visible_, lists_, result);
+  const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat; };
+  collect(visible_, lists_, splat_of, outputs, result);
+}
+
+void Classic::count_used(const FrameContext& frame, Frame& result) {
+  preprocess(frame, visible_);
+  sort(frame, visible_, order_);
+  bin(frame, visible_, order_, lists_);
+  cpu::count_used(frame, visible_, lists_, result);
+  result.stats.used_pairs = sum_of(result.used);
+}
+
+}  // namespace qs::cpu

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cuda/classic/bin.cuh"
+
+namespace qs::cuda {
+namespace {
+
+/// One thread per Gaussian walks its footprint once more. `end` is where its counted slots end:
+/// nothing is written beyond, whatever the walk does.
+template <class P>
+__global__ void __launch_bounds__(kThreads)
+    duplicate(VisibleView visible, std::uint32_t gaussians, TileGrid grid,
+              const std::uint64_t* offsets, std::uint64_t* keys, std::uint32_t* values) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= gaussians || visible.tile_counts[i] == 0) return;
+  auto slot = static_cast<std::uint32_t>(offsets[i]);
+  const auto end = static_cast<std::uint32_t>(offsets[i + 1]);
+  const std::uint64_t depth_bits = __float_as_uint(visible.depths[i]);
+  for_each_tile<P>(visible.footprints.load(i), grid, [&](int tile) {
+    if (slot == end) return;
+    keys[slot] = static_cast<std::uint64_t>(tile) << 32 | depth_bits;
+    values[slot] = i;
+    ++slot;
+  });
+}
+
+std::uint32_t checked_total(std::uint64_t total) {
+  if (total <= kMaxPairs) return static_cast<std::uint32_t>(total);
+  throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(total) +
+                                     " tile pairs, at most " + std::to_string(kMaxPairs) +
+                                     " can be sorted");
+}
+
+}  // namespace
+
+void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
+  const std::uint32_t gaussians = frame.cloud.count;
+  pairs.count = 0;
+  pairs.offsets.reserve("the frame's Gaussians", std::size_t{gaussians} + 1);
+  exclusive_sum(visible.tile_counts.data(), pairs.offsets.data(), gaussians + 1,
+                pairs.buffers.scratch, frame.stream);
+  check(cudaMemcpyAsync(&*pairs.total, pairs.offsets.data() + gaussians, sizeof(std::uint64_t),
+                        cudaMemcpyDeviceToHost, frame.stream),
+        "bin");
+  check(cudaStreamSynchronize(frame.stream), "preprocess and bin");
+  frame.throw_if_cancelled();
+  pairs.count = checked_total(*pairs.total);
+  if (pairs.count == 0) return;
+
+  pairs.buffers.reserve("the frame's tile pairs", pairs.count);
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    launch("duplicate", duplicate<P>, blocks_for(gaussians), frame.stream, visible.view(),
+           gaussians, frame.grid, pairs.offsets.data(), pairs.buffers.keys.data(),
+           pairs.buffers.values.data());
+  });
+}
+
+}  // namespace qs::cuda

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include <glm/geometric.hpp>
+
+#include "raster/cuda/classic/preprocess.cuh"
+#include "raster/kernel/sh.h"
+
+namespace qs::cuda {
+namespace {
+
+struct PreprocessInput {
+  CloudView cloud;
+  View<float> view;
+  FootprintRules rules;
+  int sh_degree;
+  TileGrid grid;
+};
+
+template <class P>
+__global__ void __launch_bounds__(kThreads)
+    preprocess_gaussians(PreprocessInput in, VisibleView out) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  std::uint32_t tiles = 0;
+  ActiveGaussian gaussian;
+  Projected projected;
+  if (i < in.cloud.count) {
+    gaussian = in.cloud.gaussian(i);
+    if (project(in.view, in.rules, gaussian, projected)) {
+      tiles = count_tiles<P>(projected.footprint, in.grid);
+    }
+  }
+  if (i <= in.cloud.count) out.tile_counts[i] = tiles;
+  const int visible = __syncthreads_count(tiles > 0);
+  if (threadIdx.x == 0 && visible > 0) atomicAdd(&out.counters->visible, visible);
+  if (tiles == 0) return;
+
+  out.depths[i] = projected.depth;
+  out.footprints.store(i, projected.footprint);
+  const glm::vec3 direction = glm::normalize(gaussian.position - in.view.position);
+  const glm::vec3 color =
+      sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
+  out.records[i] = BlendRecord::of(projected.footprint, color);
+}
+
+}  // namespace
+
+void Visible::reserve(std::size_t gaussians) {
+  tile_counts.reserve("the frame's Gaussians", gaussians + 1);
+  depths.reserve("the frame's Gaussians", gaussians);
+  means.reserve("the frame's Gaussians", gaussians);
+  conics.reserve("the frame's Gaussians", gaussians);
+  levels.reserve("the frame's Gaussians", gaussians);
+  records.reserve("the frame's Gaussians", gaussians);
+  counters.reserve("the frame's counters", 1);
+}
+
+void preprocess(const FrameContext& frame, Visible& visible) {
+  visible.reserve(frame.cloud.count);
+  check(cudaMemsetAsync(visible.counters.data(), 0, sizeof(Counters), frame.stream), "preprocess");
+  with_culler(frame.settings.mode, [&]<class P>(P) {
+    const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
+    const PreprocessInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
+                             frame.sh_degree(), frame.grid};
+    launch("preprocess", preprocess_gaussians<P>, blocks_for(std::uint64_t{frame.cloud.count} + 1),
+           frame.stream, in, visible.view());
+  });
+}
+
+}  // namespace qs::cuda

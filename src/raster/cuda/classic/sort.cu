@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include <bit>
+
+#include "raster/cuda/classic/sort.cuh"
+
+namespace qs::cuda {
+namespace {
+
+/// One thread per pair: the first and the last one of a tile say so.
+__global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, uint2* ranges) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= count) return;
+  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> 32; };
+  const std::uint64_t tile = tile_of(i);
+  if (i == 0 || tile_of(i - 1) != tile) ranges[tile].x = i;
+  if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].y = i + 1;
+}
+
+}  // namespace
+
+void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists) {
+  const auto tiles = static_cast<std::uint32_t>(frame.grid.count());
+  lists.ranges.reserve("the frame's tiles", tiles);
+  check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(uint2), frame.stream), "sort");
+  if (pairs.count == 0) return;
+  // Pairs come by ascending index in the cloud, and a Gaussian has one in a tile at most: a stable
+  // sort leaves ties in that order.
+  const int tile_bits = std::bit_width(tiles - 1);
+  sort_pairs(pairs.buffers, pairs.count, 32 + tile_bits, frame.stream);
+  launch("find_ranges", find_ranges, blocks_for(pairs.count), frame.stream,
+         pairs.buffers.keys.data(), pairs.count, lists.ranges.data());
+}
+
+}  // namespace qs::cuda

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "support/temporary_folder.h"
+#include "test_paths.h"
 
 namespace qs::test {
 namespace {

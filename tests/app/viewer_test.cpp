@@ -22,6 +22,7 @@
 #include "io/scene/axes.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
+#include "test_paths.h"
 
 namespace qs {
 namespace {

@@ -15,6 +15,7 @@
 #include "io/scene/reader.h"
 #include "raster/base/error.h"
 #include "support/gzip.h"
+#include "test_paths.h"
 
 namespace qs {
 namespace {

@@ -14,6 +14,7 @@
 
 #include "raster/base/error.h"
 #include "support/temporary_folder.h"
+#include "test_paths.h"
 
 namespace qs {
 namespace {

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "test_paths.h"
+
 namespace qs::test {
 
 /// A path inside the shared folder, whether it exists or not. The environment may name another

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
-#include "app/session/session.h"
+#include "app/cli/frame_options.h"
 #include "app/session/shot.h"
 
 namespace qs {
@@ -18,7 +17,7 @@ struct CameraChoice {
   std::optional<int> index;                   ///< position in the cameras file
   std::optional<std::string> json;            ///< one camera as text
   bool all = false;                           ///< every camera of the file
-  std::optional<std::filesystem::path> path;  ///< keyframes, see bench/camera_path.h
+  std::optional<std::filesystem::path> path;  ///< keyframes, see measure/camera_path.h
   std::optional<int> frames;                  ///< along the path (default: kPathFrames)
 
   bool several() const { return all || path; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A study as plots, see bench/plot.h.
+// A study as plots, see plot.h.
 #pragma once
 
 #include <string>

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/measure/bench_row.h"
+#include "app/report/bench_report.h"
 #include "app/session/session.h"
 
 namespace qs {

@@ -20,6 +20,7 @@
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/scenes.h"
+#include "test_paths.h"
 
 namespace {
 

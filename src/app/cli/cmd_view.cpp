@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "app/cli/command.h"
+#include "app/cli/frame_options.h"
 #include "app/cli/options.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/view_loop.h"

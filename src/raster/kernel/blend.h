@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// One Gaussian on one pixel: alpha, and front-to-back compositing with the stop rule of 3DGS.
-// Branch-free, so that compilers turn a row of pixels into vector code; every backend calls these.
+// Alpha of one Gaussian at one pixel. Branch-free, so that compilers vectorise a row of pixels.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +14,19 @@
 
 namespace qs {
 
-/// A visible Gaussian as blending reads it.
+/// A visible Gaussian: the input of the blend stage.
 struct Splat {
   glm::vec2 mean_px;
-  glm::vec3
-      log2_conic;  ///< log2 of the falloff is x dx^2 + y dx dy + z dy^2: (-a/2, -b, -c/2) log2(e)
+  /// log2 of the falloff is x dx^2 + y dx dy + z dy^2: (-a/2, -b, -c/2) log2(e) of the conic.
+  glm::vec3 log2_conic;
   float opacity;
   glm::vec3 color;  ///< RGB >= 0
 };
 
 QS_HD Splat make_splat(const Footprint& footprint, float opacity, glm::vec3 color) {
-  constexpr float kScale = static_cast<float>(kLog2E);
   return {footprint.mean_px,
-          glm::vec3(-0.5f * kScale * footprint.conic.x, -kScale * footprint.conic.y,
-                    -0.5f * kScale * footprint.conic.z),
+          glm::vec3(kLog2OfFalloff * footprint.conic.x, 2 * kLog2OfFalloff * footprint.conic.y,
+                    kLog2OfFalloff * footprint.conic.z),
           opacity, color};
 }
 
@@ -51,8 +49,8 @@ QS_HD float exp2_polynomial(float x) {
   return p;
 }
 
-/// log2 of the falloff at an offset from the mean; > 0 only where rounding broke the conic, and
-/// such pixels are skipped.
+/// log2 of the falloff at an offset from the mean. It is > 0 only if rounding broke the conic; such
+/// pixels are skipped.
 QS_HD float log2_falloff(const Splat& splat, float dx, float dy) {
   return splat.log2_conic.x * dx * dx + splat.log2_conic.z * dy * dy + splat.log2_conic.y * dx * dy;
 }

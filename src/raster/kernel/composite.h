@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
-// One step of a pixel through its tile's list, one Gaussian at a time: what blending does, without
-// the shape that makes it fast. Whatever explains a picture (which pairs were used, what a mode
-// drops, the Gaussians of a pixel) walks pixels with this; backends blend many pixels at once and
-// come to the same decisions but for the last bit of an alpha.
+// Composites one Gaussian onto one pixel: the scalar reference version of the blend stage, for code
+// that explains an image (used pairs, what a mode drops, the Gaussians of a pixel). Backends blend
+// many pixels at once; their alphas may differ in the last bit.
 #pragma once
 
 #include "raster/kernel/blend.h"
 
 namespace qs {
 
-/// What a Gaussian does to a pixel: too little to count, it is blended, or it would bring the
-/// transmittance below kTransmittanceMin, so that the pixel stops in front of it.
+/// Outcome for one pixel: `skips` if alpha is below 1/255, `blends`, or `stops` if blending would
+/// push the transmittance below kTransmittanceMin.
 enum class Step { skips, blends, stops };
 
-/// `transmittance` is that in front of the Gaussian, and behind it afterwards if it blends. `alpha`
-/// is set unless it skips.
+/// `transmittance` is the value in front of the Gaussian; `blends` sets it to the value behind it.
+/// `alpha` is set unless the outcome is `skips`.
 QS_HD Step composite(const Splat& splat, float x, float y, float& transmittance, float& alpha) {
   const float power = log2_falloff(splat, x - splat.mean_px.x, y - splat.mean_px.y);
   if (!(power <= 0.0f)) return Step::skips;

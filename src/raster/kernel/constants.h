@@ -1,31 +1,48 @@
 // SPDX-License-Identifier: MIT
 //
-// Every constant of the method, once, with its meaning and source.
+// The constants of the method with their meaning and source.
 // "3DGS" is Kerbl et al., 3D Gaussian Splatting for Real-Time Radiance Field Rendering, 2023.
 #pragma once
 
 namespace qs {
 
-inline constexpr int kTileSize = 16;            ///< pixels along a tile's side; 3DGS
-inline constexpr float kAlphaMin = 1.0f / 255;  ///< smaller contributions are skipped; 3DGS
-inline constexpr float kAlphaMax = 0.99f;       ///< alpha is clamped to this; 3DGS
-inline constexpr float kTransmittanceMin =
-    1e-4f;  ///< a pixel stops before its transmittance falls below; 3DGS
-inline constexpr double kDilation = 0.3;  ///< px^2 added to both variances, a low-pass filter; 3DGS
-inline constexpr double kSlopeMargin =
-    1.3;  ///< the Jacobian is evaluated inside 1.3 x the field of view; 3DGS
+inline constexpr int kTileSize = 16;  ///< pixels along a tile's side; 3DGS
+
+/// The thresholds of compositing (3DGS) in double precision, for mode reference.
+namespace fp64 {
+inline constexpr double kAlphaMin = 1.0 / 255;     ///< smaller contributions are skipped
+inline constexpr double kAlphaMax = 0.99;          ///< alpha is clamped to this
+inline constexpr double kTransmittanceMin = 1e-4;  ///< a pixel stops before it falls below this
+}  // namespace fp64
+inline constexpr auto kAlphaMin = static_cast<float>(fp64::kAlphaMin);
+inline constexpr auto kAlphaMax = static_cast<float>(fp64::kAlphaMax);
+inline constexpr auto kTransmittanceMin = static_cast<float>(fp64::kTransmittanceMin);
+
+/// px^2 added to both variances as a low-pass filter; 3DGS.
+inline constexpr double kDilation = 0.3;
+/// The Jacobian is evaluated inside 1.3 x the field of view; 3DGS.
+inline constexpr double kSlopeMargin = 1.3;
 inline constexpr float kSigmas = 3.0f;  ///< half side of the 3DGS square in standard deviations
-inline constexpr float kEigenvalueFloor = 0.1f;  ///< under the root of the 3DGS eigenvalue, px^4
-inline constexpr double kCompensationFloor =
-    2.5e-5;  ///< of the determinant ratio; Mip-Splatting (Yu et al. 2024)
-inline constexpr float kExactSlack =
-    1.0005f;  ///< on gamma in mode `exact`: rounding room, +0.03 % pairs
+inline constexpr float kEigenvalueFloor =
+    0.1f;  ///< lower bound under the root of the 3DGS eigenvalue, px^4
+/// Lower bound of the determinant ratio; Mip-Splatting (Yu et al. 2024).
+inline constexpr double kCompensationFloor = 2.5e-5;
+/// Factor on gamma in mode `exact` against rounding; adds 0.03 % pairs.
+inline constexpr float kExactSlack = 1.0005f;
+
 inline constexpr double kLn2 = 0.69314718055994530942;
 inline constexpr double kLog2E = 1.44269504088896340736;
 inline constexpr float kLog2Of255 = 7.994353436858858f;
 
-/// 2^x on [-1/2, 1/2] as a polynomial: coefficients of x^1 to x^5, that of x^0 is 1. Fitted to the
-/// smallest largest relative error, below 2e-7 in fp32.
+/// log2 of a Gaussian's falloff is this times d^T conic d; at alpha = 1/255 that form is gamma.
+inline constexpr float kLog2OfFalloff = -0.5f * static_cast<float>(kLog2E);
+/// Slack on log2 of the falloff when blending skips pixels with alpha < 1/255.
+inline constexpr float kLog2Slack = 0.05f;
+/// Bound of the relative rounding error of the falloff's terms, which cancel on thin Gaussians.
+inline constexpr float kFalloffRounding = 4e-6f;
+
+/// Polynomial for 2^x on [-1/2, 1/2]: coefficients of x^1 to x^5; that of x^0 is 1. A minimax fit
+/// with a relative error below 2e-7 in fp32.
 inline constexpr float kExp2C1 = 0.6931470036506653f;
 inline constexpr float kExp2C2 = 0.24022242426872253f;
 inline constexpr float kExp2C3 = 0.05550733581185341f;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// The one function that decides whether a Gaussian has a footprint, and which. Every backend's
-// preprocess calls it; what it returns is all that the culling modes read.
+// Projects a Gaussian to its footprint, or rejects it. Every backend decides with project() or a
+// bit-equal copy of it. Culling modes read nothing but the footprint.
 #pragma once
 
 #include "raster/kernel/project.h"
 
 namespace qs {
 
-/// A Gaussian activated at upload, as far as geometry needs it.
+/// The geometry of a Gaussian, activated at upload.
 struct ActiveGaussian {
   glm::vec3 position;             ///< world
   Covariance3<float> covariance;  ///< world units^2
-  float log2_255_opacity;         ///< log2(255 o), -inf for o = 0; computed once on the host
+  float log2_255_opacity;         ///< -inf if the opacity is 0; computed on the host
 };
 
 struct FootprintRules {
@@ -21,7 +21,8 @@ struct FootprintRules {
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
 };
 
-/// The footprint of a dilated covariance, its conic and determinant from + - * / alone.
+/// The footprint of a dilated covariance. Uses only + - * /, so that all backends get the same
+/// bits.
 QS_HD Footprint make_footprint(glm::vec2 mean_px, const Covariance2<float>& covariance,
                                float gamma) {
   const float determinant = covariance.determinant();
@@ -37,7 +38,7 @@ struct Projected {
   float opacity_factor;  ///< 1 unless antialiased
 };
 
-/// False when the Gaussian is behind the near plane, degenerate, not finite or too faint.
+/// False if the Gaussian is behind the near plane, degenerate, not finite or too faint.
 QS_HD bool project(const View<float>& view, const FootprintRules& rules,
                    const ActiveGaussian& gaussian, Projected& out) {
   const glm::vec3 point = to_view(view, gaussian.position);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// QS_HD marks a function that g++ and nvcc both compile. Everything under kernel/ is written once
-// for both; bit-equal decisions rest on every such translation unit being built without contraction
-// (-ffp-contract=off, --fmad=false) and without fast-math.
+// QS_HD marks a function that both g++ and nvcc compile. To give the same bits, all files that
+// include kernel/ must be built without contraction (-ffp-contract=off, --fmad=false) and
+// fast-math.
 #pragma once
 
 #if defined(__CUDACC__)

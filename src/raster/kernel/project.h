@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// From a Gaussian in the world to its footprint on the image (EWA splatting with the rules of
-// 3DGS). Templated on the scalar: float is what every backend runs, double is the reference. Only +
-// - * / sqrt in source order: CPU and GPU must come to the same bits.
+// The steps from a Gaussian in the world to its footprint on the image (EWA splatting with the
+// rules of 3DGS). Real is float in every backend and double in mode reference. The code uses only +
+// - * / and sqrt in source order, so that CPU and GPU get the same bits.
 #pragma once
 
 #include <cmath>
@@ -30,8 +30,8 @@ struct Covariance2 {
   QS_HD Real determinant() const { return xx * yy - xy * xy; }
 };
 
-/// What a Gaussian covers on the image. `gamma` is the level of its support: pixels with
-/// a dx^2 + 2 b dx dy + c dy^2 <= gamma have alpha >= 1/255.
+/// The area of the image that a Gaussian covers: pixels with a dx^2 + 2 b dx dy + c dy^2 <= gamma
+/// have alpha >= 1/255.
 struct Footprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;  ///< px^2, dilated by kDilation
@@ -84,8 +84,8 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
           v.x * sigma_v.x + v.y * sigma_v.y + v.z * sigma_v.z};
 }
 
-/// log2(x) for x in (0, 1] from + - * alone, so that every backend gets the same bits.
-/// Relative precision about 1e-6; used where a logarithm decides which tiles are listed.
+/// log2(x) for x in (0, 1], relative error about 1e-6. Uses only + - * /, so that every backend
+/// gets the same bits when the logarithm decides which tiles are listed.
 QS_HD float log2_portable(float x) {
   // x = m * 2^e with m in [sqrt(1/2), sqrt(2)), by exact scaling.
   float e = 0.0f;
@@ -100,8 +100,8 @@ QS_HD float log2_portable(float x) {
   return e + 2.0f * static_cast<float>(kLog2E) * t * series;
 }
 
-/// Opacity factor of models trained with Mip-Splatting: the dilated Gaussian keeps its integral.
-/// Determinants of the covariance before and after the dilation.
+/// Opacity factor of models trained with Mip-Splatting: it keeps the integral of the dilated
+/// Gaussian. Arguments: determinants of the covariance before and after the dilation.
 template <class Real>
 QS_HD Real compensation(Real before, Real after) {
   const Real ratio = before / after;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Colour of a Gaussian seen along a direction: real spherical harmonics up to degree 3 (3DGS).
+// Colour of a Gaussian in a direction: real spherical harmonics up to degree 3 (3DGS).
 #pragma once
 
 #include <glm/common.hpp>

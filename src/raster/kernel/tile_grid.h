@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The image cut into square tiles, and ranges of tiles. All ranges are half-open.
-// The side of a tile is a template argument of whatever decides: it is kTileSize, unless somebody
-// asks the CPU backend for another one (with_tile_px), and costs nothing where nobody does.
+// The grid of square tiles over an image, and half-open ranges of tiles. Functions take the side of
+// a tile as a template argument, so that the usual kTileSize costs nothing; with_tile_px() calls
+// them with the other sizes of the CPU backend.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ struct TileGrid {
   QS_HD int tile_of(int x, int y) const { return y / tile_px * columns + x / tile_px; }
 };
 
-/// Sides of tiles that the CPU backend knows.
+/// Tile sides that the CPU backend supports.
 inline constexpr std::array kTileSizes = {8, 16, 32};
 
-/// Calls f(std::integral_constant<int, tile_px>{}); one of kTileSizes.
+/// Calls f(std::integral_constant<int, tile_px>{}). `tile_px` is one of kTileSizes.
 template <class F>
 decltype(auto) with_tile_px(int tile_px, F&& f) {
   if (tile_px == kTileSizes[0]) return f(std::integral_constant<int, kTileSizes[0]>{});
@@ -47,21 +47,22 @@ QS_HD Span intersection(Span a, Span b) {
   return {a.begin > b.begin ? a.begin : b.begin, a.end < b.end ? a.end : b.end};
 }
 
-/// A float clamped to [0, limit] and then cast: host and device casts differ out of range. NaN
-/// gives 0.
+/// Clamps to [0, limit] before the cast, because casts out of range differ between host and device.
+/// NaN gives 0.
 QS_HD int clamp_to_int(float value, int limit) {
   return value > 0.0f ? (value < static_cast<float>(limit) ? static_cast<int>(value) : limit) : 0;
 }
 
-/// Tiles whose open interval (16t, 16t+16) meets the interval [low, high] of pixel coordinates:
-/// floor(low/16) .. ceil(high/16) - 1, clamped to [0, limit). For 16 read kTilePx.
+/// Tiles t whose open interval (n t, n t + n), n = kTilePx, meets the interval [low, high] of pixel
+/// coordinates: floor(low/n) .. ceil(high/n) - 1, clamped to [0, limit).
 template <int kTilePx = kTileSize>
 QS_HD Span tiles_meeting(float low, float high, int limit) {
   constexpr float kInverse = 1.0f / kTilePx;  // a power of two: exact
   return {clamp_to_int(floorf(low * kInverse), limit), clamp_to_int(ceilf(high * kInverse), limit)};
 }
 
-/// Tiles with a pixel centre coordinate range [16t, 16t+15] that meets [low, high]; may be empty.
+/// Tiles t whose range of pixel centres [n t, n t + n - 1], n = kTilePx, meets [low, high]. May be
+/// empty.
 template <int kTilePx = kTileSize>
 QS_HD Span tiles_with_centers(float low, float high, int limit) {
   constexpr float kInverse = 1.0f / kTilePx;

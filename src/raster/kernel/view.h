@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The camera as kernels read it; scene/camera.h makes it.
+// The camera as kernels read it. make_view() in scene/camera.h creates it.
 #pragma once
 
 #include <glm/mat4x3.hpp>
@@ -9,7 +9,7 @@
 
 namespace qs {
 
-/// Passed by value. View axes RDF; pixel i has its centre at coordinate i.
+/// View axes are RDF; pixel i has its centre at coordinate i.
 template <class Real>
 struct View {
   glm::mat<4, 3, Real> view_from_world;

@@ -57,7 +57,7 @@ struct Pixel {
 /// At least 1/255, and not above the opacity, which happens only where rounding broke the conic.
 /// False for NaN.
 __device__ bool counts(float log2_alpha, const BlendRecord& splat) {
-  return log2_alpha >= -BlendRecord::kLog2Of255 && log2_alpha <= splat.log2_opacity;
+  return log2_alpha >= -kLog2Of255 && log2_alpha <= splat.log2_opacity;
 }
 
 /// kMarks: fills BlendOutput::used, at the cost of a store for every contribution.

@@ -39,8 +39,6 @@ struct alignas(16) BlendRecord {
   Splat splat() const {
     return {{x, y}, {xx, xy, yy}, std::exp2(log2_opacity), {red, green, blue}};
   }
-
-  static constexpr float kLog2Of255 = 7.994353436858858f;
 };
 
 /// Footprints in planes of 16, 16 and 8 bytes.

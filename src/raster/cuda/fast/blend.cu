@@ -96,7 +96,7 @@ struct Pixel {
 /// no branch may remain: 11 instructions, of which a comparison decides both what is added and what
 /// stops. A negative transmittance stays so, since it never passes that comparison.
 __device__ void composite(float log2_alpha, const Staged& splat, Pixel& pixel) {
-  constexpr float kLog2Min = -BlendRecord::kLog2Of255;
+  constexpr float kLog2Min = -kLog2Of255;
 #ifdef __CUDA_ARCH__
   asm("{\n\t"
       ".reg .pred counts, adds, stops;\n\t"

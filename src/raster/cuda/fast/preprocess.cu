@@ -71,7 +71,7 @@ __device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
   constexpr float kGammaToLog2 = static_cast<float>(0.5 * kLog2E);
   constexpr float kRoundingRoom = 1.00001f;
   const Splat splat = make_splat(footprint, 1.0f, color);
-  const float log2_opacity = kGammaToLog2 * footprint.gamma - BlendRecord::kLog2Of255;
+  const float log2_opacity = kGammaToLog2 * footprint.gamma - kLog2Of255;
   return {splat.mean_px.x,
           splat.mean_px.y,
           splat.log2_conic.x,

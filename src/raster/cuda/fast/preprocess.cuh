@@ -48,8 +48,6 @@ struct alignas(64) BlendRecord {
   Splat splat() const {
     return {{x, y}, {xx, xy, yy}, std::exp2(log2_opacity), {red, green, blue}};
   }
-
-  static constexpr float kLog2Of255 = 7.994353436858858f;
 };
 
 /// A key is the bits of a depth less those of the near plane. Positive floats are ordered as their

@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: MIT
 //
-// What a culling mode is: a struct of static host+device functions, chosen once per frame.
+// The interface of a culling mode: a struct of static host+device functions, chosen once per frame.
 //
 //   struct MyMode {
-//     static constexpr const char* kName = "my-mode";      // CLI, GUI, CSV
-//     static constexpr const char* kSummary = "...";       // one clause for tables and help
-//     static constexpr bool kLossless = true;              // no pixel with alpha >= 1/255 is lost
-//     static constexpr bool kKeepsFaint = false;           // opacity <= 1/255 still counts as
-//                                                          // visible
-//     template <int kTilePx = kTileSize>                   // lines to visit, and what span() needs
+//     static constexpr const char* kName = "my-mode";  // CLI, GUI, CSV
+//     static constexpr const char* kSummary = "...";   // one clause for tables and help
+//     static constexpr bool kLossless = true;          // lists all pixels with alpha >= 1/255
+//     static constexpr bool kKeepsFaint = false;       // lists Gaussians of opacity <= 1/255
+//     template <int kTilePx = kTileSize>
 //     static QS_HD Walk walk(const Footprint&, TileGrid);
 //   };
 //
-// A convex footprint meets every line of tiles in one contiguous run, so a mode is a Walk: an axis,
-// a range of lines along it, and the run of tiles in each. The walk goes along the shorter axis.
-// To add a mode: a new header with such a struct, one entry in list.h, and the tests find it there.
-// A mode may instead bring its own `for_each_tile` (quadbox-naive does).
-//
-// The counting function and the emitting function are the same code: for_each_tile.
+// A convex footprint meets every line of tiles in one contiguous run. So a mode is a Walk: an axis,
+// a range of lines along it, and the run of tiles in each line. A mode may instead define its own
+// `for_each_tile`, as quadbox-naive does. for_each_tile() both counts and lists tiles.
+// To add a mode, write a header with such a struct and add one entry to modes.h; tests, command
+// line and viewer find it there.
 #pragma once
 
 #include "raster/kernel/footprint.h"
@@ -28,14 +26,12 @@ namespace qs {
 /// Half extents of the ellipse a x^2 + 2b x y + c y^2 <= gamma, in pixels, widened for fp32.
 struct Extents {
   glm::vec2 max;  ///< of the axis-aligned bounding box: sqrt(gamma Sigma_xx), sqrt(gamma Sigma_yy)
-  float f;  ///< intercepts over max: x_inter/x_max = y_inter/y_max = sqrt(1 - rho^2), 0 < f <=
-            ///< about 1
-  float k;  ///< the widening already in `max` and `f`
+  float f;        ///< axis intercepts / max: sqrt(1 - rho^2), 0 < f <= about 1
+  float k;        ///< the widening factor, already in `max` and `f`
 };
 
-/// f^2 = det / (Sxx Syy), which keeps its precision on needles where 1 - b^2/(ac) does not.
-/// The conic's own rounding can move its ellipse outwards by about 2^-24 / f^2; k makes room for
-/// that.
+/// f^2 = det / (Sxx Syy) stays precise on thin Gaussians, unlike 1 - b^2/(ac). The rounding of the
+/// conic can enlarge its ellipse by about 2^-24 / f^2 of its size, which k covers.
 QS_HD Extents extents(const Footprint& footprint) {
   const Covariance2<float>& s = footprint.covariance;
   const float f2 = footprint.determinant / (s.xx * s.yy);
@@ -43,15 +39,14 @@ QS_HD Extents extents(const Footprint& footprint) {
   return {{k * sqrtf(footprint.gamma * s.xx), k * sqrtf(footprint.gamma * s.yy)}, k * sqrtf(f2), k};
 }
 
-/// Tiles that the box mean +- half meets.
+/// Tiles that the box mean +- half touches.
 template <int kTilePx = kTileSize>
 QS_HD TileRect tiles_of_box(glm::vec2 mean, glm::vec2 half, TileGrid grid) {
   return {tiles_meeting<kTilePx>(mean.x - half.x, mean.x + half.x, grid.columns),
           tiles_meeting<kTilePx>(mean.y - half.y, mean.y + half.y, grid.rows)};
 }
 
-/// Which axis a walk follows: its lines are tile rows when `by_rows`, tile columns otherwise.
-/// The shorter side of the rectangle gives fewer lines.
+/// True if a walk's lines should be tile rows, false for columns: whichever gives fewer lines.
 QS_HD bool walks_rows(const TileRect& rect) { return rect.rows.size() <= rect.columns.size(); }
 
 /// A walk over a full rectangle of tiles.

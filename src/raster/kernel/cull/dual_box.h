@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `dualbox`: only the two quadrant boxes along the major axis (QuadBox, ICIP 2026, as the
-// ablation that shows why four are needed). It loses what lies in the two other quadrants.
+// Mode `dualbox`: only the two quadrant boxes along the major axis, the ablation of QuadBox (ICIP
+// 2026). It loses the parts of the ellipse in the two other quadrants.
 #pragma once
 
 #include "raster/kernel/cull/quad_box.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `exact`: the lower bound. A tile is listed when its square of pixel centres meets the
-// ellipse, one closed-form span per line; spans between pixel centres may be empty. Gamma carries a
-// slack for fp32 (kExactSlack, and k of Extents), and the result is clipped by QuadBox's span, so
-// that exact <= quadbox <= adr holds by construction.
+// Mode `exact`: the lower bound. It lists a tile if its square of pixel centres meets the ellipse,
+// with one closed-form span per line. Spans between pixel centres may be empty. Gamma is enlarged
+// by kExactSlack and k of Extents against rounding. The span is clipped by QuadBox's, so that exact
+// <= quadbox <= adr holds by construction.
 #pragma once
 
 #include "raster/kernel/cull/quad_box.h"
@@ -16,21 +16,21 @@ struct ExactWalk {
   bool by_rows;
   Span lines;
   QuadBoxWalk<kTilePx> boxes;
-  float gamma;       ///< with slack
+  float gamma;       ///< enlarged
   float s_vv, s_uv;  ///< covariance in (u, v)
   float determinant;
   float v_max;       ///< sqrt(gamma s_vv)
   float v_at_u_max;  ///< v where the ellipse reaches its largest u: s_uv sqrt(gamma / s_uu)
 
   QS_HD Span span(int line) const {
-    // The line's pixel centres, relative to the mean, within the ellipse's reach.
+    // The line's pixel centres within the ellipse, relative to the mean.
     const float low = static_cast<float>(line * kTilePx) - boxes.mean_v;
     const float high = low + (kTilePx - 1);
     const float v0 = low > -v_max ? low : -v_max;
     const float v1 = high < v_max ? high : v_max;
     if (v0 > v1) return {0, 0};
-    // u(v) = (s_uv v +- sqrt((s_vv gamma - v^2) det)) / s_vv is concave / convex: its extremes over
-    // [v0, v1] are at the ellipse's own extreme or at the nearest end.
+    // u(v) = (s_uv v +- sqrt((s_vv gamma - v^2) det)) / s_vv is concave / convex, so its extremes
+    // over [v0, v1] are at the ellipse's own extremes or at the nearest end.
     const float right = u_at(clamp(v_at_u_max, v0, v1), 1.0f);
     const float left = u_at(clamp(-v_at_u_max, v0, v1), -1.0f);
     return intersection(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of culling modes. Everything that walks the modes (command line, viewer, benchmarks,
-// tests) walks this list; a new mode is one entry in CullerList.
+// The table of culling modes for command line, viewer, benchmarks and tests. To add a mode, add an
+// entry to CullerList.
 #pragma once
 
 #include <array>
@@ -18,13 +18,12 @@
 
 namespace qs {
 
-/// In the order of their keys 1, 2, 3, ...
+/// In the order of the viewer's keys 1, 2, 3, ...
 using CullerList = std::tuple<Square, AdrAabb, DualBox, QuadBoxNaive, QuadBox, Exact>;
 
 inline constexpr int kCullerCount = static_cast<int>(std::tuple_size_v<CullerList>);
 
-/// A mode as settings carry it: 1..kCullerCount index the table, 0 is the fp64 reference (CPU
-/// only).
+/// Index of a mode in the table: 1..kCullerCount, or 0 for the fp64 reference (CPU only).
 using CullMode = int;
 inline constexpr CullMode kReferenceMode = 0;
 
@@ -53,10 +52,10 @@ constexpr const CullerRow& row_of(CullMode mode) {
   return kCullers[static_cast<std::size_t>(mode)];
 }
 
-/// As users type it.
+/// The mode's name on the command line.
 constexpr const char* mode_name(CullMode mode) { return row_of(mode).name; }
 
-/// Mode of a name; -1 when there is none.
+/// The mode with this name; -1 if none has it.
 constexpr CullMode find_culler(std::string_view name) {
   for (int mode = 0; mode <= kCullerCount; ++mode) {
     if (name == mode_name(mode)) return mode;
@@ -66,7 +65,7 @@ constexpr CullMode find_culler(std::string_view name) {
 
 inline constexpr CullMode kDefaultMode = find_culler("quadbox");
 
-/// Calls f(P{}) with the policy of `mode`, 1..kCullerCount. Host code, once per frame.
+/// Calls f(P{}) with the struct P of `mode`, 1..kCullerCount. Host code, called once per frame.
 template <int kRow = 1, class F>
 decltype(auto) with_culler(CullMode mode, F&& f) {
   using P = std::tuple_element_t<kRow - 1, CullerList>;

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
 // Modes `quadbox-naive` and `quadbox` (QuadBox, ICIP 2026): one box in each quadrant around the
-// mean. In the two quadrants along the major axis the box reaches to x_max, y_max; in the two
-// others 2 b x y >= 0, so the ellipse stays inside its axis intercepts f x_max, f y_max. `quadbox`
-// is QPass: one walk over the shorter axis of the global tile range; in each line the intervals of
-// the boxes that meet it are merged by min and max. All boxes contain the centre lines, so the
-// union is one run and both modes list the same tiles.
+// mean. In the two quadrants along the major axis the box extends to x_max, y_max. In the two
+// others 2 b x y >= 0, so the ellipse stays inside its axis intercepts f x_max, f y_max.
+// `quadbox` is QPass: one walk over the shorter axis of the bounding tile range, which merges the
+// intervals of the boxes in each line by min and max. All boxes contain the mean's row and column,
+// so the union in a line is one run, and both modes list the same tiles.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"
 
 namespace qs {
 
-/// Reach of the quadrant boxes from the mean in pixels. Suffix: side of x, side of y.
-/// For a quadrant (sx, sy) its box spans |x| <= reach.x, |y| <= reach.y on that side.
+/// The sizes of the quadrant boxes in pixels: the box of a quadrant spans |x| <= reach.x and
+/// |y| <= reach.y on its side of the mean.
 struct QuadBoxes {
   glm::vec2 mean;
   glm::vec2 same;      ///< reach in the quadrants with x*y > 0
@@ -42,7 +42,7 @@ struct QuadBoxes {
   }
 };
 
-/// QPass. Coordinates are named for the walk: `u` along a line, `v` across lines.
+/// QPass. Coordinate `u` runs along a line, `v` across lines.
 template <int kTilePx>
 struct QuadBoxWalk {
   bool by_rows;
@@ -67,8 +67,9 @@ struct QuadBoxWalk {
 
   QS_HD Span span(int line) const {
     const float low = static_cast<float>(line * kTilePx), high = low + kTilePx;
-    // Does the line meet the boxes before / after the mean across lines?
-    const bool before = low<mean_v, after = high> mean_v;
+    // Whether the line meets the boxes on either side of the mean.
+    const bool before = low < mean_v;
+    const bool after = high > mean_v;
     const bool same_before = before && high > mean_v - same.y;
     const bool opposite_before = before && high > mean_v - opposite.y;
     const bool same_after = after && low < mean_v + same.y;
@@ -105,7 +106,7 @@ struct QuadBoxNaive {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
-  /// The four boxes are found once; a tile of a box is visited unless an earlier box has it.
+  /// Visits the tiles of one box after the other, except those that an earlier box contains.
   template <int kTilePx = kTileSize, class Visit>
   static QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
     const QuadBoxes boxes = QuadBoxes::of(footprint);

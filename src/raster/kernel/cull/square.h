@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Mode `3dgs`: the square of half side ceil(3 sqrt(lambda_max)) with the integer tile rule of the
-// original 3DGS rasterizer (Kerbl et al. 2023). It knows nothing of opacity, and cuts at 3 sigma.
+// original 3DGS rasterizer (Kerbl et al. 2023). It ignores opacity and cuts at 3 sigma.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"
@@ -14,7 +14,7 @@ struct Square {
   static constexpr bool kLossless = false;
   static constexpr bool kKeepsFaint = true;
 
-  /// Half side in pixels; the eigenvalue's root is floored as in 3DGS.
+  /// Half side in pixels. The eigenvalue's root has a lower bound, as in 3DGS.
   static QS_HD float radius(const Footprint& footprint) {
     const float mid = 0.5f * (footprint.covariance.xx + footprint.covariance.yy);
     const float discriminant = mid * mid - footprint.determinant;
@@ -22,7 +22,7 @@ struct Square {
     return ceilf(kSigmas * sqrtf(mid + root));
   }
 
-  /// Tiles int((p - r) / 16) .. int((p + r + 15) / 16) - 1 along one axis; for 16 read kTilePx.
+  /// Tiles int((p - r) / n) .. int((p + r + n - 1) / n) - 1 along one axis, n = kTilePx.
   template <int kTilePx = kTileSize>
   static QS_HD Span tiles(float center, float radius, int limit) {
     constexpr float kInverse = 1.0f / kTilePx;

@@ -27,10 +27,11 @@ std::span<const Backend> available_backends() {
   return kBackends;
 }
 
-std::unique_ptr<Renderer> make_renderer(Backend backend, const RendererOptions& options) {
-  if (backend == Backend::cpu) return make_cpu_renderer(options.threads);
+std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool,
+                                        [[maybe_unused]] int device) {
+  if (backend == Backend::cpu) return make_cpu_renderer(pool);
 #ifdef QUADSPLAT_HAVE_CUDA
-  return make_cuda_renderer(options.device);
+  return make_cuda_renderer(pool, device);
 #else
   fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
 #endif

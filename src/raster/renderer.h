@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The rasterizer's whole public surface: upload a cloud, submit a frame, wait for it.
+// The public interface of the rasterizer: upload a cloud, then render frames of it.
 //   file -> cloud -> upload -> preprocess -> bin -> sort -> blend -> frame
-// Renderer is the only virtual class: one call to submit and one to wait per frame, none per
-// Gaussian. A renderer is used by one thread at a time.
+// Renderer is the only virtual class: one virtual call per frame, none per Gaussian. Only one
+// thread at a time may use a renderer and the thread pool it was made with.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
@@ -33,21 +34,22 @@ enum class Backend { cpu, cuda };
 /// Index = Backend.
 inline constexpr const char* kBackendNames[] = {"cpu", "cuda"};
 
-/// How a backend goes about a frame: on CUDA as published with 3DGS, on the CPU in plain C++, or as
-/// fast as it can. Same tile lists, same pictures.
+/// `fast` is the default implementation of a backend; `classic` follows the published 3DGS code on
+/// CUDA and is plain C++ on the CPU. Both produce the same tile lists and, within rounding, the
+/// same images.
 enum class Pipeline { classic, fast };
 
 /// Index = Pipeline.
 inline constexpr const char* kPipelineNames[] = {"classic", "fast"};
 inline constexpr Pipeline kDefaultPipeline = Pipeline::fast;
 
-/// The pipelines that are measured side by side: on the CPU `classic` is there for tests only.
+/// The pipelines that benchmarks compare. On the CPU `classic` exists for tests only.
 inline std::span<const Pipeline> pipelines_of(Backend backend) {
   static constexpr Pipeline kAll[] = {Pipeline::fast, Pipeline::classic};
   return std::span(kAll).first(backend == Backend::cpu ? 1 : 2);
 }
 
-/// The words that name files, functions, timers, HUD rows and benchmark columns.
+/// Files, functions, timers, HUD rows and benchmark columns use these names.
 enum class Stage { preprocess, bin, sort, blend };
 inline constexpr int kStageCount = 4;
 
@@ -57,9 +59,9 @@ inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "s
 struct RenderSettings {
   CullMode mode = kDefaultMode;  ///< 0 = reference (CPU only), else a row of kCullers
   Pipeline pipeline = kDefaultPipeline;
-  int sh_degree = kMaxShDegree;     ///< evaluated degree, capped by the cloud's
+  int sh_degree = kMaxShDegree;     ///< highest evaluated degree; the cloud may have fewer
   float splat_scale = 1;            ///< factor on every standard deviation, > 0
-  glm::vec3 background{0.0f};       ///< what the remaining transmittance shows
+  glm::vec3 background{0.0f};       ///< RGB, weighted by the remaining transmittance
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
   int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
 };
@@ -69,72 +71,74 @@ struct PixelBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
-/// What a frame should hold besides its statistics. Without color, evaluated and used nothing is
-/// blended: that is how to count pairs quickly.
+/// The parts of a frame to compute besides its statistics. Without color, evaluated and used the
+/// blend stage is skipped, which makes counting pairs fast.
 struct Outputs {
   bool color = true;
   bool pairs = false;              ///< Frame::pairs
   bool evaluated = false;          ///< Frame::evaluated
   bool used = false;               ///< Frame::used and RenderStats::used_pairs
   bool trace = false;              ///< Frame::trace
-  std::optional<PixelBox> region;  ///< mode reference: draws these pixels only, the rest stays 0
+  std::optional<PixelBox> region;  ///< mode reference draws only these pixels, the rest is 0
   bool stage_times = false;        ///< RenderStats::stage_ms; measuring them may slow the frame
 
-  /// Whether lists are composited at all.
+  /// Whether the frame needs the blend stage.
   bool blends() const { return color || evaluated || used; }
 };
 
-struct HostImage {};     ///< Frame::color holds it
-struct DeviceImage {};   ///< it stays where it was drawn, as when only time is measured
-struct GlTexture {       ///< rows from the top, in a texture of the current GL context
-  unsigned name = 0;     ///< of a GL_TEXTURE_2D, RGBA8, of the frame's size
-  unsigned version = 0;  ///< another one for every storage that any name ever had
+struct HostImage {};    ///< in Frame::color
+struct DeviceImage {};  ///< in the backend's memory, not copied: for benchmarks
+struct GlTexture {      ///< in a texture of the current GL context, rows from the top
+  unsigned name = 0;    ///< of a GL_TEXTURE_2D, RGBA8, of the frame's size
+  /// Changes whenever the texture's storage is reallocated, even if GL reuses the name.
+  unsigned version = 0;
 
   bool operator==(const GlTexture&) const = default;
 };
 
-/// Where the colours of a frame go. The CPU backend draws a HostImage only.
+/// Where a frame's colours are stored. The CPU backend supports only HostImage.
 using Target = std::variant<HostImage, DeviceImage, GlTexture>;
 
-/// What the rasterizer decided, for tests and the inspector. Mode reference has one list, of all
-/// Gaussians that may touch the region, and rounds to single precision.
+/// The rasterizer's decisions, for tests and the inspector. In mode reference the trace has a
+/// single list of all Gaussians that may touch the region, and is rounded to single precision.
 struct Trace {
-  std::vector<std::uint32_t>
-      gaussians;                      ///< per visible Gaussian: its index in the cloud, ascending
-  std::vector<Footprint> footprints;  ///< parallel to `gaussians`
-  std::vector<float> depths;          ///< parallel to `gaussians`
-  std::vector<Splat> splats;          ///< parallel to `gaussians`: what blending reads of them
+  // Parallel arrays with one entry per visible Gaussian.
+  std::vector<std::uint32_t> gaussians;  ///< index in the cloud, ascending
+  std::vector<Footprint> footprints;
+  std::vector<float> depths;  ///< view z
+  std::vector<Splat> splats;  ///< the input of the blend stage
+
   std::vector<std::uint64_t> tile_begin;  ///< tiles + 1 offsets into `listed`
   std::vector<std::uint32_t> listed;      ///< per tile, front to back: index in the cloud
 };
 
 struct RenderStats {
-  float frame_ms = 0;    ///< first stage to finished image, on the backend's own clock; without the
-                         ///< way of the image to the host
-  float present_ms = 0;  ///< after the frame: its way into a GlTexture, 0 for other targets
-  float stage_ms[kStageCount] = {};  ///< index = Stage; zeros unless asked for (the CPU: always)
+  /// GPU or CPU time from the start of the first stage until the image is complete, excluding the
+  /// copy to the host.
+  float frame_ms = 0;
+  float present_ms = 0;  ///< the copy into a GlTexture after the frame; 0 for other targets
+  float stage_ms[kStageCount] = {};  ///< index = Stage; CUDA: 0 without Outputs::stage_times
   std::uint32_t gaussians = 0;       ///< in the cloud
   std::uint32_t visible = 0;         ///< Gaussians with at least one tile
   std::uint64_t tile_pairs = 0;      ///< (Gaussian, tile) pairs listed
   std::uint32_t max_pairs_in_a_tile = 0;
-  /// Pairs that at least one pixel of their tile blended: alpha >= 1/255 before it stopped. Those
-  /// that none did are false positives. Unset unless asked for, and in mode reference.
+  /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.
+  /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
   std::optional<std::uint64_t> used_pairs;
-  int threads = 0;  ///< of the CPU backend, 0 elsewhere
+  int threads = 0;  ///< of the CPU backend's pool; 0 for other backends
 };
 
 struct Frame {
-  Image color;  ///< height x width x 3, not clamped; empty unless asked for as a HostImage
+  Image color;  ///< height x width x 3, not clamped; empty if the target is not a HostImage
   TileGrid grid;
-  std::vector<std::uint32_t> pairs;  ///< per tile, row by row: pairs listed
-  std::vector<std::uint32_t>
-      evaluated;  ///< per pixel: entries of its tile's list up to where it stopped
-  std::vector<std::uint32_t> used;  ///< per tile: pairs that a pixel blended; <= pairs
+  std::vector<std::uint32_t> pairs;      ///< per tile, row by row: pairs listed
+  std::vector<std::uint32_t> evaluated;  ///< per pixel: list entries up to where it stopped
+  std::vector<std::uint32_t> used;       ///< per tile: pairs that a pixel blended; <= pairs
   Trace trace;
   RenderStats stats;
 };
 
-/// Total of a map, such as Frame::used.
+/// Sum over a map such as Frame::used.
 inline std::uint64_t sum_of(std::span<const std::uint32_t> map) {
   return std::accumulate(map.begin(), map.end(), std::uint64_t{0});
 }
@@ -143,59 +147,53 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
 
-  /// Replaces the scene. The cloud is not kept. Throws Error (no memory) and Cancelled.
-  virtual void upload(const GaussianCloud& cloud, const Progress& progress) = 0;
+  /// Replaces the scene. The renderer may keep `cloud` until the next upload. Throws Error (no
+  /// memory) and Cancelled.
+  virtual void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) = 0;
 
-  /// Begins a frame of the uploaded scene and does not wait for it. One frame at a time. Throws
-  /// Error(device) when the backend knows no such mode or target.
-  virtual void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
-                      const Target& target, std::stop_token stop) = 0;
-
-  /// Finishes the submitted frame. The result is valid until the next submit. Throws Error, and
-  /// Cancelled when the stop token was triggered; the renderer can be used again after both.
-  virtual const Frame& wait() = 0;
-
-  /// A hint: the next frame will go there. What that takes happens at once, beside what the GPU
-  /// does otherwise; a GlTexture is the renderer's until it is drawn into or something else is
-  /// expected. Frames may go elsewhere all the same. Throws Error(device).
-  virtual void expect(const Target&) {}
-
-  /// submit() and wait().
-  const Frame& render(const Camera& camera, const RenderSettings& settings = {},
-                      const Outputs& outputs = {}, const Target& target = HostImage{},
-                      std::stop_token stop = {}) {
-    submit(camera, settings, outputs, target, std::move(stop));
-    return wait();
+  /// The same for a cloud that the caller does not share.
+  void upload(GaussianCloud cloud, const Progress& progress) {
+    upload(std::make_shared<const GaussianCloud>(std::move(cloud)), progress);
   }
+
+  /// Renders a frame of the uploaded scene and returns when it is finished; meanwhile other threads
+  /// run on and may cancel it through `stop`. The result is valid until the next render(). Throws
+  /// Error when the backend lacks the mode, the target or memory, and Cancelled; the renderer stays
+  /// usable after both.
+  virtual const Frame& render(const Camera& camera, const RenderSettings& settings = {},
+                              const Outputs& outputs = {}, const Target& target = HostImage{},
+                              std::stop_token stop = {}) = 0;
+
+  /// Optional hint: the next frame will be drawn into `target`, so the backend may map it now,
+  /// while the GPU is busy with other work. The renderer owns a hinted GlTexture until it is drawn
+  /// into or another hint is given; later frames may still use other targets. Throws Error(device).
+  virtual void prepare_target(const Target&) {}
 };
 
-struct RendererOptions {
-  int threads = 0;  ///< of the CPU backend, 0 = all
-  int device = 0;   ///< of the CUDA backend, index into GpuReport::gpus
-};
-
-/// Backends of this build that can run on this machine, best first; the CPU is always among them.
+/// Backends of this build that can run on this machine, best first. Always includes the CPU.
 std::span<const Backend> available_backends();
 
-/// Throws Error(device) with the reason when the backend cannot run here.
-std::unique_ptr<Renderer> make_renderer(Backend backend, const RendererOptions& options = {});
+/// `pool` does the renderer's work on the CPU and must outlive it. `device` is an index into
+/// GpuReport::gpus; the CPU backend ignores it. Throws Error(device) with the reason when the
+/// backend cannot run on this machine.
+std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool, int device = 0);
 
 struct Gpu {
   std::string name;
   std::uint64_t total_bytes = 0, free_bytes = 0;
   int major = 0, minor = 0;  ///< compute capability
-  std::string problem;       ///< why this build cannot use it, a clause; empty when it can
+  std::string problem;       ///< why this build cannot use it, a clause; empty = usable
 };
 
-/// What the CUDA backend finds on this machine.
+/// The GPUs and CUDA versions of this machine.
 struct GpuReport {
-  std::vector<Gpu> gpus;  ///< in the order of RendererOptions::device
+  std::vector<Gpu> gpus;  ///< in the order of CUDA's device numbers
   std::string driver;     ///< newest CUDA version that the driver supports, "13.0"; empty = none
   std::string runtime;    ///< CUDA version of this build; empty = built without CUDA
-  std::string problem;    ///< why no GPU can be used, one sentence; empty when one can
+  std::string problem;    ///< why no GPU can be used, one sentence; empty = one can
 };
 
-/// Asks the driver anew at every call. Does not throw.
+/// Queries the driver at every call. Does not throw.
 GpuReport gpu_report();
 
 }  // namespace qs

@@ -21,6 +21,7 @@
 #include "app/session/camera_control.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -84,12 +85,12 @@ TEST(BenchReport, markdown_tells_speed_up_and_sort_bytes) {
 class ScriptedRenderer : public Renderer {
  public:
   explicit ScriptedRenderer(std::vector<float> times_ms) : times_ms_(std::move(times_ms)) {}
-  void upload(const GaussianCloud&, const Progress&) override {}
-  void submit(const Camera&, const RenderSettings&, const Outputs&, const Target&,
-              std::stop_token) override {
+  void upload(std::shared_ptr<const GaussianCloud>, const Progress&) override {}
+  const Frame& render(const Camera&, const RenderSettings&, const Outputs&, const Target&,
+                      std::stop_token) override {
     frame_.stats.frame_ms = times_ms_[next_++ % times_ms_.size()];
+    return frame_;
   }
-  const Frame& wait() override { return frame_; }
 
  private:
   std::vector<float> times_ms_;
@@ -152,7 +153,7 @@ TEST(ZoomPath, distances_shrink_by_one_ratio_and_end_where_asked) {
 }
 
 TEST(ZoomPath, the_target_is_the_opaque_gaussian_under_the_centre) {
-  const auto renderer = make_renderer(Backend::cpu);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::single_gaussian({0, 0, 3}, 0.2f, {1, 1, 1}, 8), {});
   const Camera camera = test::front_camera(64, 48);
   Outputs outputs;

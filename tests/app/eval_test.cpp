@@ -18,6 +18,7 @@
 #include "io/scene/writer.h"
 #include "raster/renderer.h"
 #include "raster/scene/image_metrics.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -39,7 +40,7 @@ class Eval : public testing::Test {
     const GaussianCloud cloud = test::random_cloud(400, 1, 5);
     write_scene(cloud, folder_ / "scene.ply");
     std::filesystem::create_directories(folder_ / "images");
-    const auto renderer = make_renderer(Backend::cpu);
+    const auto renderer = make_renderer(Backend::cpu, test::pool());
     renderer->upload(cloud, {});
     json cameras = json::array();
     for (int i = kViews; i-- > 0;) {

@@ -7,6 +7,7 @@
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/session/text.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs {
@@ -15,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 
 TEST(Heatmap, total_of_pairs_is_the_frame_s_statistics_and_stands_in_the_legend) {
-  const auto renderer = make_renderer(Backend::cpu);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(3000, 1, 1), {});
   const Camera camera = test::front_camera(133, 97);  // ends within a tile
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
@@ -32,7 +33,7 @@ TEST(Heatmap, total_of_pairs_is_the_frame_s_statistics_and_stands_in_the_legend)
 }
 
 TEST(Heatmap, evaluated_pairs_are_counted_per_pixel) {
-  const auto renderer = make_renderer(Backend::cpu);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(3000, 0, 2), {});
   const Camera camera = test::front_camera(50, 40);
   const Frame& frame = renderer->render(camera, {}, outputs_for(HeatQuantity::evaluated));

@@ -25,9 +25,15 @@ using testing::HasSubstr;
 // What the loop on the main thread does with a render thread, without a window.
 class RenderThreadTest : public testing::Test {
  protected:
+  static FrameOptions one_thread() {
+    FrameOptions options;
+    options.threads = 1;
+    return options;
+  }
+
   RenderThreadTest()
       : thread_(
-            {1, 0}, [] {}, nullptr) {
+            one_thread(), [] {}, nullptr) {
     LoadedScene loaded;
     loaded.scene.cloud = test::random_cloud(300, 1, 5);
     loaded.scene.path = scenes_ / "random.ply";

@@ -13,6 +13,7 @@
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"
 #include "app/run_program.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
@@ -46,7 +47,7 @@ TEST(Html, shows_text_as_it_is_and_holds_its_pictures) {
 }
 
 TEST(Study, bins_hold_every_visible_gaussian_and_all_of_its_pairs) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(test::random_cloud(2000, 0, 41), {});
   const Camera views[] = {test::front_camera(160, 120), test::front_camera(90, 70)};
   ThreadPool pool(2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the fast pipeline of the CPU backend keeps a scene, and that it skips whole blocks of it
-// which a view cannot show - and no others.
+// The scene in the fast CPU pipeline: its order, its blocks, and that frames skip only blocks that
+// the view cannot show.
 #include <algorithm>
 #include <numeric>
 
@@ -19,16 +19,13 @@ using cpu::fast::BlockBounds;
 using cpu::fast::Frustum;
 using cpu::fast::kBlock;
 
-/// A scene as the pipeline keeps it, and views of it.
+/// A scene in the pipeline's layout, and views of it.
 struct Subject {
   explicit Subject(GaussianCloud of)
-      : cloud(std::move(of)),
-        active(activate(cloud, pool)),
-        scene(cpu::fast::make_scene(cloud, active, pool)) {}
+      : cloud(std::move(of)), scene(cpu::fast::make_scene(cloud, pool)) {}
 
   cpu::FrameContext frame(const Camera& camera, const RenderSettings& settings) {
-    return {cloud, active, camera, settings, TileGrid::of_image(camera.width, camera.height),
-            pool,  {}};
+    return {cloud, camera, settings, TileGrid::of_image(camera.width, camera.height), pool, {}};
   }
 
   std::vector<bool> missed(const Camera& camera, const RenderSettings& settings) {
@@ -42,11 +39,10 @@ struct Subject {
 
   ThreadPool pool{2};
   GaussianCloud cloud;
-  ActivatedCloud active;
   cpu::fast::Scene scene;
 };
 
-/// From the middle of surrounding_cloud() into direction number `way`.
+/// A camera in the centre of surrounding_cloud() that looks in direction number `way`.
 Camera inside(int way, double vertical_fov = 0.6) {
   const glm::dvec3 ways[] = {{1, 0, 0},    {-1, 0.1, 0}, {0, 1, 0},
                              {0.1, -1, 0}, {0, 0.1, 1},  {0, 0, -1}};
@@ -84,7 +80,24 @@ TEST(SpatialOrder, makes_blocks_compact_also_when_a_few_gaussians_are_far_away) 
     sizes.push_back(std::max({size.x, size.y, size.z}));
   }
   std::nth_element(sizes.begin(), sizes.begin() + 80, sizes.end());
-  EXPECT_LT(sizes[80], 10.0f);  // of about 100 that the scene has without them
+  EXPECT_LT(sizes[80], 10.0f);  // the scene without them is about 100 wide
+}
+
+TEST(SpatialOrder, large_gaussians_are_in_few_blocks) {
+  GaussianCloud cloud = test::surrounding_cloud(40000, 0, 2);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    cloud.log_scales[i] = glm::vec3(i % 100 == 0 ? std::log(3.0f) : std::log(1.0f));
+  const Subject small(cloud);
+  for (std::size_t i = 0; i < cloud.size(); i += 100)
+    cloud.log_scales[i] = glm::vec3(std::log(9.0f));
+  const Subject large(std::move(cloud));
+  const auto blocks_above = [](const Subject& subject, float sigma) {
+    return std::count_if(subject.scene.bounds.begin(), subject.scene.bounds.end(),
+                         [=](const BlockBounds& bounds) { return bounds.sigma > sigma; });
+  };
+  // 400 of them fill two blocks, and may begin inside another one.
+  EXPECT_LE(blocks_above(small, 2), 3);
+  EXPECT_LE(blocks_above(large, 2), 3);
 }
 
 TEST(BlockBounds, hold_every_member) {
@@ -111,6 +124,7 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
   GaussianCloud cloud = test::surrounding_cloud(20000, 0, 4);
   for (std::size_t i = 0; i < 5; ++i) cloud.log_scales[i * 3000] += 5.0f;
   Subject subject(std::move(cloud));
+  const ActivatedCloud active = activate(subject.cloud, subject.pool);
   for (const double fov : {0.05, 0.6, 2.5}) {
     for (int way = 0; way < 6; ++way) {
       for (const float scale : {0.1f, 1.0f, 20.0f}) {
@@ -122,7 +136,7 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
           const std::vector<bool> missed = subject.missed(camera, settings);
           const cpu::FrameContext frame = subject.frame(camera, settings);
           cpu::Visible visible;
-          cpu::preprocess(frame, visible);
+          cpu::preprocess(frame, active, visible);
           std::vector<bool> shown(subject.cloud.size());
           visible.for_each([&](std::uint32_t slot) { shown[visible.gaussians[slot]] = true; });
           for (std::size_t b = 0; b < missed.size(); ++b) {
@@ -132,6 +146,52 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
           }
         }
       }
+    }
+  }
+}
+
+/// A thin Gaussian of 200 px standard deviation, beyond side 0..3 (left, right, top, bottom) of the
+/// image by `share` of its reach. It is at a right angle to the side, and the other focal length is
+/// small, so that the frustum's bound of the reach is only a little larger than the reach.
+std::pair<GaussianCloud, Camera> beyond_the_border(int side, double share) {
+  const int along = side / 2, across = 1 - along;
+  glm::ivec2 size(16);
+  size[along] = 2000;
+  Camera camera;
+  camera.width = size.x;
+  camera.height = size.y;
+  camera.focal_px[along] = 5000;
+  camera.focal_px[across] = 50;
+  camera.center_px = 0.5 * glm::dvec2(size - 1);
+  constexpr double kSigmaPx = 200, kDepth = 3;
+  const double reach = std::sqrt(2 * std::log(255.0)) * kSigmaPx;
+  const double from_center = 0.5 * size[along] + share * reach;  // px
+  glm::vec3 position(0, 0, kDepth);
+  position[along] = static_cast<float>((side % 2 == 0 ? -1 : 1) * from_center / 5000 * kDepth);
+  GaussianCloud cloud = test::single_gaussian(position, 1, {1, 1, 1}, INFINITY);
+  cloud.log_scales[0] = glm::vec3(-INFINITY);
+  cloud.log_scales[0][along] = static_cast<float>(std::log(kSigmaPx / 5000 * kDepth));
+  return {cloud, camera};
+}
+
+TEST(Frustum, keeps_gaussians_beyond_every_border_that_still_reach_the_picture) {
+  for (int side = 0; side < 4; ++side) {
+    for (const double share : {0.5, 0.8, 0.9, 0.97, 3.0}) {
+      SCOPED_TRACE(testing::Message() << "side " << side << ", " << share << " of the reach");
+      const auto [cloud, camera] = beyond_the_border(side, share);
+      Subject subject(cloud);
+      RenderSettings settings;
+      for (const char* mode : {"adr", "quadbox", "exact"}) {
+        settings.mode = find_culler(mode);
+        const cpu::FrameContext frame = subject.frame(camera, settings);
+        cpu::Visible classic;
+        cpu::preprocess(frame, activate(subject.cloud, subject.pool), classic);
+        ASSERT_EQ(classic.count, share < 1 ? 1u : 0u) << mode;
+        cpu::fast::Visible fast;
+        cpu::fast::preprocess(frame, subject.scene, false, fast);
+        EXPECT_EQ(fast.count, classic.count) << mode;
+      }
+      EXPECT_EQ(subject.missed(camera, settings).front(), share > 1);
     }
   }
 }
@@ -160,7 +220,7 @@ TEST(Preprocess, does_not_read_blocks_that_the_view_misses) {
   cpu::fast::preprocess(frame, subject.scene, false, expected);
   ASSERT_GT(expected.count, 100u);
 
-  // Their Gaussians move to where they would be seen.
+  // Moves the Gaussians of missed blocks to where they would be visible.
   const std::vector<bool> missed = subject.missed(camera, settings);
   ASSERT_GT(std::count(missed.begin(), missed.end(), true), 20);
   for (std::size_t b = 0; b < missed.size(); ++b) {

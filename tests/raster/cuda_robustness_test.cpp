@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "support/gpu.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs {
@@ -89,7 +90,7 @@ TEST_P(CudaRobustness, the_reference_is_left_to_the_cpu) {
 }
 
 TEST_P(CudaRobustness, a_gpu_that_is_not_there_is_refused) {
-  EXPECT_THAT(sentence_of([] { make_renderer(Backend::cuda, {.threads = 0, .device = 99}); }),
+  EXPECT_THAT(sentence_of([] { make_renderer(Backend::cuda, test::pool(), 99); }),
               HasSubstr("there is no GPU 99"));
 }
 
@@ -169,7 +170,7 @@ TEST(GpuReport, says_in_a_sentence_why_no_gpu_can_be_used_or_lists_them) {
     EXPECT_GT(report.problem.size(), 20u);
     EXPECT_EQ(available_backends().size(), 1u);
     try {
-      make_renderer(Backend::cuda);
+      make_renderer(Backend::cuda, test::pool());
       ADD_FAILURE() << "nothing was thrown";
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::device);

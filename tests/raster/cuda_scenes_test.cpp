@@ -10,6 +10,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/reader.h"
 #include "support/gpu.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -27,8 +28,8 @@ struct Pair {
     Pair& pair = pairs[scene];
     if (!pair.gpu) {
       const GaussianCloud cloud = read_scene(test::shared_path(scene)).cloud;
-      pair.cpu = make_renderer(Backend::cpu);
-      pair.gpu = make_renderer(Backend::cuda);
+      pair.cpu = make_renderer(Backend::cpu, test::pool());
+      pair.gpu = make_renderer(Backend::cuda, test::pool());
       pair.cpu->upload(cloud, {});
       pair.gpu->upload(cloud, {});
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties that every culling mode must have, over footprints of every awkward kind and odd
-// grids.
+// Property tests of all culling modes with difficult footprints and grids.
 #include <algorithm>
 #include <set>
 
@@ -18,7 +17,7 @@ struct Size {
 
 constexpr Size kSizes[] = {{1, 1}, {17, 33}, {640, 97}, {97, 640}, {256, 256}};
 constexpr int kDraws = 600;            // per kind and size
-constexpr int kBruteForceDraws = 150;  // where every pixel is tried
+constexpr int kBruteForceDraws = 150;  // for tests that try every pixel
 
 template <class P>
 std::vector<int> tiles_of(const Footprint& footprint, TileGrid grid) {
@@ -33,7 +32,7 @@ std::set<int> tile_set(const Footprint& footprint, TileGrid grid) {
   return {tiles.begin(), tiles.end()};
 }
 
-/// Calls check(footprint, grid, size) for every kind, size and draw; stops a kind at its first
+/// Calls check(footprint, grid, size) for every kind, size and draw. Ends a kind at its first
 /// failure.
 template <class Check>
 void for_each_footprint(const Check& check, int draws = kDraws) {
@@ -134,7 +133,7 @@ TEST(Cullers, nest_exact_in_quadbox_in_adr_and_dualbox_in_quadbox) {
 }
 
 TEST(Cullers, exact_lists_little_more_than_the_tiles_that_need_it) {
-  // Brute force: a tile is needed when one of its pixels has alpha >= 1/255.
+  // Brute force: a tile is needed if one of its pixels has alpha >= 1/255.
   std::size_t listed = 0, needed = 0;
   std::mt19937 random(7);
   const TileGrid grid = TileGrid::of_image(256, 256);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Pair counts and images of published implementations, as recorded in the shared folder's golden/,
-// and pair counts of the bundled scene from an independent evaluation (tests/golden/README.md).
+// Compares pair counts and images with those of published implementations, recorded in golden/ of
+// the shared folder, and pair counts of the bundled scene with an independent evaluation
+// (tests/golden/README.md).
 #include <fstream>
 #include <map>
 
@@ -11,6 +12,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
+#include "support/pool.h"
 #include "support/shared.h"
 
 namespace qs {
@@ -20,12 +22,12 @@ using Json = nlohmann::json;
 
 Json read_json(const std::filesystem::path& path) { return Json::parse(std::ifstream(path)); }
 
-/// A renderer with the scene in it; scenes are loaded once per test program.
+/// A renderer with an uploaded scene. Every scene is loaded once per test program.
 Renderer& renderer_of(const std::filesystem::path& scene) {
   static std::map<std::filesystem::path, std::unique_ptr<Renderer>> renderers;
   auto& renderer = renderers[scene];
   if (!renderer) {
-    renderer = make_renderer(Backend::cpu);
+    renderer = make_renderer(Backend::cpu, test::pool());
     renderer->upload(read_scene(scene).cloud, {});
   }
   return *renderer;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// PSNR, SSIM and averaging against their definitions, written once more without any cleverness.
+// PSNR, SSIM and area averaging against straightforward implementations of their definitions.
 #include "raster/scene/image_metrics.h"
 
 #include <cmath>
@@ -18,7 +18,7 @@ Image noise(int width, int height, int channels, unsigned seed) {
   return image;
 }
 
-// The square window of 121 weights, pixel by pixel.
+// SSIM with a square window of 121 weights at every pixel.
 double ssim_by_definition(const Image& a, const Image& b) {
   double total = 0;
   for (int c = 0; c < a.channels; ++c) {
@@ -48,7 +48,7 @@ double ssim_by_definition(const Image& a, const Image& b) {
   return total / static_cast<double>(a.values.size());
 }
 
-// Samples so fine that every share of a pixel is hit exactly.
+// Averages samples so fine that they represent every fraction of a pixel exactly.
 double mean_of_area(const Image& image, int x, int y, int c, int width, int height) {
   double sum = 0;
   for (int i = 0; i < image.width; ++i) {  // 1 / image.width of the new pixel

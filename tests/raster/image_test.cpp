@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whole frames of the CPU backend against an oracle that shares no code with it.
+// Frames of the CPU backend against an oracle that shares no code with it.
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +7,7 @@
 
 #include "raster/renderer.h"
 #include "support/oracle.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs {
@@ -14,7 +15,7 @@ namespace {
 
 Frame render(const GaussianCloud& cloud, const Camera& camera, const RenderSettings& settings,
              const Outputs& outputs = {}, int threads = 2) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = threads});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(threads));
   renderer->upload(cloud, {});
   return renderer->render(camera, settings, outputs);
 }
@@ -38,9 +39,8 @@ Image oracle_of(const GaussianCloud& cloud, const Camera& camera, const RenderSe
   return test::oracle_image(cloud, camera, rules_of(cloud, settings));
 }
 
-/// What the frame should show. In a mode that is not lossless the tiles belong to the rules: a
-/// Gaussian acts on a pixel when the pixel's tile is in its tile set, which the frame's trace
-/// tells.
+/// The expected image. In a mode that is not lossless a Gaussian contributes only to the tiles that
+/// list it, which are read from the frame's trace.
 Image expected_image(const GaussianCloud& cloud, const Camera& camera,
                      const RenderSettings& settings, const Frame& frame) {
   if (row_of(settings.mode).lossless) return oracle_of(cloud, camera, settings);
@@ -181,8 +181,8 @@ TEST(Images, tile_lists_are_front_to_back_with_ties_by_index) {
 }
 
 TEST(Images, a_pixel_stops_before_the_gaussian_that_would_make_it_opaque) {
-  // Two opaque Gaussians leave T = (1 - 0.99)^2 = 1e-4, rounded up in fp32 or not; the third never
-  // counts.
+  // Two opaque Gaussians would leave T = (1 - 0.99)^2 = 1e-4, which fp32 may round up or down. With
+  // one of half opacity between them the result is clear.
   GaussianCloud cloud = test::single_gaussian({0, 0, 2}, 1.0f, {1, 0, 0}, INFINITY);
   test::append(cloud, test::single_gaussian({0, 0, 3}, 1.0f, {0, 1, 0}, 0.0f));
   test::append(cloud, test::single_gaussian({0, 0, 4}, 1.0f, {0, 0, 1}, INFINITY));
@@ -216,7 +216,7 @@ TEST(Images, hidden_gaussians_do_not_change_the_image) {
 TEST(Images, a_cancelled_frame_throws_and_the_next_one_is_right) {
   const GaussianCloud cloud = test::random_cloud(2000, 0, 4);
   const Camera camera = test::front_camera(64, 64);
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(cloud, {});
   std::stop_source source;
   source.request_stop();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compile-only: every shared leaf is used once from device code, so that a change which only g++
-// accepts fails the build here. Never run.
+// Compile-only: uses every function of kernel/ once in device code, so that code which only g++
+// accepts fails the build.
 #include <tuple>
 
 #include "raster/kernel/cull/modes.h"

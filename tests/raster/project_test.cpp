@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The shared leaves against double precision and against definitions they share no code with.
+// The functions of kernel/ against double precision and against independent definitions.
 #include "raster/kernel/project.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(Project, spherical_harmonics_equal_their_definition_by_legendre_functions) 
     const glm::dvec3 d = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
     for (int k = 0; k < 16; ++k) {
       const int l = static_cast<int>(std::sqrt(k)), m = k - l * l - l;
-      // +3 keeps the clamp at zero away.
+      // +3 avoids the clamp at zero.
       const auto only_k = [&](int i) { return glm::dvec3(i == k ? 1.0 : (i == 0 ? 10.0 : 0.0)); };
       const double base = k == 0 ? 0.0 : 10.0 * test::spherical_harmonic(0, 0, d);
       EXPECT_NEAR(sh_color<double>(3, d, only_k).x, 0.5 + base + test::spherical_harmonic(l, m, d),
@@ -47,7 +47,7 @@ TEST(Project, colours_are_clamped_below_but_not_above) {
 }
 
 TEST(Project, the_covariance_is_that_of_the_projected_points) {
-  // Of a small Gaussian: numerical derivatives of the pixel position along its axes.
+  // For a small Gaussian: numerical derivatives of the pixel position along its axes.
   std::mt19937 random(5);
   const GaussianCloud cloud = test::random_cloud(400, 0, 11);
   const Camera camera = look_at({0.3, -0.2, -1}, {0.1, 0, 3}, {0, -1, 0.1}, 1.0, 640, 480);

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Tiles of other sizes on the CPU backend, and parts of the reference.
+// Other tile sizes, and regions of mode reference, on the CPU backend.
 #include <gtest/gtest.h>
 
 #include "raster/base/error.h"
 #include "raster/renderer.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs {
 namespace {
 
 Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, int tile_px) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(cloud, {});
   RenderSettings settings;
   settings.mode = mode;
   settings.tile_px = tile_px;
-  settings.pipeline = Pipeline::classic;  // other tiles are its alone
+  settings.pipeline = Pipeline::classic;  // the only pipeline with other tile sizes
   Outputs outputs;
   outputs.pairs = outputs.used = outputs.trace = true;
   return renderer->render(camera, settings, outputs);
@@ -73,7 +74,7 @@ TEST(TileSize, an_unknown_one_is_refused_with_a_sentence) {
 }
 
 TEST(Region, of_the_reference_is_what_the_whole_image_has_there) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(test::random_cloud(2000, 1, 24), {});
   const Camera camera = test::front_camera(120, 90);
   RenderSettings settings;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Used pairs of the CPU backend: what a pixel blends, and what no pixel does.
+// Used pairs of the CPU backend: pairs that at least one pixel blends.
 #include <gtest/gtest.h>
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -15,7 +16,7 @@ constexpr CullMode kLossless[] = {find_culler("adr"), find_culler("quadbox-naive
                                   find_culler("quadbox"), find_culler("exact")};
 
 Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, bool color = true) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = 2});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(cloud, {});
   RenderSettings settings;
   settings.mode = mode;
@@ -25,7 +26,7 @@ Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, bo
   return renderer->render(camera, settings, outputs);
 }
 
-/// The definition, in double precision, from lists and footprints alone.
+/// The definition in double precision, computed from the trace.
 std::uint32_t used_by_definition(const Frame& frame, const Camera& camera, int tile) {
   const Trace& trace = frame.trace;
   std::vector<std::size_t> slot_of(frame.stats.gaussians);
@@ -96,7 +97,7 @@ TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
   QS_NEEDS_SHARED("scenes/plush.spz");
   const GaussianCloud cloud = read_scene(test::shared_path("scenes/plush.spz")).cloud;
   const Camera camera = read_cameras(test::shared_path("scenes/plush/cameras.json")).front();
-  const auto renderer = make_renderer(Backend::cpu);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(cloud, {});
   Outputs outputs;
   outputs.color = false;
@@ -134,7 +135,7 @@ TEST(UsedPairs, are_counted_without_an_image_and_only_when_asked_for) {
   const Frame without = render(cloud, camera, kDefaultMode, false);
   EXPECT_TRUE(without.color.values.empty());
   EXPECT_EQ(without.used, with_color.used);
-  const auto renderer = make_renderer(Backend::cpu);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(cloud, {});
   const Frame plain = renderer->render(camera);
   EXPECT_EQ(plain.color.values, with_color.color.values);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Footprints of every awkward kind, for property tests of the culling modes.
+// Difficult footprints for property tests of the culling modes.
 #pragma once
 
 #include <random>
@@ -12,8 +12,8 @@
 
 namespace qs::test {
 
-/// An ellipse with standard deviations `major` >= `minor` in pixels, its major axis at `angle`
-/// radians, dilated as projection does it; opacity in (1/255, 1].
+/// An ellipse with standard deviations `major` >= `minor` in pixels and its major axis at `angle`
+/// radians, dilated as in project(). `opacity` is in (1/255, 1].
 Footprint make_footprint(glm::vec2 mean_px, double major, double minor, double angle,
                          double opacity);
 
@@ -26,10 +26,10 @@ struct FootprintKind {
 /// borders), faint.
 const std::vector<FootprintKind>& footprint_kinds();
 
-/// alpha of the Gaussian at a pixel as the backends compute it (fp32).
+/// Alpha of the Gaussian at a pixel in fp32, as the backends compute it.
 float alpha_at(const Footprint& footprint, float opacity, int x, int y);
 
-/// Opacity that belongs to the footprint's gamma.
+/// The opacity that gives the footprint's gamma.
 float opacity_of(const Footprint& footprint);
 
 }  // namespace qs::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Tests of the CUDA backend: they skip, and say why, where there is no GPU.
+// Fixtures for tests of the CUDA backend, which skip with a reason if there is no GPU.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "raster/renderer.h"
+#include "support/pool.h"
 
 namespace qs::test {
 
@@ -24,7 +25,7 @@ class GpuTest : public testing::Test {
   }
 
   static std::unique_ptr<Renderer> renderer_of(Backend backend, const GaussianCloud& cloud) {
-    auto renderer = make_renderer(backend);
+    auto renderer = make_renderer(backend, pool());
     renderer->upload(cloud, {});
     return renderer;
   }
@@ -46,7 +47,8 @@ inline std::string name_of_pipeline(const testing::TestParamInfo<Pipeline>& info
   return kPipelineNames[static_cast<int>(info.param)];
 }
 
-/// "" when both decided alike, bit for bit: footprints, depths, tile lists; else what differs.
+/// The first difference of two traces, compared bit for bit: footprints, depths, tile lists. "" if
+/// they are equal.
 inline std::string difference(const Trace& a, const Trace& b) {
   const auto equal_bits = [](const auto& x, const auto& y) {
     return x.size() == y.size() &&
@@ -72,13 +74,13 @@ inline double share_beyond(const Image& a, const Image& b, double tolerance) {
          static_cast<double>(std::max<std::size_t>(1, a.values.size()));
 }
 
-/// What every backend's image of a mode must be, compared with the CPU's.
+/// The tolerance for images of other backends and pipelines.
 inline void expect_same_image(const Image& gpu, const Image& cpu) {
   EXPECT_LE(share_beyond(gpu, cpu, 1.0 / 255), 1e-4);
   EXPECT_GE(psnr_8bit(gpu, cpu), 80.0);
 }
 
-/// Modes without the reference, which runs on the CPU only.
+/// All modes except reference, which runs on the CPU only.
 inline std::vector<CullMode> tiled_modes() {
   std::vector<CullMode> modes;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);

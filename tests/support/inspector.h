@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A scene on the CPU backend for tests of everything that explains frames.
+// A scene on the CPU backend for tests of code that explains frames.
 #pragma once
 
 #include <memory>
@@ -9,13 +9,14 @@
 
 #include "app/inspect/inspection.h"
 #include "raster/base/parallel.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs::test {
 
 class InspectorTest : public testing::Test {
  protected:
-  InspectorTest() : renderer_(make_renderer(Backend::cpu, {.threads = 2})), pool_(2) {
+  InspectorTest() : renderer_(make_renderer(Backend::cpu, pool(2))), pool_(2) {
     renderer_->upload(cloud_, {});
   }
 

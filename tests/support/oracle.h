@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The rules of 3DGS once more, written from the formulas in double precision and without tiles. It
-// shares no code with src/raster/kernel, so that a mistake there cannot hide here. Slow: every
-// pixel tries every Gaussian.
+// A second implementation of 3DGS from the formulas, in double precision and without tiles. It
+// shares no code with src/raster/kernel, so that a mistake there shows. It is slow: every pixel
+// tries every Gaussian.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ struct OracleSettings {
   int sh_degree = 3;
   bool antialiased = false;
   double splat_scale = 1;
-  /// Whether Gaussian i acts on pixel (x, y); unset = everywhere.
+  /// Whether Gaussian i contributes to pixel (x, y); unset = to all.
   std::function<bool(std::size_t i, int x, int y)> acts;
 };
 
@@ -28,7 +28,7 @@ Image oracle_image(const GaussianCloud& cloud, const Camera& camera,
 
 /// Sigma = R diag(scale)^2 R^T of a unit quaternion and standard deviations.
 glm::dmat3 covariance(const glm::dquat& rotation, const glm::dvec3& scale);
-/// Of Gaussian i, in world axes.
+/// Covariance of Gaussian i in world axes.
 glm::dmat3 covariance(const GaussianCloud& cloud, std::size_t i);
 
 /// Sum of the SH functions of degrees 0..degree of Gaussian i towards the unit `direction`: RGB

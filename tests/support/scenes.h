@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Generated scenes and cameras for tests: small, deterministic, with every awkward kind of
-// Gaussian.
+// Small deterministic scenes and cameras for tests, with all difficult kinds of Gaussians.
 #pragma once
 
 #include "raster/scene/camera.h"
@@ -13,14 +12,14 @@ namespace qs::test {
 /// faint and opaque ones, some behind the camera, some far outside, several at equal depth.
 GaussianCloud random_cloud(std::size_t count, int sh_degree, unsigned seed);
 
-/// The same Gaussians on all sides of the origin, 0.05 to 50 units away, in no order.
+/// The same Gaussians on all sides of the origin, 0.05 to 50 units away, in random order.
 GaussianCloud surrounding_cloud(std::size_t count, int sh_degree, unsigned seed);
 
 /// One opaque round Gaussian of RGB `color` at `position` with standard deviation `sigma`.
 GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,
                               float opacity_logit);
 
-/// Appends the Gaussians of `more`; both must have one SH degree.
+/// Appends the Gaussians of `more`. Both have the same SH degree.
 void append(GaussianCloud& cloud, const GaussianCloud& more);
 
 /// The cloud with seeded noise of up to half a step of .spz storage in position (2^-12), log scale

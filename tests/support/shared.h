@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Data outside the repository (golden counts and images, large scenes, the file corpus). Tests that
-// need it skip with a sentence where it is missing; whatever a test always needs is committed.
+// Data outside of the repository: golden counts and images, large scenes, the file corpus. Tests
+// that need it skip with a message if it is missing.
 #pragma once
 
 #include <cstdlib>
@@ -14,8 +14,8 @@
 
 namespace qs::test {
 
-/// A path inside the shared folder, whether it exists or not. The environment may name another
-/// folder, for tests that were carried to another machine.
+/// A path inside the shared folder, which need not exist. An environment variable can name another
+/// folder, for tests that run on another machine.
 inline std::filesystem::path shared_path(const std::string& relative) {
   const char* elsewhere = std::getenv("QUADSPLAT_SHARED_DIR");
   return std::filesystem::path(elsewhere != nullptr ? elsewhere : QUADSPLAT_SHARED_DIR) / relative;
@@ -28,7 +28,7 @@ inline std::filesystem::path source_path(const std::string& relative) {
 
 }  // namespace qs::test
 
-/// Skips the running test when `relative` is not in the shared folder.
+/// Skips the running test if `relative` is not in the shared folder.
 #define QS_NEEDS_SHARED(relative)                                \
   if (!std::filesystem::exists(qs::test::shared_path(relative))) \
   GTEST_SKIP() << "needs " << (relative) << " of the shared data folder, which is not here"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// An empty folder that lives as long as the object.
+// An empty folder that is deleted with the object.
 #pragma once
 
 #include <filesystem>

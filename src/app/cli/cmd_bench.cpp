@@ -132,11 +132,11 @@ class Bench {
       if (grid) scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
     });
     if (report_.environment.is_null()) describe(session);
-    std::string name = scene_name(session.scene.path);
+    std::string name = scene_name(session.scene->path);
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
     if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
-    report_.scenes.push_back(scene_facts(session.scene, name));
-    const std::vector<View> views = choose_views(frame, session.scene);
+    report_.scenes.push_back(scene_facts(*session.scene, name));
+    const std::vector<View> views = choose_views(frame, *session.scene);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
@@ -197,8 +197,7 @@ class Bench {
     RenderSettings settings = session.settings;
     settings.mode = kReferenceMode;
     std::unique_ptr<Renderer> oracle;
-    if (session.backend != Backend::cpu)
-      oracle = upload_scene(session.scene.cloud, Backend::cpu, command_.frame.renderer);
+    if (session.backend != Backend::cpu) oracle = upload_scene(session, Backend::cpu);
     const Image truth = (oracle ? *oracle : *session.renderer).render(camera, settings).color;
     std::vector<double> psnrs;
     for (const CullMode mode : command_.frame.modes) {

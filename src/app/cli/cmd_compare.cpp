@@ -76,7 +76,7 @@ class Compare {
  public:
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
-    shot_ = choose_shots(command.cameras, command.frame, session_.scene).front();
+    shot_ = choose_shots(command.cameras, command.frame, *session_.scene).front();
     if (command.crop &&
         (command.crop->x1 > shot_.camera.width || command.crop->y1 > shot_.camera.height)) {
       fail(ErrorKind::usage, "--crop: it ends at {},{}, but the picture is {} x {}",
@@ -95,9 +95,10 @@ class Compare {
                format_comparison(view));
     if (!command_.output) return kExitOk;
     const std::string where =
-        fmt::format("{} \u00b7 {}", scene_name(session_.scene.path), shot_.origin);
-    write_image(draw_comparison(view, command_.amplification, where), *command_.output,
-                frame_metadata(session_.scene.path, shot_.camera, command_.against, {}));
+        fmt::format("{} \u00b7 {}", scene_name(session_.scene->path), shot_.origin);
+    write_image(draw_comparison(view, command_.amplification, where, *session_.pool),
+                *command_.output,
+                frame_metadata(session_.scene->path, shot_.camera, command_.against, {}));
     fmt::print(stderr, "wrote {}\n", command_.output->string());
     return kExitOk;
   }
@@ -106,7 +107,7 @@ class Compare {
   Renderer& renderer_on(Backend backend) {
     if (backend == session_.backend) return *session_.renderer;
     std::unique_ptr<Renderer>& other = others_[backend];
-    if (!other) other = upload_scene(session_.scene.cloud, backend, command_.frame.renderer);
+    if (!other) other = upload_scene(session_, backend);
     return *other;
   }
 

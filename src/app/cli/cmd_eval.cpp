@@ -123,8 +123,7 @@ void require_same_shape(const Image& photograph, const View& view) {
 
 class Run {
  public:
-  explicit Run(const EvalCommand& command)
-      : command_(command), pool_(command.frame.renderer.threads) {}
+  explicit Run(const EvalCommand& command) : command_(command) {}
 
   void all_views() {
     const Views views = choose_views(command_);
@@ -134,7 +133,7 @@ class Run {
     }
     session_ = open_session(command_.frame);
     report_ = {environment_json(session_),
-               scene_json(session_.scene),
+               scene_json(*session_.scene),
                method(views),
                views.list.size(),
                {}};
@@ -169,7 +168,7 @@ class Run {
 
   void one_view(const View& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
-                                             command_.images_scale, pool_);
+                                             command_.images_scale, *session_.pool);
     require_same_shape(photograph, view);
     save(photograph, view, "photograph");
     for (const CullMode mode : command_.frame.modes) {
@@ -177,10 +176,10 @@ class Run {
       Image image = session_.renderer->render(view.camera, session_.settings).color;
       save(image, view, mode_name(mode));
       clamp_to_unit(image);
-      image = area_average(image, photograph.width, photograph.height, pool_);
+      image = area_average(image, photograph.width, photograph.height, *session_.pool);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
-                              mode, psnr(image, photograph, pool_), ssim(image, photograph, pool_),
-                              number});
+                              mode, psnr(image, photograph, *session_.pool),
+                              ssim(image, photograph, *session_.pool), number});
     }
   }
 
@@ -192,7 +191,6 @@ class Run {
   }
 
   const EvalCommand& command_;
-  ThreadPool pool_;
   Session session_;
   EvalReport report_;
 };

@@ -72,7 +72,7 @@ int run_inspect(Arguments arguments) {
   InspectCommand command;
   if (!parse(command, arguments)) return kExitOk;
   Session session = open_session(command.frame);
-  const Shot shot = choose_shots(command.cameras, command.frame, session.scene).front();
+  const Shot shot = choose_shots(command.cameras, command.frame, *session.scene).front();
   const Frame& frame =
       session.renderer->render(shot.camera, session.settings, inspection_outputs());
   const glm::ivec2 size(shot.camera.width, shot.camera.height);
@@ -97,9 +97,9 @@ int run_inspect(Arguments arguments) {
          pixel.x, pixel.y);
   }
   const std::string where =
-      fmt::format("{} \u00b7 {}", scene_name(session.scene.path), shot.origin);
+      fmt::format("{} \u00b7 {}", scene_name(session.scene->path), shot.origin);
   write_image(draw_construction({inspection, frame.color, frame.grid, where}), *command.picture,
-              frame_metadata(session.scene.path, shot.camera, session.settings.mode, frame.stats));
+              frame_metadata(session.scene->path, shot.camera, session.settings.mode, frame.stats));
   fmt::print(stderr, "wrote {}\n", command.picture->string());
   return kExitOk;
 }

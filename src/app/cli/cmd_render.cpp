@@ -118,7 +118,7 @@ class Run {
       : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
-    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, session_.scene);
+    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, *session_.scene);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
       if (shard.takes(view)) one_shot(shots[view], view);
@@ -167,7 +167,7 @@ class Run {
   // The fp64 image of this view; the CPU renders it whatever the session's backend.
   Image reference_image(const Shot& shot) {
     if (session_.backend != Backend::cpu && !oracle_) {
-      oracle_ = upload_scene(session_.scene.cloud, Backend::cpu, command_.frame.renderer);
+      oracle_ = upload_scene(session_, Backend::cpu);
     }
     RenderSettings settings = session_.settings;
     settings.mode = kReferenceMode;
@@ -178,9 +178,8 @@ class Run {
     const glm::ivec2 size(shot.camera.width, shot.camera.height);
     if (command_.heatmap != HeatQuantity::missed)
       return make_heatmap(frame, *command_.heatmap, size.x, size.y);
-    ThreadPool pool(command_.frame.renderer.threads);
     const MissedMap map =
-        missed_contributions(judge_, frame, size, session_.settings.background, pool);
+        missed_contributions(judge_, frame, size, session_.settings.background, *session_.pool);
     fmt::print(stderr, "{}\n", missed_sentence(map));
     return missed_heatmap(map);
   }
@@ -192,7 +191,7 @@ class Run {
     std::filesystem::path path = *command_.output;
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
-    ImageMetadata metadata = frame_metadata(session_.scene.path, shot.camera, mode, frame.stats);
+    ImageMetadata metadata = frame_metadata(session_.scene->path, shot.camera, mode, frame.stats);
     if (command_.heatmap) {
       const Heatmap map = heatmap_of(shot, frame);
       if (!scale_)

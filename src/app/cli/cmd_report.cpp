@@ -82,16 +82,15 @@ class Report {
       : command_(command),
         path_(output_file(*command.output)),
         session_(open_session(command.frame)),
-        shots_(choose_views(command, session_.scene)),
-        pool_(command.frame.renderer.threads) {}
+        shots_(choose_views(command, *session_.scene)) {}
 
   int run() {
     std::vector<Camera> cameras;
     for (const Shot& shot : shots_) cameras.push_back(shot.camera);
     ProgressBar bar("studying");
     const SceneStudy study =
-        study_scene(*session_.renderer, cameras, session_.settings, pool_, bar.progress());
-    const std::string name = scene_name(session_.scene.path);
+        study_scene(*session_.renderer, cameras, session_.settings, *session_.pool, bar.progress());
+    const std::string name = scene_name(session_.scene->path);
     const StudyPage page{study,      name,           view_names(), plots_caption(name),
                          pictures(), telling(study), made_with()};
     std::string problem;
@@ -129,7 +128,8 @@ class Report {
     if (image.width <= kPictureWidth) return {image, caption};
     Image clamped = image;
     clamp_to_unit(clamped);
-    return {area_average(clamped, kPictureWidth, image.height * kPictureWidth / image.width, pool_),
+    return {area_average(clamped, kPictureWidth, image.height * kPictureWidth / image.width,
+                         *session_.pool),
             caption};
   }
 
@@ -138,8 +138,8 @@ class Report {
     const char* name = mode_name(mode);
     RenderSettings settings = session_.settings;
     settings.mode = mode;
-    const MappedFrame mapped = draw_mapped(*session_.renderer, camera, settings, quantity,
-                                           command_.frame.renderer.threads);
+    const MappedFrame mapped =
+        draw_mapped(*session_.renderer, camera, settings, quantity, *session_.pool);
     return small(
         draw_heatmap(mapped.frame.color, mapped.heatmap, scale_for(mapped.heatmap.values), name),
         fmt::format("{}: {}", name, caption));
@@ -170,7 +170,7 @@ class Report {
     const Inspection inspection =
         inspect(frame, size, pixel, session_.settings.background, study.telling.gaussian);
     const std::string where =
-        fmt::format("{} \u00b7 {}", scene_name(session_.scene.path), shot.origin);
+        fmt::format("{} \u00b7 {}", scene_name(session_.scene->path), shot.origin);
     return {{draw_construction({inspection, frame.color, frame.grid, where}),
              "Its ellipse, the boxes of the modes, and the tiles that each of them lists."}};
   }
@@ -182,14 +182,13 @@ class Report {
         "machine; quadsplat report draws this page again, quadsplat inspect shows any pixel and "
         "Gaussian as above.",
         environment.version, environment.commit, environment.cpu, environment.utc,
-        session_.scene.path.filename().string(), file_hash(session_.scene.path));
+        session_.scene->path.filename().string(), file_hash(session_.scene->path));
   }
 
   const ReportCommand& command_;
   std::filesystem::path path_;
   Session session_;
   std::vector<Shot> shots_;
-  ThreadPool pool_;
 };
 
 }  // namespace

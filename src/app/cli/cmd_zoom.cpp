@@ -83,7 +83,7 @@ glm::dvec3 find_target(Session& session, const Camera& camera) {
 }
 
 std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const ViewPlan& plan) {
-  ProgressBar bar(fmt::format("zoom {}", scene_name(session.scene.path)));
+  ProgressBar bar(fmt::format("zoom {}", scene_name(session.scene->path)));
   return record_zoom(session, bundle, plan, bar.progress());
 }
 
@@ -100,10 +100,10 @@ int replay(const ZoomCommand& command) {
   frame.modes = bundle.modes;
   Session session = open_session(frame);
   session.settings = bundle.settings;
-  const std::string hash = file_hash(session.scene.path);
+  const std::string hash = file_hash(session.scene->path);
   if (hash != bundle.scene_hash) {
     fail("{}: its content is not what the zoom was measured on ({}, now {})",
-         session.scene.path.string(), bundle.scene_hash, hash);
+         session.scene->path.string(), bundle.scene_hash, hash);
   }
   std::vector<BenchRow> rows =
       measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1});
@@ -130,7 +130,7 @@ int run_zoom(Arguments arguments) {
   Session session = open_session(command.frame);
   CameraChoice choice;
   choice.index = command.from_camera;
-  const Camera start = choose_shots(choice, command.frame, session.scene).front().camera;
+  const Camera start = choose_shots(choice, command.frame, *session.scene).front().camera;
   ZoomBundle bundle =
       start_zoom(session, start, command.target ? *command.target : find_target(session, start));
   bundle.steps = command.steps;

@@ -54,10 +54,9 @@ void declare_common_options(Options& options, FrameOptions& frame) {
       fmt::format("how CUDA draws: as published or as fast as it can; on the CPU classic is plain "
                   "code to compare with (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
-  options.integer("--device", "N", 0, 1024, frame.renderer.device,
+  options.integer("--device", "N", 0, 1024, frame.device,
                   "GPU of the CUDA backend, see quadsplat --list-gpus");
-  options.integer("--threads", "N", 0, 1024, frame.renderer.threads,
-                  "of the CPU backend (default: all)");
+  options.integer("--threads", "N", 0, 1024, frame.threads, "of the CPU backend (default: all)");
   options.choice(
       "--tile-size", {"8", "16", "32"},
       [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },

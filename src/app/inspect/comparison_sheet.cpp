@@ -38,14 +38,13 @@ Image scaled(const Image& image, int width, int height) {
 }
 
 /// The whole view as large as fits, with the crop's frame on it.
-Image overview(const ViewComparison& comparison, glm::ivec2 room) {
+Image overview(const ViewComparison& comparison, glm::ivec2 room, ThreadPool& pool) {
   const Image& truth = comparison.truth;
   const float scale = std::min(static_cast<float>(room.x) / static_cast<float>(truth.width),
                                static_cast<float>(room.y) / static_cast<float>(truth.height));
   const auto length = [&](int pixels) {
     return std::max(1, static_cast<int>(std::lround(static_cast<float>(pixels) * scale)));
   };
-  ThreadPool pool(1);
   const PixelBox whole{0, 0, truth.width, truth.height};
   Image image =
       area_average(cropped(truth, whole), length(truth.width), length(truth.height), pool);
@@ -96,10 +95,10 @@ struct Sheet {
     }
   }
 
-  void truth_column() {
+  void truth_column(ThreadPool& pool) {
     const Image crop = cropped(comparison.truth, comparison.crop);
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(0), top});
-    const Image view = overview(comparison, {kPanelWidth, panel_height});
+    const Image view = overview(comparison, {kPanelWidth, panel_height}, pool);
     paste(page, view,
           {left(0) + (kPanelWidth - view.width) / 2,
            top + panel_height + kGap + (panel_height - view.height) / 2});
@@ -126,10 +125,10 @@ struct Sheet {
 
 }  // namespace
 
-Image draw_comparison(const ViewComparison& comparison, int amplification,
-                      const std::string& where) {
+Image draw_comparison(const ViewComparison& comparison, int amplification, const std::string& where,
+                      ThreadPool& pool) {
   Sheet sheet(comparison, amplification, where);
-  sheet.truth_column();
+  sheet.truth_column(pool);
   int column = 0;
   for (const ViewVariant& variant : comparison.variants) sheet.variant_column(++column, variant);
   return std::move(sheet.page);

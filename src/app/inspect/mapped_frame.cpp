@@ -15,7 +15,7 @@ Frame judging_frame(Renderer& renderer, const Camera& camera, RenderSettings set
 }
 
 MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                        HeatQuantity quantity, int threads, std::stop_token stop) {
+                        HeatQuantity quantity, ThreadPool& pool, std::stop_token stop) {
   if (quantity != HeatQuantity::missed) {
     const Frame& frame =
         renderer.render(camera, settings, outputs_for(quantity), HostImage{}, std::move(stop));
@@ -23,7 +23,6 @@ MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSe
   }
   const Frame judge = judging_frame(renderer, camera, settings, stop);
   const Frame& frame = renderer.render(camera, settings, inspection_outputs(), HostImage{}, stop);
-  ThreadPool pool(threads);
   MissedMap missed = missed_contributions(judge, frame, {camera.width, camera.height},
                                           settings.background, pool, std::move(stop));
   Heatmap heatmap = missed_heatmap(missed);

@@ -19,8 +19,8 @@ struct MappedFrame {
 Frame judging_frame(Renderer& renderer, const Camera& camera, RenderSettings settings,
                     std::stop_token stop = {});
 
-/// `threads` as in RendererOptions. Throws Error and Cancelled.
+/// Throws Error and Cancelled.
 MappedFrame draw_mapped(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                        HeatQuantity quantity, int threads = 0, std::stop_token stop = {});
+                        HeatQuantity quantity, ThreadPool& pool, std::stop_token stop = {});
 
 }  // namespace qs

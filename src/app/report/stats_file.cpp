@@ -87,7 +87,7 @@ ordered_json scene_json(const Scene& scene) {
 std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames,
                          std::size_t view_count) {
   ordered_json json = {{"environment", environment_json(session)},
-                       {"scene", scene_json(session.scene)},
+                       {"scene", scene_json(*session.scene)},
                        {"view_count", view_count},
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));

@@ -30,8 +30,8 @@ void save_pictures(Session& session, const ZoomBundle& bundle,
 
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target) {
   ZoomBundle bundle;
-  bundle.scene = std::filesystem::absolute(session.scene.path);
-  bundle.scene_hash = file_hash(session.scene.path);
+  bundle.scene = std::filesystem::absolute(session.scene->path);
+  bundle.scene_hash = file_hash(session.scene->path);
   bundle.start = start;
   bundle.target = target;
   bundle.settings = session.settings;
@@ -45,7 +45,7 @@ std::vector<BenchRow> record_zoom(
     const std::function<void(const Camera&, const std::vector<BenchRow>&)>& on_step) {
   const std::vector<Camera> path =
       zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
-  const std::string name = scene_name(session.scene.path);
+  const std::string name = scene_name(session.scene->path);
   std::vector<BenchRow> rows;
   for (std::size_t step = 0; step < path.size(); ++step) {
     progress.update(static_cast<float>(step) / static_cast<float>(path.size()));

@@ -55,22 +55,27 @@ Scene load_scene(const std::filesystem::path& path, int iteration, const std::st
   return scene;
 }
 
-std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,
-                                       const RendererOptions& options) {
+std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene) {
+  return {scene, &scene->cloud};
+}
+
+std::unique_ptr<Renderer> upload_scene(const Session& session, Backend backend) {
   ProgressBar bar("uploading");
-  auto renderer = make_renderer(backend, options);
-  renderer->upload(cloud, bar.progress());
+  auto renderer = make_renderer(backend, *session.pool, session.device);
+  renderer->upload(cloud_of(session.scene), bar.progress());
   return renderer;
 }
 
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
   Session session;
   session.backend = choose_backend(frame);
-  session.scene = load_scene(frame.scene, frame.iteration, frame.axes);
-  session.device = frame.renderer.device;
-  if (change) change(session.scene);
-  session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);
-  const bool white = !frame.background && model_wants_white_background(session.scene.path);
+  session.pool = std::make_unique<ThreadPool>(frame.threads);
+  session.device = frame.device;
+  Scene scene = load_scene(frame.scene, frame.iteration, frame.axes);
+  if (change) change(scene);
+  session.scene = std::make_shared<const Scene>(std::move(scene));
+  session.renderer = upload_scene(session, session.backend);
+  const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings.mode = frame.modes.front();
   session.settings.pipeline = frame.pipeline;
   session.settings.sh_degree = frame.sh_degree;

@@ -27,7 +27,8 @@ struct FrameOptions {
   std::optional<glm::ivec2> size;
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
-  RendererOptions renderer;
+  int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
+  int device = 0;                  ///< index into GpuReport::gpus
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;
@@ -39,11 +40,12 @@ struct FrameOptions {
 /// Modes 1 to 6: the meaning of `--cull all`.
 std::vector<CullMode> all_modes();
 
-/// A scene uploaded to a renderer.
+/// A scene uploaded to a renderer. The session and its renderers share the scene and the pool.
 struct Session {
-  Scene scene;
+  std::shared_ptr<const Scene> scene;
+  std::unique_ptr<ThreadPool> pool;  ///< for all work of this session on the CPU
   Backend backend = Backend::cpu;
-  int device = 0;           ///< RendererOptions::device
+  int device = 0;           ///< index into GpuReport::gpus
   RenderSettings settings;  ///< mode: the first of the chosen ones
   std::unique_ptr<Renderer> renderer;
 };
@@ -55,9 +57,11 @@ const char* pipeline_name(const Session& session);
 /// `change` may alter the scene before it is uploaded.
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change = {});
 
-/// A renderer with this cloud uploaded.
-std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backend,
-                                       const RendererOptions& options);
+/// Another renderer with the session's scene uploaded. It uses the session's pool.
+std::unique_ptr<Renderer> upload_scene(const Session& session, Backend backend);
+
+/// The scene's cloud; keeps the scene alive.
+std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene);
 
 /// Reads a scene with a progress bar; warnings go to stderr.
 Scene load_scene(const std::filesystem::path& path, int iteration = -1,

@@ -59,7 +59,7 @@ class ViewLoop {
     if (options.script) script_ = ScriptPlayer(*options.script);
     set_up_viewer();
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
-    render_.emplace(options.frame.renderer, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
+    render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     if (!options.frame.scene.empty()) open({options.frame.scene, options.frame.axes});
   }
 
@@ -140,8 +140,8 @@ class ViewLoop {
     if (viewer_.now - memory_measured_ > kMemorySeconds && !resting()) {
       memory_measured_ = viewer_.now;
       const bool cuda = viewer_.backend == Backend::cuda;
-      actions.push_back(action::MemoryMeasured{
-          process_bytes(), cuda ? gpu_bytes(options_.frame.renderer.device) : 0});
+      actions.push_back(
+          action::MemoryMeasured{process_bytes(), cuda ? gpu_bytes(options_.frame.device) : 0});
     }
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The one error type. Libraries throw it, `main` and the viewer's loop catch it, nobody else does.
-// The message is one sentence "who: where: what", fit to be shown to a person as it is.
+// The only error type. Libraries throw it; only `main` and the viewer's loop catch it.
+// The message is one sentence "who: where: what" that can be shown to users unchanged.
 // This header is plain C++ so that device code may include it; fail.h adds fmt formatting.
 #pragma once
 
@@ -10,10 +10,10 @@
 
 namespace qs {
 
-/// What a user can do about an error; `main` turns it into the exit code.
+/// The cause of an error; `main` returns it as the exit code.
 enum class ErrorKind {
   usage = 1,   ///< the command line is wrong
-  input = 2,   ///< a file is missing, damaged or not what it should be
+  input = 2,   ///< a file is missing, damaged or of the wrong kind
   device = 3,  ///< no usable device, or not enough memory
 };
 
@@ -26,7 +26,7 @@ class Error : public std::runtime_error {
   ErrorKind kind_;
 };
 
-/// Thrown by work whose stop_token was asked to stop. Not an Error: nothing went wrong.
+/// Thrown by work that was stopped through its stop_token. Not an Error, because nothing failed.
 struct Cancelled {};
 
 }  // namespace qs

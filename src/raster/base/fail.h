@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// fail(...) throws an Error with a formatted sentence. Host code only (fmt does not compile in
-// .cu).
+// fail(...) throws an Error with a formatted message. Host code only: fmt does not compile in .cu.
 #pragma once
 
 #include <utility>
@@ -12,14 +11,14 @@
 
 namespace qs {
 
-/// Throws Error(kind, sentence). Example: fail(ErrorKind::input, "{}: vertex {}: x is NaN", path,
+/// Throws Error(kind, message). Example: fail(ErrorKind::input, "{}: vertex {}: x is NaN", path,
 /// i).
 template <class... Args>
 [[noreturn]] void fail(ErrorKind kind, fmt::format_string<Args...> format, Args&&... args) {
   throw Error(kind, fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Throws an input error: a file is missing, damaged or not what it should be.
+/// Throws Error(ErrorKind::input, message).
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
   throw Error(ErrorKind::input, fmt::format(format, std::forward<Args>(args)...));

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Morton codes: numbers of the cells of a grid along a curve on which neighbours are mostly
-// neighbours in space.
+// Morton codes: they number the cells of a grid along a curve, so that cells with close numbers are
+// mostly close in space.
 #pragma once
 
 #include <cstdint>
 
 namespace qs {
 
-/// The lower 21 bits of `value` with two zeros between neighbours.
+/// Inserts two zero bits between neighbours of the lower 21 bits of `value`.
 constexpr std::uint64_t spread_bits(std::uint64_t value) {
   value &= 0x1fffff;
   value = (value | value << 32) & 0x1f00000000ffff;
@@ -18,7 +18,7 @@ constexpr std::uint64_t spread_bits(std::uint64_t value) {
   return (value | value << 2) & 0x1249249249249249;
 }
 
-/// Of a cell whose coordinates have at most 21 bits each; three times as many bits as those have.
+/// Code of a cell. Coordinates of n <= 21 bits give a code of 3 n bits.
 constexpr std::uint64_t morton_code(std::uint64_t x, std::uint64_t y, std::uint64_t z) {
   return spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// A fixed pool of threads and one way to use it: a loop over chunks of an index range.
-// The calling thread works too, so a pool of one thread starts none. Results never depend on the
-// number of threads as long as chunks write to places of their own.
+// A fixed pool of threads that runs loops over chunks of an index range. The program makes pools
+// and passes them to libraries, which never make their own. The calling thread works too, so a pool
+// of one thread starts no other. Results do not depend on the number of threads if every chunk
+// writes only its own elements.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +22,10 @@ class ThreadPool {
 
   int size() const;
 
-  /// Calls body(begin, end, worker) for consecutive chunks of at most `grain` indices covering
-  /// [0, count). Chunks are handed out in ascending order; 0 <= worker < size(). Returns when all
-  /// are done. The first exception thrown by a body is rethrown here, after the running chunks
-  /// ended. Not reentrant: a body must not call into the same pool.
+  /// Calls body(begin, end, worker) for consecutive chunks of at most `grain` indices that cover
+  /// [0, count). Chunks start in ascending order; 0 <= worker < size(). Returns when all chunks are
+  /// done. After an exception no new chunk starts, and the first one is rethrown here. Not
+  /// reentrant: neither a body nor another thread may call it while it runs.
   void for_chunks(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);
 

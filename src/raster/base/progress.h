@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How long work reports how far it is and learns that nobody wants it any more.
+// Lets long-running work report its progress and find out that it was cancelled.
 #pragma once
 
 #include <functional>
@@ -10,13 +10,13 @@
 
 namespace qs {
 
-/// Passed by value into long work. Both parts may be empty.
+/// Both members may be empty.
 struct Progress {
-  std::function<void(float fraction)>
-      report;  ///< 0..1, called from the working thread, never twice at once
+  /// Receives 0..1. Called from the working thread, never concurrently.
+  std::function<void(float fraction)> report;
   std::stop_token stop;
 
-  /// Reports and throws Cancelled when stop was requested.
+  /// Reports `fraction`. Throws Cancelled when a stop was requested.
   void update(float fraction) const {
     if (stop.stop_requested()) throw Cancelled{};
     if (report) report(fraction);

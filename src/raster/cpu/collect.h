@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a frame tells of its lists: numbers always, maps and trace when asked for.
+// Copies counts, and the requested maps and trace, from the tile lists into the frame.
 #pragma once
 
 #include <functional>
@@ -11,10 +11,10 @@
 
 namespace qs::cpu {
 
-/// What blending reads of the Gaussian in a slot.
+/// The Gaussian in a slot as the blend stage sees it.
 using SplatOf = std::function<Splat(std::uint32_t slot)>;
 
-/// Fills stats, pairs and trace of `result`; result.grid and result.used are set.
+/// Fills stats, pairs and trace of `result`. result.grid and result.used are already set.
 void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf& splat_of,
              const Outputs& outputs, Frame& result);
 

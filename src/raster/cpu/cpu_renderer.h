@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The CPU backend: preprocess, sort, bin, blend, each in the file of its name. It is the oracle of
-// every other backend, and renders where there is no GPU.
+// The CPU backend, for machines without a GPU. Its images and tile lists are the ground truth for
+// every other backend. Pipelines `fast` and `classic` and mode reference are in folders and files
+// of their names.
 #pragma once
 
 #include <memory>
@@ -10,6 +11,6 @@
 
 namespace qs {
 
-std::unique_ptr<Renderer> make_cpu_renderer(int threads);
+std::unique_ptr<Renderer> make_cpu_renderer(ThreadPool& pool);
 
 }  // namespace qs

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// What every stage of the CPU backend is given.
+// The inputs that every stage of the CPU backend reads.
 #pragma once
 
+#include <algorithm>
 #include <stop_token>
 
 #include "raster/base/parallel.h"
 #include "raster/renderer.h"
-#include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
 
 struct FrameContext {
   const GaussianCloud& cloud;
-  const ActivatedCloud& active;
   const Camera& camera;
   const RenderSettings& settings;
   TileGrid grid;
@@ -28,7 +27,7 @@ struct FrameContext {
     return {keep_faint, antialiased(), settings.splat_scale};
   }
 
-  /// A parallel loop that ends early with Cancelled when the frame is no longer wanted.
+  /// Runs a parallel loop; throws Cancelled when the frame was cancelled.
   template <class Body>
   void for_chunks(std::size_t count, std::size_t grain, const Body& body) const {
     pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {

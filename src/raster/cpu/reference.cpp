@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "raster/kernel/sh.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
 namespace {
@@ -23,7 +24,7 @@ struct ReferenceSplat {
   std::uint32_t depth_bits, gaussian;
 };
 
-/// Pixels from floor(low) to ceil(high), one more on each side, clamped to [first, limit).
+/// Pixels from floor(low) to ceil(high) and one more on each side, clamped to [first, limit).
 void grown_range(double low, double high, int first, int limit, int& begin, int& end) {
   const auto clamped = [&](double x) {
     return static_cast<int>(std::clamp(x, static_cast<double>(first), static_cast<double>(limit)));
@@ -90,10 +91,10 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
       const double power =
           -0.5 * (splat->conic.x * dx * dx + splat->conic.z * dy * dy) - splat->conic.y * dx * dy;
       if (power > 0) continue;
-      const double alpha = std::min(0.99, splat->opacity * std::exp(power));
-      if (alpha < 1.0 / 255) continue;
+      const double alpha = std::min(fp64::kAlphaMax, splat->opacity * std::exp(power));
+      if (alpha < fp64::kAlphaMin) continue;
       const double next = transmittance[x] * (1 - alpha);
-      if (next < 1e-4) {
+      if (next < fp64::kTransmittanceMin) {
         live[x] = 0;
         continue;
       }
@@ -141,7 +142,7 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
   region.y0 = std::clamp(region.y0, 0, whole.y1);
   region.x1 = std::clamp(region.x1, region.x0, whole.x1);
   region.y1 = std::clamp(region.y1, region.y0, whole.y1);
-  if (outputs.region)  // whatever an earlier frame left outside of it
+  if (outputs.region)  // clears an earlier frame outside of the region
     std::fill(result.color.values.begin(), result.color.values.end(), 0.0f);
   constexpr std::size_t kChunk = 2048;
   std::vector<std::vector<ReferenceSplat>> chunks((frame.cloud.size() + kChunk - 1) / kChunk);
@@ -163,7 +164,7 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
   result.stats.visible = static_cast<std::uint32_t>(order.size());
   if (outputs.trace) collect_trace(chunks, order, result.trace);
 
-  // Bands of rows share one list; a row takes from it the Gaussians whose box holds it.
+  // Rows of a band share one list, and each row uses the Gaussians whose boxes contain it.
   constexpr std::size_t kBand = 8;
   frame.for_chunks(static_cast<std::size_t>(region.y1 - region.y0), kBand,
                    [&](std::size_t first, std::size_t last, int) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Times of stages. They cost nothing that could be measured, so they are always taken.
+// Stage times. Measuring them costs nothing noticeable, so it always happens.
 #pragma once
 
 #include <chrono>
@@ -20,6 +20,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Runs work() and stores its time.
 template <class Work>
 void timed(Stage stage, RenderStats& stats, const Work& work) {
   const Stopwatch clock;

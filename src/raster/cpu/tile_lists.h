@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What binning hands to blending, in both pipelines.
+// The tile lists: output of bin and input of blend, in both pipelines.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace qs::cpu {
 
 struct TileLists {
   std::vector<std::uint64_t> begin;  ///< tiles + 1 offsets into `slots`
-  Array<std::uint32_t> slots;        ///< slots of Visible, per tile front to back
+  Array<std::uint32_t> slots;        ///< slots of VisibleSlots, per tile front to back
 
   std::uint64_t pairs() const { return begin.empty() ? 0 : begin.back(); }
   std::uint32_t pairs(std::size_t tile) const {
@@ -22,7 +22,7 @@ struct TileLists {
   std::vector<std::int64_t> column_counts;  ///< scratch of pipeline `fast`
 };
 
-/// Throws Error(device) when lists of so many pairs do not fit into memory.
+/// Throws Error(device) if lists of `pairs` entries need more than half of the machine's memory.
 void refuse_if_too_many(std::uint64_t pairs);
 
 }  // namespace qs::cpu

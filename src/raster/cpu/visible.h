@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Where the visible Gaussians of a frame are kept, whichever pipeline found them. They get slots in
-// the order in which the pipeline keeps the cloud (`classic`: as it is, `fast`: in space), with
-// gaps: every chunk of the cloud owns as many slots as it has Gaussians, so chunks never wait for
-// each other.
+// Storage for a frame's visible Gaussians, shared by both pipelines. Every chunk of the cloud owns
+// a fixed block of slots (some stay unused), so threads fill chunks in parallel without
+// synchronising. Slots are in the order in which the pipeline stores the cloud (`classic`: its own,
+// `fast`: spatial).
 #pragma once
 
 #include <numeric>
@@ -15,15 +15,15 @@ namespace qs::cpu {
 struct VisibleSlots {
   static constexpr std::size_t kChunk = 2048;
 
-  Array<std::uint32_t> chunk_counts;  ///< used slots of each chunk, from its start
+  Array<std::uint32_t> chunk_counts;  ///< per chunk: number of used slots, from its start
   Array<std::uint32_t> gaussians;     ///< per slot: index in the cloud
   Array<float> depths;                ///< per slot: view z
-  Array<Footprint> footprints;        ///< per slot; of pipeline `fast` only when traced
+  Array<Footprint> footprints;        ///< per slot; pipeline `fast` fills them only for a trace
   std::uint32_t count = 0;            ///< of visible Gaussians
 
   static std::size_t chunks_of(std::size_t gaussians) { return (gaussians + kChunk - 1) / kChunk; }
 
-  /// Slots of all chunks: those of the last one are whole too.
+  /// Number of slots of all chunks; the last chunk is also of full size.
   std::size_t slots() const { return chunk_counts.size() * kChunk; }
 
   void resize(std::size_t gaussian_count) {
@@ -32,7 +32,7 @@ struct VisibleSlots {
     depths.resize(slots());
   }
 
-  /// To be called when every chunk has its count.
+  /// Call it when all chunk_counts are set.
   void count_all() {
     count = std::accumulate(chunk_counts.begin(), chunk_counts.end(), std::uint32_t{0});
   }

@@ -14,21 +14,21 @@ namespace {
 
 class CudaRenderer final : public Renderer {
  public:
-  explicit CudaRenderer(int device)
-      : device_(device), stream_(device, true), gl_target_(device), fast_(device) {}
+  CudaRenderer(ThreadPool& pool, int device)
+      : pool_(pool), device_(device), stream_(device, true), gl_target_(device), fast_(device) {}
 
   ~CudaRenderer() override {
     cudaSetDevice(device_);
     cudaStreamSynchronize(stream_);  // a cancelled frame may still run
   }
 
-  void upload(const GaussianCloud& cloud, const Progress& progress) override {
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     select_device();
-    cuda::upload(cloud, progress, stream_, cloud_);
+    cuda::upload(*cloud, pool_, progress, stream_, cloud_);
   }
 
-  void submit(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
-              const Target& target, std::stop_token stop) override {
+  const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= kCullerCount);
     assert(camera.width > 0 && camera.height > 0);
     if (settings.mode == kReferenceMode) {
@@ -38,14 +38,23 @@ class CudaRenderer final : public Renderer {
       throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
                                          " pixels run on the backend cpu only");
     }
-    camera_ = camera;
-    settings_ = settings;
-    outputs_ = outputs;
-    target_ = target;
-    stop_ = std::move(stop);
+    select_device();
+    const auto* texture = outputs.color ? std::get_if<GlTexture>(&target) : nullptr;
+    const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
+    const FrameContext frame{cloud_, camera, settings, grid, stream_, std::move(stop), [&] {
+                               if (texture != nullptr) present(camera);
+                             }};
+    prepare_result(grid);
+    if (texture != nullptr) gl_target_.take(*texture);
+    if (settings.pipeline == Pipeline::classic) {
+      draw_with(classic_, frame, outputs, target);
+    } else {
+      draw_with(fast_, frame, outputs, target);
+    }
+    return result_;
   }
 
-  void expect(const Target& target) override {
+  void prepare_target(const Target& target) override {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
     if (texture == nullptr) {
@@ -53,21 +62,6 @@ class CudaRenderer final : public Renderer {
     } else {
       gl_target_.take(*texture);
     }
-  }
-
-  // All work happens here: whoever owns the renderer gives it a thread by waiting.
-  const Frame& wait() override {
-    select_device();
-    const TileGrid grid = TileGrid::of_image(camera_.width, camera_.height);
-    const FrameContext frame{cloud_, camera_, settings_, grid, stream_, stop_, [&] { present(); }};
-    prepare_result(grid);
-    if (presents()) gl_target_.take(std::get<GlTexture>(target_));
-    if (settings_.pipeline == Pipeline::classic) {
-      draw_with(classic_, frame);
-    } else {
-      draw_with(fast_, frame);
-    }
-    return result_;
   }
 
  private:
@@ -82,53 +76,48 @@ class CudaRenderer final : public Renderer {
     result_.stats.gaussians = cloud_.count;
   }
 
-  bool presents() const { return std::holds_alternative<GlTexture>(target_) && outputs_.color; }
-
-  void present() {
-    if (presents())
-      gl_target_.present(pixels_.color.data(), camera_.width, camera_.height, stream_);
+  void present(const Camera& camera) {
+    gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
   }
 
   template <class AnyPipeline>
-  void draw_with(AnyPipeline& pipeline, const FrameContext& frame) {
+  void draw_with(AnyPipeline& pipeline, const FrameContext& frame, const Outputs& outputs,
+                 const Target& target) {
+    const bool presents = outputs.color && std::holds_alternative<GlTexture>(target);
     try {
-      pipeline.draw(frame, outputs_, pixels_, clock_);
-      pipeline.collect(frame, outputs_, pixels_, result_);
-      if (outputs_.used) result_.stats.used_pairs = sum_of(result_.used);
+      pipeline.draw(frame, outputs, pixels_, clock_);
+      pipeline.collect(frame, outputs, pixels_, result_);
+      if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
       clock_.read(result_.stats);
-      collect_maps();
-      if (presents()) result_.stats.present_ms = gl_target_.present_ms();
+      collect_maps(frame.camera, outputs, target);
+      if (presents) result_.stats.present_ms = gl_target_.present_ms();
     } catch (...) {
       cudaStreamSynchronize(stream_);
-      if (presents()) gl_target_.give_back();
+      if (presents) gl_target_.give_back();
       throw;
     }
-    if (presents()) gl_target_.give_back();
+    if (presents) gl_target_.give_back();
   }
 
-  /// From the device to what was asked for; waits for it.
-  void collect_maps() {
+  /// Waits for the frame and copies the requested maps to the host.
+  void collect_maps(const Camera& camera, const Outputs& outputs, const Target& target) {
     check(cudaStreamSynchronize(stream_), "frame");
     const auto pixels =
-        static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
-    const bool wanted = outputs_.color && std::holds_alternative<HostImage>(target_);
-    result_.color.width = wanted ? camera_.width : 0;
-    result_.color.height = wanted ? camera_.height : 0;
+        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);
+    result_.color.width = wanted ? camera.width : 0;
+    result_.color.height = wanted ? camera.height : 0;
     result_.color.values.resize(wanted ? 3 * pixels : 0);
     copy_to_host(pixels_.color.data(), result_.color.values.data(), result_.color.values.size(),
                  stream_);
-    if (outputs_.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
+    if (outputs.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
   }
 
+  ThreadPool& pool_;
   int device_;
   Stream stream_;
   StageClock clock_;
   DeviceCloud cloud_;
-  Camera camera_;
-  RenderSettings settings_;
-  Outputs outputs_;
-  Target target_;
-  std::stop_token stop_;
   Pixels pixels_;
   GlTarget gl_target_;
   ClassicPipeline classic_;
@@ -139,7 +128,7 @@ class CudaRenderer final : public Renderer {
 }  // namespace
 }  // namespace cuda
 
-std::unique_ptr<Renderer> make_cuda_renderer(int device) {
+std::unique_ptr<Renderer> make_cuda_renderer(ThreadPool& pool, int device) {
   const GpuReport report = cuda::gpu_report();
   const auto refuse = [](const std::string& why) {
     throw Error(ErrorKind::device, "backend cuda: " + why);
@@ -151,7 +140,7 @@ std::unique_ptr<Renderer> make_cuda_renderer(int device) {
   }
   const Gpu& gpu = report.gpus[static_cast<std::size_t>(device)];
   if (!gpu.problem.empty()) refuse(gpu.name + ": " + gpu.problem);
-  return std::make_unique<cuda::CudaRenderer>(device);
+  return std::make_unique<cuda::CudaRenderer>(pool, device);
 }
 
 }  // namespace qs

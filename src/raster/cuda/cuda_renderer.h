@@ -12,6 +12,6 @@ namespace qs {
 
 /// `device` counts the GPUs of gpu_report(). Throws Error(device) with the reason when that GPU
 /// cannot be used. The renderer selects its GPU at every call, so any thread may own it.
-std::unique_ptr<Renderer> make_cuda_renderer(int device);
+std::unique_ptr<Renderer> make_cuda_renderer(ThreadPool& pool, int device);
 
 }  // namespace qs

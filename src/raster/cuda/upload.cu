@@ -33,8 +33,8 @@ __global__ void spread_rows(const float* chunk, unsigned rows, unsigned width, s
 
 }  // namespace
 
-void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t stream,
-            DeviceCloud& device) {
+void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+            cudaStream_t stream, DeviceCloud& device) {
   device.count = 0;
   if (cloud.size() > std::numeric_limits<std::int32_t>::max()) {
     throw Error(ErrorKind::device, "cuda: the scene has " + std::to_string(cloud.size()) +
@@ -53,7 +53,6 @@ void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t s
   device.sh.reserve("the scene", cloud.size() * width);
 
   progress.update(0);
-  ThreadPool pool;
   const ActivatedCloud active = activate(cloud, pool);
   const std::size_t chunk_size = std::min(kChunk, cloud.size());
   DeviceBuffer<ActiveGaussian> gaussians;

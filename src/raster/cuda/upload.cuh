@@ -4,6 +4,7 @@
 // neighbouring threads read neighbouring addresses.
 #pragma once
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/cuda/device_buffer.cuh"
 #include "raster/kernel/footprint.h"
@@ -46,7 +47,7 @@ struct DeviceCloud {
 };
 
 /// Replaces `device`; it is empty after an Error (no memory) or Cancelled.
-void upload(const GaussianCloud& cloud, const Progress& progress, cudaStream_t stream,
-            DeviceCloud& device);
+void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+            cudaStream_t stream, DeviceCloud& device);
 
 }  // namespace qs::cuda

@@ -20,20 +20,25 @@ Covariance3<double> world_covariance(const GaussianCloud& cloud, std::size_t i) 
           x.y * x.z + y.y * y.z + z.y * z.z, x.z * x.z + y.z * y.z + z.z * z.z};
 }
 
+Activated activate(const GaussianCloud& cloud, std::size_t i) {
+  const Covariance3<double> c = world_covariance(cloud, i);
+  const double opacity = opacity_of_logit(cloud.opacity_logits[i]);
+  return {{cloud.positions[i],
+           {static_cast<float>(c.xx), static_cast<float>(c.xy), static_cast<float>(c.xz),
+            static_cast<float>(c.yy), static_cast<float>(c.yz), static_cast<float>(c.zz)},
+           static_cast<float>(std::log2(255 * opacity))},
+          static_cast<float>(opacity)};
+}
+
 ActivatedCloud activate(const GaussianCloud& cloud, ThreadPool& pool) {
   ActivatedCloud active;
   active.gaussians.resize(cloud.size());
   active.opacities.resize(cloud.size());
   pool.for_chunks(cloud.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Covariance3<double> c = world_covariance(cloud, i);
-      const double opacity = opacity_of_logit(cloud.opacity_logits[i]);
-      active.gaussians[i] = {
-          cloud.positions[i],
-          {static_cast<float>(c.xx), static_cast<float>(c.xy), static_cast<float>(c.xz),
-           static_cast<float>(c.yy), static_cast<float>(c.yz), static_cast<float>(c.zz)},
-          static_cast<float>(std::log2(255 * opacity))};
-      active.opacities[i] = static_cast<float>(opacity);
+      const Activated activated = activate(cloud, i);
+      active.gaussians[i] = activated.gaussian;
+      active.opacities[i] = activated.opacity;
     }
   });
   return active;

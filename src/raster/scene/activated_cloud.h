@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A cloud with its logarithms and logits resolved: what upload hands to a backend. Made once per
-// upload on the host, in double precision, so that every backend starts from the same bits.
+// Activation: covariances and opacities from a cloud's logarithms, rotations and logits. It runs on
+// the host in double precision, so that every backend starts from the same bits.
 #pragma once
 
 #include "raster/base/parallel.h"
@@ -10,6 +10,14 @@
 
 namespace qs {
 
+struct Activated {
+  ActiveGaussian gaussian;
+  float opacity;  ///< 0..1
+};
+
+Activated activate(const GaussianCloud& cloud, std::size_t i);
+
+/// All Gaussians of a cloud, in its order.
 struct ActivatedCloud {
   Array<ActiveGaussian> gaussians;
   Array<float> opacities;  ///< 0..1

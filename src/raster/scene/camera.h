@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A pinhole camera. View axes are RDF: x right, y down, z forward, the image's origin is top-left.
-// Pixel i has its centre at coordinate i, so a centred principal point is ((W-1)/2, (H-1)/2);
-// COLMAP's cx is centre + 0.5.
+// A pinhole camera. View axes are RDF: x right, y down, z forward. The image's origin is top-left.
+// Pixel i has its centre at coordinate i, so a centred principal point is ((W-1)/2, (H-1)/2).
+// COLMAP puts it at i + 0.5, so its cx is larger by 0.5.
 #pragma once
 
 #include <string>
@@ -21,22 +21,23 @@ struct Camera {
   glm::dvec2 center_px{0.0};          ///< principal point, pixel-centre coordinates
   int width = 0, height = 0;          ///< pixels, > 0
   double near_depth = 0.2;            ///< Gaussians with view z at or below this are not drawn
-  std::string name;                   ///< of the photograph, without its ending; may be empty
+  std::string name;                   ///< of the photograph, without extension; may be empty
 
   /// Camera position in the world.
   glm::dvec3 position() const;
 
-  /// The same view at another size: the vertical field of view stays, fx and the principal point
-  /// scale with the height so that the optical axis keeps its place relative to the image centre.
+  /// The same view at another size. The vertical field of view stays; focal lengths and the
+  /// principal point's offset from the image centre scale with the height.
   Camera resized(int new_width, int new_height) const;
 };
 
-/// A camera at `position` looking at `target`; `up` points up in the world and must not be parallel
-/// to the line of sight. `vertical_fov` in radians; the principal point is the image centre.
+/// A camera at `position` that looks at `target`. `up` points up in the world and must not be
+/// parallel to the line of sight. `vertical_fov` is in radians. The principal point is the image
+/// centre.
 Camera look_at(glm::dvec3 position, glm::dvec3 target, glm::dvec3 up, double vertical_fov,
                int width, int height);
 
-/// The camera in the form the kernels read, rounded to Real once.
+/// The camera as the kernels read it, rounded to Real.
 template <class Real>
 View<Real> make_view(const Camera& camera);
 

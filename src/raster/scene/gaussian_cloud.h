@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A scene of 3D Gaussians as trained: logarithms, logits and raw SH, so that nothing is lost
-// between reading and writing. Values are activated once, when a renderer uploads the cloud. World
-// axes are RDF (x right, y down, z forward) as in INRIA .ply files; readers convert to that.
+// A scene of 3D Gaussians as trained: logarithms, logits and raw SH, so that reading and writing a
+// file loses nothing. A renderer activates the values once, at upload. World axes are RDF (x right,
+// y down, z forward) as in INRIA .ply files; readers convert other axes.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@
 
 namespace qs {
 
-/// std::allocator that leaves new elements uninitialised: a reader that fills every element of a
-/// 200 MB array should not pay for zeroing it first.
+/// std::allocator that leaves new elements uninitialised, so that a reader which fills an array of
+/// 200 MB does not zero it first.
 template <class T>
 struct UninitialisedAllocator : std::allocator<T> {
   template <class U>
@@ -45,18 +45,17 @@ constexpr int kMaxShDegree = 3;
 
 struct GaussianCloud {
   Array<glm::vec3> positions;   ///< world units, finite
-  Array<glm::vec3> log_scales;  ///< natural logarithm of the standard deviations; -inf = flat
+  Array<glm::vec3> log_scales;  ///< ln of the standard deviations; -inf = flat
   Array<glm::quat> rotations;   ///< unit length
   Array<float> opacity_logits;  ///< +-inf allowed (opacity 1 and 0)
-  Array<glm::vec3> sh;  ///< size() * sh_coefficient_count(sh_degree) RGB triples: per Gaussian DC
-                        ///< first, then by degree
-  int sh_degree = 0;    ///< 0..3
+  Array<glm::vec3> sh;       ///< sh_coefficient_count(sh_degree) RGB triples per Gaussian, DC first
+  int sh_degree = 0;         ///< 0..3
   bool antialiased = false;  ///< trained with Mip-Splatting's opacity compensation
 
   std::size_t size() const { return positions.size(); }
   bool empty() const { return positions.empty(); }
 
-  /// Makes every array the size of `count` Gaussians of `degree`; values are uninitialised.
+  /// Resizes every array for `count` Gaussians of `degree`; new values are uninitialised.
   void resize(std::size_t count, int degree) {
     positions.resize(count);
     log_scales.resize(count);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A picture in memory: rows from the top, pixels from the left, channels interleaved.
-// Colours are as blended (the space the model was trained in, usually sRGB), nominally 0..1, not
-// clamped.
+// An image in memory: rows from the top, pixels from the left, channels interleaved. Colours are in
+// the space in which the model was trained (usually sRGB), nominally 0..1, not clamped.
 #pragma once
 
 #include <algorithm>
@@ -33,14 +32,14 @@ struct Image {
   float at(int x, int y, int c) const { return row(y)[x * channels + c]; }
 };
 
-/// The one rule for 8-bit output: floor(255 * clamp(x, 0, 1) + 0.5); NaN becomes 0.
+/// All 8-bit output uses this rule: floor(255 * clamp(x, 0, 1) + 0.5); NaN becomes 0.
 inline std::uint8_t to_8bit(float value) {
   return static_cast<std::uint8_t>(
       std::floor(255.0f * std::min(std::max(0.0f, value), 1.0f) + 0.5f));
 }
 
-/// Peak signal-to-noise ratio in dB of two images of one shape, over the first `channels` channels,
-/// after both were rounded to 8 bits (peak 255); +infinity when equal. Sizes must match.
+/// Peak signal-to-noise ratio in dB of two images of equal size, over their first `channels`
+/// channels rounded to 8 bits (peak 255); +infinity if these are equal.
 double psnr_8bit(const Image& a, const Image& b, int channels = 3);
 
 }  // namespace qs

@@ -18,7 +18,7 @@ bool same_shape(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
 }
 
-// Mean over all values of what row_sum(y) adds up for a row. The order of summing is fixed.
+// Sum of row_sum(y) over all rows, divided by the number of values. The order of summing is fixed.
 template <class F>
 double mean_of_rows(const Image& image, ThreadPool& pool, F row_sum) {
   std::vector<double> sums(static_cast<std::size_t>(image.height));
@@ -40,7 +40,7 @@ std::array<double, 2 * kRadius + 1> gaussian_window() {
   return window;
 }
 
-// Weighted means of a, b, a^2, b^2 and ab around a place.
+// Weighted means of a, b, a^2, b^2 and ab around a pixel.
 struct Moments {
   double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
 
@@ -61,8 +61,7 @@ double similarity(const Moments& m) {
          ((m.a * m.a + m.b * m.b + kC1) * (variance_a + variance_b + kC2));
 }
 
-// What an axis of `from` pixels gives to one of `to`: pixel i of the new axis is the sum of
-// weights[k] times pixel first + k.
+// Resampling of an axis: a new pixel is the sum of weights[k] times old pixel first + k.
 struct Share {
   int first = 0;
   std::vector<double> weights;
@@ -71,7 +70,7 @@ struct Share {
 std::vector<Share> shares(int from, int to) {
   std::vector<Share> result(static_cast<std::size_t>(to));
   for (int i = 0; i < to; ++i) {
-    // In units of 1 / to of an old pixel: the new one covers [begin, end), the old ones to each.
+    // The unit is 1 / to of an old pixel: new pixel i covers [begin, end), an old one `to` units.
     const std::int64_t begin = std::int64_t{i} * from, end = begin + from;
     Share& share = result[static_cast<std::size_t>(i)];
     share.first = static_cast<int>(begin / to);
@@ -104,7 +103,7 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool) {
   const auto window = gaussian_window();
   const int width = a.width, height = a.height, channels = a.channels;
   return mean_of_rows(a, pool, [&](int y) {
-    // Down the columns first, with room for zeros at both ends, then along the row.
+    // Sums columns first, with kRadius zeros at both ends, then along the row.
     std::vector<Moments> columns(static_cast<std::size_t>(width + 2 * kRadius));
     double sum = 0;
     for (int c = 0; c < channels; ++c) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A program of its own, because it replaces operator new to count: frames of the CPU backend
-// allocate nothing once buffers have grown.
+// Frames of the CPU backend allocate nothing once buffers have grown. A separate program, because
+// it replaces operator new to count allocations.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "raster/renderer.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 
 namespace {
@@ -24,8 +25,7 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-// The other forms call these. Never inlined: where only one of a pair is, GCC takes it for a
-// mistake.
+// The other forms call these. They are never inlined, because GCC warns if only one of a pair is.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   return allocate(size, alignof(std::max_align_t));
 }
@@ -44,7 +44,7 @@ void* allocate(std::size_t size, std::size_t alignment) {
 namespace qs {
 namespace {
 
-/// Allocations of a whole frame, from submit to the end of wait, after another one of that view.
+/// Number of allocations in a frame after another frame of the same view.
 std::size_t allocations_of_a_frame(Renderer& renderer, const Camera& camera,
                                    const RenderSettings& settings, const Outputs& outputs) {
   renderer.render(camera, settings, outputs);
@@ -64,7 +64,7 @@ TEST(Allocations, of_a_frame_are_none_once_buffers_have_grown) {
   Outputs maps;
   maps.pairs = maps.evaluated = true;
   for (const int threads : {1, 2, 5}) {
-    const auto renderer = make_renderer(Backend::cpu, {.threads = threads});
+    const auto renderer = make_renderer(Backend::cpu, test::pool(threads));
     renderer->upload(test::random_cloud(20000, 3, 1), {});
     for (const Outputs& outputs : {Outputs{}, maps}) {
       RenderSettings settings;

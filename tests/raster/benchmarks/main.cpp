@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The stages of the CPU backend one by one, in both pipelines: a generated scene of the parity
-// tests, the bundled scene, and scenes of the shared folder where it is.
+// Benchmarks of the CPU backend's stages in both pipelines, on a generated scene of the parity
+// tests, the bundled scene, and scenes of the shared folder if that exists.
 //   cpu_benchmarks [Google Benchmark's options]
-// Stages run on one thread, so that the column CPU is theirs. `threads/...` are whole frames on 1,
-// 2, 4, ... threads, beside `threads/arithmetic`, a loop that needs nothing but cores.
+// Stages run on one thread, so that the column CPU contains all of their time. `threads/...` are
+// whole frames on 1, 2, 4, ... threads; `threads/arithmetic` is a loop that uses only registers, to
+// show how the machine itself scales.
 #include <functional>
 #include <memory>
 
@@ -14,6 +15,7 @@
 #include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -30,7 +32,7 @@ Subject open(const std::filesystem::path& scene, const std::filesystem::path& ca
   return {read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
 }
 
-/// A part of the same picture, a `factor`-th of its sides, as large as the whole.
+/// The middle of the view, 1 / factor of its width and height, at the same size in pixels.
 Subject zoomed(Subject subject, double factor) {
   subject.camera.focal_px *= factor;
   return subject;
@@ -41,20 +43,16 @@ Subject biker() {
           look_at({-0.4, -1.5, -2.6}, {-0.1, -1.5, 0}, {0, -1, 0}, 0.9, 800, 600)};
 }
 
-/// A frame of one subject whose stages can be repeated one by one.
+/// A frame of one subject. Its stages can be repeated one by one.
 class Stages {
  public:
   explicit Stages(const Subject& subject)
       : subject_(subject),
         active_(activate(subject.cloud, pool_)),
-        scene_(cpu::fast::make_scene(subject.cloud, active_, pool_)),
-        frame_{subject.cloud,
-               active_,
-               subject_.camera,
-               settings_,
-               TileGrid::of_image(subject.camera.width, subject.camera.height),
-               pool_,
-               {}} {
+        scene_(cpu::fast::make_scene(subject.cloud, pool_)),
+        frame_{subject.cloud, subject_.camera,
+               settings_,     TileGrid::of_image(subject.camera.width, subject.camera.height),
+               pool_,         {}} {
     result_.color = Image(subject.camera.width, subject.camera.height, 3);
     for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
       for (const Stage stage : {Stage::preprocess, Stage::sort, Stage::bin, Stage::blend})
@@ -71,7 +69,7 @@ class Stages {
     using namespace cpu;
     switch (stage) {
       case Stage::preprocess:
-        return preprocess(frame_, visible_);
+        return preprocess(frame_, active_, visible_);
       case Stage::sort:
         return sort(frame_, visible_, order_);
       case Stage::bin:
@@ -112,7 +110,7 @@ class Stages {
   cpu::fast::TileQueue fast_queue_;
 };
 
-/// What is measured, read when the first benchmark needs it.
+/// The measured scenes, each read when the first benchmark needs it.
 class Case {
  public:
   Case(std::string name, std::function<Subject()> open_it)
@@ -164,13 +162,13 @@ Cases all_cases() {
 }
 
 void run_frames(benchmark::State& state, const Subject& subject) {
-  const auto renderer = make_renderer(Backend::cpu, {.threads = static_cast<int>(state.range(0))});
+  const auto renderer = make_renderer(Backend::cpu, test::pool(static_cast<int>(state.range(0))));
   renderer->upload(subject.cloud, {});
   renderer->render(subject.camera);  // buffers grow
   for (auto _ : state) renderer->render(subject.camera);
 }
 
-/// Multiplies and adds in registers.
+/// Arithmetic in registers.
 void run_arithmetic(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
   for (auto _ : state) {
@@ -186,7 +184,7 @@ void run_arithmetic(benchmark::State& state) {
 
 void on_every_thread_count(benchmark::internal::Benchmark* benchmark) {
   benchmark->RangeMultiplier(2)
-      ->Range(1, ThreadPool().size())
+      ->Range(1, test::pool().size())
       ->UseRealTime()
       ->Unit(benchmark::kMillisecond);
 }

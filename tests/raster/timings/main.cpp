@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Frame and stage times of both pipelines in every mode on the GPU: over the generated scenes of
-// the parity tests, and over the scenes, cameras and sizes of golden/pairs.json, beside the times
-// that docs/performance.md asks for; and how long a scene takes from its file to its first frame.
+// Frame and stage times of both pipelines in every mode on the GPU, with the limits of
+// docs/performance.md, for generated scenes of the parity tests and for the scenes, cameras and
+// sizes of golden/pairs.json. Also measures the time from a scene's file to its first frame.
 //   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or one of the file
-// Pipelines and modes take turns frame by frame, so that a drifting clock meets all alike. Frame
-// times come from unmarked frames, the image stays on the device; stage times from marked ones.
+// Pipelines and modes alternate frame by frame, so that a drifting clock affects all of them
+// equally. Frame times come from frames without events between stages, whose images stay on the
+// device.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,6 +20,7 @@
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "test_paths.h"
 
@@ -29,8 +31,8 @@ namespace fs = std::filesystem;
 
 constexpr int kWarmup = 20;
 
-// Milliseconds. Of `classic`: what published implementations took on an H200. Of `fast`: half of
-// what the best of them with fp32 quality took, for the lossless mode with the fewest pairs.
+// Limits in milliseconds. `classic`: times of published implementations on an H200. `fast`: half
+// the time of the best of them with fp32 quality, for the lossless mode with the fewest pairs.
 struct Limits {
   const char* set;
   float square, adr, quad_box;
@@ -114,19 +116,18 @@ double now_ms() {
   return std::chrono::duration<double, std::milli>(now).count();
 }
 
-/// The way of a file to its first frame, step by step; `renderer` then holds the scene.
+/// Prints the times of the steps from a file to its first frame. `renderer` then has the scene.
 void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>& renderer) {
   const double begin = now_ms();
   const GaussianCloud cloud = read_scene(file).cloud;
   const double read = now_ms();
-  renderer = make_renderer(Backend::cuda);
+  renderer = make_renderer(Backend::cuda, test::pool());
   const double made = now_ms();
   renderer->upload(cloud, {});
   const double uploaded = now_ms();
   renderer->render(camera, {}, {}, DeviceImage{});
   const double drawn = now_ms();
-  ThreadPool pool;
-  activate(cloud, pool);
+  activate(cloud, test::pool());
   const double activated = now_ms();
   renderer->upload(cloud, {});
   const double again = now_ms();
@@ -140,7 +141,7 @@ void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>&
 /// Scenes of tests/raster/cuda_parity_test.cpp.
 void measure_generated(int frames, const std::string& pipeline) {
   for (const std::size_t count : {3000u, 20000u}) {
-    const auto renderer = make_renderer(Backend::cuda);
+    const auto renderer = make_renderer(Backend::cuda, test::pool());
     renderer->upload(test::random_cloud(count, 3, 42), {});
     std::vector<Variant> variants = variants_of(pipeline);
     measure(*renderer, test::front_camera(320, 200), frames, variants);

@@ -28,7 +28,7 @@ FrameReply reply_of(const FrameOrder& order, const Frame& frame) {
 
 FrameReply draw_with_map(RenderContext& context, const FrameOrder& order, const Camera& camera) {
   MappedFrame mapped = draw_mapped(*context.session.renderer, camera, order.settings,
-                                   *order.heatmap, context.options.threads, context.stop);
+                                   *order.heatmap, *context.session.pool, context.stop);
   FrameReply reply = reply_of(order, mapped.frame);
   reply.shown.heatmap = std::move(mapped.heatmap);
   reply.shown.missed = std::move(mapped.missed);

@@ -20,10 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<Renderer> uploaded(RenderContext& context, const Scene& scene, Backend backend) {
-  auto renderer = make_renderer(backend, context.options);
-  renderer->upload(scene.cloud,
-                   loading_progress(scene.path, "uploading", context.stop, context.report));
+std::unique_ptr<Renderer> uploaded(RenderContext& context,
+                                   const std::shared_ptr<const Scene>& scene, Backend backend) {
+  auto renderer = make_renderer(backend, *context.session.pool, context.session.device);
+  renderer->upload(cloud_of(scene),
+                   loading_progress(scene->path, "uploading", context.stop, context.report));
   return renderer;
 }
 
@@ -63,16 +64,16 @@ Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, boo
   return [loaded = std::move(loaded), backend, settings,
           keep_background](RenderContext& context) mutable {
     const ReportAtEnd end(context, action::SetLoading{});
-    auto renderer = uploaded(context, loaded.scene, backend);
+    const auto scene = std::make_shared<const Scene>(std::move(loaded.scene));
+    auto renderer = uploaded(context, scene, backend);
     if (!keep_background)
       settings.background = glm::vec3(loaded.facts.white_background ? 1.0f : 0.0f);
     Session& session = context.session;
     context.second.reset();
     context.reference.reset();
     session.renderer = std::move(renderer);
-    session.scene = std::move(loaded.scene);
+    session.scene = scene;
     session.backend = backend;
-    session.device = context.options.device;
     session.settings = settings;
     context.report(action::SceneOpened{std::move(loaded.facts), settings, backend});
   };
@@ -108,12 +109,12 @@ Job take_screenshot(FrameOrder order, std::string camera_name, fs::path folder) 
     std::optional<MappedFrame> mapped;
     if (order.heatmap)
       mapped.emplace(draw_mapped(renderer, camera, order.settings, *order.heatmap,
-                                 context.options.threads, context.stop));
+                                 *context.session.pool, context.stop));
     const Frame& frame =
         mapped ? mapped->frame
                : renderer.render(camera, order.settings, {}, HostImage{}, context.stop);
     const char* mode = mode_name(order.settings.mode);
-    const fs::path scene = context.session.scene.path;
+    const fs::path scene = context.session.scene->path;
     make_folder(folder / "screenshots");
     const fs::path name =
         with_word("picture", fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name, mode,
@@ -153,7 +154,7 @@ Job record_zoom_from(FrameOrder order, glm::ivec2 pixel, fs::path folder) {
     };
     try {
       bundle.rows = record_zoom(session, bundle, plan.plan, {{}, context.stop}, on_step);
-      const fs::path path = free_name(folder / "zoom", scene_name(session.scene.path), "");
+      const fs::path path = free_name(folder / "zoom", scene_name(session.scene->path), "");
       const std::string problem = save_zoom(session, bundle, path);
       if (!problem.empty()) context.report(action::Say{problem});
       context.report(action::ZoomEnded{path});
@@ -175,8 +176,8 @@ Job bench_view(FrameOrder order, std::string camera_name, fs::path folder) {
     const ReportAtEnd end(context, action::MeasuringChanged{false});
     BenchReport report;
     report.environment = environment_json(session);
-    const std::string name = scene_name(session.scene.path);
-    report.scenes.push_back(scene_facts(session.scene, name));
+    const std::string name = scene_name(session.scene->path);
+    report.scenes.push_back(scene_facts(*session.scene, name));
     report.rows = measure_view(session, all_modes(), order.camera, bench_plan(session.backend),
                                {{}, context.stop});
     for (BenchRow& row : report.rows) {
@@ -200,7 +201,7 @@ Job inspect_view(FrameOrder order, glm::ivec2 pixel, std::optional<std::uint32_t
         order.version, inspect(frame, size, pixel, order.settings.background, gaussian), {}};
     if (view.inspection.gaussian) {
       view.construction = draw_construction(
-          {view.inspection, frame.color, frame.grid, scene_name(context.session.scene.path)});
+          {view.inspection, frame.color, frame.grid, scene_name(context.session.scene->path)});
     }
     context.report(action::PixelInspected{std::move(view)});
   };
@@ -216,7 +217,7 @@ Job ask_oracle_about(FrameOrder order, std::optional<PixelBox> region) {
                                                          HostImage{}, context.stop);
     Renderer& cpu = renderer_on(context, Backend::cpu);
     const Progress progress = loading_progress(
-        context.session.scene.path, "computing the reference of", context.stop, context.report);
+        context.session.scene->path, "computing the reference of", context.stop, context.report);
     progress.update(0);
     Image truth = reference_of(cpu, order.camera, order.settings, region, progress);
     const Verdict verdict =

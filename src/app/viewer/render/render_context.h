@@ -38,10 +38,9 @@ struct ReferenceImage {
 };
 
 struct RenderContext {
-  Session session;                          ///< renderer null until the first scene
+  Session session;                          ///< scene and renderer null until the first scene
   std::unique_ptr<Renderer> second;         ///< the scene on the other backend, once it was needed
   std::optional<ReferenceImage> reference;  ///< the last that was computed
-  RendererOptions options;
   std::stop_token stop;
   std::function<void(Action)> report;
   std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job

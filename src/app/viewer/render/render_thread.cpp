@@ -15,10 +15,11 @@ ViewPlan numbers_plan(Backend backend) {
 
 }  // namespace
 
-RenderThread::RenderThread(const RendererOptions& options, std::function<void()> wake,
+RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wake,
                            GlFrames* frames)
     : wake_(std::move(wake)), frames_(frames), gl_works_(frames != nullptr) {
-  context_.options = options;
+  context_.session.pool = std::make_unique<ThreadPool>(options.threads);
+  context_.session.device = options.device;
   context_.report = [this](Action action) { report(std::move(action)); };
   context_.show = [this](const FrameOrder& order) { draw(order); };
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
@@ -154,7 +155,7 @@ std::optional<FrameReply> RenderThread::draw_into_gl(const Camera& camera,
   if (!gl_works_ || context_.session.backend != Backend::cuda) return std::nullopt;
   GlTexture texture = std::exchange(next_texture_, {});
   if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
-    context_.session.renderer->expect(HostImage{});
+    context_.session.renderer->prepare_target(HostImage{});
     frames_->give_back(std::exchange(texture, {}));
   }
   if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
@@ -202,7 +203,7 @@ void RenderThread::expect(int width, int height) {
   next_texture_ = frames_->take(width, height);
   next_width_ = width;
   next_height_ = height;
-  context_.session.renderer->expect(next_texture_);
+  context_.session.renderer->prepare_target(next_texture_);
 }
 
 void RenderThread::measure(const NumbersOrder& order) {

@@ -27,9 +27,9 @@ struct NumbersOrder {
 
 class RenderThread {
  public:
-  /// `wake` is called from the render thread when there is something to take. `frames` may be null:
-  /// then every frame passes the host.
-  RenderThread(const RendererOptions& options, std::function<void()> wake, GlFrames* frames);
+  /// `options`: threads and device are used. `wake` is called from the render thread when there is
+  /// something to take. `frames` may be null: then every frame passes the host.
+  RenderThread(const FrameOptions& options, std::function<void()> wake, GlFrames* frames);
   ~RenderThread();
 
   void order(FrameOrder order);

@@ -7,9 +7,9 @@
 namespace qs::cpu {
 namespace {
 
-// The depth order is cut into one segment per worker. Counting gives each (tile, segment) its own
-// range of the list, ordered by tile, then by segment; filling writes there. The result does
-// not depend on how many segments there are.
+// Cuts the depth order into one segment per thread. The first loop counts the pairs of each (tile,
+// segment), which gives each its own range of the list, ordered by tile and then by segment. The
+// second loop fills these ranges. The result does not depend on the number of segments.
 template <class P, int kTilePx>
 void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
               TileLists& lists) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 3 of the CPU backend: every visible Gaussian into the lists of the tiles that the mode
-// gives it.
+// Stage 3: lists every visible Gaussian in the tiles that the mode gives it.
 #pragma once
 
 #include "raster/cpu/classic/sort.h"
@@ -9,7 +8,7 @@
 
 namespace qs::cpu {
 
-/// Throws Error(device) when the lists do not fit into memory.
+/// Throws Error(device) if the lists do not fit into memory.
 void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
          TileLists& lists);
 

@@ -7,25 +7,24 @@
 namespace qs::cpu {
 namespace {
 
-/// List entries ahead of the one being blended whose records are fetched: the list is in depth
-/// order, its records are scattered.
+/// Prefetch distance in list entries. Neighbours in a list are scattered in memory.
 constexpr std::uint32_t kPrefetch = 6;
 
-/// Pixels side by side that are composited together. Plain arrays of a fixed length: compilers turn
-/// the loops over lanes into vector code.
+/// Pixels side by side that are composited together. Arrays have this fixed length so that
+/// compilers vectorise the loops over lanes.
 constexpr int kLanes = 8;
 constexpr int kStrips = kTileSize / kLanes;  // in a row of a tile
 
 struct Strip {
   float transmittance[kLanes];
   float r[kLanes], g[kLanes], b[kLanes];
-  std::int32_t live[kLanes];       ///< 1 until the pixel stops, then 0
+  std::int32_t live[kLanes];       ///< 1 until the pixel stops, then 0; 0 outside of the image
   std::int32_t evaluated[kLanes];  ///< list entries up to and including the one it stopped at
   bool any_live;
 };
 
-/// Composites one Gaussian onto a strip whose first pixel is (dx, dy) away from its mean.
-/// `entry` is its 1-based place in the list. True when a pixel stopped here.
+/// Composites one Gaussian onto a strip. (dx, dy) is the strip's first pixel minus the mean,
+/// `entry` the Gaussian's 1-based position in the list. True if a pixel stopped.
 bool blend_strip(const Splat& splat, float dx, float dy, std::int32_t entry, Strip& strip) {
   std::int32_t stops = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -48,34 +47,34 @@ bool blend_strip(const Splat& splat, float dx, float dy, std::int32_t entry, Str
   return stops != 0;
 }
 
-/// Indices [begin, end) of the cells of `size` pixels, of `count` from `origin`, that mean +- half
-/// meets.
+/// Indices of the cells that mean +- half touches: `count` cells of `size` pixels start at
+/// `origin`.
 Span reached(float mean, float half, float origin, int size, int count) {
   const float scale = 1.0f / static_cast<float>(size);
   return {clamp_to_int((mean - half - origin) * scale, count),
           clamp_to_int((mean + half - origin) * scale + 1.0f, count)};
 }
 
-/// Whether a pixel of the strip whose first pixel is (dx, dy) from the mean can count.
-bool touches(const BlendRecord& record, float dx, float dy) {
-  const glm::vec3& conic = record.splat.log2_conic;
-  const float x = std::clamp(record.reach.slope * dy, dx, dx + (kLanes - 1));
+/// Whether a pixel of the strip can have alpha >= 1/255. (dx, dy): its first pixel minus the mean.
+bool touches(const BoundedSplat& bounded, float dx, float dy) {
+  const glm::vec3& conic = bounded.splat.log2_conic;
+  const float x = std::clamp(bounded.bound.slope * dy, dx, dx + (kLanes - 1));
   const float xx = conic.x * x * x, yy = conic.z * dy * dy;
-  const float rounding = -4e-6f * (xx + yy);  // of the sum below, whose terms cancel on needles
-  return xx + yy + conic.y * x * dy + rounding >= record.reach.threshold;
+  const float rounding = -kFalloffRounding * (xx + yy);
+  return xx + yy + conic.y * x * dy + rounding >= bounded.bound.threshold;
 }
 
-/// A tile while it is composited.
-struct Tile {
+/// A block of pixels while it is composited: a tile, or a part of a tile larger than kTileSize.
+struct BlendBlock {
   Strip strips[kTileSize][kStrips];
   int live_strips = 0;
 
-  Tile(int width, int height, std::uint32_t length) {
+  BlendBlock(int width, int height, std::uint32_t length) {
     for (int y = 0; y < kTileSize; ++y) {
       for (int x = 0; x < kTileSize; ++x) {
         Strip& strip = strips[y][x / kLanes];
         const int lane = x % kLanes;
-        const bool inside = x < width && y < height;  // lanes outside the image never count
+        const bool inside = x < width && y < height;
         strip.transmittance[lane] = 1;
         strip.r[lane] = strip.g[lane] = strip.b[lane] = 0;
         strip.live[lane] = inside;
@@ -88,18 +87,19 @@ struct Tile {
     }
   }
 
-  /// Composites one Gaussian; (x0, y0) is the tile's first pixel.
-  void blend(const BlendRecord& record, float x0, float y0, std::int32_t entry) {
-    const Splat& splat = record.splat;
-    if (!(record.reach.half.y > 0.0f)) return;
-    const Span rows = reached(splat.mean_px.y, record.reach.half.y, y0, 1, kTileSize);
-    const Span columns = reached(splat.mean_px.x, record.reach.half.x, x0, kLanes, kStrips);
+  /// Composites one Gaussian. (x0, y0) is the block's first pixel.
+  void blend(const BoundedSplat& bounded, float x0, float y0, std::int32_t entry) {
+    const Splat& splat = bounded.splat;
+    const glm::vec2 half = bounded.bound.half;
+    if (!(half.y > 0.0f)) return;
+    const Span rows = reached(splat.mean_px.y, half.y, y0, 1, kTileSize);
+    const Span columns = reached(splat.mean_px.x, half.x, x0, kLanes, kStrips);
     for (int y = rows.begin; y < rows.end; ++y) {
       const float dy = y0 + static_cast<float>(y) - splat.mean_px.y;
       for (int x = columns.begin; x < columns.end; ++x) {
         Strip& strip = strips[y][x];
         const float dx = x0 + static_cast<float>(x * kLanes) - splat.mean_px.x;
-        if (!strip.any_live || !touches(record, dx, dy)) continue;
+        if (!strip.any_live || !touches(bounded, dx, dy)) continue;
         if (blend_strip(splat, dx, dy, entry, strip)) {
           std::int32_t any = 0;
           for (const std::int32_t live : strip.live) any |= live;
@@ -111,7 +111,6 @@ struct Tile {
   }
 };
 
-/// What is composited at once: a tile, or where tiles are larger than that, a part of one.
 TileGrid blocks_of(const FrameContext& frame) {
   return TileGrid::of_image(frame.camera.width, frame.camera.height,
                             std::min(frame.grid.tile_px, kTileSize));
@@ -128,17 +127,17 @@ void blend_block(const FrameContext& frame, const Visible& visible, const TileLi
   const std::uint32_t length = lists.pairs(index);
   const std::uint32_t* list = lists.slots.data() + lists.begin[index];
 
-  Tile tile(width, height, length);
-  for (std::uint32_t entry = 0; entry < length && tile.live_strips > 0; ++entry) {
-    if (entry + kPrefetch < length) __builtin_prefetch(&visible.records[list[entry + kPrefetch]]);
-    tile.blend(visible.records[list[entry]], static_cast<float>(x0), static_cast<float>(y0),
-               static_cast<std::int32_t>(entry + 1));
+  BlendBlock pixels(width, height, length);
+  for (std::uint32_t entry = 0; entry < length && pixels.live_strips > 0; ++entry) {
+    if (entry + kPrefetch < length) __builtin_prefetch(&visible.splats[list[entry + kPrefetch]]);
+    pixels.blend(visible.splats[list[entry]], static_cast<float>(x0), static_cast<float>(y0),
+                 static_cast<std::int32_t>(entry + 1));
   }
 
   const glm::vec3 background = frame.settings.background;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const Strip& strip = tile.strips[y][x / kLanes];
+      const Strip& strip = pixels.strips[y][x / kLanes];
       const int lane = x % kLanes;
       if (outputs.color) {
         float* pixel = result.color.row(y0 + y) + (x0 + x) * 3;

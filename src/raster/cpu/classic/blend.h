@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 4: composites every tile's list, front to back.
+// Stage 4: composites every tile's list front to back.
 #pragma once
 
 #include "raster/cpu/classic/bin.h"
 
 namespace qs::cpu {
 
-/// Fills the maps of `result` that `outputs` asks for (color, evaluated); they are already sized.
+/// Fills color and evaluated of `result` if requested. They already have their sizes.
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
            const Outputs& outputs, Frame& result);
 

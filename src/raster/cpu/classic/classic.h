@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: MIT
 //
-// Pipeline `classic` of the CPU backend: the stages in plain C++, the readable statement of what
-// cpu/fast/ does with vectors, and what that is tested against.
+// Pipeline `classic` of the CPU backend: the stages in plain C++. Tests compare cpu/fast/ with it,
+// and frames that ask for Outputs::used or other tile sizes run on it.
 #pragma once
 
 #include "raster/cpu/classic/blend.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
 
 class Classic {
  public:
-  /// Fills `result`, whose maps are sized, but for the time of the frame.
+  /// Activates `cloud` unless that was done. Call it before the other functions.
+  void activate_once(const GaussianCloud& cloud, ThreadPool& pool);
+
+  /// Fills `result`, whose maps already have their sizes, except for the frame's time.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
-  /// Fills used and used_pairs of a frame that another pipeline drew: its lists are the same.
+  /// Fills used and used_pairs of a frame that pipeline fast drew: their tile lists are the same.
   void count_used(const FrameContext& frame, Frame& result);
 
  private:
+  ActivatedCloud active_;
   Visible visible_;
   DepthOrder order_;
   TileLists lists_;

@@ -9,11 +9,11 @@ namespace qs::cpu {
 namespace {
 
 template <class P, int kTilePx>
-void preprocess_with(const FrameContext& frame, Visible& visible) {
+void preprocess_with(const FrameContext& frame, const ActivatedCloud& active, Visible& visible) {
   const std::size_t size = frame.cloud.size();
   visible.resize(size);
   visible.footprints.resize(visible.slots());
-  visible.records.resize(visible.slots());
+  visible.splats.resize(visible.slots());
 
   const View<float> view = make_view<float>(frame.camera);
   const FootprintRules rules = frame.rules();
@@ -25,7 +25,7 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
     std::size_t slot = begin;
     for (std::size_t i = begin; i < end; ++i) {
       Projected projected;
-      if (!project(view, rules, frame.active.gaussians[i], projected)) continue;
+      if (!project(view, rules, active.gaussians[i], projected)) continue;
       if (count_tiles<P, kTilePx>(projected.footprint, frame.grid) == 0) continue;
       const glm::vec3 direction = glm::normalize(frame.cloud.positions[i] - view.position);
       const glm::vec3* sh = frame.cloud.sh.data() + i * coefficient_count;
@@ -33,10 +33,9 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
       visible.gaussians[slot] = static_cast<std::uint32_t>(i);
       visible.depths[slot] = projected.depth;
       visible.footprints[slot] = projected.footprint;
-      visible.records[slot] = {
-          make_splat(projected.footprint, frame.active.opacities[i] * projected.opacity_factor,
-                     color),
-          Reach::of(projected.footprint)};
+      visible.splats[slot] = {
+          make_splat(projected.footprint, active.opacities[i] * projected.opacity_factor, color),
+          PixelBound::of(projected.footprint)};
       ++slot;
     }
     visible.chunk_counts[begin / Visible::kChunk] = static_cast<std::uint32_t>(slot - begin);
@@ -46,16 +45,16 @@ void preprocess_with(const FrameContext& frame, Visible& visible) {
 
 }  // namespace
 
-Reach Reach::of(const Footprint& footprint) {
+PixelBound PixelBound::of(const Footprint& footprint) {
   if (!(footprint.gamma > 0.0f)) return {{0, 0}, 0, 0};
-  constexpr float kLog2OfFalloff = -0.5f * static_cast<float>(kLog2E);
   return {extents(footprint).max + 1.0f, footprint.covariance.xy / footprint.covariance.yy,
-          kLog2OfFalloff * footprint.gamma - 0.05f};
+          kLog2OfFalloff * footprint.gamma - kLog2Slack};
 }
 
-void preprocess(const FrameContext& frame, Visible& visible) {
+void preprocess(const FrameContext& frame, const ActivatedCloud& active, Visible& visible) {
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    with_tile_px(frame.grid.tile_px, [&](auto px) { preprocess_with<P, px()>(frame, visible); });
+    with_tile_px(frame.grid.tile_px,
+                 [&](auto px) { preprocess_with<P, px()>(frame, active, visible); });
   });
 }
 

@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1: from the scene to the Gaussians that this view shows.
+// Stage 1: finds the Gaussians that the view shows.
 #pragma once
 
 #include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
 
-/// Where a Gaussian can have alpha >= 1/255, so that blending skips pixels for nothing. It only
-/// ever errs towards touching: rounding decides nothing here.
-struct Reach {
-  glm::vec2 half;   ///< pixels around the mean, with a pixel to spare; 0 = nowhere
+/// Conservative bound of the pixels with alpha >= 1/255, used to skip pixels cheaply. It may
+/// include pixels that do not count but never excludes one that does.
+struct PixelBound {
+  glm::vec2 half;   ///< half size in pixels of a box around the mean; 0 = no pixel
   float slope;      ///< along a row the falloff is largest at dx = slope * dy
-  float threshold;  ///< log2 of the falloff below which alpha < 1/255, with room for rounding
+  float threshold;  ///< pixels with a smaller log2 of the falloff have alpha < 1/255
 
-  static Reach of(const Footprint& footprint);
+  static PixelBound of(const Footprint& footprint);
 };
 
-/// What blending reads of a visible Gaussian.
-struct BlendRecord {
+struct BoundedSplat {
   Splat splat;
-  Reach reach;
+  PixelBound bound;
 };
 
 struct Visible : VisibleSlots {
-  Array<BlendRecord> records;  ///< per slot
+  Array<BoundedSplat> splats;  ///< per slot
 };
 
-/// Projects, culls by the frame's mode (a Gaussian without a tile is not visible) and colours.
-void preprocess(const FrameContext& frame, Visible& visible);
+/// Projects, culls by the frame's mode and evaluates colours. A Gaussian without tiles is not
+/// visible.
+void preprocess(const FrameContext& frame, const ActivatedCloud& active, Visible& visible);
 
 }  // namespace qs::cpu

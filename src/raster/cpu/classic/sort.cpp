@@ -7,9 +7,8 @@
 
 namespace qs::cpu {
 
-// A stable least-significant-digit radix sort over the bits of the depths, which are positive
-// floats and therefore order like unsigned integers. Slots go in by ascending index, so ties stay
-// so.
+// A stable least-significant-digit radix sort of the depths' bits: positive floats order like
+// unsigned integers. Slots enter by ascending index in the cloud, so equal depths keep that order.
 void sort(const FrameContext& frame, const Visible& visible, DepthOrder& order) {
   constexpr int kDigitBits = 11, kDigits = 3;
   constexpr std::uint32_t kBuckets = 1u << kDigitBits;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 2 of the CPU backend: visible Gaussians front to back. The depth sort comes before binning
-// here, so that tile lists are born sorted and no pair is ever compared.
+// Stage 2: sorts the visible Gaussians front to back. Both CPU pipelines sort before they bin, so
+// that tile lists are filled in order and pairs need no sort.
 #pragma once
 
 #include "raster/cpu/classic/preprocess.h"
 
 namespace qs::cpu {
 
-/// Slots of Visible by ascending (bits of depth, index in the cloud).
+/// Slots by ascending (bits of the depth, index in the cloud).
 struct DepthOrder {
   Array<std::uint32_t> slots;
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Which listed pairs were worth listing: a pass of its own after blending, for frames that ask for
-// Outputs::used. It composites every pixel again, so that blending need not know of it.
+// Counts the pairs that a pixel blended, for frames that request Outputs::used. It composites every
+// pixel again after the blend stage.
 #pragma once
 
 #include "raster/cpu/classic/bin.h"
 
 namespace qs::cpu {
 
-/// Fills result.used, per tile.
+/// Fills result.used.
 void count_used(const FrameContext& frame, const Visible& visible, const TileLists& lists,
                 Frame& result);
 

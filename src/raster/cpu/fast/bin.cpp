@@ -6,16 +6,15 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Gaussians ahead of the one being listed whose numbers are fetched: they are met front to back,
-/// and lie in spatial order.
+/// Prefetch distance in Gaussians. They are read front to back but stored in spatial order.
 constexpr std::size_t kPrefetch = 16;
 
-/// Begins of the tiles' lists from the numbers that preprocess counted.
+/// Computes lists.begin from the corner differences that preprocess counted.
 void find_begins(const FrameContext& frame, const Visible& visible, TileLists& lists) {
   const auto columns = static_cast<std::size_t>(frame.grid.columns);
   const auto rows = static_cast<std::size_t>(frame.grid.rows);
   lists.begin.resize(rows * columns + 1);
-  lists.column_counts.assign(columns + 1, 0);  // sums of all rows so far
+  lists.column_counts.assign(columns + 1, 0);  // sums over the rows so far
   std::uint64_t sum = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     for (const Array<std::int32_t>& corners : visible.corners) {
@@ -32,7 +31,7 @@ void find_begins(const FrameContext& frame, const Visible& visible, TileLists& l
   lists.begin[rows * columns] = sum;
 }
 
-/// The tile row at which band `band` of `bands` begins when all get about as many pairs.
+/// First tile row of band `band`, so that all `bands` have about the same number of pairs.
 int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLists& lists) {
   const std::uint64_t target = lists.pairs() * band / bands;
   int row = 0;
@@ -43,8 +42,9 @@ int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLis
 
 }  // namespace
 
-// A thread owns a band of tile rows, meets all Gaussians front to back and lists those that reach
-// its band. So every list is written by one thread, in order, whatever the bands are.
+// Every thread owns a band of tile rows. It visits all Gaussians front to back and lists those that
+// overlap its band. So one thread writes each list in order, and the result does not depend on the
+// number of bands.
 void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
          TileLists& lists) {
   find_begins(frame, visible, lists);

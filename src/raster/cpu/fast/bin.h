@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 3: every visible Gaussian into the lists of its tiles, in one pass front to back.
+// Stage 3: lists every visible Gaussian in its tiles, in one pass front to back.
 #pragma once
 
 #include "raster/cpu/fast/preprocess.h"
@@ -9,7 +9,7 @@
 
 namespace qs::cpu::fast {
 
-/// Throws Error(device) when the lists do not fit into memory.
+/// Throws Error(device) if the lists do not fit into memory.
 void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
          TileLists& lists);
 

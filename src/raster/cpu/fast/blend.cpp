@@ -9,8 +9,8 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Tiles by descending class of length, those of a class in their order: what takes long begins
-/// early, and neighbours, which share Gaussians, follow each other.
+/// Orders tiles by descending class of list length (bit width), and within a class by position.
+/// Long lists start early, and neighbours, which share Gaussians, follow each other.
 void queue_longest_first(const TileLists& lists, std::size_t tiles, TileQueue& queue) {
   constexpr int kClasses = 33;
   std::size_t begins[kClasses + 1] = {};

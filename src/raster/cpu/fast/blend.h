@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 4: composites every tile's list, front to back, a cell of 4x4 pixels at a time.
+// Stage 4: composites every tile's list front to back.
 #pragma once
 
 #include "raster/cpu/fast/bin.h"
@@ -12,7 +12,7 @@ struct TileQueue {
   Array<std::uint32_t> tiles;
 };
 
-/// Fills the maps of `result` that `outputs` asks for (color, evaluated); they are already sized.
+/// Fills color and evaluated of `result` if requested. They already have their sizes.
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
            TileQueue& queue, const Outputs& outputs, Frame& result);
 

@@ -38,16 +38,16 @@ HWY_INLINE V exp2_polynomial(D d, V x) {
   return hn::BitCast(d, hn::Add(hn::BitCast(du, p), exponent));
 }
 
-/// What the Gaussians of a part of the list reach inside a tile.
+/// A batch of list entries and the cells in which each of them can count.
 struct Queue {
   static constexpr std::uint32_t kBatch = 32;  ///< list entries at a time
 
   const Record* records[kBatch];
-  std::uint32_t items[kBatch * kCells + kCells];  ///< entry of the batch * kCells + cell
+  std::uint32_t items[kBatch * kCells + kCells];  ///< entry in the batch * kCells + cell
 };
 
-/// Writes the items of the batch's entry `k`: cells in which a pixel can count. Returns how many.
-/// Errs towards too many.
+/// Writes the items of the batch's entry `k` and returns their number. Conservative: it may include
+/// cells in which no pixel counts.
 HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const Tile& tile,
                                    std::uint32_t* items) {
   const D d;
@@ -62,7 +62,7 @@ HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const 
     const V left = hn::Sub(hn::Load(d, tile.cell_x + cell), hn::Set(d, record.mean_x));
     const V top = hn::Sub(hn::Load(d, tile.cell_y + cell), hn::Set(d, record.mean_y));
     const V right = hn::Add(left, side), bottom = hn::Add(top, side);
-    // The falloff is concave: over a rectangle it is largest at the mean, or on a side that faces
+    // The exponent is concave, so over a rectangle it is largest at the mean or on a side facing
     // it.
     const V x = hn::Min(hn::Max(zero, left), right), y = hn::Min(hn::Max(zero, top), bottom);
     const V y_at_x = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.y_over_x), x), top), bottom);
@@ -70,7 +70,7 @@ HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const 
     const V largest = hn::Max(falloff(x, y_at_x), falloff(x_at_y, y));
     const M reached =
         hn::Ge(largest, hn::Add(hn::Set(d, record.threshold), hn::Load(d, tile.closed + cell)));
-    // Packed in a register first: packing stores are slow on some CPUs.
+    // Compresses in a register, because compressing stores are slow on some CPUs.
     const auto numbers = hn::Add(hn::Load(du, tile.numbers + cell), hn::Set(du, k * kCells));
     hn::StoreU(hn::Compress(numbers, hn::RebindMask(du, reached)), du, items + count);
     count += hn::CountTrue(d, reached);
@@ -78,8 +78,8 @@ HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const 
   return count;
 }
 
-/// Composites one Gaussian onto one cell. True when a pixel stopped. `entry` is the 1-based place
-/// of the Gaussian in the list.
+/// Composites one Gaussian onto one cell. `entry` is its 1-based position in the list. True if a
+/// pixel stopped.
 HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell,
                            std::uint32_t* evaluated) {
   const D d;
@@ -93,7 +93,7 @@ HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell
     const V log2_alpha =
         hn::MulAdd(dx, across, hn::MulAdd(hn::Mul(hn::Set(d, record.c), dy), dy, log2_opacity));
     const V least = hn::Load(d, cell.log2_alpha_min + at);
-    // Above the opacity only where rounding broke the conic.
+    // It exceeds the opacity only if rounding broke the conic.
     const M counts = hn::And(hn::Ge(log2_alpha, least), hn::Le(log2_alpha, log2_opacity));
     V alpha =
         hn::IfThenElseZero(counts, hn::Min(exp2_polynomial(d, log2_alpha), hn::Set(d, kAlphaMax)));
@@ -121,8 +121,8 @@ HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell
   return any_stopped;
 }
 
-// Two loops instead of one: how many cells a Gaussian reaches cannot be predicted, so they are
-// queued without a branch, and the loop over the queue runs straight.
+// Two loops instead of one: the number of cells per Gaussian is unpredictable, so the first loop
+// queues cells without branches, and the second one composites the queue.
 void blend_one_tile(const TileJob& job, Tile& tile) {
   Queue queue;
   for (std::uint32_t first = 0; first < job.length && tile.live; first += Queue::kBatch) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// One tile of blend: kernel/blend.h's rules for a cell of 4x4 pixels at a time.
+// Composites one tile with the rules of kernel/blend.h, a cell of 4x4 pixels at a time.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ struct TileJob {
   const std::uint32_t* list;  ///< slots front to back
   std::uint32_t length;
   const Record* records;  ///< per slot
-  int x0, y0;             ///< of the tile's first pixel
-  int width, height;      ///< pixels of the tile inside the picture
+  int x0, y0;             ///< the tile's first pixel
+  int width, height;      ///< of the part inside the image, in pixels
   glm::vec3 background;
-  float* color;              ///< RGB of the tile's first pixel; null = not wanted
-  std::uint32_t* evaluated;  ///< of the tile's first pixel; null = not wanted
-  std::size_t stride;        ///< pixels from one row of the picture to the next
+  float* color;              ///< at the tile's first pixel; null = not requested
+  std::uint32_t* evaluated;  ///< at the tile's first pixel; null = not requested
+  std::size_t stride;        ///< pixels per row of the image
 };
 
 void blend_tile(const TileJob& job);

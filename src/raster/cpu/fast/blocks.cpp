@@ -4,16 +4,36 @@
 #include <atomic>
 #include <cmath>
 
+#include "raster/cpu/fast/half.h"
+#include "raster/scene/activated_cloud.h"
+
 namespace qs::cpu::fast {
 
 namespace {
 
-/// Members ahead of the one being copied that are fetched: they lie anywhere in the cloud.
+/// Prefetch distance in Gaussians. Neighbours in a block are scattered in the cloud.
 constexpr std::size_t kPrefetch = 16;
+
+/// Values of degree >= 1 in a group, at most.
+constexpr std::size_t kMostRest = 3 * (sh_coefficient_count(kMaxShDegree) - 1) * kGroup;
+
+/// Stores values 3 .. 3 + count - 1 of a group's members as [value][member].
+void interleave(const float* const* members, std::size_t count, float* to) {
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t lane = 0; lane < kGroup; ++lane) *to++ = members[lane][3 + k];
+  }
+}
+
+void prefetch(const GaussianCloud& cloud, std::size_t i) {
+  __builtin_prefetch(&cloud.positions[i]);
+  __builtin_prefetch(&cloud.log_scales[i]);
+  __builtin_prefetch(&cloud.rotations[i]);
+  __builtin_prefetch(&cloud.opacity_logits[i]);
+}
 
 }  // namespace
 
-Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint32_t> order,
+Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32_t> order,
                          ThreadPool& pool) {
   Array<Block> blocks((order.size() + kBlock - 1) / kBlock);
   pool.for_chunks(blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
@@ -22,9 +42,8 @@ Array<Block> make_blocks(const ActivatedCloud& active, std::span<const std::uint
       for (std::size_t lane = 0; lane < kBlock; ++lane) {
         const std::size_t i = b * kBlock + lane;
         const ActiveGaussian nobody{glm::vec3(NAN), {}, 0};
-        if (i + kPrefetch < order.size())
-          __builtin_prefetch(&active.gaussians[order[i + kPrefetch]]);
-        const ActiveGaussian& g = i < order.size() ? active.gaussians[order[i]] : nobody;
+        if (i + kPrefetch < order.size()) prefetch(cloud, order[i + kPrefetch]);
+        const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : nobody;
         block.gaussian[lane] = i < order.size() ? order[i] : 0;
         block.x[lane] = g.position.x;
         block.y[lane] = g.position.y;
@@ -49,8 +68,8 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
   const std::size_t groups = (cloud.size() + kBlock - 1) / kBlock * (kBlock / kGroup);
   const std::size_t rest = sh.rest_size() / kGroup, stride = 3 + rest;
 
-  // Calls store(group, values of each member in the cloud) for all groups; members behind the last
-  // Gaussian are zeros.
+  // Calls store(group, values of each member) for all groups. Members after the last Gaussian are
+  // 0.
   const std::vector<float> nobody(stride, 0.0f);
   const auto for_each_group = [&](const auto& store) {
     pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
@@ -78,24 +97,15 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
         sh.base[(group * 3 + k) * kGroup + lane] = members[lane][k];
     }
     if (!exact) return;
-    bool all_exact = true;
-    for (std::size_t k = 0; k < rest; ++k) {
-      for (std::size_t lane = 0; lane < kGroup; ++lane) {
-        const Half half = to_half(members[lane][3 + k]);
-        all_exact &= half.exact;
-        sh.halves[(group * rest + k) * kGroup + lane] = half.bits;
-      }
-    }
-    if (!all_exact) exact = false;
+    float values[kMostRest];
+    interleave(members, rest, values);
+    if (!to_halves(values, rest * kGroup, sh.halves.data() + group * rest * kGroup)) exact = false;
   });
   if (exact) return sh;
   sh.halves = {};
   sh.rest.resize(groups * sh.rest_size());
   for_each_group([&](std::size_t group, const float* const* members) {
-    for (std::size_t k = 0; k < rest; ++k) {
-      for (std::size_t lane = 0; lane < kGroup; ++lane)
-        sh.rest[(group * rest + k) * kGroup + lane] = members[lane][3 + k];
-    }
+    interleave(members, rest, sh.rest.data() + group * rest * kGroup);
   });
   return sh;
 }

@@ -15,8 +15,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// Values of the real harmonics in the directions of one vector of Gaussians; weights[0] is
-/// constant.
+/// Values of the real spherical harmonics in the directions (x, y, z).
 HWY_INLINE void harmonics(int degree, V x, V y, V z, V* weights) {
   const D d;
   const auto c = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<float>(value)); };
@@ -45,7 +44,7 @@ HWY_INLINE void harmonics(int degree, V x, V y, V z, V* weights) {
   weights[15] = hn::Mul(c(-kSh3A), hn::Mul(x, hn::Sub(xx, three_yy)));
 }
 
-/// kLanes values from `lane` of a group's plane on, whatever they are stored as.
+/// Loads a vector of coefficients from either storage.
 HWY_INLINE V load(D d, const float* values) { return hn::LoadU(d, values); }
 HWY_INLINE V load(D d, const std::uint16_t* halves) {
   const hn::Rebind<hwy::float16_t, D> dh;
@@ -53,7 +52,7 @@ HWY_INLINE V load(D d, const std::uint16_t* halves) {
   return hn::PromoteTo(d, hn::BitCast(dh, hn::LoadU(du, halves)));
 }
 
-/// Colours of group `group` of block `index`.
+/// Evaluates the colours of group `group` of block `index`.
 template <class Value>
 HWY_INLINE void color_group(const Harmonics& sh, const Array<Value>& rest, int degree,
                             glm::vec3 view_position, const Block& block, std::size_t index,

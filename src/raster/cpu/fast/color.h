@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// kernel/sh.h's sh_color() for the Gaussians of a block that have tiles.
+// sh_color() of kernel/sh.h for the survivors of a block.
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
@@ -12,8 +12,8 @@ struct alignas(64) Colors {
   float red[kBlock], green[kBlock], blue[kBlock];
 };
 
-/// Fills the colours of the survivors of block `index`, and of some of their neighbours.
-/// `view_position` is the camera's, world; `degree` is evaluated, at most that of `sh`.
+/// Fills the colours of the survivors of block `index`, and of other members of their groups.
+/// `view_position`: the camera, world. `degree`: evaluated, at most sh.degree.
 void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
            std::size_t index, const Survivors& survivors, Colors& colors);
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// project() drops a Gaussian when its depth z is too small, or when its mean lies further outside
-// the picture than its reach:
+// project() drops a Gaussian if its depth z is too small, or if its mean is further outside of the
+// image than its reach. For the left side:
 //   mean_x + reach < 0,   mean_x = fx x/z + cx,   reach = k sqrt(level (Sxx + Syy)) + 2 tiles.
-// The undilated variances are at most (spread sigma / z)^2 together, whatever the Gaussian's shape.
-// So with roots taken apart and times z > 0 the condition holds when
-//   fx x + (cx + k sqrt(2 level kDilation) + 2 tiles) z + k sqrt(level) spread sigma < 0,
-// which is linear in the position: its largest value over a box is at a corner. No depth divides,
-// so blocks around the camera's plane are nothing special.
+// The sum of the undilated variances is at most (spread sigma / z)^2 for every shape. Splitting the
+// root and multiplying by z > 0 shows that the condition holds if
+//   fx x + (cx + k sqrt(2 level kDilation) + 2 tiles) z + k sqrt(level) spread sigma < 0.
+// This is linear in the position, so its largest value over a box is at a corner. It does not
+// divide by the depth, so blocks that cross the camera's plane need no special case.
 #include "raster/cpu/fast/frustum.h"
 
 #include <algorithm>
@@ -16,25 +16,30 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "raster/cpu/fast/project.h"
+
 namespace qs::cpu::fast {
 namespace {
 
-/// Above max(gamma, kSigmas^2) of project(): gamma is 2 ln 255 = 11.08 at most.
+/// Upper bound of max(gamma, kSigmas^2) in project(): gamma is at most 2 ln 255 = 11.08.
 constexpr double kLevel = 11.1;
+static_assert(kLevel > 2 * kLn2 * static_cast<double>(kLog2Of255));
 
-/// Above k = 1.01 + 3e-7 / f^2 of project(), f^2 = det / (Sxx Syy). A determinant in single
-/// precision is at least 2^-24 of that product or 0, where the Gaussian is dropped.
+/// Upper bound of k = kReachK + kReachKPerF2 / f^2 in project(), f^2 = det / (Sxx Syy). In single
+/// precision a determinant is at least 2^-24 of that product, or 0 and the Gaussian is dropped.
 constexpr double kLargestK = 7;
+static_assert(kLargestK > static_cast<double>(kReachK + (1 << 24) * kReachKPerF2));
 
-/// The same where standard deviations are below this many pixels: the dilation then keeps f^2 above
-/// 0.2 / 5e4 - 3 * 2^-24, with the errors of all sums (1e-6 of the largest variance) taken off.
+/// A smaller bound of k for standard deviations below kLargestSigmaPx pixels. There the dilation
+/// keeps f^2 above 0.2 / 5e4 - 3 * 2^-24, all rounding errors (1e-6 of the largest variance)
+/// included.
 constexpr double kLargestSigmaPx = 220, kUsualK = 1.2;
 
-/// Above what a position in view axes, and its pixel, are off in single precision: about ten
-/// roundings of 2^-24.
+/// Bound of the relative error of a position in view axes and of its pixel in single precision:
+/// about ten roundings of 2^-24, and a margin.
 constexpr double kError = 4e-6;
 
-/// |row r + s row 2|^2 of the view's rotation for |s| <= limit, at most.
+/// Upper bound of |row `axis` + s row 2|^2 of the view's rotation for |s| <= limit.
 double stretch2(const View<float>& view, int axis, double limit) {
   const auto row = [&](int r) {
     const auto& m = view.view_from_world;
@@ -52,11 +57,11 @@ BlockBounds bounds_of(const Block& block) {
   BlockBounds bounds{glm::vec3(INFINITY), glm::vec3(-INFINITY), 0};
   float variance2 = 0;
   for (std::size_t lane = 0; lane < kBlock; ++lane) {
-    // A NaN is never taken: whoever has one has no footprint.
+    // min() and max() ignore NaN. A Gaussian with a NaN has no footprint.
     const glm::vec3 p(block.x[lane], block.y[lane], block.z[lane]);
     bounds.low = glm::min(bounds.low, p);
     bounds.high = glm::max(bounds.high, p);
-    // The norm of a matrix is not less than its largest eigenvalue.
+    // The norm of a matrix is an upper bound of its largest eigenvalue.
     const float xx = block.xx[lane], yy = block.yy[lane], zz = block.zz[lane];
     const float xy = block.xy[lane], xz = block.xz[lane], yz = block.yz[lane];
     variance2 =
@@ -112,7 +117,7 @@ double Frustum::Linear::smallest(const BlockBounds& bounds) const {
 
 bool Frustum::misses(const BlockBounds& bounds) const {
   if (depth_.largest(bounds) < near_depth_) return true;
-  const double spread = spread_ * static_cast<double>(bounds.sigma);  // px times depth
+  const double spread = spread_ * static_cast<double>(bounds.sigma);  // in px times depth
   const double nearest = std::max(depth_.smallest(bounds), near_depth_);
   const double k = spread < kLargestSigmaPx * nearest ? kUsualK : kLargestK;
   const double reach = k * std::sqrt(kLevel) * spread;

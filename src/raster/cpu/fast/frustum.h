@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which blocks a view cannot show, told from a few numbers of each.
+// Finds the blocks that a view cannot show from a bounding box and a largest size per block.
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace qs::cpu::fast {
 
-/// What holds for all Gaussians of a block that a view can show.
+/// Bounds of all Gaussians of a block that a view can show.
 struct BlockBounds {
-  glm::vec3 low, high;  ///< of the centres, world
-  float sigma;          ///< world units; no standard deviation is larger
+  glm::vec3 low, high;  ///< box around the centres, world
+  float sigma;          ///< upper bound of the standard deviations, world units
 };
 
 BlockBounds bounds_of(const Block& block);
 
-/// The part of the world that a view shows, widened for footprints and for rounding.
+/// The part of the world that a view shows, enlarged for footprints and for rounding.
 class Frustum {
  public:
   Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid);
 
-  /// True only where project() would keep no Gaussian of the block.
+  /// True only if project() would keep no Gaussian of the block.
   bool misses(const BlockBounds& bounds) const;
 
  private:
@@ -34,20 +34,21 @@ class Frustum {
   struct Linear {
     glm::dvec3 slope;
     double offset;
-    glm::dvec3 slope_error;  ///< how far single precision can be off: dot(slope_error, |p|) +
-    double offset_error;     ///< offset_error
+    // Bound of the error in single precision: dot(slope_error, |p|) + offset_error.
+    glm::dvec3 slope_error;
+    double offset_error;
 
-    double smallest(const BlockBounds& bounds) const;  ///< no value in the box is smaller
-    double largest(const BlockBounds& bounds) const;   ///< no value in the box is larger
+    double smallest(const BlockBounds& bounds) const;  ///< lower bound in the box
+    double largest(const BlockBounds& bounds) const;   ///< upper bound in the box
   };
 
   /// across * (x or y, by `axis`) + along * z of the position in view axes.
   static Linear in_view(const View<float>& view, int axis, double across, double along);
 
   double near_depth_;
-  double spread_;                ///< standard deviations in px per sigma / depth, at most
-  Linear depth_;                 ///< z
-  std::array<Linear, 4> sides_;  ///< px inside of each side of the picture, times depth
+  double spread_;                ///< upper bound of px per (sigma / depth)
+  Linear depth_;                 ///< view z
+  std::array<Linear, 4> sides_;  ///< px inside of each side of the image, times depth
 };
 
 }  // namespace qs::cpu::fast

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Pipeline `fast` of the CPU backend: the same decisions and pictures with vectors, by all threads,
-// in memory that is kept from frame to frame.
+// Pipeline `fast` of the CPU backend: the results of `classic` with vector code on all threads.
+// Buffers are reused from frame to frame.
 #pragma once
 
 #include "raster/cpu/fast/blend.h"
@@ -10,12 +10,10 @@ namespace qs::cpu::fast {
 
 class Pipeline {
  public:
-  void upload(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool) {
-    scene_ = make_scene(cloud, active, pool);
-  }
+  void upload(Scene scene) { scene_ = std::move(scene); }
 
-  /// Fills `result`, whose maps are sized, but for the time of the frame. frame.cloud is the one
-  /// that was uploaded.
+  /// Fills `result`, whose maps already have their sizes, except for the frame's time. The uploaded
+  /// scene was made of frame.cloud.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
  private:

@@ -10,27 +10,26 @@ namespace qs::cpu::fast {
 namespace {
 
 Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
-  constexpr float kScale = static_cast<float>(kLog2E);
   Record record;
   record.mean_x = s.mean_x[k];
   record.mean_y = s.mean_y[k];
-  record.a = -0.5f * kScale * s.conic_a[k];
-  record.b = -kScale * s.conic_b[k];
-  record.c = -0.5f * kScale * s.conic_c[k];
+  record.a = kLog2OfFalloff * s.conic_a[k];
+  record.b = 2 * kLog2OfFalloff * s.conic_b[k];
+  record.c = kLog2OfFalloff * s.conic_c[k];
   record.log2_opacity = s.log2_opacity[k];
   record.red = colors.red[s.lane[k]];
   record.green = colors.green[s.lane[k]];
   record.blue = colors.blue[s.lane[k]];
-  record.wide_a = record.a * (1 - 4e-6f);
-  record.wide_c = record.c * (1 - 4e-6f);
+  record.wide_a = record.a * (1 - kFalloffRounding);
+  record.wide_c = record.c * (1 - kFalloffRounding);
   record.x_over_y = s.xy[k] / s.yy[k];
   record.y_over_x = s.xy[k] / s.xx[k];
   const bool faint = !(s.gamma[k] > 0.0f);  // alpha < 1/255 everywhere
-  record.threshold = faint ? INFINITY : -0.5f * kScale * s.gamma[k] - 0.05f;
+  record.threshold = faint ? INFINITY : kLog2OfFalloff * s.gamma[k] - kLog2Slack;
   return record;
 }
 
-/// Adds the rectangles from `begin` on to a table of corner differences.
+/// Adds rects[begin...] to a table of corner differences.
 void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
                     Array<std::int32_t>& corners) {
   const auto stride = static_cast<std::size_t>(grid.columns) + 1;
@@ -63,8 +62,7 @@ void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visi
   frame.for_chunks(
       visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
         const std::size_t chunk = begin / Visible::kChunk;
-        // Taken out while it grows: the lists' heads lie side by side, and threads that write to
-        // neighbours would wait for each other's cache line.
+        // Moved out while it grows, to avoid false sharing: neighbouring lists share a cache line.
         RectList rects = std::move(visible.rects[chunk]);
         rects.clear();
         Survivors survivors;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1: from the scene to the Gaussians that this view shows, with the tiles that the mode gives
-// them. Blocks that the view can show pass through project, list and color; see survivors.h.
+// Stage 1: finds the Gaussians that the view shows, and their tiles. Blocks that the view can show
+// pass through project, tile_rects and color; see survivors.h.
 #pragma once
 
-#include "raster/cpu/fast/list.h"
 #include "raster/cpu/fast/scene.h"
+#include "raster/cpu/fast/tile_rects.h"
 #include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
 
 namespace qs::cpu::fast {
 
-/// What blending reads of a visible Gaussian: one cache line.
+/// A visible Gaussian as the blend stage reads it: one cache line.
 struct alignas(64) Record {
   float mean_x, mean_y;
   float a, b, c;  ///< log2 of the falloff is a dx^2 + b dx dy + c dy^2
@@ -19,8 +19,8 @@ struct alignas(64) Record {
   float red, green, blue;
   float x_over_y;        ///< for a given dy the falloff is largest at dx = x_over_y * dy
   float y_over_x;        ///< for a given dx the falloff is largest at dy = y_over_x * dx
-  float threshold;       ///< log2 of the falloff below which alpha < 1/255, with room for rounding
-  float wide_a, wide_c;  ///< a and c, less steep by more than the rounding of the sum on needles
+  float threshold;       ///< pixels with a smaller log2 of the falloff have alpha < 1/255
+  float wide_a, wide_c;  ///< a and c, less steep by kFalloffRounding
 
   Splat splat() const {
     return {{mean_x, mean_y}, {a, b, c}, exp2_polynomial(log2_opacity), {red, green, blue}};
@@ -32,17 +32,17 @@ struct Visible : VisibleSlots {
   Array<Record> records;        ///< per slot
   std::vector<RectList> rects;  ///< per chunk
 
-  /// How many Gaussians have each tile, as the corner differences of rectangles over
-  /// (rows + 1) x (columns + 1): summing along both axes gives the numbers. One table per thread.
+  /// Pairs per tile as corner differences of rectangles, (rows + 1) x (columns + 1): summing along
+  /// both axes gives the counts. One table per thread.
   std::vector<Array<std::int32_t>> corners;
 
-  /// The first of a slot's rectangles.
+  /// The first rectangle of a slot.
   const Rect* rects_of(std::uint32_t slot) const {
     return &rects[slot / kChunk][listings[slot].first];
   }
 };
 
-/// `scene` is frame.cloud's; footprints are filled when `traced`.
+/// `scene` was made of frame.cloud. Footprints are filled if `traced`.
 void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible);
 
 }  // namespace qs::cpu::fast

@@ -14,7 +14,7 @@ using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
-/// kernel/project.h's log2_portable().
+/// log2_portable() of kernel/project.h.
 HWY_INLINE V log2_portable(D d, V x) {
   const V one = hn::Set(d, 1.0f);
   V e = hn::Zero(d);
@@ -49,23 +49,23 @@ struct Packer {
   M keep;
   std::size_t at;
 
-  /// Packed in a register first: packing stores are slow on some CPUs.
+  /// Compresses in a register, because compressing stores are slow on some CPUs.
   HWY_INLINE void operator()(V values, float* plane) const {
     hn::StoreU(hn::Compress(values, keep), d, plane + at);
   }
 };
 
-/// No mode reaches further from the mean, in pixels, with much to spare: the boxes of opacity reach
-/// k sqrt(gamma s) (Extents), the square of `3dgs` 3 sqrt(largest eigenvalue).
+/// Upper bound of the reach of all modes in pixels. The boxes by opacity reach k sqrt(gamma s) (see
+/// Extents), the square of `3dgs` reaches 3 sqrt(largest eigenvalue).
 HWY_INLINE V farthest_reach(D d, V xx, V yy, V det, V gamma) {
   const V f2 = hn::Div(det, hn::Mul(xx, yy));
-  const V k = hn::Add(hn::Set(d, 1.01f), hn::Div(hn::Set(d, 3e-7f), f2));
+  const V k = hn::Add(hn::Set(d, kReachK), hn::Div(hn::Set(d, kReachKPerF2), f2));
   const V level = hn::Max(gamma, hn::Set(d, kSigmas * kSigmas));
   return hn::Add(hn::Mul(k, hn::Sqrt(hn::Mul(level, hn::Add(xx, yy)))),
                  hn::Set(d, 2.0f * kTileSize));
 }
 
-/// True where mean +- reach lies outside [0, size].
+/// True where mean +- reach is outside of [0, size].
 HWY_INLINE M outside(D d, V mean, V reach, int tiles) {
   const V size = hn::Set(d, static_cast<float>(tiles * kTileSize));
   return hn::Or(hn::Lt(hn::Add(mean, reach), hn::Zero(d)), hn::Gt(hn::Sub(mean, reach), size));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// kernel/footprint.h's project() for a block at a time, bit for bit (a test compares them).
+// project() of kernel/footprint.h for a block at a time. A test compares the results bit for bit.
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
@@ -8,8 +8,12 @@
 
 namespace qs::cpu::fast {
 
-/// Fills `out` with the Gaussians of `block` that have a footprint, without those that are too far
-/// outside the picture to have a tile in any mode.
+/// No mode lists a tile further from the mean than k sqrt(level (Sxx + Syy)) + 2 tiles in pixels,
+/// with k = kReachK + kReachKPerF2 / f^2 (see Extents) and level = max(gamma, kSigmas^2).
+inline constexpr float kReachK = 1.01f, kReachKPerF2 = 3e-7f;
+
+/// Fills `out` with the Gaussians of `block` that have a footprint, except those that are too far
+/// outside of the image to have a tile in any mode.
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
              const Block& block, Survivors& out);
 

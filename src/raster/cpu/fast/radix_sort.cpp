@@ -10,7 +10,7 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Items [begin, end) of segment `i` when `count` items are cut into `segments`.
+/// Items [begin, end) of segment `i`, when `count` items are split into `segments`.
 std::pair<std::size_t, std::size_t> segment(std::size_t i, std::size_t segments,
                                             std::size_t count) {
   return {count * i / segments, count * (i + 1) / segments};
@@ -18,9 +18,9 @@ std::pair<std::size_t, std::size_t> segment(std::size_t i, std::size_t segments,
 
 }  // namespace
 
-// Least significant digit first, over the keys' differences from the smallest: few bits, few
-// passes. Every thread counts and then moves one segment of the items; where it moves them to does
-// not depend on how many segments there are.
+// Least significant digit first. Sorting key - range.low leaves fewer bits and so fewer passes.
+// Every thread counts and then moves one segment of the items; the targets do not depend on the
+// number of segments.
 void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::stop_token& stop) {
   constexpr int kMaxDigitBits = 11;
   if (items.keys.empty()) return;

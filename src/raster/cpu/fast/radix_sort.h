@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A stable radix sort of 32-bit keys by all threads: what orders the scene in space and every frame
-// in depth.
+// A stable radix sort of 32-bit keys on all threads. It orders the scene in space and every frame
+// by depth.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace qs::cpu::fast {
 
-/// Keys with a value each, and the memory that sorting them takes.
+/// Keys with one value each, and the sort's buffers.
 struct SortItems {
   Array<std::uint32_t> keys, values;
 
@@ -24,7 +24,7 @@ struct SortItems {
   }
 };
 
-/// Range of keys, both included; as it stands that of none.
+/// Range of keys, both ends included; empty by default.
 struct KeyRange {
   std::uint32_t low = ~0u, high = 0;
 
@@ -35,9 +35,9 @@ struct KeyRange {
   void include(std::uint32_t key) { include({key, key}); }
 };
 
-/// Orders `items` by ascending key; values of equal keys keep their order. All keys lie in `range`:
-/// the narrower, the quicker. The result does not depend on the number of threads. Throws Cancelled
-/// when `stop` is triggered.
+/// Sorts `items` by ascending key; values of equal keys keep their order. All keys must be in
+/// `range`; a narrow range is faster. The result does not depend on the number of threads. Throws
+/// Cancelled.
 void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool,
                 const std::stop_token& stop = {});
 

@@ -5,9 +5,9 @@
 
 namespace qs::cpu::fast {
 
-Scene make_scene(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool) {
+Scene make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
   const Array<std::uint32_t> order = spatial_order(cloud, pool);
-  Scene scene{make_blocks(active, order, pool), {}, make_harmonics(cloud, order, pool)};
+  Scene scene{make_blocks(cloud, order, pool), {}, make_harmonics(cloud, order, pool)};
   scene.bounds.resize(scene.blocks.size());
   pool.for_chunks(scene.blocks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t b = begin; b < end; ++b) scene.bounds[b] = bounds_of(scene.blocks[b]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The scene as the fast pipeline keeps it: in spatial order, with what tells quickly which blocks a
-// view cannot show.
+// The scene in the layout of the fast pipeline: blocks in spatial order, with bounds that let a
+// view skip whole blocks.
 #pragma once
 
 #include "raster/cpu/fast/frustum.h"
@@ -14,6 +14,6 @@ struct Scene {
   Harmonics harmonics;
 };
 
-Scene make_scene(const GaussianCloud& cloud, const ActivatedCloud& active, ThreadPool& pool);
+Scene make_scene(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What every file with vector code includes first. Such a file is compiled once for each
-// instruction set (none, SSE4, AVX2, AVX-512; elsewhere what the machine has), and the best one
-// that the CPU knows is chosen when the program runs. Its pattern:
+// Every file with vector code includes this header last. Such a file is compiled once for each
+// instruction set (scalar, SSE4, AVX2, AVX-512; on other machines theirs), and the program chooses
+// the best one that the CPU supports when it runs. The pattern:
 //
 //   #define HWY_TARGET_INCLUDE "raster/cpu/fast/this_file.cpp"
 //   #include "raster/cpu/fast/simd.h"
@@ -14,9 +14,9 @@
 //   #endif
 //
 // Decisions (which Gaussians, which tiles) use + - * / sqrt in the order of kernel/ and never
-// MulAdd, so that they are equal to the bit on every instruction set; blending may use it.
+// MulAdd, so that all instruction sets give the same bits. Only colours and blending use MulAdd.
 
-// The sets between those named differ in instructions that nothing here uses.
+// The disabled instruction sets add nothing that this code uses.
 #ifndef HWY_DISABLED_TARGETS
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 #endif

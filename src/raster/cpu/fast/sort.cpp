@@ -8,7 +8,7 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Copies depth bits and slots without the gaps of Visible. Returns the range of the bits.
+/// Copies depth bits and slots without unused slots. Returns the range of the bits.
 KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
   const std::size_t chunks = visible.chunk_counts.size();
   order.begins.resize(chunks);
@@ -34,9 +34,9 @@ KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, DepthOrd
   return all;
 }
 
-/// Slots ascend in space: of equal depths the cloud's order counts. Neighbours of equal depth are
-/// found without a branch and what orders them is fetched, since it lies anywhere. Whoever meets
-/// the begin of a run orders all of it.
+/// Sorts runs of equal depth by index in the cloud, because the radix sort left them in order of
+/// slots, which is spatial. Ties are found without branches and their indices prefetched. The chunk
+/// that contains the begin of a run sorts the whole run.
 void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItems& items) {
   constexpr std::size_t kBatch = 512;
   const std::uint32_t* keys = items.keys.data();
@@ -76,7 +76,7 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
 
 }  // namespace
 
-// Depths are positive floats, whose bits order like unsigned integers.
+// Depths are positive floats; their bits order like unsigned integers.
 void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
   order.items.resize(visible.count);
   const KeyRange range = gather(frame, visible, order);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 2: visible Gaussians front to back, by all threads.
+// Stage 2: sorts the visible Gaussians front to back on all threads.
 #pragma once
 
 #include "raster/cpu/fast/radix_sort.h"
@@ -8,12 +8,12 @@
 
 namespace qs::cpu::fast {
 
-/// Slots of Visible by ascending (bits of depth, index in the cloud).
+/// Slots by ascending (bits of the depth, index in the cloud).
 struct DepthOrder {
   const Array<std::uint32_t>& slots() const { return items.values; }
 
-  SortItems items;               ///< bits of depth, slot
-  Array<std::uint32_t> begins;   ///< scratch, per chunk of Visible: where its items begin
+  SortItems items;               ///< keys: bits of the depths, values: slots
+  Array<std::uint32_t> begins;   ///< scratch, per chunk: its first item
   std::vector<KeyRange> ranges;  ///< scratch, per thread
 };
 

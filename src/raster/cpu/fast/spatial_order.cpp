@@ -13,12 +13,13 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Cells along an axis. Keys have three times as many bits and those of a class: three passes of
-/// the sort.
+/// Cells along an axis. A key has three times as many bits and two for the size class, which the
+/// sort needs three passes for.
 constexpr int kCellBits = 10;
 constexpr std::uint32_t kCells = 1u << kCellBits;
 
-/// Classes of size: twice the median, four times, eight times, and what is larger.
+/// Size classes: up to 2, 4 and 8 times the median, and larger.
+/// ones.
 constexpr float kClasses = 4;
 
 constexpr auto kSpread = [] {
@@ -27,7 +28,7 @@ constexpr auto kSpread = [] {
   return spread;
 }();
 
-/// Cells of equal length along an axis. Those at the ends reach to infinity.
+/// Cells of equal length along an axis. The first and last one extend to infinity.
 struct Axis {
   float begin = 0, cells_per_unit = 0;
   float cells = kCells;
@@ -38,7 +39,7 @@ struct Axis {
   }
 };
 
-/// value_of(i) of some of the Gaussians, ascending; without what is not finite.
+/// value_of(i) of at most 4096 of the Gaussians, ascending, without values that are not finite.
 template <class ValueOf>
 std::vector<float> sample(std::size_t count, const ValueOf& value_of) {
   constexpr std::size_t kSamples = 4096;
@@ -51,8 +52,8 @@ std::vector<float> sample(std::size_t count, const ValueOf& value_of) {
   return values;
 }
 
-/// Cells over what most Gaussians cover, with half of that to spare on either side: a few of them
-/// far away, which captures of the outdoors have, would leave the rest in a few cells.
+/// Cells over the range between the 2nd and 98th percentile, enlarged by half of it on either side.
+/// The few distant Gaussians of outdoor scenes must not leave the others in a handful of cells.
 Axis axis_of(const GaussianCloud& cloud, int axis) {
   const auto values = sample(cloud.size(), [&](std::size_t i) { return cloud.positions[i][axis]; });
   const float low = values[values.size() * 2 / 100], high = values[values.size() * 98 / 100];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The order in which the fast pipeline keeps a scene: neighbours in it are mostly neighbours in
-// space and of like size, so that blocks are compact. A block that holds one large Gaussian is seen
-// from wherever that one is.
+// The order in which the fast pipeline stores a scene: neighbours are mostly close in space and of
+// similar size, so that blocks are compact. One large Gaussian would make its whole block visible
+// from far more views.
 #pragma once
 
 #include "raster/base/parallel.h"
@@ -10,8 +10,7 @@
 
 namespace qs::cpu::fast {
 
-/// Indices of all Gaussians by class of size, those of a class along a Morton curve, those of a
-/// cell ascending.
+/// Indices of all Gaussians, sorted by size class, then cell on a Morton curve, then index.
 Array<std::uint32_t> spatial_order(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

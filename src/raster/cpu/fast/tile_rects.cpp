@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/list.h"
+#include "raster/cpu/fast/tile_rects.h"
 
 #include <algorithm>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "raster/cpu/fast/list.cpp"
+#define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
 #include "raster/cpu/fast/simd.h"
 
-// Nothing here is a vector: the policies of kernel/cull/ are compiled for every instruction set
-// because rounding a float is a function call on the oldest.
+// No vector code: this file is compiled for every instruction set because the oldest one rounds
+// floats by calling a function.
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
 namespace HWY_NAMESPACE {
 
-/// Appends one rectangle at a time and joins it to the last one where that gives a rectangle.
+/// Appends rectangles one at a time and merges each with the last one if the union is a rectangle.
 class Joiner {
  public:
   explicit Joiner(RectList& rects) : rects_(rects), first_(rects.size()) {}
@@ -33,7 +33,7 @@ class Joiner {
     }
   }
 
-  /// False when there was no rectangle.
+  /// False if no rectangle was added.
   HWY_INLINE bool finish(Listing& listing) {
     if (!open_.any()) return false;
     close();

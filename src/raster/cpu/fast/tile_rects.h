@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Which tiles the frame's mode gives to Gaussians, as rectangles of tiles that do not overlap: few
-// numbers where a Gaussian has many tiles, and the same for walks along rows and along columns.
-// They are found once per frame; counting and binning read them.
+// The tiles that the mode gives to each Gaussian, as rectangles that do not overlap. Rectangles are
+// short lists even for Gaussians with many tiles, and have the same form for walks along rows and
+// along columns. They are computed once per frame; counting and binning read them.
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
@@ -10,13 +10,13 @@
 
 namespace qs::cpu::fast {
 
-/// Rows and columns [begin, end) of tiles; sides of pictures are below 2^20 pixels.
+/// Rows and columns [begin, end) of tiles. Sides of images are below 2^20 pixels.
 struct Rect {
   std::uint16_t row_begin, row_end, column_begin, column_end;
 };
 
-/// The rectangles of the visible Gaussians of a chunk, one Gaussian after the other. Not a vector's
-/// push_back(), whose call costs more than all that it does here.
+/// The rectangles of a chunk's visible Gaussians, one Gaussian after the other. add() is inlined,
+/// because calls of std::vector::push_back() were slow here.
 class RectList {
  public:
   std::size_t size() const { return size_; }
@@ -32,19 +32,19 @@ class RectList {
  private:
   void grow() { rects_.resize(2 * size_ + 2048); }
 
-  Array<Rect> rects_;  ///< as many as there is room for
+  Array<Rect> rects_;  ///< its size is the capacity
   std::size_t size_ = 0;
 };
 
-/// What one Gaussian has of them.
+/// The rectangles of one Gaussian.
 struct Listing {
-  Rect bounds;          ///< of all of them: of a single one, itself
+  Rect bounds;          ///< around all of them
   std::uint32_t first;  ///< in its chunk's RectList
   std::uint32_t count;  ///< > 0
 };
 
-/// Appends the rectangles of `survivors` to `rects`, writes listings[k] for those that have any,
-/// and packs `survivors` to these.
+/// Appends the rectangles of `survivors` to `rects`, removes survivors without any, and writes
+/// listings[k] for the k-th that remains.
 void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings);
 

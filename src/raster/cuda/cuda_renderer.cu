@@ -45,7 +45,7 @@ class CudaRenderer final : public Renderer {
                                if (texture != nullptr) present(camera);
                              }};
     prepare_result(grid);
-    if (texture != nullptr) gl_target_.take(*texture);
+    if (texture != nullptr) gl_target_.map(*texture);
     if (settings.pipeline == Pipeline::classic) {
       draw_with(classic_, frame, outputs, target);
     } else {
@@ -58,9 +58,9 @@ class CudaRenderer final : public Renderer {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
     if (texture == nullptr) {
-      gl_target_.give_back();
+      gl_target_.unmap();
     } else {
-      gl_target_.take(*texture);
+      gl_target_.map(*texture);
     }
   }
 
@@ -93,10 +93,10 @@ class CudaRenderer final : public Renderer {
       if (presents) result_.stats.present_ms = gl_target_.present_ms();
     } catch (...) {
       cudaStreamSynchronize(stream_);
-      if (presents) gl_target_.give_back();
+      if (presents) gl_target_.unmap();
       throw;
     }
-    if (presents) gl_target_.give_back();
+    if (presents) gl_target_.unmap();
   }
 
   /// Waits for the frame and copies the requested maps to the host.
@@ -120,7 +120,7 @@ class CudaRenderer final : public Renderer {
   DeviceCloud cloud_;
   Pixels pixels_;
   GlTarget gl_target_;
-  ClassicPipeline classic_;
+  classic::ClassicPipeline classic_;
   fast::FastPipeline fast_;
   Frame result_;
 };

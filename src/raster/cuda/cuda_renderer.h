@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The CUDA backend, with pipelines `classic` (classic.cuh) and `fast` (fast/pipeline.cuh). Plain
-// C++, so that whoever makes a renderer needs no CUDA headers.
+// The CUDA backend, with the pipelines `classic` (classic/classic.cuh) and `fast`
+// (fast/pipeline.cuh). This header is plain C++: users need no CUDA headers.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace qs {
 
-/// `device` counts the GPUs of gpu_report(). Throws Error(device) with the reason when that GPU
-/// cannot be used. The renderer selects its GPU at every call, so any thread may own it.
+/// `device` is an index into GpuReport::gpus. Throws Error(device) with the reason if that GPU
+/// cannot be used. The renderer selects its GPU in every call, so any thread may call it.
 std::unique_ptr<Renderer> make_cuda_renderer(ThreadPool& pool, int device);
 
 }  // namespace qs

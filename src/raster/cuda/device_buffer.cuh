@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Owned memory. A DeviceBuffer grows on demand and never shrinks, so that frames of changing size
-// soon stop allocating; growing does not keep the contents. A PinnedValue is one host value that
-// the GPU writes while the host works on.
+// Owned memory. A DeviceBuffer grows on demand and never shrinks, so that frames of varying size
+// soon stop allocating; growing discards the contents. A PinnedValue is one host value that the GPU
+// can write asynchronously.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -22,8 +23,8 @@ struct DeviceMemory {
   }
 };
 
-/// Throws Error(device) when `needed` bytes for `what` are more than what is free now and `held`,
-/// the bytes that are going to be freed for it. Asks the driver only when something must grow.
+/// Throws Error(device) if `needed` bytes for `what` exceed the free memory plus `held`, the bytes
+/// that the caller frees first. Queries the driver only if `needed` exceeds `held`.
 inline void require_memory(const char* what, std::uint64_t needed, std::uint64_t held) {
   if (needed <= held) return;
   const DeviceMemory memory = DeviceMemory::now();
@@ -32,6 +33,17 @@ inline void require_memory(const char* what, std::uint64_t needed, std::uint64_t
   throw Error(ErrorKind::device, std::string("cuda: ") + what + ": " + mebibytes(needed) +
                                      " are needed, " + mebibytes(memory.free + held) +
                                      " of the GPU's " + mebibytes(memory.total) + " are free");
+}
+
+/// `count` plus 25 % (at most `max`) if that takes less than half of the memory that is free or
+/// `held`, else `count`: the next frame then rarely has to grow the buffers. `bytes_for(n)` is the
+/// memory for n elements.
+template <class BytesFor>
+std::uint32_t with_headroom(std::uint64_t count, std::uint64_t max, std::uint64_t held,
+                            const BytesFor& bytes_for) {
+  const auto more = static_cast<std::uint32_t>(std::min(count + count / 4, max));
+  const bool plenty = bytes_for(more) < (DeviceMemory::now().free + held) / 2;
+  return plenty ? more : static_cast<std::uint32_t>(count);
 }
 
 template <class T>
@@ -50,8 +62,8 @@ class DeviceBuffer {
   std::size_t capacity() const { return capacity_; }
   std::uint64_t bytes() const { return std::uint64_t{capacity_} * sizeof(T); }
 
-  /// Room for `count` elements of undefined value; `what` names them in the Error. After an Error
-  /// the buffer is empty.
+  /// Makes room for `count` elements, with undefined values if it grows. `what` names them in the
+  /// Error(device) that is thrown if memory is short; the buffer is then empty.
   void reserve(const char* what, std::size_t count) {
     if (count <= capacity_) return;
     const std::uint64_t needed = std::uint64_t{count} * sizeof(T);
@@ -61,7 +73,7 @@ class DeviceBuffer {
     if (error == cudaErrorMemoryAllocation) {
       data_ = nullptr;
       cudaGetLastError();
-      require_memory(what, needed, 0);  // the sentence with the numbers, unless they look fine
+      require_memory(what, needed, 0);  // throws the message with the sizes, if they explain it
     }
     check(error, what);
     capacity_ = count;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// What every stage of the CUDA backend is given.
+// The inputs that every stage of the CUDA backend shares.
 #pragma once
 
 #include <algorithm>
 #include <functional>
 #include <stop_token>
+#include <string>
 
 #include "raster/cuda/upload.cuh"
 #include "raster/renderer.h"
@@ -19,17 +20,26 @@ struct FrameContext {
   TileGrid grid;
   cudaStream_t stream;
   std::stop_token stop;
-  /// Puts into the stream what is done with the pixels. Pipelines call it behind the frame without
-  /// waiting, and once more when the frame had to be drawn again.
-  std::function<void()> sequel;
+  /// Enqueues the work that consumes the finished pixels, for example presenting them. Pipelines
+  /// call it right after they have enqueued the frame, and again if the frame has to be redrawn
+  /// with larger buffers.
+  std::function<void()> enqueue_present;
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
 
-  /// Called between stages: what was launched ends by itself.
+  /// Called between stages. Work that was already enqueued still completes.
   void throw_if_cancelled() const {
     if (stop.stop_requested()) throw Cancelled{};
   }
 };
+
+/// Throws Error(device) if a view lists more tile pairs than its pipeline can index.
+inline void require_indexable(std::uint64_t tile_pairs, std::uint64_t max_pairs) {
+  if (tile_pairs <= max_pairs) return;
+  throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(tile_pairs) +
+                                     " tile pairs, at most " + std::to_string(max_pairs) +
+                                     " can be sorted");
+}
 
 }  // namespace qs::cuda

@@ -9,7 +9,7 @@
 namespace qs::cuda {
 namespace {
 
-/// to_8bit() of image.h.
+/// Equals to_8bit() of image.h.
 __device__ unsigned char rounded(float value) {
   return static_cast<unsigned char>(floorf(255.0f * fminf(fmaxf(0.0f, value), 1.0f) + 0.5f));
 }
@@ -27,19 +27,19 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-GlTarget::Clockwork::Clockwork(int device) : stream(device, true) {
+GlTarget::InteropStream::InteropStream(int device) : stream(device, true) {
   check(cudaEventCreate(&begin), "cudaEventCreate");
   check(cudaEventCreate(&end), "cudaEventCreate");
 }
 
-GlTarget::Clockwork::~Clockwork() {
+GlTarget::InteropStream::~InteropStream() {
   cudaEventDestroy(begin);
   cudaEventDestroy(end);
 }
 
 GlTarget::~GlTarget() {
-  give_back();
-  // Without a GL context (it went first) the driver has dropped the registrations already.
+  unmap();
+  // If the GL context was destroyed first, the driver has already dropped the registrations.
   for (auto& [name, registration] : registrations_)
     cudaGraphicsUnregisterResource(registration.resource);
   cudaGetLastError();
@@ -61,50 +61,50 @@ cudaGraphicsResource* GlTarget::registered(const GlTexture& texture) {
   return registration.resource;
 }
 
-void GlTarget::take(const GlTexture& texture) {
-  if (taken_.resource != nullptr && taken_.texture == texture) return;
-  give_back();
-  if (!clockwork_) clockwork_.emplace(device_);
+void GlTarget::map(const GlTexture& texture) {
+  if (mapping_.resource != nullptr && mapping_.texture == texture) return;
+  unmap();
+  if (!interop_) interop_.emplace(device_);
   cudaGraphicsResource* resource = registered(texture);
-  check(cudaGraphicsMapResources(1, &resource, clockwork_->stream), "CUDA-GL interop");
-  taken_ = {texture, resource, {}, 0};
+  check(cudaGraphicsMapResources(1, &resource, interop_->stream), "CUDA-GL interop");
+  mapping_ = {texture, resource, {}, 0};
   try {
     cudaResourceDesc pixels{};
     pixels.resType = cudaResourceTypeArray;
     check(cudaGraphicsSubResourceGetMappedArray(&pixels.res.array.array, resource, 0, 0),
           "CUDA-GL interop");
-    check(cudaArrayGetInfo(nullptr, &taken_.size, nullptr, pixels.res.array.array),
+    check(cudaArrayGetInfo(nullptr, &mapping_.size, nullptr, pixels.res.array.array),
           "CUDA-GL interop");
-    check(cudaCreateSurfaceObject(&taken_.surface, &pixels), "CUDA-GL interop");
-    clockwork_->ready.record(clockwork_->stream);
+    check(cudaCreateSurfaceObject(&mapping_.surface, &pixels), "CUDA-GL interop");
+    interop_->mapped.record(interop_->stream);
   } catch (...) {
-    give_back();
+    unmap();
     throw;
   }
 }
 
 void GlTarget::present(const float* color, int width, int height, cudaStream_t stream) {
   const auto columns = static_cast<std::uint32_t>(width), rows = static_cast<std::uint32_t>(height);
-  if (taken_.size.width != columns || taken_.size.height != rows)
+  if (mapping_.size.width != columns || mapping_.size.height != rows)
     throw Error(ErrorKind::device, "cuda: the GL texture has another size than the frame");
-  check(cudaEventRecord(clockwork_->begin, stream), "present");
-  clockwork_->ready.hold(stream);
+  check(cudaEventRecord(interop_->begin, stream), "present");
+  interop_->mapped.make_wait(stream);
   launch("present", write_rgba8, blocks_for(std::uint64_t{columns} * rows), stream, color,
-         taken_.surface, columns, columns * rows);
-  check(cudaEventRecord(clockwork_->end, stream), "present");
+         mapping_.surface, columns, columns * rows);
+  check(cudaEventRecord(interop_->end, stream), "present");
 }
 
-void GlTarget::give_back() noexcept {
-  if (taken_.resource == nullptr) return;
-  Taken taken = std::exchange(taken_, {});
-  cudaDestroySurfaceObject(taken.surface);
-  cudaGraphicsUnmapResources(1, &taken.resource, clockwork_->stream);
+void GlTarget::unmap() noexcept {
+  if (mapping_.resource == nullptr) return;
+  Mapping mapping = std::exchange(mapping_, {});
+  cudaDestroySurfaceObject(mapping.surface);
+  cudaGraphicsUnmapResources(1, &mapping.resource, interop_->stream);
   cudaGetLastError();
 }
 
 float GlTarget::present_ms() const {
   float ms = 0;
-  check(cudaEventElapsedTime(&ms, clockwork_->begin, clockwork_->end), "present");
+  check(cudaEventElapsedTime(&ms, interop_->begin, interop_->end), "present");
   return ms;
 }
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The way of a frame into a texture of OpenGL, as RGBA8, without leaving the GPU. All of CUDA-GL
-// interop is here. Whenever a texture changes hands, the GPU switches between the contexts of CUDA
-// and OpenGL, 0.2 to 0.9 ms on an H200, also in the middle of a frame. So the texture of the next
-// frame is taken when this one was given back, pixels are written right behind the frame, and the
-// texture is given back when the GPU is done with both.
+// Copies a finished frame into an OpenGL texture (RGBA8) through CUDA-GL interop, without leaving
+// the GPU. Mapping and unmapping a texture makes the GPU switch contexts, which takes 0.2 to 0.9 ms
+// on an H200. So the next texture can be mapped one frame ahead, the copy is enqueued right after
+// the frame, and the texture is unmapped once the GPU has finished both.
 #pragma once
 
 #include <map>
@@ -26,19 +25,18 @@ class GlTarget {
   GlTarget(const GlTarget&) = delete;
   GlTarget& operator=(const GlTarget&) = delete;
 
-  /// Takes the texture from OpenGL, beside what other streams do; one at a time, another one is
-  /// given back. Throws Error(device) when OpenGL does not run on this GPU.
-  void take(const GlTexture& texture);
+  /// Maps the texture for CUDA, concurrently with the work of other streams. Unmaps the texture
+  /// mapped before, if it is another one. Throws Error(device) if OpenGL runs on another GPU.
+  void map(const GlTexture& texture);
 
-  /// Rounds `color` (height x width x 3 on the device) to 8 bits and writes it to the texture that
-  /// was taken, behind what is in the stream. Throws Error(device) when the texture has another
-  /// size.
+  /// Enqueues in `stream` the copy of `color` (height x width x 3 on the device, rounded to 8 bits)
+  /// to the mapped texture. Throws Error(device) if the texture has another size.
   void present(const float* color, int width, int height, cudaStream_t stream);
 
-  /// Gives the texture back, if one is taken; the GPU must be done with it.
-  void give_back() noexcept;
+  /// Unmaps the mapped texture, if any. The GPU must have finished using it.
+  void unmap() noexcept;
 
-  /// Of the last present(), once the stream is done with it.
+  /// GPU time of the last present(), which must have finished.
   float present_ms() const;
 
  private:
@@ -51,22 +49,21 @@ class GlTarget {
 
   int device_;
   std::map<unsigned, Registration> registrations_;  // by the texture's name
-  struct Taken {
+  struct Mapping {
     GlTexture texture;
-    cudaGraphicsResource* resource = nullptr;  // null: none is taken
+    cudaGraphicsResource* resource = nullptr;  // null: no texture is mapped
     cudaExtent size{};
-    cudaSurfaceObject_t surface = 0;  // how kernels write to it
-  } taken_;
+    cudaSurfaceObject_t surface = 0;  // what kernels write to
+  } mapping_;
 
-  // Made with the first texture: most renderers present nothing.
-  struct Clockwork {
-    explicit Clockwork(int device);
-    ~Clockwork();
-    Stream stream;  // textures are taken in it
-    Event ready;
-    cudaEvent_t begin = nullptr, end = nullptr;
+  struct InteropStream {
+    explicit InteropStream(int device);
+    ~InteropStream();
+    Stream stream;  // in which textures are mapped and unmapped
+    Event mapped;
+    cudaEvent_t begin = nullptr, end = nullptr;  // of present()
   };
-  std::optional<Clockwork> clockwork_;
+  std::optional<InteropStream> interop_;  // created lazily: most renderers never present to OpenGL
 };
 
 }  // namespace qs::cuda

@@ -6,7 +6,7 @@
 namespace qs::cuda {
 namespace {
 
-/// Exists to be looked for: a GPU that this build has no code for does not find it.
+/// Its attributes can be queried only on a GPU for which this build contains code.
 __global__ void probe() {}
 
 std::string version_text(int version) {
@@ -39,12 +39,12 @@ Gpu inspect(int device) {
   } else if (error != cudaSuccess) {
     gpu.problem = cudaGetErrorString(error);
   }
-  cudaGetLastError();  // a failed question is not the next call's failure
+  cudaGetLastError();  // clears the error of a failed query
   return gpu;
 }
 
-/// Why cudaGetDeviceCount found nothing. A missing driver and one that is too old give the same
-/// error; only the driver's version tells them apart.
+/// Why cudaGetDeviceCount found no GPU. A missing driver and one that is too old give the same
+/// error; only the driver's version distinguishes them.
 std::string why_none(cudaError_t error, int driver, int runtime) {
   if (driver == 0) {
     return "no NVIDIA driver was found: a GPU needs one for CUDA " + version_text(runtime) +
@@ -67,7 +67,7 @@ GpuReport gpu_report() {
   cudaRuntimeGetVersion(&runtime);
   report.runtime = version_text(runtime);
   if (driver > 0) report.driver = version_text(driver);
-  const cudaError_t error = cudaGetDeviceCount(&count);  // leaves the count alone when it fails
+  const cudaError_t error = cudaGetDeviceCount(&count);  // does not set the count if it fails
   cudaGetLastError();
   if (error != cudaSuccess || count == 0) {
     report.problem = why_none(error, driver, runtime);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which GPUs there are, and why none can be used. Plain C++.
+// Lists the GPUs, or says why none can be used. Plain C++.
 #pragma once
 
 #include "raster/renderer.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What every pipeline leaves on the device: the frame's picture and maps. Whatever a target wants
-// is made from these.
+// A frame's image and maps on the device, as both pipelines write them. Every target (host image,
+// GL texture) is filled from these.
 #pragma once
 
 #include <numeric>
@@ -17,7 +17,7 @@ struct Pixels {
   DeviceBuffer<std::uint32_t> evaluated;  ///< height x width
   DeviceBuffer<std::uint8_t> used;        ///< per listed pair: 1 = a pixel blended it
 
-  /// Room for what `outputs` asks for.
+  /// Makes room for the image and the map of evaluated pairs, if `outputs` requests them.
   void reserve(const Camera& camera, const Outputs& outputs) {
     const std::size_t count =
         static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
@@ -25,7 +25,8 @@ struct Pixels {
     if (outputs.evaluated) evaluated.reserve("the frame's evaluated pairs", count);
   }
 
-  /// Room for the marks of `pairs` pairs, when `outputs` asks for them, and none of them set.
+  /// Makes room for the marks of `pairs` pairs, if `outputs` requests them; clear_used() enqueues
+  /// their reset.
   void reserve_used(const Outputs& outputs, std::size_t pairs) {
     if (outputs.used) used.reserve("the frame's used pairs", pairs);
   }
@@ -33,7 +34,7 @@ struct Pixels {
     if (outputs.used && pairs > 0) check(cudaMemsetAsync(used.data(), 0, pairs, stream), "blend");
   }
 
-  /// Marked pairs of each tile's list; the lists lie one behind the other.
+  /// Number of marked pairs per tile. The tiles' lists are contiguous.
   std::vector<std::uint32_t> used_per_tile(const std::vector<std::uint32_t>& list_lengths,
                                            cudaStream_t stream) const {
     const std::uint64_t pairs =

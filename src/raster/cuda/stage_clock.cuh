@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Times a frame on the GPU's own clock with events. Only a marked frame has events between its
-// stages: measuring must not slow what is measured.
+// Measures a frame on the GPU's clock with events. Only a marked frame has events between its
+// stages, because they slow it down.
 #pragma once
 
 #include "raster/cuda/check.cuh"
@@ -28,17 +28,18 @@ class StageClock {
 
   bool marked() const { return marked_; }
 
-  /// What was done since begin() or the last call belongs to `stage`; at most kMaxSteps calls.
+  /// Attributes the work enqueued since begin() or the last end() to `stage`. At most kMaxSteps
+  /// calls per frame.
   void end(Stage stage, cudaStream_t stream) {
     if (!marked_) return;
     stages_[steps_] = stage;
     record(++steps_, stream);
   }
 
-  /// The frame is complete.
+  /// Marks the end of the frame.
   void finish(cudaStream_t stream) { record(kLast, stream); }
 
-  /// Waits for the frame's end. Adds to the stages' times.
+  /// Waits for the end of the frame, sets frame_ms and adds to stage_ms.
   void read(RenderStats& stats) const {
     check(cudaEventSynchronize(events_[kLast]), "frame");
     stats.frame_ms = between(0, kLast);
@@ -60,7 +61,7 @@ class StageClock {
     return ms;
   }
 
-  cudaEvent_t events_[kLast + 1] = {};  // event s is the start of step s
+  cudaEvent_t events_[kLast + 1] = {};  // event s starts step s
   Stage stages_[kMaxSteps] = {};
   int steps_ = 0;
   bool marked_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Owned streams and events, and copies from the device that wait for their end.
+// Owned streams and events, and blocking copies from the device to the host.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,11 @@
 
 namespace qs::cuda {
 
-/// Asks for the GPU before anything is allocated on it.
+/// The constructor selects the GPU, so a Stream must be constructed before anything is allocated on
+/// that GPU.
 class Stream {
  public:
-  /// Where two streams want the same multiprocessor, an `urgent` one goes first.
+  /// If two streams compete for a multiprocessor, the `urgent` one has priority.
   Stream(int device, bool urgent) {
     check(cudaSetDevice(device), "cudaSetDevice");
     int lowest = 0, highest = 0;
@@ -30,7 +31,7 @@ class Stream {
   cudaStream_t stream_ = nullptr;
 };
 
-/// A point in one stream for which another one waits.
+/// A point in one stream that other streams can wait for.
 class Event {
  public:
   Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
@@ -39,7 +40,8 @@ class Event {
   ~Event() { cudaEventDestroy(event_); }
 
   void record(cudaStream_t stream) { check(cudaEventRecord(event_, stream), "cudaEventRecord"); }
-  void hold(cudaStream_t stream) const {
+  /// Work enqueued in `stream` from now on waits for the event. The host does not wait.
+  void make_wait(cudaStream_t stream) const {
     check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent");
   }
 
@@ -47,6 +49,7 @@ class Event {
   cudaEvent_t event_ = nullptr;
 };
 
+/// Copies `count` elements to the host and waits.
 template <class T>
 void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) {
   if (count == 0) return;
@@ -55,7 +58,6 @@ void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) 
   check(cudaStreamSynchronize(stream), "frame");
 }
 
-/// The first `count` elements on the host.
 template <class T>
 std::vector<T> copied(const T* from, std::size_t count, cudaStream_t stream) {
   std::vector<T> host(count);

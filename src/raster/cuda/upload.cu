@@ -8,10 +8,10 @@
 namespace qs::cuda {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 16;  // Gaussians that travel at a time
+constexpr std::size_t kChunk = 1 << 16;  // Gaussians per copy
 
-__global__ void spread_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
-                                 float4* covariances, float2* covariances_z) {
+__global__ void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
+                                float4* covariances, float2* covariances_z) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   const ActiveGaussian& g = chunk[i];
@@ -21,13 +21,14 @@ __global__ void spread_gaussians(const ActiveGaussian* chunk, unsigned count, fl
   covariances_z[i] = {c.yz, c.zz};
 }
 
-/// Row i of `chunk`, `width` values, becomes element `first + i` of `width` planes.
-__global__ void spread_rows(const float* chunk, unsigned rows, unsigned width, std::size_t plane,
-                            std::size_t first, float* planes) {
+/// Transposes: value k of row i of `chunk` becomes element `first + i` of array k. There are
+/// `width` arrays of `array_size` values each.
+__global__ void transpose_rows(const float* chunk, unsigned rows, unsigned width,
+                               std::size_t array_size, std::size_t first, float* arrays) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= rows) return;
   for (unsigned k = 0; k < width; ++k) {
-    planes[k * plane + first + i] = chunk[std::size_t{i} * width + k];
+    arrays[k * array_size + first + i] = chunk[std::size_t{i} * width + k];
   }
 }
 
@@ -45,7 +46,7 @@ void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progre
   require_memory("the scene", cloud.size() * (kGeometryBytes + width * sizeof(float)),
                  device.positions.bytes() + device.covariances.bytes() +
                      device.covariances_z.bytes() + device.sh.bytes());
-  // Freed first: the old scene and the new one need not fit together.
+  // The old scene is freed first, because both scenes together may not fit.
   device = {};
   device.positions.reserve("the scene", cloud.size());
   device.covariances.reserve("the scene", cloud.size());
@@ -66,13 +67,13 @@ void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progre
     check(cudaMemcpyAsync(gaussians.data(), active.gaussians.data() + first,
                           count * sizeof(ActiveGaussian), cudaMemcpyHostToDevice, stream),
           "upload");
-    launch("spread_gaussians", spread_gaussians, blocks_for(count), stream, gaussians.data(), n,
+    launch("split_gaussians", split_gaussians, blocks_for(count), stream, gaussians.data(), n,
            device.positions.data() + first, device.covariances.data() + first,
            device.covariances_z.data() + first);
     check(cudaMemcpyAsync(rows.data(), cloud.sh.data() + first * (width / 3),
                           count * width * sizeof(float), cudaMemcpyHostToDevice, stream),
           "upload");
-    launch("spread_rows", spread_rows, blocks_for(count), stream, rows.data(), n, width,
+    launch("transpose_rows", transpose_rows, blocks_for(count), stream, rows.data(), n, width,
            cloud.size(), first, device.sh.data());
   }
   check(cudaStreamSynchronize(stream), "upload");

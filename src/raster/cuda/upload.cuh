@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The scene on the GPU. Values lie in planes, value after value over all Gaussians, so that
-// neighbouring threads read neighbouring addresses.
+// The scene on the GPU, as a structure of arrays: threads of neighbouring Gaussians read
+// neighbouring addresses.
 #pragma once
 
 #include "raster/base/parallel.h"
@@ -12,12 +12,12 @@
 
 namespace qs::cuda {
 
-/// What kernels read. Passed by value.
+/// The pointers that kernels read. Passed by value.
 struct CloudView {
   const float4* positions;      ///< x, y, z, log2(255 opacity)
   const float4* covariances;    ///< xx, xy, xz, yy
   const float2* covariances_z;  ///< yz, zz
-  const float* sh;              ///< plane 3 k + c: channel c of coefficient k
+  const float* sh;              ///< array 3 k + c, of `count` values: channel c of coefficient k
   std::uint32_t count;
 
   __device__ ActiveGaussian gaussian(std::uint32_t i) const {
@@ -39,14 +39,14 @@ struct DeviceCloud {
   std::uint32_t count = 0;
   int sh_degree = 0;
   bool antialiased = false;
-  glm::vec3 low{0.0f}, high{0.0f};  ///< corners of the box around all positions
+  glm::vec3 low{0.0f}, high{0.0f};  ///< corners of the bounding box of all positions
 
   CloudView view() const {
     return {positions.data(), covariances.data(), covariances_z.data(), sh.data(), count};
   }
 };
 
-/// Replaces `device`; it is empty after an Error (no memory) or Cancelled.
+/// Replaces the scene in `device`. Throws Error(device) and Cancelled; `device` is then empty.
 void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
             cudaStream_t stream, DeviceCloud& device);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Stands in for CUDA's header of this name, so that g++ compiles src/raster/cuda/*.cu and tests run
-// the backend's kernels and host code on machines without a GPU. One GPU of kTotalBytes; streams do
-// everything at once; a block is as many fibers as threads, which take turns from barrier to
-// meeting to meeting: a barrier of the block, or an exchange between all 32 threads of a warp.
-// Blocks run one after the other. It holds what the backend uses, nothing else.
+// Replaces CUDA's header of the same name, so that g++ compiles src/raster/cuda/*.cu and the tests
+// run the backend's kernels and host code on machines without a GPU. It emulates one GPU with
+// kTotalBytes of memory. Streams execute everything immediately. Blocks run one after the other;
+// the threads of a block are fibers, which switch at barriers of the block and at exchanges between
+// the 32 threads of a warp. Only the part of the CUDA API that the backend uses is implemented.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,8 @@ struct alignas(16) float4 {
   float x, y, z, w;
 };
 
-// ---- a kernel's surroundings -----------------------------------------------------------------
+// ---- inside kernels
+// -------------------------------------------------------------------------------
 namespace emulator {
 
 inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
@@ -49,9 +50,9 @@ inline constexpr unsigned kWarpSize = 32;
 
 /// Runs `thread` as every thread of one block.
 void run_block(unsigned threads, const std::function<void()>& thread);
-/// Called by a thread: waits for all others that have not ended. The sum of what they passed.
+/// Waits for all threads of the block that have not ended. Returns the sum of their values.
 int barrier(int value);
-/// Called by every thread of a warp: what each of them passed, by lane.
+/// Waits for all threads of the warp. Returns their values, by lane.
 const std::array<std::uint64_t, kWarpSize>& warp_exchange(std::uint64_t value);
 
 inline std::size_t used_bytes = 0;
@@ -92,7 +93,7 @@ inline int __ffs(int bits) { return bits == 0 ? 0 : std::countr_zero(unsigned(bi
 using std::max;
 using std::min;
 
-// Exchanges between the threads of a warp; all 32 must take part.
+// Exchanges between the threads of a warp. All 32 threads must call them.
 inline void __syncwarp() { emulator::warp_exchange(0); }
 inline unsigned __ballot_sync(unsigned, int predicate) {
   unsigned mask = 0;
@@ -170,7 +171,7 @@ inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   return cudaSuccess;
 }
 
-/// Every allocation begins with its size and is filled with what no kernel should read.
+/// Every allocation is preceded by its size and filled with 0xff, which no kernel should read.
 template <class T>
 cudaError_t cudaMalloc(T** pointer, std::size_t bytes) {
   constexpr std::size_t kHeader = 256;
@@ -224,7 +225,7 @@ inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t, cudaEvent_t) {
   return *ms = 1, cudaSuccess;
 }
 
-// What is captured has been done already, and so a graph does nothing.
+// Captured work has been executed already, so launching a graph does nothing.
 using cudaGraph_t = void*;
 using cudaGraphExec_t = void*;
 enum cudaStreamCaptureMode { cudaStreamCaptureModeThreadLocal };

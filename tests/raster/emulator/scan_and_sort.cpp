@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What src/raster/cuda/scan_and_sort.cu does with CUB, on the host.
+//
+// Replaces src/raster/cuda/classic/scan_and_sort.cu, which needs CUB, by host code.
 #include "raster/cuda/classic/scan_and_sort.cuh"
 
 #include <numeric>
 #include <vector>
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size, Scratch&,
                    cudaStream_t) {
@@ -32,4 +33,4 @@ void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStre
   }
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

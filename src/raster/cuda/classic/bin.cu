@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/bin.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 namespace {
 
-/// One thread per Gaussian walks its footprint once more. `end` is where its counted slots end:
-/// nothing is written beyond, whatever the walk does.
+/// One thread per Gaussian enumerates its tiles again and writes a pair for each, but never more
+/// than the preprocess kernel counted.
 template <class P>
 __global__ void __launch_bounds__(kThreads)
     duplicate(VisibleView visible, std::uint32_t gaussians, TileGrid grid,
@@ -23,13 +23,6 @@ __global__ void __launch_bounds__(kThreads)
   });
 }
 
-std::uint32_t checked_total(std::uint64_t total) {
-  if (total <= kMaxPairs) return static_cast<std::uint32_t>(total);
-  throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(total) +
-                                     " tile pairs, at most " + std::to_string(kMaxPairs) +
-                                     " can be sorted");
-}
-
 }  // namespace
 
 void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
@@ -43,7 +36,8 @@ void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
         "bin");
   check(cudaStreamSynchronize(frame.stream), "preprocess and bin");
   frame.throw_if_cancelled();
-  pairs.count = checked_total(*pairs.total);
+  require_indexable(*pairs.total, kMaxPairs);
+  pairs.count = static_cast<std::uint32_t>(*pairs.total);
   if (pairs.count == 0) return;
 
   pairs.buffers.reserve("the frame's tile pairs", pairs.count);
@@ -54,4 +48,4 @@ void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   });
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

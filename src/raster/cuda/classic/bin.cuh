@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 2: one (tile, Gaussian) pair for every tile that the mode gives a visible Gaussian.
+// Stage 2 of the classic pipeline: lists one (tile, Gaussian) pair for every tile that the culling
+// mode assigns to a visible Gaussian.
 #pragma once
 
 #include "raster/cuda/classic/preprocess.cuh"
 #include "raster/cuda/classic/scan_and_sort.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
-/// Keys are tile << 32 | bits of the depth, values are indices in the cloud, ascending.
+/// Keys are tile << 32 | bits of the depth; values are indices in the cloud, ascending before
+/// sort().
 struct TilePairs {
   SortBuffers buffers;
-  DeviceBuffer<std::uint64_t> offsets;  ///< per Gaussian, its first pair; then their number
-  PinnedValue<std::uint64_t> total;     ///< the frame's pairs, as the host reads them
+  DeviceBuffer<std::uint64_t> offsets;  ///< per Gaussian: its first pair; last: number of pairs
+  PinnedValue<std::uint64_t> total;     ///< number of pairs, copied to the host
   std::uint32_t count = 0;
 };
 
-/// Pairs are counted with 64 bits and indexed with 31.
+/// Pairs are counted in 64 bits but indexed with 31.
 inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
 
-/// Waits for the number of pairs, the only time that a frame waits for the GPU. Throws
-/// Error(device) when they are too many or do not fit into memory.
+/// Waits for the GPU to count the pairs: the only synchronisation within a frame. Throws
+/// Error(device) if there are too many pairs to index or to fit into memory.
 void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs);
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -1,52 +1,39 @@
 // SPDX-License-Identifier: MIT
+#include "raster/cuda/blend_parameters.cuh"
 #include "raster/cuda/classic/blend.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 namespace {
 
 static_assert(kThreads == kTileSize * kTileSize);
 
-struct BlendInput {
-  const uint2* ranges;
-  const std::uint32_t* gaussians;
-  const BlendRecord* records;
-  int columns, rows;  // of tiles
-  int width, height;  // pixels
-  glm::vec3 background;
-};
-
-struct BlendOutput {
-  float* color;              // null: not wanted
-  std::uint32_t* evaluated;  // null: not wanted
-  Counters* counters;
-  std::uint8_t* used;  // see Pixels::used; null: not wanted
-};
+using Input = BlendInput<uint2, LogSplat>;
 
 /// 2^x in one instruction, relative error below 2^-22 (PTX ISA, ex2.approx); results below 2^-126
-/// become 0. Faster than exp2_polynomial(), which the CPU uses, and as accurate.
+/// become 0. Faster than exp2_polynomial() of the CPU backend and equally accurate.
 __device__ float exp2_fast(float x) {
 #ifdef __CUDA_ARCH__
   float result;
   asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
   return result;
 #else
-  return exp2f(x);  // in tests on the host
+  return exp2f(x);  // in the emulated tests
 #endif
 }
 
-/// A pixel while it is composited. Fused operations are written out, because no translation unit
-/// contracts by itself (kernel/hd.h); nothing but the last bits of a colour depends on them.
+/// The state of one pixel during compositing. fmaf is explicit because compilers may not contract
+/// (kernel/hd.h); it affects only the last bits of a colour.
 struct Pixel {
   float x, y;
   float transmittance = 1;
   float red = 0, green = 0, blue = 0;
 
-  __device__ float log2_alpha(const BlendRecord& splat) const {
+  __device__ float log2_alpha(const LogSplat& splat) const {
     const float dx = splat.x - x, dy = splat.y - y;
     return fmaf(fmaf(splat.xx, dx, splat.xy * dy), dx, fmaf(splat.yy * dy, dy, splat.log2_opacity));
   }
 
-  __device__ void add(const BlendRecord& splat, float weight, float next_transmittance) {
+  __device__ void add(const LogSplat& splat, float weight, float next_transmittance) {
     red = fmaf(weight, splat.red, red);
     green = fmaf(weight, splat.green, green);
     blue = fmaf(weight, splat.blue, blue);
@@ -54,36 +41,37 @@ struct Pixel {
   }
 };
 
-/// At least 1/255, and not above the opacity, which happens only where rounding broke the conic.
-/// False for NaN.
-__device__ bool counts(float log2_alpha, const BlendRecord& splat) {
+/// True if alpha is at least 1/255 and at most the opacity. Alpha exceeds the opacity only if
+/// rounding broke the conic. False for NaN.
+__device__ bool counts(float log2_alpha, const LogSplat& splat) {
   return log2_alpha >= -kLog2Of255 && log2_alpha <= splat.log2_opacity;
 }
 
-/// kMarks: fills BlendOutput::used, at the cost of a store for every contribution.
-template <bool kMarks>
-__global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutput out) {
-  __shared__ BlendRecord batch[kThreads];
+/// kMarksUsed: fills BlendOutput::used, which costs one store per contribution.
+template <bool kMarksUsed>
+__global__ void __launch_bounds__(kThreads)
+    blend_tiles(Input in, BlendOutput out, Counters* counters) {
+  __shared__ LogSplat batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
   const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
   const int y = static_cast<int>(tile / in.columns * kTileSize + thread / kTileSize);
   const bool inside = x < in.width && y < in.height;
   const uint2 range = in.ranges[tile];
   const std::uint32_t begin = range.x, end = range.y;
-  if (thread == 0) atomicMax(&out.counters->max_pairs_in_a_tile, end - begin);
+  if (thread == 0) atomicMax(&counters->max_pairs_in_a_tile, end - begin);
 
   Pixel pixel{static_cast<float>(x), static_cast<float>(y)};
   std::uint32_t evaluated = end - begin;
   bool live = inside;
   for (std::uint32_t first = begin; first < end; first += kThreads) {
     if (__syncthreads_count(live) == 0) break;
-    if (first + thread < end) batch[thread] = in.records[in.gaussians[first + thread]];
+    if (first + thread < end) batch[thread] = in.splats[in.gaussians[first + thread]];
     __syncthreads();
     const int size = static_cast<int>(min(end - first, kThreads));
     if (!live) continue;
 #pragma unroll 4
     for (int k = 0; k < size; ++k) {
-      const BlendRecord& splat = batch[k];
+      const LogSplat& splat = batch[k];
       const float log2_alpha = pixel.log2_alpha(splat);
       if (!counts(log2_alpha, splat)) continue;
       const float alpha = fminf(exp2_fast(log2_alpha), kAlphaMax);
@@ -94,7 +82,7 @@ __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutp
         break;
       }
       pixel.add(splat, alpha * pixel.transmittance, next);
-      if constexpr (kMarks) out.used[first + k] = 1;
+      if constexpr (kMarksUsed) out.used[first + k] = 1;
     }
   }
 
@@ -112,19 +100,13 @@ __global__ void __launch_bounds__(kThreads) blend_tiles(BlendInput in, BlendOutp
 
 void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
-  const Camera& camera = frame.camera;
-  pixels.reserve(camera, outputs);
+  pixels.reserve(frame.camera, outputs);
   pixels.reserve_used(outputs, pairs.count);
   pixels.clear_used(outputs, pairs.count, frame.stream);
-  const BlendInput in{lists.ranges.data(),    pairs.buffers.values.data(),
-                      visible.records.data(), frame.grid.columns,
-                      frame.grid.rows,        camera.width,
-                      camera.height,          frame.settings.background};
-  const BlendOutput out{outputs.color ? pixels.color.data() : nullptr,
-                        outputs.evaluated ? pixels.evaluated.data() : nullptr,
-                        visible.counters.data(), outputs.used ? pixels.used.data() : nullptr};
   launch("blend", outputs.used ? blend_tiles<true> : blend_tiles<false>,
-         static_cast<unsigned>(frame.grid.count()), frame.stream, in, out);
+         static_cast<unsigned>(frame.grid.count()), frame.stream,
+         Input::of(frame, pairs.buffers.values, lists.ranges.data(), visible.splats),
+         BlendOutput::of(pixels, outputs), visible.counters.data());
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

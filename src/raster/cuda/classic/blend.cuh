@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 4: composites every tile's list, front to back. One block per tile, one thread per pixel;
-// the block reads the list in batches of as many Gaussians as it has threads.
+// Stage 4 of the classic pipeline: composites the list of every tile, front to back. A tile is one
+// block with one thread per pixel; it loads its list in batches of one Gaussian per thread.
 #pragma once
 
 #include "raster/cuda/classic/sort.cuh"
 #include "raster/cuda/pixels.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
-/// Fills the maps that `outputs` asks for, and Counters::max_pairs_in_a_tile.
+/// Fills the parts of `pixels` that `outputs` requests, and Counters::max_pairs_in_a_tile.
 void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels);
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/classic.cuh"
-#include "raster/cuda/stream.cuh"
+#include "raster/cuda/collect.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
 void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                            StageClock& clock) {
@@ -17,7 +17,7 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
   timed(Stage::sort, [&] { sort(frame, pairs_, lists_); });
   timed(Stage::blend, [&] { blend(frame, visible_, pairs_, lists_, outputs, pixels); });
   clock.finish(frame.stream);
-  frame.sequel();
+  frame.enqueue_present();
 }
 
 void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
@@ -26,35 +26,25 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = pairs_.count;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  if (outputs.pairs) result.pairs = list_lengths(frame);
-  if (outputs.used) result.used = pixels.used_per_tile(list_lengths(frame), frame.stream);
-  if (outputs.trace) collect_trace(frame, result);
+  collect_lists(
+      frame, outputs, pixels, [&] { return list_lengths(frame); }, pairs_.buffers.values,
+      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
-void ClassicPipeline::collect_trace(const FrameContext& frame, Frame& result) const {
-  Trace& trace = result.trace;
+void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {
   const std::size_t size = frame.cloud.count;
-  const auto on_host = [&](const auto& buffer, std::size_t count) {
-    return copied(buffer.data(), count, frame.stream);
+  const auto on_host = [&](const auto& buffer) {
+    return copied(buffer.data(), size, frame.stream);
   };
-  const auto tiles = on_host(visible_.tile_counts, size);
-  const auto depths = on_host(visible_.depths, size);
-  auto means = on_host(visible_.means, size), conics = on_host(visible_.conics, size);
-  auto levels = on_host(visible_.levels, size);
-  const auto records = on_host(visible_.records, size);
-  const FootprintPlanes footprints{means.data(), conics.data(), levels.data()};
+  const auto tiles = on_host(visible_.tile_counts);
+  const auto depths = on_host(visible_.depths);
+  auto means = on_host(visible_.means), conics = on_host(visible_.conics);
+  auto levels = on_host(visible_.levels);
+  const auto splats = on_host(visible_.splats);
+  const FootprintArrays footprints{means.data(), conics.data(), levels.data()};
   for (std::size_t i = 0; i < size; ++i) {
-    if (tiles[i] == 0) continue;
-    trace.gaussians.push_back(static_cast<std::uint32_t>(i));
-    trace.footprints.push_back(footprints.load(i));
-    trace.depths.push_back(depths[i]);
-    trace.splats.push_back(records[i].splat());
+    if (tiles[i] > 0) append_visible(trace, i, footprints.load(i), depths[i], splats[i].splat());
   }
-  trace.tile_begin.push_back(0);
-  for (const std::uint32_t length : list_lengths(frame)) {
-    trace.tile_begin.push_back(trace.tile_begin.back() + length);
-  }
-  trace.listed = on_host(pairs_.buffers.values, pairs_.count);
 }
 
 std::vector<std::uint32_t> ClassicPipeline::list_lengths(const FrameContext& frame) const {
@@ -66,4 +56,4 @@ std::vector<std::uint32_t> ClassicPipeline::list_lengths(const FrameContext& fra
   return lengths;
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT
 //
-// Pipeline `classic`: preprocess, bin, sort, blend as published with 3DGS, each in the file of its
-// name. It is the baseline, and waits for the number of pairs in the middle of a frame.
+// Pipeline `classic`, the baseline: preprocess, bin, sort and blend as published with 3DGS, each in
+// the file of its name. The host waits for the number of pairs in the middle of a frame.
 #pragma once
 
 #include "raster/cuda/classic/blend.cuh"
 #include "raster/cuda/stage_clock.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
 class ClassicPipeline {
  public:
-  /// Fills `pixels`. Throws Error and Cancelled.
+  /// Enqueues the frame, which fills `pixels`. Throws Error and Cancelled.
   void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
-  /// Waits for the drawn frame: statistics, pairs, used pairs and trace.
+  /// Waits for the frame and fills statistics, pairs, used pairs and trace, as requested.
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                Frame& result);
 
  private:
-  void collect_trace(const FrameContext& frame, Frame& result) const;
+  void append_gaussians(const FrameContext& frame, Trace& trace) const;
   std::vector<std::uint32_t> list_lengths(const FrameContext& frame) const;
 
   PinnedValue<Counters> counters_;
@@ -28,4 +28,4 @@ class ClassicPipeline {
   TileLists lists_;
 };
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

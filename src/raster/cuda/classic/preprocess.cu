@@ -4,7 +4,7 @@
 #include "raster/cuda/classic/preprocess.cuh"
 #include "raster/kernel/sh.h"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 namespace {
 
 struct PreprocessInput {
@@ -38,7 +38,7 @@ __global__ void __launch_bounds__(kThreads)
   const glm::vec3 direction = glm::normalize(gaussian.position - in.view.position);
   const glm::vec3 color =
       sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
-  out.records[i] = BlendRecord::of(projected.footprint, color);
+  out.splats[i] = LogSplat::of(projected.footprint, color);
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ void Visible::reserve(std::size_t gaussians) {
   means.reserve("the frame's Gaussians", gaussians);
   conics.reserve("the frame's Gaussians", gaussians);
   levels.reserve("the frame's Gaussians", gaussians);
-  records.reserve("the frame's Gaussians", gaussians);
+  splats.reserve("the frame's Gaussians", gaussians);
   counters.reserve("the frame's counters", 1);
 }
 
@@ -65,4 +65,4 @@ void preprocess(const FrameContext& frame, Visible& visible) {
   });
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

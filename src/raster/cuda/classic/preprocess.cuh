@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1: from the scene to the Gaussians that this view shows, one thread each. A Gaussian keeps
-// its index in the cloud; one that is not visible has no tiles, and its other values are undefined.
+// Stage 1 of the classic pipeline: projects, culls and colours the scene, one thread per Gaussian.
+// Results are indexed as in the cloud. An invisible Gaussian has tile count 0; its other values are
+// undefined.
 #pragma once
 
 #include "raster/cuda/frame_context.cuh"
 #include "raster/kernel/blend.h"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
-/// What blending reads of a Gaussian. Its opacity lies in the exponent, so that one comparison
-/// there tells whether alpha reaches 1/255.
-struct alignas(16) BlendRecord {
+/// A Gaussian as the blend kernel reads it, with the logarithm of its opacity: one comparison of
+/// exponents decides whether alpha reaches 1/255.
+struct alignas(16) LogSplat {
   float x, y;          ///< mean_px
   float xx, xy;        ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
   float yy;            ///< see Splat::log2_conic
@@ -20,7 +21,7 @@ struct alignas(16) BlendRecord {
   float blue;
   float unused[3];
 
-  static QS_HD BlendRecord of(const Footprint& footprint, glm::vec3 color) {
+  static QS_HD LogSplat of(const Footprint& footprint, glm::vec3 color) {
     constexpr float kGammaToLog2 = static_cast<float>(0.5 * kLog2E);
     const Splat splat = make_splat(footprint, 1.0f, color);
     const glm::vec3 q = splat.log2_conic;
@@ -41,8 +42,8 @@ struct alignas(16) BlendRecord {
   }
 };
 
-/// Footprints in planes of 16, 16 and 8 bytes.
-struct FootprintPlanes {
+/// Footprints in three arrays with elements of 16, 16 and 8 bytes.
+struct FootprintArrays {
   float4* means;   ///< mean x, y, covariance xx, xy
   float4* conics;  ///< covariance yy, conic a, b, c
   float2* levels;  ///< determinant, gamma
@@ -61,18 +62,18 @@ struct FootprintPlanes {
   }
 };
 
-/// Numbers that a frame's kernels count; zero before preprocess.
+/// Counted by the frame's kernels; reset to zero at the start of preprocess().
 struct Counters {
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
 };
 
-/// What kernels read and write. Passed by value.
+/// The pointers that kernels use. Passed by value.
 struct VisibleView {
-  std::uint32_t* tile_counts;  ///< 0 = not visible; one element more than Gaussians, which is 0
+  std::uint32_t* tile_counts;  ///< 0 = not visible; one more element than Gaussians, always 0
   float* depths;               ///< view z
-  FootprintPlanes footprints;
-  BlendRecord* records;
+  FootprintArrays footprints;
+  LogSplat* splats;
   Counters* counters;
 };
 
@@ -81,7 +82,7 @@ struct Visible {
   DeviceBuffer<float> depths;
   DeviceBuffer<float4> means, conics;
   DeviceBuffer<float2> levels;
-  DeviceBuffer<BlendRecord> records;
+  DeviceBuffer<LogSplat> splats;
   DeviceBuffer<Counters> counters;
 
   void reserve(std::size_t gaussians);
@@ -90,12 +91,12 @@ struct Visible {
     return {tile_counts.data(),
             depths.data(),
             {means.data(), conics.data(), levels.data()},
-            records.data(),
+            splats.data(),
             counters.data()};
   }
 };
 
-/// Projects, culls by the frame's mode (a Gaussian without a tile is not visible) and colours.
+/// A Gaussian is visible if the frame's culling mode assigns it at least one tile.
 void preprocess(const FrameContext& frame, Visible& visible);
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

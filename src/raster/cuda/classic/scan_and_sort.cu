@@ -5,10 +5,10 @@
 
 #include "raster/cuda/classic/scan_and_sort.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 namespace {
 
-/// CUB's two calls: the first tells how much scratch memory the second needs.
+/// CUB algorithms are called twice: the first call returns the scratch size that the second needs.
 template <class Call>
 std::size_t scratch_bytes(const Call& call, const char* what) {
   std::size_t bytes = 0;
@@ -35,7 +35,7 @@ auto sort_call(cub::DoubleBuffer<std::uint64_t>& keys, cub::DoubleBuffer<std::ui
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
                    Scratch& scratch, cudaStream_t stream) {
   const auto call = [&](void* memory, std::size_t& bytes) {
-    // The type of the start value is the type of the sums.
+    // CUB accumulates in the type of the initial value.
     return cub::DeviceScan::ExclusiveScan(memory, bytes, counts, sums, ::cuda::std::plus<>{},
                                           std::uint64_t{0}, size, stream);
   };
@@ -43,7 +43,7 @@ void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32
 }
 
 void SortBuffers::reserve(const char* what, std::uint32_t size) {
-  if (size <= other_values.capacity()) return;  // the last to be reserved
+  if (size <= other_values.capacity()) return;  // other_values is reserved last
   cub::DoubleBuffer<std::uint64_t> no_keys;
   cub::DoubleBuffer<std::uint32_t> no_values;
   const auto bytes_for = [&](std::uint32_t room) {
@@ -54,10 +54,7 @@ void SortBuffers::reserve(const char* what, std::uint32_t size) {
   const std::uint64_t held =
       keys.bytes() + other_keys.bytes() + values.bytes() + other_values.bytes() + scratch.bytes();
   require_memory(what, bytes_for(size), held);
-  // Frames differ in size: a quarter more saves growing again, where there is plenty.
-  const std::uint32_t generous = size + size / 4;
-  const bool plenty = bytes_for(generous) < (DeviceMemory::now().free + held) / 2;
-  const std::uint32_t room = plenty ? generous : size;
+  const std::uint32_t room = with_headroom(size, UINT32_MAX, held, bytes_for);
   for (auto* buffer : {&keys, &other_keys}) buffer->release();
   for (auto* buffer : {&values, &other_values}) buffer->release();
   keys.reserve(what, room);
@@ -75,4 +72,4 @@ void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStre
   if (values.selector != 0) buffers.values.swap(buffers.other_values);
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The two parallel algorithms that come from CUB. Its headers are read by one translation unit
-// only: they take longer to compile than everything else here together.
+// Prefix sum and sort, from CUB. Only one translation unit includes its headers, because they take
+// longer to compile than all other code of the backend.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 #include "raster/cuda/device_buffer.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
 using Scratch = DeviceBuffer<std::byte>;
 
@@ -17,17 +17,19 @@ using Scratch = DeviceBuffer<std::byte>;
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
                    Scratch& scratch, cudaStream_t stream);
 
-/// Keys and values in two copies, between which sorting moves them back and forth.
+/// Two buffers each for keys and values: every sorting pass moves them from one to the other.
 struct SortBuffers {
   DeviceBuffer<std::uint64_t> keys, other_keys;
   DeviceBuffer<std::uint32_t> values, other_values;
   Scratch scratch;
 
-  /// Room for `size` pairs and for sorting them; throws Error(device) with what all of it needs.
+  /// Makes room for `size` pairs and for sorting them. Throws Error(device) with the total size if
+  /// memory is short.
   void reserve(const char* what, std::uint32_t size);
 };
 
-/// Sorts `size` pairs stably by the lowest `key_bits` bits of their keys, into keys and values.
+/// Sorts `size` pairs stably by the lowest `key_bits` bits of their keys. The result is in `keys`
+/// and `values`.
 void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t stream);
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -3,10 +3,10 @@
 
 #include "raster/cuda/classic/sort.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 namespace {
 
-/// One thread per pair: the first and the last one of a tile say so.
+/// One thread per pair; the threads of the first and last pair of a tile write its range.
 __global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, uint2* ranges) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
@@ -23,12 +23,12 @@ void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists) {
   lists.ranges.reserve("the frame's tiles", tiles);
   check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(uint2), frame.stream), "sort");
   if (pairs.count == 0) return;
-  // Pairs come by ascending index in the cloud, and a Gaussian has one in a tile at most: a stable
-  // sort leaves ties in that order.
+  // The pairs are in ascending order of the Gaussian's index, and a Gaussian has at most one pair
+  // per tile. The sort is stable, so pairs of equal depth stay in that order.
   const int tile_bits = std::bit_width(tiles - 1);
   sort_pairs(pairs.buffers, pairs.count, 32 + tile_bits, frame.stream);
   launch("find_ranges", find_ranges, blocks_for(pairs.count), frame.stream,
          pairs.buffers.keys.data(), pairs.count, lists.ranges.data());
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 3: pairs by tile, then by depth, ties by index in the cloud; and where each tile's list
-// lies among them.
+// Stage 3 of the classic pipeline: sorts the pairs by tile, then by depth, then by index in the
+// cloud, and finds the range of every tile's list.
 #pragma once
 
 #include "raster/cuda/classic/bin.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::classic {
 
 struct TileLists {
-  DeviceBuffer<uint2> ranges;  ///< per tile: its list is pairs [x, y)
+  DeviceBuffer<uint2> ranges;  ///< per tile: its list is the pairs [x, y)
 };
 
 void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists);
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::classic

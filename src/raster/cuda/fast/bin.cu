@@ -4,15 +4,15 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBinBlocks = 3;         // of a multiprocessor, which needs them to hide latency
-constexpr unsigned kGaussians = kThreads;  // of a block
-constexpr unsigned kBinThreads = 2 * kThreads;  // more: they share the lines and pairs
+constexpr unsigned kBinBlocks = 3;              // per multiprocessor, to hide latency
+constexpr unsigned kGaussians = kThreads;       // per block
+constexpr unsigned kBinThreads = 2 * kThreads;  // per block; they share the lines and pairs
 
 struct BinInput {
   const std::uint32_t* order;
-  const Shape* shapes;
+  const PackedFootprint* footprints;
   TileGrid grid;
-  std::uint32_t room;  // for pairs
+  std::uint32_t capacity;  // pairs that fit into BinOutput
 };
 
 template <class Key>
@@ -24,7 +24,7 @@ struct BinOutput {
   volatile std::uint64_t* words;  // look-back
 };
 
-/// Writes pairs and counts their digits for the block.
+/// Writes pairs and counts the digits of their keys per block.
 template <class Key>
 struct Writer {
   static constexpr int kPasses = Radix<Key>::kPasses;
@@ -42,7 +42,7 @@ struct Writer {
   }
 };
 
-/// The last of `kCount` ascending numbers that is not above `item`; the first is not.
+/// Index of the last of the ascending `begins` that is <= `item`. Requires begins[0] <= item.
 template <unsigned kCount>
 __device__ unsigned owner_of(const std::uint32_t (&begins)[kCount], std::uint32_t item) {
   unsigned owner = 0;
@@ -52,35 +52,35 @@ __device__ unsigned owner_of(const std::uint32_t (&begins)[kCount], std::uint32_
   return owner;
 }
 
-/// The runs of tiles that a block's threads have found, and where their pairs begin.
+/// The runs of tiles that a block's threads have found; `begin` is the first pair of each run.
 struct Runs {
   int tile[kBinThreads], step[kBinThreads];
   std::uint32_t gaussian[kBinThreads], begin[kBinThreads];
 };
 
-/// The Gaussians of a block, whose pairs lie side by side from `slot` on. First every thread takes
-/// a line of tiles of whichever Gaussian owns it and finds its run, then every thread takes a pair
-/// of whichever run owns it: neither large Gaussians nor long runs keep one thread busy.
+/// Writes the pairs of a block's Gaussians contiguously from `slot` on. First every thread finds
+/// the run of one line of tiles, then every thread writes single pairs of the runs. A binary search
+/// finds the owner of a line or pair, so large Gaussians and long runs are shared by all threads.
 template <class P, class Key>
-__device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, std::uint64_t slot,
-                            const BinInput& in, const Writer<Key>& writer) {
-  __shared__ Shape shapes[kGaussians];
+__device__ void write_lines(const PackedFootprint& own, std::uint32_t own_gaussian,
+                            std::uint64_t slot, const BinInput& in, const Writer<Key>& writer) {
+  __shared__ PackedFootprint footprints[kGaussians];
   __shared__ std::uint32_t gaussians[kGaussians], first_lines[kGaussians];
   __shared__ Runs runs;
   const unsigned thread = threadIdx.x;
-  const BlockSum<std::uint32_t> lines = sum_of_block<kBinThreads>(own_shape.lines);
+  const BlockSum<std::uint32_t> lines = sum_of_block<kBinThreads>(own.lines);
   if (thread < kGaussians) {
-    shapes[thread] = own_shape;
+    footprints[thread] = own;
     gaussians[thread] = own_gaussian;
     first_lines[thread] = lines.before;
   }
-  for (std::uint32_t first = 0; first < lines.total && slot < in.room; first += kBinThreads) {
+  for (std::uint32_t first = 0; first < lines.total && slot < in.capacity; first += kBinThreads) {
     __syncthreads();
     const std::uint32_t line = first + thread;
     int size = 0;
     if (line < lines.total) {
       const unsigned owner = owner_of(first_lines, line);
-      const auto walk = P::walk(shapes[owner].footprint(), in.grid);
+      const auto walk = P::walk(footprints[owner].footprint(), in.grid);
       const int at = walk.lines.begin + static_cast<int>(line - first_lines[owner]);
       const Span span = walk.span(at);
       size = span.size();
@@ -93,8 +93,8 @@ __device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, 
         sum_of_block<kBinThreads>(static_cast<std::uint32_t>(size));
     runs.begin[thread] = pairs.before;
     __syncthreads();
-    const std::uint64_t room = in.room - slot;
-    const auto end = static_cast<std::uint32_t>(min(std::uint64_t{pairs.total}, room));
+    const std::uint64_t left = in.capacity - slot;
+    const auto end = static_cast<std::uint32_t>(min(std::uint64_t{pairs.total}, left));
 #pragma unroll 4
     for (std::uint32_t i = thread; i < end; i += kBinThreads) {
       const unsigned run = owner_of(runs.begin, i);
@@ -105,7 +105,7 @@ __device__ void write_lines(const Shape& own_shape, std::uint32_t own_gaussian, 
   }
 }
 
-/// A block per kGaussians visible Gaussians, front to back.
+/// One block per kGaussians visible Gaussians in front-to-back order.
 template <class P, class Key>
 __global__ void __launch_bounds__(kBinThreads, kBinBlocks)
     list_tiles(BinInput in, BinOutput<Key> out) {
@@ -116,31 +116,31 @@ __global__ void __launch_bounds__(kBinThreads, kBinBlocks)
   const unsigned thread = threadIdx.x;
   for (unsigned i = thread; i < Writer<Key>::kCounts; i += kBinThreads) digit_counts[i] = 0;
 
-  Shape shape{};
+  PackedFootprint footprint{};
   std::uint32_t gaussian = 0;
   if (thread < kGaussians && first + thread < visible) {
     gaussian = in.order[first + thread];
-    shape = in.shapes[gaussian];
+    footprint = in.footprints[gaussian];
   }
-  const BlockSum<std::uint64_t> tiles = sum_of_block<kBinThreads>(std::uint64_t{shape.tiles});
+  const BlockSum<std::uint64_t> tiles = sum_of_block<kBinThreads>(std::uint64_t{footprint.tiles});
   if (thread < kWarp) {
     const std::uint64_t earlier = sum_of_earlier_blocks(out.words, tiles.total);
     if (thread == 0) block_begin = earlier;
     if (thread == 0 && first + kGaussians >= visible) {
       const std::uint64_t total = earlier + tiles.total;
       out.counters->tile_pairs = total;
-      out.counters->listed = static_cast<std::uint32_t>(min(total, std::uint64_t{in.room}));
+      out.counters->listed = static_cast<std::uint32_t>(min(total, std::uint64_t{in.capacity}));
     }
   }
   __syncthreads();
 
   const Writer<Key> writer{out, digit_counts};
-  if constexpr (requires { P::walk(shape.footprint(), in.grid); }) {
-    write_lines<P>(shape, gaussian, block_begin, in, writer);
-  } else if (shape.tiles > 0) {
+  if constexpr (requires { P::walk(footprint.footprint(), in.grid); }) {
+    write_lines<P>(footprint, gaussian, block_begin, in, writer);
+  } else if (footprint.tiles > 0) {
     std::uint64_t slot = block_begin + tiles.before;
-    const std::uint64_t end = min(slot + shape.tiles, std::uint64_t{in.room});
-    P::for_each_tile(shape.footprint(), in.grid, [&](int tile) {
+    const std::uint64_t end = min(slot + footprint.tiles, std::uint64_t{in.capacity});
+    P::for_each_tile(footprint.footprint(), in.grid, [&](int tile) {
       if (slot < end) writer.write(slot++, tile, gaussian);
     });
   }
@@ -154,7 +154,8 @@ __global__ void __launch_bounds__(kBinThreads, kBinBlocks)
 template <class P, class Key>
 void bin_as(const FrameContext& frame, const FrameSize& size, Visible& visible,
             const DepthOrder& order, Scratch& scratch, TilePairs& pairs) {
-  const BinInput in{order.gaussians.data(), visible.shapes.data(), frame.grid, size.pairs};
+  const BinInput in{order.gaussians.data(), visible.footprints.data(), frame.grid,
+                    size.pair_capacity};
   const BinOutput<Key> out{pairs.keys_as<Key>(), pairs.gaussians.data(), scratch.counters,
                            scratch.tile_digits, scratch.bin_words};
   launch("bin", list_tiles<P, Key>, Blocks(std::max(1u, blocks_for(size.gaussians)), kBinThreads),
@@ -166,7 +167,7 @@ void bin_as(const FrameContext& frame, const FrameSize& size, Visible& visible,
 void bin(const FrameContext& frame, const FrameSize& size, Visible& visible,
          const DepthOrder& order, Scratch& scratch, TilePairs& pairs) {
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    if (size.narrow()) {
+    if (size.uses_16_bit_keys()) {
       bin_as<P, std::uint16_t>(frame, size, visible, order, scratch, pairs);
     } else {
       bin_as<P, std::uint32_t>(frame, size, visible, order, scratch, pairs);

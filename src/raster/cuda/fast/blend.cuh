@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 4 of the fast pipeline. A warp composites one half of a tile, 16x8 pixels, on its own. It
-// takes the tile's list in batches, tests every Gaussian against its two sub-tiles of 8x8 pixels,
-// and queues it for those that it reaches. Half a warp then works through the queue of each
-// sub-tile, a lane on four pixels: the two advance at once, each with Gaussians of its own, so that
-// fewer operations are spent on pixels that a Gaussian does not reach.
+// Stage 4 of the fast pipeline. Every warp composites half a tile, 16x8 pixels, independently. It
+// reads the tile's list in batches, tests every Gaussian against its four sub-tiles of 8x4 pixels,
+// and appends it to the queues of those it overlaps. Eight lanes then process the queue of each
+// sub-tile, four pixels per lane. The four queues advance in parallel with different Gaussians, so
+// that little work is spent on pixels that a Gaussian does not overlap.
 #pragma once
 
 #include "raster/cuda/fast/sort.cuh"
@@ -12,7 +12,7 @@
 
 namespace qs::cuda::fast {
 
-/// Fills the maps that `outputs` asks for.
+/// Fills the parts of `pixels` that `outputs` requests.
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A frame's work as a CUDA graph: launched as one, its kernels follow each other without the host.
+// A frame's work as a CUDA graph: one launch runs all its kernels without the host in between.
 #pragma once
 
 #include <array>
@@ -12,18 +12,19 @@ namespace qs::cuda::fast {
 
 class Graph {
  public:
-  /// What decides how many kernels a frame has and which waits for which.
-  using Shape = std::array<int, 5>;
+  /// The values that determine a frame's kernels and the dependencies between them.
+  using Topology = std::array<int, 5>;
 
   Graph() = default;
   Graph(const Graph&) = delete;
   Graph& operator=(const Graph&) = delete;
   ~Graph() { release(); }
 
-  /// Captures what `work` puts into `stream` (and into streams that wait for it, and for which it
-  /// waits again). Nothing runs yet. `work` must not allocate, and must do work of this shape.
+  /// Captures the work that `work` enqueues in `stream`, and in streams that wait for it and that
+  /// it later waits for. Nothing runs yet. `work` must not allocate, and `topology` must determine
+  /// which kernels it enqueues.
   template <class Work>
-  void capture(cudaStream_t stream, const Shape& shape, const Work& work) {
+  void capture(cudaStream_t stream, const Topology& topology, const Work& work) {
     check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capture");
     cudaGraph_t graph = nullptr;
     try {
@@ -35,7 +36,7 @@ class Graph {
       throw;
     }
     check(cudaStreamEndCapture(stream, &graph), "capture");
-    adopt(graph, shape);
+    adopt(graph, topology);
     cudaGraphDestroy(graph);
     check(cudaGraphUpload(instance_, stream), "cudaGraphUpload");
   }
@@ -43,16 +44,16 @@ class Graph {
   void launch(cudaStream_t stream) { check(cudaGraphLaunch(instance_, stream), "frame"); }
 
  private:
-  /// An instance takes other kernels and arguments, but no other shape.
-  void adopt(cudaGraph_t graph, const Shape& shape) {
-    if (instance_ != nullptr && shape == shape_) {
+  /// Updates the instance in place if only kernel functions and arguments changed.
+  void adopt(cudaGraph_t graph, const Topology& topology) {
+    if (instance_ != nullptr && topology == topology_) {
       cudaGraphExecUpdateResultInfo info;
       if (cudaGraphExecUpdate(instance_, graph, &info) == cudaSuccess) return;
       cudaGetLastError();
     }
     release();
     check(cudaGraphInstantiate(&instance_, graph), "cudaGraphInstantiate");
-    shape_ = shape;
+    topology_ = topology;
   }
 
   void release() {
@@ -60,7 +61,7 @@ class Graph {
   }
 
   cudaGraphExec_t instance_ = nullptr;
-  Shape shape_{};
+  Topology topology_{};
 };
 
 }  // namespace qs::cuda::fast

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
+#include "raster/cuda/collect.cuh"
 #include "raster/cuda/fast/bin.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 #include "raster/cuda/fast/schedule.cuh"
@@ -8,24 +9,17 @@
 namespace qs::cuda::fast {
 namespace {
 
-/// Whether anybody reads what `color` writes.
-bool colors(const Outputs& outputs) { return outputs.blends() || outputs.trace; }
+/// True if the output of the `color` kernel is used.
+bool needs_color(const Outputs& outputs) { return outputs.blends() || outputs.trace; }
 
 constexpr std::uint64_t kBytesPerPair =
-    2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));  // at most
+    2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));  // upper bound
 
-/// For a frame that turned out to have more pairs than there was room for.
-std::uint32_t room_for(const Counters& counters) {
-  const std::uint64_t pairs = counters.tile_pairs;
-  if (pairs > kMaxPairs) {
-    throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(pairs) +
-                                       " tile pairs, at most " + std::to_string(kMaxPairs) +
-                                       " can be sorted");
-  }
-  // Frames differ: a quarter more saves growing again, where there is plenty.
-  const std::uint64_t generous = std::min(pairs + pairs / 4, kMaxPairs);
-  const bool plenty = generous * kBytesPerPair < DeviceMemory::now().free / 2;
-  return static_cast<std::uint32_t>(plenty ? generous : pairs);
+/// The capacity with which a frame that exceeded the buffers is redrawn.
+std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
+  require_indexable(tile_pairs, kMaxPairs);
+  return with_headroom(tile_pairs, kMaxPairs, 0,
+                       [](std::uint64_t pairs) { return pairs * kBytesPerPair; });
 }
 
 }  // namespace
@@ -34,38 +28,40 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                         StageClock& clock) {
   frame.throw_if_cancelled();
   pixels.reserve(frame.camera, outputs);
-  for (FrameSize size{frame.cloud.count, room_, frame.grid};; size.pairs = room_for(*counters_)) {
+  for (FrameSize size{frame.cloud.count, pair_capacity_, frame.grid};;
+       size.pair_capacity = larger_capacity(counters_->tile_pairs)) {
     reserve(size);
-    pixels.reserve_used(outputs, size.pairs);
-    room_ = size.pairs;
+    pixels.reserve_used(outputs, size.pair_capacity);
+    pair_capacity_ = size.pair_capacity;
     if (outputs.stage_times) {
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const Graph::Shape shape{depth_passes(frame), size.narrow(), outputs.blends(), outputs.used,
-                               colors(outputs)};
-      graph_.capture(frame.stream, shape, [&] { run(frame, size, outputs, pixels, clock, side_); });
+      const Graph::Topology topology{depth_passes(frame), size.uses_16_bit_keys(), outputs.blends(),
+                                     outputs.used, needs_color(outputs)};
+      graph_.capture(frame.stream, topology,
+                     [&] { run(frame, size, outputs, pixels, clock, color_stream_); });
       clock.begin(false, frame.stream);
       graph_.launch(frame.stream);
     }
     clock.finish(frame.stream);
-    frame.sequel();
+    frame.enqueue_present();
     copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
-    if (counters_->tile_pairs <= room_) return;
+    if (counters_->tile_pairs <= pair_capacity_) return;
     frame.throw_if_cancelled();
   }
 }
 
 void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs,
-                       Pixels& pixels, StageClock& clock, cudaStream_t side) {
+                       Pixels& pixels, StageClock& clock, cudaStream_t color_stream) {
   const auto mark = [&](Stage stage) {
-    if (side == frame.stream) clock.end(stage, frame.stream);
+    if (color_stream == frame.stream) clock.end(stage, frame.stream);
   };
-  project(frame, visible_, scratch_.begin(size));
+  project(frame, visible_, scratch_.begin_frame(size));
   projected_.record(frame.stream);
-  projected_.hold(side);
-  if (colors(outputs)) color(frame, visible_, side);
-  colored_.record(side);
+  projected_.make_wait(color_stream);
+  if (needs_color(outputs)) color(frame, visible_, color_stream);
+  colored_.record(color_stream);
   mark(Stage::preprocess);
   sort_by_depth(frame, size, visible_, scratch_, order_);
   mark(Stage::sort);
@@ -74,9 +70,9 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   sort_by_tile(frame, size, pairs_, scratch_);
   schedule(frame, scratch_);
   mark(Stage::sort);
-  colored_.hold(frame.stream);
+  colored_.make_wait(frame.stream);
   if (outputs.blends()) {
-    pixels.clear_used(outputs, size.pairs, frame.stream);
+    pixels.clear_used(outputs, size.pair_capacity, frame.stream);
     blend(frame, visible_, pairs_, scratch_, outputs, pixels);
   }
   mark(Stage::blend);
@@ -94,35 +90,29 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = counters_->tile_pairs;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  if (!outputs.pairs && !outputs.used && !outputs.trace) return;
+  collect_lists(
+      frame, outputs, pixels, [&] { return list_lengths(frame); }, pairs_.gaussians,
+      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
+}
+
+std::vector<std::uint32_t> FastPipeline::list_lengths(const FrameContext& frame) const {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   std::vector<std::uint32_t> lengths;
   for (const KeyRange& range : copied(scratch_.ranges, tiles, frame.stream)) {
     lengths.push_back(range.size());
   }
-  if (outputs.used) result.used = pixels.used_per_tile(lengths, frame.stream);
-  if (outputs.trace) collect_trace(frame, lengths, result);
-  if (outputs.pairs) result.pairs = std::move(lengths);
+  return lengths;
 }
 
-void FastPipeline::collect_trace(const FrameContext& frame,
-                                 const std::vector<std::uint32_t>& lengths, Frame& result) const {
-  Trace& trace = result.trace;
+void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {
   const auto keys = copied(visible_.depth_keys.data(), frame.cloud.count, frame.stream);
-  const auto records = copied(visible_.records.data(), frame.cloud.count, frame.stream);
-  const auto shapes = copied(visible_.shapes.data(), frame.cloud.count, frame.stream);
+  const auto splats = copied(visible_.splats.data(), frame.cloud.count, frame.stream);
+  const auto footprints = copied(visible_.footprints.data(), frame.cloud.count, frame.stream);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (keys[i] == kInvisibleKey) continue;
-    trace.gaussians.push_back(static_cast<std::uint32_t>(i));
-    trace.footprints.push_back(shapes[i].footprint());
-    trace.depths.push_back(depth_of_key(keys[i], frame.camera));
-    trace.splats.push_back(records[i].splat());
+    append_visible(trace, i, footprints[i].footprint(), depth_of_key(keys[i], frame.camera),
+                   splats[i].splat());
   }
-  trace.tile_begin.push_back(0);
-  for (const std::uint32_t length : lengths) {
-    trace.tile_begin.push_back(trace.tile_begin.back() + length);
-  }
-  trace.listed = copied(pairs_.gaussians.data(), trace.tile_begin.back(), frame.stream);
 }
 
 }  // namespace qs::cuda::fast

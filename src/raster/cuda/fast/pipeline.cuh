@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Pipeline `fast`: project -> sort by depth -> bin -> sort by tile -> blend, and color beside the
-// middle three. The host waits for nothing before the frame is complete: the stages take the
-// numbers of Gaussians and pairs from the device. A frame is one CUDA graph, captured anew for
-// every frame, which updates the instance made before, unless its shape has changed. Tile pairs get
-// as much room as frames have needed so far. One that needs more says so, and is drawn again with
-// more room before anyone sees it.
+// Pipeline `fast`: project -> sort by depth -> bin -> sort by tile -> blend, with `color` running
+// concurrently with the middle three. The host does not wait before the frame is complete: stages
+// read the numbers of Gaussians and pairs on the device. Every frame is captured as a CUDA graph,
+// which updates the previous instance unless the topology has changed. The buffers for tile pairs
+// keep the capacity that earlier frames needed. A frame that exceeds it is detected, and redrawn
+// with larger buffers before anyone reads it.
 #pragma once
 
 #include "raster/cuda/fast/blend.cuh"
@@ -14,28 +14,28 @@
 
 namespace qs::cuda::fast {
 
-/// Pairs are indexed with 30 bits, see LookBackWord.
+/// Pairs are indexed with 30 bits, see LookBackWord::kValue.
 inline constexpr std::uint64_t kMaxPairs = (1u << 30) - 1;
 
 class FastPipeline {
  public:
-  explicit FastPipeline(int device) : side_(device, false) {}
+  explicit FastPipeline(int device) : color_stream_(device, false) {}
 
   /// Fills `pixels` and waits for the frame. Throws Error and Cancelled.
   void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
-  /// Statistics, pairs, used pairs and trace of the drawn frame.
+  /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                Frame& result);
 
  private:
   void reserve(const FrameSize& size);
   void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
-           StageClock& clock, cudaStream_t side);
-  void collect_trace(const FrameContext& frame, const std::vector<std::uint32_t>& lengths,
-                     Frame& result) const;
+           StageClock& clock, cudaStream_t color_stream);
+  std::vector<std::uint32_t> list_lengths(const FrameContext& frame) const;
+  void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
-  Stream side_;  // of color, which gives way to the rest
+  Stream color_stream_;  // low priority: the `color` kernel yields to the main stream
   Event projected_, colored_;
   Graph graph_;
   PinnedValue<Counters> counters_;
@@ -43,7 +43,7 @@ class FastPipeline {
   Visible visible_;
   DepthOrder order_;
   TilePairs pairs_;
-  std::uint32_t room_ = 1 << 16;  // for pairs
+  std::uint32_t pair_capacity_ = 1 << 16;
 };
 
 }  // namespace qs::cuda::fast

@@ -13,7 +13,7 @@ struct ProjectInput {
   View<float> view;
   FootprintRules rules;
   TileGrid grid;
-  std::uint32_t nearest_bits;  // of the depth that keys count from
+  std::uint32_t nearest_bits;  // of the depth whose key is 0
   ToClear to_clear;
 };
 
@@ -54,22 +54,22 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, V
   out.depth_keys[i] = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
   if (!visible) return;
   const Footprint& footprint = projected.footprint;
-  out.shapes[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
-                   listed.tiles};
+  out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
+                       listed.tiles};
 }
 
-__device__ Reach reach_of(const Footprint& footprint) {
+__device__ AlphaEllipse ellipse_of(const Footprint& footprint) {
   if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
-  constexpr float kWider = 1.0005f, kRoom = 0.01f;  // of lengths, and pixels
-  const glm::vec2 max = extents(footprint).max * kWider + kRoom;
+  constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
+  const glm::vec2 max = extents(footprint).max * kWider + kMarginPx;
   const glm::vec3 conic = footprint.conic;
   const float half2 = footprint.gamma / conic.x * (kWider * kWider);
   return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
 }
 
-__device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
+__device__ BoundedSplat splat_of(const Footprint& footprint, glm::vec3 color) {
   constexpr float kGammaToLog2 = static_cast<float>(0.5 * kLog2E);
-  constexpr float kRoundingRoom = 1.00001f;
+  constexpr float kRoundingMargin = 1.00001f;
   const Splat splat = make_splat(footprint, 1.0f, color);
   const float log2_opacity = kGammaToLog2 * footprint.gamma - kLog2Of255;
   return {splat.mean_px.x,
@@ -78,11 +78,11 @@ __device__ BlendRecord record_of(const Footprint& footprint, glm::vec3 color) {
           splat.log2_conic.y,
           splat.log2_conic.z,
           log2_opacity,
-          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingRoom),
+          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingMargin),
           color.x,
           color.y,
           color.z,
-          reach_of(footprint),
+          ellipse_of(footprint),
           0};
 }
 
@@ -100,15 +100,15 @@ __global__ void __launch_bounds__(kThreads) color_gaussians(ColorInput in, Visib
       glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
   const glm::vec3 color =
       sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
-  visible.records[i] = record_of(visible.shapes[i].footprint(), color);
+  visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
 }
 
 }  // namespace
 
 void Visible::reserve(std::size_t gaussians) {
   depth_keys.reserve("the frame's Gaussians", gaussians);
-  shapes.reserve("the frame's Gaussians", gaussians);
-  records.reserve("the frame's Gaussians", gaussians);
+  footprints.reserve("the frame's Gaussians", gaussians);
+  splats.reserve("the frame's Gaussians", gaussians);
 }
 
 void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1 of the fast pipeline, in two kernels: `project` decides what is visible and where,
-// `color` evaluates the spherical harmonics and writes what blending reads. The second reads most
-// of the scene's bytes and nothing waits for it but blending, so it runs beside binning and
-// sorting. A Gaussian keeps its index in the cloud.
+// Stage 1 of the fast pipeline, in two kernels: `project` computes visibility and footprints,
+// `color` evaluates the spherical harmonics and writes the splats for blending. `color` reads most
+// of the scene's bytes, but only blending depends on it, so it runs concurrently with binning and
+// sorting. Results are indexed as in the cloud.
 #pragma once
 
 #include <algorithm>
@@ -13,36 +13,36 @@
 
 namespace qs::cuda::fast {
 
-/// What binning reads of a visible Gaussian: 32 bytes, which lie in one sector. The rest of its
-/// footprint follows from it by the same operations, to the bit.
-struct alignas(32) Shape {
+/// A visible Gaussian as binning reads it: 32 bytes, one memory sector. footprint() recomputes the
+/// other values bit for bit.
+struct alignas(32) PackedFootprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
-  std::uint32_t lines;  ///< of tiles in the mode's walk; 0 in a mode without one
-  std::uint32_t tiles;  ///< in them, > 0
+  std::uint32_t lines;  ///< lines of tiles in the mode's walk; 0 if the mode has no walk
+  std::uint32_t tiles;  ///< tiles listed, > 0
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
 };
 
-/// Where a Gaussian counts: an ellipse. In the row v pixels below its mean it spans
-/// slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. Widened for rounding; what is cut off
-/// is the same in every mode, so that lossless modes stay equal to the bit.
-struct Reach {
-  float y_max;      ///< < 0: nowhere
-  float slope;      ///< of the line through the middles of the rows
-  float v_extreme;  ///< row in which it reaches furthest to the right; -v_extreme: to the left
+/// The ellipse in which alpha >= 1/255, relative to the mean. In the row v pixels below the mean it
+/// spans slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. It is enlarged by a margin for
+/// rounding, and does not depend on the culling mode, so lossless modes stay equal bit for bit.
+struct AlphaEllipse {
+  float y_max;      ///< < 0: the ellipse is empty
+  float slope;      ///< of the line through the centres of the rows' spans
+  float v_extreme;  ///< row of the rightmost point; -v_extreme is the row of the leftmost point
   float half2, narrowing;
 };
 
-/// What blending reads of a Gaussian: 64 bytes, two sectors.
-struct alignas(64) BlendRecord {
+/// A Gaussian as the blend kernel reads it: 64 bytes, two memory sectors.
+struct alignas(64) BoundedSplat {
   float x, y;              ///< mean_px
   float xx, xy, yy;        ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
   float log2_opacity;      ///< -inf for opacity 0
-  float alpha_max;         ///< kAlphaMax, or a little more than the opacity where that is less
+  float alpha_max;         ///< kAlphaMax, or slightly more than the opacity if that is smaller
   float red, green, blue;  ///< >= 0
-  Reach reach;
+  AlphaEllipse ellipse;
   float unused;
 
   Splat splat() const {
@@ -50,8 +50,9 @@ struct alignas(64) BlendRecord {
   }
 };
 
-/// A key is the bits of a depth less those of the near plane. Positive floats are ordered as their
-/// bits are, and few scenes reach so far that the keys' highest digit is not zero.
+/// A depth key is the bit pattern of the depth minus that of the near plane. Positive floats are
+/// ordered like their bit patterns. The highest digit of the keys is zero except in scenes with
+/// very large depths, which saves a sorting pass.
 inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;
 
 inline std::uint32_t nearest_bits(const Camera& camera) {
@@ -61,22 +62,23 @@ inline float depth_of_key(std::uint32_t key, const Camera& camera) {
   return std::bit_cast<float>(key + nearest_bits(camera));
 }
 
+/// The pointers that kernels use. Passed by value.
 struct VisibleView {
-  std::uint32_t* depth_keys;  ///< kInvisibleKey = not visible, and the rest undefined
-  Shape* shapes;
-  BlendRecord* records;
+  std::uint32_t* depth_keys;  ///< kInvisibleKey = not visible, the other values are undefined
+  PackedFootprint* footprints;
+  BoundedSplat* splats;
 };
 
 struct Visible {
   DeviceBuffer<std::uint32_t> depth_keys;
-  DeviceBuffer<Shape> shapes;
-  DeviceBuffer<BlendRecord> records;
+  DeviceBuffer<PackedFootprint> footprints;
+  DeviceBuffer<BoundedSplat> splats;
 
   void reserve(std::size_t gaussians);
-  VisibleView view() { return {depth_keys.data(), shapes.data(), records.data()}; }
+  VisibleView view() { return {depth_keys.data(), footprints.data(), splats.data()}; }
 };
 
-/// Memory that a kernel makes zero beside its own work.
+/// Memory that `project` sets to zero in addition to its own work.
 struct ToClear {
   uint4* words;
   std::size_t count;

@@ -8,7 +8,7 @@ namespace {
 
 using Key32 = std::uint32_t;
 
-constexpr unsigned kCountingBlocks = 132;  // few: each adds all its bins to the totals
+constexpr unsigned kCountingBlocks = 132;  // few, because each adds all its bins to the totals
 
 __global__ void __launch_bounds__(kSortThreads)
     count_all_digits(const Key32* keys, std::uint32_t size, std::uint32_t* counts,
@@ -44,7 +44,7 @@ __global__ void __launch_bounds__(kSortThreads)
   if (threadIdx.x == 0 && total > 0) atomicAdd(kept, total);
 }
 
-/// The lanes whose item is valid and has this lane's digit.
+/// Mask of the lanes whose item is valid and has the same digit as this lane's.
 template <int kBits>
 __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
   unsigned peers = __ballot_sync(kAllLanes, valid);
@@ -57,11 +57,12 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
   return peers;
 }
 
-/// How many items with the digit `bin` earlier parts have, after telling later ones of this part's.
+/// Publishes `own`, this part's number of items with the digit `bin`, and returns the number of
+/// such items in all earlier parts.
 __device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins, unsigned bin,
                                    std::uint32_t own) {
   using Word = LookBackWord<std::uint32_t>;
-  constexpr int kWindow = 12;  // parts read at a time, to wait for memory less often
+  constexpr int kWindow = 12;  // parts read at a time, to hide memory latency
   const int part = static_cast<int>(blockIdx.x);
   const auto word_of = [&](int p) -> volatile std::uint32_t& {
     return words[static_cast<std::size_t>(p) * bins + bin];
@@ -88,16 +89,16 @@ __device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins,
   return before;
 }
 
-constexpr unsigned kSortBlocks = 3;  // of a multiprocessor, which needs them to hide latency
+constexpr unsigned kSortBlocks = 3;  // per multiprocessor, to hide latency
 
 template <class Key>
 __global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass<Key> pass) {
   constexpr int kItems = kPart / kSortThreads;
   constexpr unsigned kAllBins = kBins<Key>, kWarps = kSortThreads / kWarp;
   static_assert(kAllBins <= kSortThreads);
-  __shared__ std::uint16_t counts[kWarps][kAllBins];  // then: items of lower warps
-  __shared__ std::uint32_t begin[kAllBins];           // of a digit among the part's sorted items
-  __shared__ std::uint32_t target[kAllBins];          // where they go, less their place in the part
+  __shared__ std::uint16_t counts[kWarps][kAllBins];  // later: items of lower warps
+  __shared__ std::uint32_t begin[kAllBins];           // of a digit in the sorted part
+  __shared__ std::uint32_t target[kAllBins];          // destination minus index in the part
   __shared__ std::uint32_t exchange[kPart];           // the part's sorted keys, then values
   const std::uint32_t size = pass.count.get(), first = blockIdx.x * kPart;
   if (first >= size) return;
@@ -116,7 +117,7 @@ __global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass
     if (!pass.drops || keys[j] != static_cast<Key>(kDroppedKey)) valid |= 1u << j;
   }
 
-  // Rank every item among the warp's items of its digit, in order.
+  // Rank every item among the warp's items with the same digit, in order.
   std::uint16_t places[kItems];
 #pragma unroll
   for (int j = 0; j < kItems; ++j) {
@@ -134,8 +135,8 @@ __global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass
   }
   __syncthreads();
 
-  // A thread per bin turns counts into places.
-  std::uint64_t own = 0;  // upper half: items of the whole input, lower half: of the part
+  // One thread per bin turns counts into offsets.
+  std::uint64_t own = 0;  // upper half: items in the whole input, lower half: in the part
   std::uint32_t before = 0;
   if (thread < kAllBins) {
     std::uint32_t sum = 0;
@@ -155,7 +156,7 @@ __global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass
   }
   __syncthreads();
 
-  // Sort the part in shared memory, so that neighbours are written by neighbours.
+  // Sort the part in shared memory, so that global writes are coalesced.
 #pragma unroll
   for (int j = 0; j < kItems; ++j) {
     if ((valid >> j & 1) == 0) continue;
@@ -174,7 +175,7 @@ __global__ void __launch_bounds__(kSortThreads, kSortBlocks) sort_digit(SortPass
     to[j] = target[digit_of(key, pass.pass)] + i;
     if (pass.sorted_keys != nullptr) pass.sorted_keys[to[j]] = key;
     if (pass.ranges != nullptr) {
-      // A part was sorted by the lower digits: here equal keys are side by side.
+      // The lower digits are sorted already, so equal keys are adjacent here.
       if (i == 0 || exchange[i - 1] != key) atomicMax(&pass.ranges[key].not_begin, ~to[j]);
       if (i + 1 == kept || exchange[i + 1] != key) atomicMax(&pass.ranges[key].end, to[j] + 1);
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// A stable sort of keys with 32-bit values, digit by digit from the lowest, one kernel per digit:
-// every block ranks its part, learns by decoupled look-back how many equal digits lie before it,
-// and writes its items where they belong (Adinets and Merrill, Onesweep, 2022). Unlike CUB's, it
-// takes the number of items from the device, so that no frame waits for the host.
+// A stable radix sort of keys with 32-bit values, one kernel per digit from the lowest: every block
+// ranks its items, finds by decoupled look-back how many items with equal digits earlier blocks
+// have, and scatters its items (Adinets and Merrill, Onesweep, 2022). Unlike CUB's, it reads the
+// number of items on the device, so that the host does not have to wait for it.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +14,9 @@
 namespace qs::cuda::fast {
 
 inline constexpr unsigned kSortThreads = 512;
-inline constexpr unsigned kPart = 8 * kSortThreads;  ///< items of a block
+inline constexpr unsigned kPart = 8 * kSortThreads;  ///< items per block
 
-/// How keys are cut into digits.
+/// Bits per digit and number of digits of a key.
 template <class Key>
 struct Radix;
 template <>
@@ -36,16 +36,17 @@ QS_HD std::uint32_t digit_of(Key key, int pass) {
   return (std::uint32_t{key} >> (pass * Radix<Key>::kBits)) & (kBins<Key> - 1);
 }
 
-/// Items that are known on the device only: *size of them, but never more than the limit.
+/// A number of items that only the device knows: *size, limited to `limit`.
 struct DeviceCount {
-  const std::uint32_t* size;  ///< null: the limit
+  const std::uint32_t* size;  ///< null: exactly `limit`
   std::uint32_t limit;
 
   __device__ std::uint32_t get() const { return size == nullptr ? limit : min(*size, limit); }
   unsigned parts() const { return std::max(1u, (limit + kPart - 1) / kPart); }
 };
 
-/// Where the items of a key lie, [begin(), end); all zero: nowhere. Made by atomicMax alone.
+/// The items of a key are [begin(), end). All zero: none. Stored inverted, so that atomicMax alone
+/// computes it.
 struct KeyRange {
   std::uint32_t not_begin, end;
 
@@ -53,19 +54,19 @@ struct KeyRange {
   QS_HD std::uint32_t size() const { return end - begin(); }
 };
 
-/// One pass. Passed to the kernel by value.
+/// One pass of the sort. Passed to the kernel by value.
 template <class Key>
 struct SortPass {
   DeviceCount count;
   int pass;    ///< number of the digit, from the lowest
-  bool drops;  ///< leave items out whose key is kDroppedKey
+  bool drops;  ///< omit items whose key is kDroppedKey
   const Key* keys;
   const std::uint32_t* values;  ///< null: the value of an item is its index
-  Key* sorted_keys;             ///< null: not wanted
+  Key* sorted_keys;             ///< null: not needed
   std::uint32_t* sorted_values;
-  KeyRange* ranges;  ///< of every key, zero before; null: not wanted; last pass only
-  const std::uint32_t* digit_counts;  ///< kBins: how many items have each digit
-  volatile std::uint32_t* words;      ///< look-back, kBins per part, zero
+  KeyRange* ranges;  ///< per key, initially zero; only in the last pass, null: not needed
+  const std::uint32_t* digit_counts;  ///< kBins: number of items with each digit
+  volatile std::uint32_t* words;      ///< look-back, kBins per part, initially zero
 };
 
 inline constexpr std::uint32_t kDroppedKey = 0xffffffffu;
@@ -73,8 +74,8 @@ inline constexpr std::uint32_t kDroppedKey = 0xffffffffu;
 template <class Key>
 void sort_pass(const SortPass<Key>& pass, cudaStream_t stream);
 
-/// Adds to counts[pass][digit] for every digit of every key but kDroppedKey, and their number to
-/// *kept.
+/// Counts the digits of all keys except kDroppedKey in counts[pass][digit], and adds the number of
+/// these keys to *kept.
 void count_digits(const std::uint32_t* keys, std::uint32_t size, std::uint32_t* counts,
                   std::uint32_t* kept, cudaStream_t stream);
 

@@ -4,7 +4,7 @@
 namespace qs::cuda::fast {
 namespace {
 
-/// Lengths of 2^15 and more are in class 0, empty lists in the last one.
+/// Lengths of 2^15 and more are in class 0, empty lists in the last class.
 __device__ unsigned length_class(std::uint32_t length) {
   if (length == 0) return kLengthClasses - 1;
   constexpr int kMantissaBits = 23, kBias = 127;

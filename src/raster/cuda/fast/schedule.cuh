@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The order in which tiles are blended: long lists first, since a block that takes long should not
-// begin last. Tiles are gathered in classes, by the length of their lists; within a class they come
-// in whatever order, no picture depends on it.
+// The order in which tiles are blended: tiles with long lists first, so that no slow block starts
+// last. Tiles are grouped into classes by the length of their lists. The order within a class is
+// arbitrary; images do not depend on it.
 #pragma once
 
 #include "raster/cuda/fast/sort.cuh"
@@ -12,11 +12,11 @@ namespace qs::cuda::fast {
 inline constexpr unsigned kLengthClasses = kWarp;  ///< half octaves, the longest first
 
 struct ScheduleView {
-  const std::uint32_t* class_sizes;  ///< kLengthClasses; null: tiles come in their own order
-  const std::uint32_t* tiles;        ///< class after class, with room for all tiles in each
-  unsigned count;                    ///< of tiles
+  const std::uint32_t* class_sizes;  ///< kLengthClasses; null: tiles are in row order
+  const std::uint32_t* tiles;        ///< kLengthClasses arrays of `count` entries each
+  unsigned count;                    ///< number of tiles
 
-  /// The tile whose turn is `turn`. A whole warp must call it.
+  /// The tile that is blended at position `turn`. All lanes of a warp must call it together.
   __device__ unsigned tile(unsigned turn) const {
     if (class_sizes == nullptr) return turn;
     const std::uint32_t size = class_sizes[lane_index()];

@@ -14,7 +14,7 @@ static_assert(kInvisibleKey == kDroppedKey);
 template <class Key>
 void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
                      Scratch& scratch) {
-  const DeviceCount count{&scratch.counters->listed, size.pairs};
+  const DeviceCount count{&scratch.counters->listed, size.pair_capacity};
   for (int pass = 0; pass < Radix<Key>::kPasses; ++pass) {
     const bool last = pass + 1 == Radix<Key>::kPasses;
     SortPass<Key> sort{};
@@ -26,7 +26,7 @@ void sort_by_tile_as(const FrameContext& frame, const FrameSize& size, TilePairs
     sort.sorted_values = pairs.other_gaussians.data();
     sort.ranges = last ? scratch.ranges : nullptr;
     sort.digit_counts = scratch.tile_digits + pass * kBins<Key>;
-    sort.words = scratch.tile_words + pass * Scratch::look_back_words<Key>(size.pairs);
+    sort.words = scratch.tile_words + pass * Scratch::look_back_words<Key>(size.pair_capacity);
     sort_pass(sort, frame.stream);
     pairs.keys.swap(pairs.other_keys);
     pairs.gaussians.swap(pairs.other_gaussians);
@@ -59,16 +59,17 @@ void DepthOrder::reserve(std::size_t size) {
 }
 
 void TilePairs::reserve(const FrameSize& size) {
-  const std::size_t key_bytes = size.narrow() ? sizeof(std::uint16_t) : sizeof(std::uint32_t);
+  const std::size_t key_bytes =
+      size.uses_16_bit_keys() ? sizeof(std::uint16_t) : sizeof(std::uint32_t);
   const std::uint64_t held =
       keys.bytes() + other_keys.bytes() + gaussians.bytes() + other_gaussians.bytes();
-  require_memory("the frame's tile pairs", 2 * (key_bytes + sizeof(std::uint32_t)) * size.pairs,
-                 held);
+  require_memory("the frame's tile pairs",
+                 2 * (key_bytes + sizeof(std::uint32_t)) * size.pair_capacity, held);
   for (auto* buffer : {&keys, &other_keys}) {
-    buffer->reserve("the frame's tile pairs", key_bytes * size.pairs);
+    buffer->reserve("the frame's tile pairs", key_bytes * size.pair_capacity);
   }
   for (auto* buffer : {&gaussians, &other_gaussians}) {
-    buffer->reserve("the frame's tile pairs", size.pairs);
+    buffer->reserve("the frame's tile pairs", size.pair_capacity);
   }
 }
 
@@ -96,7 +97,7 @@ void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visib
 
 void sort_by_tile(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
                   Scratch& scratch) {
-  if (size.narrow()) {
+  if (size.uses_16_bit_keys()) {
     sort_by_tile_as<std::uint16_t>(frame, size, pairs, scratch);
   } else {
     sort_by_tile_as<std::uint32_t>(frame, size, pairs, scratch);

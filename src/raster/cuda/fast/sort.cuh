@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 3 of the fast pipeline, in two parts around binning: the visible Gaussians by depth, ties
-// by index, and later their tile pairs by tile. Both sorts are stable, so a tile's list is in order
-// of depth without any pair carrying one.
+// Stage 3 of the fast pipeline, in two parts. Before binning, the visible Gaussians are sorted by
+// depth, then by index; after binning, the tile pairs are sorted by tile. Both sorts are stable, so
+// every tile's list is in depth order although the pairs do not store a depth.
 #pragma once
 
 #include "raster/cuda/fast/scratch.cuh"
@@ -10,13 +10,13 @@
 namespace qs::cuda::fast {
 
 struct DepthOrder {
-  DeviceBuffer<std::uint32_t> gaussians;  ///< visible ones, front to back
+  DeviceBuffer<std::uint32_t> gaussians;  ///< the visible ones, front to back
   DeviceBuffer<std::uint32_t> other_gaussians, keys, other_keys;
 
   void reserve(std::size_t size);
 };
 
-/// (tile, Gaussian), keys and values apart. Keys are 16 or 32 bits wide, see FrameSize::narrow().
+/// Tiles are the keys, in 16 or 32 bits (see FrameSize::uses_16_bit_keys()), Gaussians the values.
 struct TilePairs {
   DeviceBuffer<std::byte> keys, other_keys;
   DeviceBuffer<std::uint32_t> gaussians, other_gaussians;
@@ -32,14 +32,14 @@ struct TilePairs {
   }
 };
 
-/// How many digits the depth key of the farthest corner of the scene's box has.
+/// Number of digits of the depth key of the farthest corner of the scene's bounding box.
 int depth_passes(const FrameContext& frame);
 
-/// Also counts the visible ones.
+/// Also counts the visible Gaussians.
 void sort_by_depth(const FrameContext& frame, const FrameSize& size, const Visible& visible,
                    Scratch& scratch, DepthOrder& order);
 
-/// Also finds the range of each tile. The sorted Gaussians are in `pairs.gaussians`.
+/// Also finds the range of every tile. The sorted Gaussians are in `pairs.gaussians`.
 void sort_by_tile(const FrameContext& frame, const FrameSize& size, TilePairs& pairs,
                   Scratch& scratch);
 

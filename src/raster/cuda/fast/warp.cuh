@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Sums over the threads of a warp and of a block, and decoupled look-back: how blocks
-// of one launch learn the sum over all blocks before them without waiting for the launch to end
-// (Merrill and Garland, Single-pass Parallel Prefix Scan with Decoupled Look-back, 2016). It relies
-// on blocks starting in ascending order.
+// Sums over the threads of a warp and of a block, and decoupled look-back, with which a block
+// obtains the sum over all earlier blocks of the same launch (Merrill and Garland, Single-pass
+// Parallel Prefix Scan with Decoupled Look-back, 2016). It relies on blocks starting in ascending
+// order.
 #pragma once
 
 #include <cstdint>
 
 #include "raster/cuda/check.cuh"
 
-namespace qs::cuda {
+namespace qs::cuda::fast {
 
 inline constexpr unsigned kWarp = 32;
 inline constexpr unsigned kAllLanes = 0xffffffffu;
@@ -18,7 +18,7 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
-/// The sum over this lane and those below it.
+/// The sum over this lane and all lower lanes. All lanes of the warp must call it.
 template <class T>
 __device__ T inclusive_sum_of_warp(T value) {
   for (unsigned distance = 1; distance < kWarp; distance *= 2) {
@@ -30,11 +30,11 @@ __device__ T inclusive_sum_of_warp(T value) {
 
 template <class T>
 struct BlockSum {
-  T before;  ///< over the threads below this one
+  T before;  ///< over the lower threads
   T total;   ///< over the block
 };
 
-/// Every thread of the block, of `kBlock` threads, must call it.
+/// All `kBlock` threads of the block must call it.
 template <unsigned kBlock, class T>
 __device__ BlockSum<T> sum_of_block(T value) {
   constexpr unsigned kWarps = kBlock / kWarp;
@@ -48,22 +48,22 @@ __device__ BlockSum<T> sum_of_block(T value) {
     if (w < warp) sum.before += warp_totals[w];
     sum.total += warp_totals[w];
   }
-  __syncthreads();  // the next call writes warp_totals again
+  __syncthreads();  // the next call overwrites warp_totals
   return sum;
 }
 
-/// A word by which a block tells a number: 0 until it does. Number and state travel together, so no
-/// fence is needed.
+/// A word in which a block publishes a sum; 0 until then. It contains both the sum and its state,
+/// so no memory fence is needed.
 template <class Word>
 struct LookBackWord {
   static constexpr int kShift = sizeof(Word) * 8 - 2;
   static constexpr Word kOwn = Word{1} << kShift;   ///< the block's own sum
   static constexpr Word kUpTo = Word{2} << kShift;  ///< the sum up to and including this block
-  static constexpr Word kValue = kOwn - 1;          ///< the bits of the number
+  static constexpr Word kValue = kOwn - 1;          ///< mask of the sum
 };
 
-/// The sum of `own` over all earlier blocks. Called by one whole warp of every block; `words` has
-/// one word per block and is zero before the launch.
+/// The sum of `own` over all earlier blocks. One whole warp of every block must call it. `words`
+/// has one word per block, which must be zero before the launch.
 __device__ inline std::uint64_t sum_of_earlier_blocks(volatile std::uint64_t* words,
                                                       std::uint64_t own) {
   using Word = LookBackWord<std::uint64_t>;
@@ -87,4 +87,4 @@ __device__ inline std::uint64_t sum_of_earlier_blocks(volatile std::uint64_t* wo
   return sum;
 }
 
-}  // namespace qs::cuda
+}  // namespace qs::cuda::fast

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The CUDA backend against the CPU's on generated scenes: equal decisions, equal images.
+// Compares the CUDA backend with the CPU backend on generated scenes: equal decisions and images.
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "support/gpu.h"
@@ -11,7 +11,7 @@ namespace {
 
 class Cuda : public test::PipelineTest {
  protected:
-  /// Settings that reach every branch of preprocessing.
+  /// Settings that together cover every branch of preprocessing.
   static std::vector<RenderSettings> settings_to_try() {
     RenderSettings plain = settings_of_pipeline(), other = plain;
     other.antialiased = true;
@@ -68,7 +68,7 @@ TEST_P(Cuda, draws_the_image_of_the_cpu) {
         const Frame& a = cpu->render(camera, settings, everything());
         const Frame& b = gpu->render(camera, settings, everything());
         test::expect_same_image(b.color, a.color);
-        // Where a pixel stops may hang on the last bit of its transmittance.
+        // The entry at which a pixel stops may depend on the last bit of its transmittance.
         std::size_t different = 0;
         for (std::size_t i = 0; i < a.evaluated.size(); ++i)
           different += a.evaluated[i] != b.evaluated[i];
@@ -90,7 +90,7 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
       const Frame& b = gpu->render(camera, settings, everything());
       ASSERT_EQ(b.used.size(), a.used.size());
       EXPECT_EQ(b.stats.used_pairs, sum_of(b.used));
-      // An alpha next to 1/255 may fall on either side.
+      // Rounding may put an alpha close to 1/255 on either side.
       EXPECT_NEAR(static_cast<double>(*b.stats.used_pairs),
                   static_cast<double>(*a.stats.used_pairs),
                   1 + 1e-4 * static_cast<double>(a.stats.tile_pairs));

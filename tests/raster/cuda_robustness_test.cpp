@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The CUDA backend when something is too large, unwanted or wrong: a sentence, and life goes on.
+// The CUDA backend reports what is too large, cancelled or wrong in one sentence, and can be used
+// again afterwards.
 #include <random>
 
 #include <gmock/gmock.h>
@@ -16,9 +17,9 @@ using testing::HasSubstr;
 
 class CudaRobustness : public test::PipelineTest {
  protected:
-  /// The sentence of the Error(device) that `work` throws.
+  /// The message of the Error(device) that `work` throws.
   template <class Work>
-  static std::string sentence_of(const Work& work) {
+  static std::string message_of(const Work& work) {
     try {
       work();
     } catch (const Error& error) {
@@ -32,8 +33,8 @@ class CudaRobustness : public test::PipelineTest {
 
 INSTANTIATE_TEST_SUITE_P(Pipelines, CudaRobustness, test::kPipelines, test::name_of_pipeline);
 
-/// `count` Gaussians that each cover every tile of any image.
-GaussianCloud curtains(std::size_t count) {
+/// `count` Gaussians, each of which covers every tile of any image.
+GaussianCloud screen_filling_cloud(std::size_t count) {
   GaussianCloud cloud;
   for (std::size_t i = 0; i < count; ++i) {
     test::append(cloud, test::single_gaussian({0, 0, 3}, 1000.0f, {0.5f, 0.5f, 0.5f}, 0.0f));
@@ -46,20 +47,20 @@ TEST_P(CudaRobustness, an_image_that_does_not_fit_is_refused_with_needed_and_fre
   const Camera small = test::front_camera(64, 48);
   const Image before = gpu->render(small, settings_of_pipeline()).color;
   Camera camera = test::front_camera(200'000, 200'000);
-  camera.focal_px = glm::dvec2(100);  // little of it is covered
-  EXPECT_THAT(sentence_of([&] { gpu->render(camera, settings_of_pipeline()); }),
+  camera.focal_px = glm::dvec2(100);  // the scene covers only a small part
+  EXPECT_THAT(message_of([&] { gpu->render(camera, settings_of_pipeline()); }),
               AllOf(HasSubstr("image"), HasSubstr("457763 MiB are needed"), HasSubstr("are free")));
   EXPECT_EQ(gpu->render(small, settings_of_pipeline()).color.values, before.values);
 }
 
 TEST_P(CudaRobustness, more_pairs_than_can_be_indexed_are_counted_right_and_refused) {
-  const auto gpu = renderer_of(Backend::cuda, curtains(140));
+  const auto gpu = renderer_of(Backend::cuda, screen_filling_cloud(140));
   const std::string at_most = GetParam() == Pipeline::classic ? "2147483647" : "1073741823";
   Outputs counts;
   counts.color = false;
   const Camera small = test::front_camera(64, 48);
   const Image before = gpu->render(small, settings_of_pipeline()).color;
-  EXPECT_THAT(sentence_of([&] {
+  EXPECT_THAT(message_of([&] {
                 gpu->render(test::front_camera(65'536, 65'536), settings_of_pipeline(), counts);
               }),
               AllOf(HasSubstr("2348810240 tile pairs"), HasSubstr(at_most)));
@@ -69,12 +70,12 @@ TEST_P(CudaRobustness, more_pairs_than_can_be_indexed_are_counted_right_and_refu
 TEST_P(CudaRobustness, pairs_that_do_not_fit_are_refused_with_needed_and_free_memory) {
   // 1000 * 2^20 pairs of at least 12 bytes: more than 11 GiB.
   if (gpu_report().gpus[0].free_bytes >= std::uint64_t{11} << 30) {
-    GTEST_SKIP() << "this GPU has room for every number of pairs that can be indexed";
+    GTEST_SKIP() << "this GPU has memory for as many pairs as can be indexed";
   }
-  const auto gpu = renderer_of(Backend::cuda, curtains(1000));
+  const auto gpu = renderer_of(Backend::cuda, screen_filling_cloud(1000));
   Outputs counts;
   counts.color = false;
-  EXPECT_THAT(sentence_of([&] {
+  EXPECT_THAT(message_of([&] {
                 gpu->render(test::front_camera(16'384, 16'384), settings_of_pipeline(), counts);
               }),
               AllOf(HasSubstr("tile pairs"), HasSubstr("MiB are needed")));
@@ -85,12 +86,12 @@ TEST_P(CudaRobustness, the_reference_is_left_to_the_cpu) {
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(10, 0, 6));
   RenderSettings settings = settings_of_pipeline();
   settings.mode = kReferenceMode;
-  EXPECT_THAT(sentence_of([&] { gpu->render(test::front_camera(8, 8), settings); }),
+  EXPECT_THAT(message_of([&] { gpu->render(test::front_camera(8, 8), settings); }),
               HasSubstr("backend cpu only"));
 }
 
 TEST_P(CudaRobustness, a_gpu_that_is_not_there_is_refused) {
-  EXPECT_THAT(sentence_of([] { make_renderer(Backend::cuda, test::pool(), 99); }),
+  EXPECT_THAT(message_of([] { make_renderer(Backend::cuda, test::pool(), 99); }),
               HasSubstr("there is no GPU 99"));
 }
 
@@ -122,6 +123,7 @@ TEST_P(CudaRobustness, a_cancelled_upload_leaves_an_empty_scene_and_the_next_one
 }
 
 TEST_P(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_were) {
+  QS_NEEDS_REAL_GPU("the emulator takes minutes for a thousand frames");
   const auto gpu = renderer_of(Backend::cuda, test::random_cloud(3000, 2, 12));
   const auto free_bytes = [] { return gpu_report().gpus[0].free_bytes; };
   Outputs outputs;
@@ -130,7 +132,7 @@ TEST_P(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_
   for (const CullMode mode : test::tiled_modes()) {
     RenderSettings settings = settings_of_pipeline();
     settings.mode = mode;
-    // Every buffer reaches its largest size, every kernel for small and large frames is loaded.
+    // Lets every buffer reach its final size, and loads the kernels for small and large frames.
     for (const auto& [width, height] : {std::pair{1, 1}, {64, 48}, {320, 240}, {1280, 960}}) {
       gpu->render(test::front_camera(width, height), settings, outputs);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The CUDA backend on real scenes: equal to the CPU's on every camera, and to what published
-// implementations recorded (golden_test.cpp asks the same of the CPU).
+// Compares the CUDA backend on real scenes with the CPU backend on every camera, and with the
+// recorded results of published implementations (golden_test.cpp does the same for the CPU).
 #include <fstream>
 #include <map>
 
@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Both renderers with one scene; read once per test program.
+/// Both renderers with the same scene, which is read only once per process.
 struct Pair {
   std::unique_ptr<Renderer> cpu, gpu;
 
@@ -43,8 +43,23 @@ std::vector<Camera> cameras_of(const std::string& set) {
       std::filesystem::exists(own) ? own : test::shared_path("scenes/plush/cameras.json"));
 }
 
-class CudaScenes : public test::PipelineTest {};
-class CudaSceneSets : public test::GpuTest, public testing::WithParamInterface<const char*> {};
+constexpr const char* kTooLarge = "real scenes and their images are too large for the emulator";
+
+class CudaScenes : public test::PipelineTest {
+ protected:
+  void SetUp() override {
+    GpuTest::SetUp();
+    QS_NEEDS_REAL_GPU(kTooLarge);
+  }
+};
+
+class CudaSceneSets : public test::GpuTest, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+    GpuTest::SetUp();
+    QS_NEEDS_REAL_GPU(kTooLarge);
+  }
+};
 
 INSTANTIATE_TEST_SUITE_P(Pipelines, CudaScenes, test::kPipelines, test::name_of_pipeline);
 
@@ -52,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Golden, CudaSceneSets,
                          testing::Values("plush", "plush_big", "plush_big_4k"),
                          [](const auto& set) { return std::string(set.param); });
 
-/// Published counts of one camera, by our name of the mode.
+/// Published counts of one camera, by our names of the modes.
 std::map<std::string, double> published_counts(const Json& pairs, std::size_t k) {
   return {{"3dgs", pairs["official"][k].get<double>()},
           {"adr", pairs["adr"][k].get<double>()},
@@ -134,7 +149,7 @@ TEST_P(CudaScenes, are_within_80_db_of_the_reference_between_the_steps_of_storag
   RecordProperty("worst_psnr_db", std::to_string(worst));
 }
 
-// 3840x2160 from camera 0 with every Gaussian four times as wide.
+// 3840x2160 from camera 0 with every Gaussian scaled by 4.
 TEST_P(CudaScenes, of_more_than_a_hundred_million_pairs_are_drawn) {
   QS_NEEDS_SHARED("scenes/plush_big.spz");
   Renderer& gpu = *Pair::of("scenes/plush_big.spz").gpu;

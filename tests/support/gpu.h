@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Fixtures for tests of the CUDA backend, which skip with a reason if there is no GPU.
+// Base classes and comparisons for tests of the CUDA backend. They skip with the reason if no GPU
+// can be used. The same tests also run on the emulated GPU of raster/emulator; a test that needs a
+// real one says so with QS_NEEDS_REAL_GPU.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +33,13 @@ class GpuTest : public testing::Test {
   }
 };
 
-/// A test of both pipelines.
+/// True in the program that runs the kernels on raster/emulator.
+inline bool gpu_is_emulated() {
+  const GpuReport report = gpu_report();
+  return !report.gpus.empty() && report.gpus[0].name == "emulator";
+}
+
+/// A test that runs once per pipeline.
 class PipelineTest : public GpuTest, public testing::WithParamInterface<Pipeline> {
  protected:
   static RenderSettings settings_of_pipeline() {
@@ -62,7 +70,7 @@ inline std::string difference(const Trace& a, const Trace& b) {
   return "";
 }
 
-/// Share of values that differ by more than `tolerance`, 0..1.
+/// Fraction of the values that differ by more than `tolerance`, 0..1.
 inline double share_beyond(const Image& a, const Image& b, double tolerance) {
   EXPECT_EQ(a.values.size(), b.values.size());
   std::size_t beyond = 0;
@@ -88,3 +96,7 @@ inline std::vector<CullMode> tiled_modes() {
 }
 
 }  // namespace qs::test
+
+/// Skips the running test on the emulated GPU, with the reason why it needs a real one.
+#define QS_NEEDS_REAL_GPU(reason) \
+  if (qs::test::gpu_is_emulated()) GTEST_SKIP() << "needs a real GPU: " << (reason)

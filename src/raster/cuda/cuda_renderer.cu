@@ -58,9 +58,9 @@ class CudaRenderer final : public Renderer {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
     if (texture == nullptr) {
-      gl_target_.unmap();
+      gl_target_.give_back();
     } else {
-      gl_target_.map(*texture);
+      gl_target_.take(*texture);
     }
   }
 

@@ -138,7 +138,7 @@ void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>&
               activated - drawn);
 }
 
-/// Scenes of tests/raster/cuda_parity_test.cpp.
+/// The scenes of tests/raster/cuda_parity_test.cpp.
 void measure_generated(int frames, const std::string& pipeline) {
   for (const std::size_t count : {3000u, 20000u}) {
     const auto renderer = make_renderer(Backend::cuda, test::pool());

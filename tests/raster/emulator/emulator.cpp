@@ -49,9 +49,11 @@ struct Block {
 Block block;
 
 // A function must not contain both __builtin_setjmp and the __builtin_longjmp that returns to it.
-[[gnu::noipa, gnu::no_sanitize_address]] void jump(JumpBuffer& to) { __builtin_longjmp(to, 1); }
+[[gnu::noinline, gnu::noipa, gnu::no_sanitize_address]] void jump(JumpBuffer& to) {
+  __builtin_longjmp(to, 1);
+}
 
-[[gnu::noipa]] void switch_to_scheduler() {
+[[gnu::noinline, gnu::noipa]] void switch_to_scheduler() {
   if (__builtin_setjmp(block.fibers[threadIdx.x].resume) == 0) jump(block.scheduler);
 }
 
@@ -74,7 +76,7 @@ void run_threads() {
 }
 
 /// Runs a fiber until it waits or its thread ends.
-[[gnu::noipa]] void resume(Fiber& fiber) {
+[[gnu::noinline, gnu::noipa]] void resume(Fiber& fiber) {
   if (__builtin_setjmp(block.scheduler) != 0) return;
   if (fiber.started) jump(fiber.resume);
   fiber.started = true;

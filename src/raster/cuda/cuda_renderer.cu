@@ -58,9 +58,9 @@ class CudaRenderer final : public Renderer {
     const auto* texture = std::get_if<GlTexture>(&target);
     select_device();
     if (texture == nullptr) {
-      gl_target_.give_back();
+      gl_target_.unmap();
     } else {
-      gl_target_.take(*texture);
+      gl_target_.map(*texture);
     }
   }
 

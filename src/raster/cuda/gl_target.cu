@@ -38,7 +38,7 @@ GlTarget::InteropStream::~InteropStream() {
 }
 
 GlTarget::~GlTarget() {
-  give_back();
+  unmap();
   // If the GL context was destroyed first, the driver has already dropped the registrations.
   for (auto& [name, registration] : registrations_)
     cudaGraphicsUnregisterResource(registration.resource);
@@ -61,9 +61,9 @@ cudaGraphicsResource* GlTarget::registered(const GlTexture& texture) {
   return registration.resource;
 }
 
-void GlTarget::take(const GlTexture& texture) {
+void GlTarget::map(const GlTexture& texture) {
   if (mapping_.resource != nullptr && mapping_.texture == texture) return;
-  give_back();
+  unmap();
   if (!interop_) interop_.emplace(device_);
   cudaGraphicsResource* resource = registered(texture);
   check(cudaGraphicsMapResources(1, &resource, interop_->stream), "CUDA-GL interop");
@@ -78,7 +78,7 @@ void GlTarget::take(const GlTexture& texture) {
     check(cudaCreateSurfaceObject(&mapping_.surface, &pixels), "CUDA-GL interop");
     interop_->mapped.record(interop_->stream);
   } catch (...) {
-    give_back();
+    unmap();
     throw;
   }
 }
@@ -94,7 +94,7 @@ void GlTarget::present(const float* color, int width, int height, cudaStream_t s
   check(cudaEventRecord(interop_->end, stream), "present");
 }
 
-void GlTarget::give_back() noexcept {
+void GlTarget::unmap() noexcept {
   if (mapping_.resource == nullptr) return;
   Mapping mapping = std::exchange(mapping_, {});
   cudaDestroySurfaceObject(mapping.surface);

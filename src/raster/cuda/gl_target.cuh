@@ -27,14 +27,14 @@ class GlTarget {
 
   /// Maps the texture for CUDA, concurrently with the work of other streams. Unmaps the texture
   /// mapped before, if it is another one. Throws Error(device) if OpenGL runs on another GPU.
-  void take(const GlTexture& texture);
+  void map(const GlTexture& texture);
 
   /// Enqueues in `stream` the copy of `color` (height x width x 3 on the device, rounded to 8 bits)
   /// to the mapped texture. Throws Error(device) if the texture has another size.
   void present(const float* color, int width, int height, cudaStream_t stream);
 
   /// Unmaps the mapped texture, if any. The GPU must have finished using it.
-  void give_back() noexcept;
+  void unmap() noexcept;
 
   /// GPU time of the last present(), which must have finished.
   float present_ms() const;

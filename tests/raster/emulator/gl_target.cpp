@@ -10,12 +10,12 @@ namespace qs::cuda {
 GlTarget::InteropStream::~InteropStream() = default;
 GlTarget::~GlTarget() = default;
 
-void GlTarget::take(const GlTexture&) {
+void GlTarget::map(const GlTexture&) {
   throw Error(ErrorKind::device, "cuda: CUDA-GL interop: the emulator has no OpenGL");
 }
 
 void GlTarget::present(const float*, int, int, cudaStream_t) {}
-void GlTarget::give_back() noexcept {}
+void GlTarget::unmap() noexcept {}
 float GlTarget::present_ms() const { return 0; }
 
 }  // namespace qs::cuda

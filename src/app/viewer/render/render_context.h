@@ -1,33 +1,36 @@
 // SPDX-License-Identifier: MIT
 //
-// What the render thread works with, and guards that leave it as it was however the work ends.
+// What background jobs work with on the render thread, and guards that restore it however a job
+// ends.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <stop_token>
 #include <utility>
 
 #include "app/session/session.h"
+#include "app/viewer/render/action_queue.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {
 
-struct FrameOrder {
+struct FrameRequest {
   Camera camera;    ///< of the full-size view
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
-  std::optional<HeatQuantity> heatmap;
-  std::optional<Variant> other;       ///< drawn too, to be set beside it; then without a heat map
-  int version = 0, view_version = 0;  ///< of Viewer
+  std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
+  std::optional<Variant> other;         ///< also drawn, for a split window
+  int version = 0, view_version = 0;    ///< of Viewer
 };
 
-/// A frame on its way to the window: pixels on the host, or in a GL texture.
-struct FrameReply {
+/// A frame for the window: pixels on the host, or in a GL texture.
+struct RenderedFrame {
   ShownFrame shown;
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty when in a texture
-  std::vector<std::uint8_t> other;  ///< the same of shown.other; empty without
-  GlTexture texture;                ///< name 0: not used
+  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
+  std::vector<std::uint8_t> other;  ///< the same for shown.other; empty without it
+  GlTexture texture;                ///< name 0: unused
 };
 
 /// The reference's image of a view or of a part of it.
@@ -38,33 +41,51 @@ struct ReferenceImage {
 };
 
 struct RenderContext {
-  Session session;                          ///< renderer null until the first scene
-  std::unique_ptr<Renderer> second;         ///< the scene on the other backend, once it was needed
-  std::optional<ReferenceImage> reference;  ///< the last that was computed
+  ActionQueue& reports;
   RendererOptions options;
-  std::stop_token stop;
-  std::function<void(Action)> report;
-  std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
-};
-using Job = std::function<void(RenderContext&)>;
+  std::function<void(const FrameRequest&)> show;  ///< draws into the window from within a job
 
-/// The renderer of a backend with the scene; uploads it when that is the first time.
+  Session session = {};                   ///< renderer null until the first scene is open
+  std::unique_ptr<Renderer> second = {};  ///< renderer_on() of the other backend, null at first
+  std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
+  std::stop_token stop = {};                     ///< of the running job
+  std::atomic<bool> measuring = false;
+
+  /// Reports an action to the main thread.
+  template <class... Words>
+  void report(Words... words) {
+    reports.report(std::move(words)...);
+  }
+};
+
+/// The renderer of a backend with the scene, which is uploaded on the first call.
 Renderer& renderer_on(RenderContext& context, Backend backend);
 
-/// Reports `end` when the work is over.
-class ReportAtEnd {
+/// Hides the progress bar when a job ends.
+class ProgressEnd {
  public:
-  ReportAtEnd(RenderContext& context, Action end) : context_(context), end_(std::move(end)) {}
-  ~ReportAtEnd() { context_.report(std::move(end_)); }
-  ReportAtEnd(const ReportAtEnd&) = delete;
-  ReportAtEnd& operator=(const ReportAtEnd&) = delete;
+  explicit ProgressEnd(RenderContext& context) : context_(context) {}
+  ~ProgressEnd() { context_.report(action::end_progress); }
+  ProgressEnd(const ProgressEnd&) = delete;
+  ProgressEnd& operator=(const ProgressEnd&) = delete;
 
  private:
   RenderContext& context_;
-  Action end_;
 };
 
-/// The session has a view's settings as long as this lives.
+/// Sets Viewer::measuring while it exists, so that the window draws as little as possible.
+class MeasuringMark {
+ public:
+  explicit MeasuringMark(RenderContext& context) : context_(context) { context.measuring = true; }
+  ~MeasuringMark() { context_.measuring = false; }
+  MeasuringMark(const MeasuringMark&) = delete;
+  MeasuringMark& operator=(const MeasuringMark&) = delete;
+
+ private:
+  RenderContext& context_;
+};
+
+/// Gives the session other settings while it exists.
 class WithSettings {
  public:
   WithSettings(Session& session, const RenderSettings& settings)
@@ -78,17 +99,17 @@ class WithSettings {
   RenderSettings kept_;
 };
 
-/// Progress that shows in the window, a hundred steps at most. `what` is "reading" or "uploading".
-inline Progress loading_progress(std::filesystem::path path, std::string what, std::stop_token stop,
-                                 std::function<void(Action)> report) {
+/// Progress that the window shows, in steps of 1 %. `what`: "reading" or "uploading".
+inline Progress shown_progress(std::filesystem::path path, std::string what, std::stop_token stop,
+                               ActionQueue& reports) {
   constexpr float kStep = 0.01f;
   Progress progress;
   progress.stop = std::move(stop);
-  progress.report = [path = std::move(path), what = std::move(what), report = std::move(report),
+  progress.report = [path = std::move(path), what = std::move(what), &reports,
                      reported = 0.0f](float fraction) mutable {
     if (fraction < reported + kStep) return;
     reported = fraction;
-    report(action::SetLoading{Loading{path, what, fraction}});
+    reports.report(action::show_progress, Loading{path, what, fraction});
   };
   return progress;
 }

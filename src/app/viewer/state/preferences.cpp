@@ -11,6 +11,7 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
 
 namespace qs {
 namespace {
@@ -19,7 +20,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMaxBytes = std::size_t{4} << 20, kMostCameras = 100;
 
-/// Calls visit(name, member) for what is stored as it is.
+/// Calls visit(name, member) for the members that JSON stores directly.
 template <class P, class Visit>
 void for_each_preference(P& p, Visit&& visit) {
   visit("width", p.width);
@@ -42,6 +43,24 @@ std::filesystem::path preferences_file() {
   const char* home = std::getenv("HOME");
   if (home == nullptr || *home == '\0') return {};
   return std::filesystem::path(home) / ".config/quadsplat/viewer.json";
+}
+
+void use_preferences(Viewer& viewer, const Preferences& preferences) {
+  viewer.vsync = preferences.vsync;
+  viewer.on_demand = preferences.on_demand;
+  viewer.reduce_when_moving = preferences.reduce_when_moving;
+  viewer.panels = preferences.panels;
+  viewer.navigation = preferences.navigation;
+  viewer.recent = preferences.recent;
+  viewer.last_views = preferences.cameras;
+}
+
+Preferences preferences_of(const Viewer& viewer, glm::ivec2 window_size) {
+  Preferences kept{
+      window_size.x, window_size.y,     viewer.vsync,  viewer.on_demand, viewer.reduce_when_moving,
+      viewer.panels, viewer.navigation, viewer.recent, viewer.last_views};
+  if (viewer.scene) kept.cameras[viewer.scene->path.string()] = format_camera(viewer.camera);
+  return kept;
 }
 
 Preferences read_preferences(const std::filesystem::path& file, std::string& problem) {

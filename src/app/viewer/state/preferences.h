@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the viewer remembers from one run to the next: the window, switches, recent files, the last
-// camera of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config).
+// What the viewer keeps from one run to the next: the window's size, switches, recent files, the
+// last view of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config).
 #pragma once
 
 #include <filesystem>
@@ -18,13 +18,17 @@ struct Preferences {
   Panels panels;
   Navigation navigation = Navigation::orbit;
   std::vector<std::filesystem::path> recent;
-  std::map<std::string, std::string> cameras;  ///< scene file -> camera as JSON
+  std::map<std::string, std::string> cameras;  ///< Viewer::last_views
 };
 
-/// viewer.json in the user's configuration folder; empty when there is no home.
+/// Copies preferences into a Viewer, and back.
+void use_preferences(Viewer& viewer, const Preferences& preferences);
+Preferences preferences_of(const Viewer& viewer, glm::ivec2 window_size);
+
+/// viewer.json in the user's configuration folder; empty if there is no home folder.
 std::filesystem::path preferences_file();
 
-/// A missing file gives the defaults. A damaged one too, and `problem` gets a sentence.
+/// The defaults if there is no file; also if it is damaged, which `problem` then says.
 Preferences read_preferences(const std::filesystem::path& file, std::string& problem);
 
 /// Makes the folder if needed. Throws Error(input).

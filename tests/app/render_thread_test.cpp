@@ -15,6 +15,7 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/open_scene.h"
+#include "app/viewer/state/camera_actions.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "support/recording_host.h"
@@ -56,7 +57,7 @@ class RenderThreadTest : public testing::Test, protected test::RecordingHost {
   void change(const std::function<void(Viewer&)>& edit) { apply(call(edit)); }
   void press(const std::string& key) {
     const KeyPress press = parse_key(key);
-    apply(find_command(press.key, press.mods)->action);
+    apply(find_key_command(press.key, press.mods)->action);
   }
   void take_reports() {
     Actions reports;
@@ -216,10 +217,10 @@ TEST_F(RenderThreadTest, screenshots_are_never_written_over_and_equal_a_render) 
   ASSERT_TRUE(std::filesystem::exists(path)) << viewer().toasts.back().text;
   EXPECT_TRUE(
       std::filesystem::exists(scenes_ / "screenshots/random_scene_view_quadbox_96x64_0002.png"));
-  const Image written = read_image(path);
+  const Image saved = read_image(path);
   const auto frame = draw(request_);
-  for (std::size_t i = 0; i < written.values.size(); ++i)
-    ASSERT_EQ(to_8bit(written.values[i]), frame->rgba[i / 3 * 4 + i % 3]);
+  for (std::size_t i = 0; i < saved.values.size(); ++i)
+    ASSERT_EQ(to_8bit(saved.values[i]), frame->rgba[i / 3 * 4 + i % 3]);
 }
 
 TEST_F(RenderThreadTest, a_recorded_zoom_can_be_stopped_and_saves_nothing) {

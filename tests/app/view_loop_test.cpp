@@ -13,6 +13,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/render/scene_loader.h"
+#include "app/viewer/state/preferences.h"
 #include "app/viewer/view_options.h"
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window_grab.h"
@@ -277,81 +278,79 @@ TEST(WindowGrab, writes_once_and_reports_what_went_wrong) {
 }
 
 // ---- what is kept, what is read -----------------------------------------------------------------
-TEST(Preferences, are_read_back) {
+TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   const TemporaryFolder folder;
-  Preferences written;
-  written.width = 1600;
-  written.vsync = false;
+  Viewer written;
+  written.vsync = written.on_demand = written.reduce_when_moving = false;
+  written.panels.info = true;
   written.navigation = Navigation::fly;
   written.recent = {"/a.ply", "/b c.ply"};
-  written.cameras["/a.ply"] = "{}";
-  write_preferences(folder / "deep/viewer.json", written);
-  std::string problem;
-  const Preferences read = read_preferences(folder / "deep/viewer.json", problem);
-  EXPECT_EQ(problem, "");
-  EXPECT_EQ(read.width, 1600);
-  EXPECT_FALSE(read.vsync);
+  written.last_views["/a.ply"] = "kept";
+  written.scene.emplace();
+  written.scene->path = "/b.ply";
+  written.camera = test::front_camera(64, 48);
+  write_preferences(folder / "deep/viewer.json", written, {1600, 900});
+  Viewer read;
+  glm::ivec2 size(0);
+  EXPECT_EQ(read_preferences(folder / "deep/viewer.json", read, size), "");
+  EXPECT_EQ(size, glm::ivec2(1600, 900));
+  EXPECT_FALSE(read.vsync || read.on_demand || read.reduce_when_moving);
+  EXPECT_TRUE(read.panels.info);
   EXPECT_EQ(read.navigation, Navigation::fly);
   EXPECT_EQ(read.recent, written.recent);
-  EXPECT_EQ(read.cameras, written.cameras);
+  EXPECT_THAT(read.last_views,
+              testing::ElementsAre(testing::Pair("/a.ply", "kept"),
+                                   testing::Pair("/b.ply", format_camera(written.camera))));
 }
 
 TEST(Preferences, damaged_ones_are_reported_and_ignored) {
   const TemporaryFolder folder;
-  for (const char* text : {"{", "[]", "{\"width\": \"wide\"}", "{\"recent\": 3}"}) {
+  for (const char* text :
+       {"{", "[]", "{\"width\": \"wide\"}", "{\"vsync\": false, \"recent\": 3}"}) {
     std::ofstream(folder / "viewer.json") << text;
-    std::string problem;
-    const Preferences read = read_preferences(folder / "viewer.json", problem);
-    EXPECT_EQ(read.width, Preferences().width);
-    EXPECT_THAT(problem, HasSubstr("ignored")) << text;
+    Viewer viewer;
+    glm::ivec2 size(1280, 720);
+    EXPECT_THAT(read_preferences(folder / "viewer.json", viewer, size), HasSubstr("ignored"))
+        << text;
+    EXPECT_EQ(size, glm::ivec2(1280, 720));
+    EXPECT_TRUE(viewer.vsync);
   }
-  std::string problem;
-  read_preferences(folder / "missing.json", problem);
-  EXPECT_EQ(problem, "");
-}
-
-TEST(Preferences, are_the_viewer_s_choices_and_the_view_of_its_scene) {
   Viewer viewer;
-  viewer.vsync = viewer.on_demand = viewer.reduce_when_moving = false;
-  viewer.panels.info = true;
-  viewer.navigation = Navigation::fly;
-  viewer.recent = {"/a.ply"};
-  viewer.last_views["/a.ply"] = "kept";
-  viewer.scene.emplace();
-  viewer.scene->path = "/b.ply";
-  viewer.camera = test::front_camera(64, 48);
-  const Preferences kept = preferences_of(viewer, {800, 600});
-  EXPECT_EQ(kept.width, 800);
-  EXPECT_EQ(kept.height, 600);
-  EXPECT_EQ(kept.cameras.at("/a.ply"), "kept");
-  EXPECT_EQ(kept.cameras.at("/b.ply"), format_camera(viewer.camera));
-  Viewer next;
-  use_preferences(next, kept);
-  EXPECT_FALSE(next.vsync || next.on_demand || next.reduce_when_moving);
-  EXPECT_TRUE(next.panels.info);
-  EXPECT_EQ(next.navigation, Navigation::fly);
-  EXPECT_EQ(next.recent, viewer.recent);
-  EXPECT_EQ(next.last_views, kept.cameras);
+  glm::ivec2 size(1280, 720);
+  EXPECT_EQ(read_preferences(folder / "missing.json", viewer, size), "");
+  std::ofstream(folder / "viewer.json") << "{\"width\": 3, \"height\": 99999}";
+  EXPECT_EQ(read_preferences(folder / "viewer.json", viewer, size), "");
+  EXPECT_EQ(size, glm::ivec2(320, 16384));
 }
 
 TEST(ViewOptions, overrule_the_preferences) {
+  const TemporaryFolder folder;
+  Viewer kept;
+  kept.on_demand = false;
+  write_preferences(folder / "viewer.json", kept, {640, 480});
   ViewOptions options;
+  options.settings = folder / "viewer.json";
   options.frame.backend = Backend::cpu;
   options.frame.modes = {find_culler("exact")};
   options.vsync = false;
   options.beside = "adr";
   options.frame.cameras = "cameras.json";
-  Preferences preferences;
-  preferences.on_demand = false;
-  const Viewer viewer = initial_viewer(options, preferences);
+  glm::ivec2 size(1280, 720);
+  const Viewer viewer = initial_viewer(options, size);
+  EXPECT_EQ(size, glm::ivec2(640, 480));
   EXPECT_EQ(viewer.mode(), find_culler("exact"));
   EXPECT_FALSE(viewer.vsync);
   EXPECT_FALSE(viewer.on_demand);
   EXPECT_TRUE(viewer.panels.split);
   EXPECT_EQ(viewer.split.other.mode, find_culler("adr"));
   EXPECT_FALSE(viewer.restores_views);
+  options.frame.size = glm::ivec2(800, 600);
+  initial_viewer(options, size);
+  EXPECT_EQ(size, glm::ivec2(800, 600));
+  std::ofstream(folder / "viewer.json") << "{";
+  EXPECT_THAT(initial_viewer(options, size).toasts.at(0).text, HasSubstr("ignored"));
   options.beside = "best";
-  EXPECT_THROW(initial_viewer(options, preferences), Error);
+  EXPECT_THROW(initial_viewer(options, size), Error);
 }
 
 TEST(SceneFacts, up_is_the_cameras_mean_unless_the_file_says_so) {

@@ -56,7 +56,7 @@ struct Driven : test::RecordingHost {
   }
   void press(const std::string& key) {
     const KeyPress press = parse_key(key);
-    store.apply(find_command(press.key, press.mods)->action, *this);
+    store.apply(find_key_command(press.key, press.mods)->action, *this);
   }
   void apply_all(const Actions& actions) {
     for (const Action& action : actions) store.apply(action, *this);
@@ -189,7 +189,7 @@ TEST(Viewer, says_so_when_there_are_no_cameras) {
   driven.press("]");
   ASSERT_THAT(driven.viewer.toasts, SizeIs(1));
   EXPECT_THAT(driven.viewer.toasts[0].text, HasSubstr("cameras.json"));
-  driven.apply(tick, Turn{100, 0.1});
+  driven.apply(tick, Turn{100}, 0.1);
   EXPECT_THAT(driven.viewer.toasts, IsEmpty());
 }
 
@@ -331,7 +331,7 @@ TEST(Viewer, keyframes_play_along_their_path) {
   driven.apply(seek, 0.0);
   EXPECT_LT(glm::distance(viewer.camera.position(), first.position()), 1e-9);
   driven.press("Space");
-  for (int i = 0; i < 20; ++i) driven.apply(tick, Turn{0.1 * i, 0.1});
+  for (int i = 0; i < 20; ++i) driven.apply(tick, Turn{0.1 * i}, 0.1);
   EXPECT_FALSE(viewer.playback.running);
   EXPECT_LT(glm::distance(viewer.camera.position(), second.position()), 1e-9);
   driven.apply(remove_keyframe, std::size_t{7});
@@ -343,21 +343,21 @@ TEST(Viewer, keyframes_play_along_their_path) {
 TEST(Viewer, clicks_start_an_inspection_only_inside_the_picture_and_with_the_inspector_open) {
   DrivenScene driven(2);
   const glm::dvec2 inside(5, 5), outside(driven.viewer.camera.width, 5);
-  driven.apply(inspect_pixel, inside);
+  driven.apply(action::inspect_pixel, inside);
   EXPECT_THAT(driven.jobs, IsEmpty());
   driven.press("B");
-  driven.apply(inspect_pixel, outside);
-  driven.apply(inspect_gaussian, 3u);  // nothing is inspected yet
+  driven.apply(action::inspect_pixel, outside);
+  driven.apply(action::inspect_gaussian, 3u);  // nothing is inspected yet
   EXPECT_THAT(driven.jobs, IsEmpty());
-  driven.apply(inspect_pixel, inside);
+  driven.apply(action::inspect_pixel, inside);
   EXPECT_THAT(driven.jobs, SizeIs(1));
   InspectedView view;
   view.version = driven.viewer.version;
   driven.apply(pixel_inspected, view);
-  driven.apply(inspect_gaussian, 3u);
+  driven.apply(action::inspect_gaussian, 3u);
   EXPECT_THAT(driven.jobs, SizeIs(2));
   driven.apply(change_fov, 1.0);
-  driven.apply(inspect_gaussian, 4u);  // of an earlier view
+  driven.apply(action::inspect_gaussian, 4u);  // of an earlier view
   EXPECT_THAT(driven.jobs, SizeIs(2));
 }
 
@@ -392,7 +392,7 @@ TEST(Viewer, jobs_wait_for_a_scene_and_the_zoom_s_key_stops_it_too) {
 TEST(Commands, no_key_does_two_things) {
   std::set<std::pair<int, int>> keys;
   std::set<std::string> helps;
-  for (const Command& row : commands()) {
+  for (const KeyCommand& row : key_commands()) {
     EXPECT_TRUE(keys.emplace(row.key, row.mods).second) << row.help;
     EXPECT_TRUE(helps.insert(row.help).second) << row.help;
     EXPECT_NE(row.help, "");
@@ -402,7 +402,7 @@ TEST(Commands, no_key_does_two_things) {
 }
 
 TEST(Commands, names_of_keys_are_read_back) {
-  for (const Command& row : commands()) {
+  for (const KeyCommand& row : key_commands()) {
     const KeyPress press = parse_key(key_name(row.key, row.mods));
     EXPECT_EQ(press.key, row.key) << key_name(row.key, row.mods);
     EXPECT_EQ(press.mods, row.mods);
@@ -413,7 +413,7 @@ TEST(Commands, every_mode_has_its_digit_in_both_rows_and_a_tick_while_it_is_chos
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     for (const int zero : {GLFW_KEY_0, GLFW_KEY_KP_0}) {
       DrivenScene driven(1);
-      const Command* row = find_command(zero + mode, 0);
+      const KeyCommand* row = find_key_command(zero + mode, 0);
       ASSERT_NE(row, nullptr);
       driven.store.apply(row->action, driven);
       EXPECT_EQ(driven.viewer.mode(), mode);
@@ -428,7 +428,7 @@ TEST(Commands, every_mode_has_its_digit_in_both_rows_and_a_tick_while_it_is_chos
 TEST(Commands, every_row_is_documented) {
   const std::string text =
       read_text_file(std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "docs/viewer.md", 1 << 20);
-  for (const Command& row : commands()) {
+  for (const KeyCommand& row : key_commands()) {
     // Markdown needs two backticks around one.
     const std::string key = key_name(row.key, row.mods);
     const std::string quoted = key == "`" ? "`` ` ``" : "`" + key + "`";

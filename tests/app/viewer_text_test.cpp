@@ -10,7 +10,6 @@
 
 #include "app/session/camera_control.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/state_json.h"
 #include "support/scenes.h"
 
 namespace qs {
@@ -49,6 +48,7 @@ Viewer known_viewer() {
   viewer.scene->sh_degree = 3;
   viewer.scene->core = {glm::vec3(-1, 0, 0), glm::vec3(1.5f, 1, 1)};
   viewer.camera = test::front_camera(640, 480);
+  viewer.camera.view_from_world[3] = glm::dvec3(1, -2, 3.4567);
   RenderStats& stats = viewer.shown.stats;
   stats.frame_ms = 4;
   stats.present_ms = 0.25f;
@@ -156,8 +156,7 @@ TEST(HudText, stages_stand_in_their_order) {
   row.sort_ms = 0.5;
   row.blend_ms = 1;
   EXPECT_THAT(stages_of(row), ElementsAre(0.125, 0.25, 0.5, 1.0));
-  EXPECT_EQ(stages_text(row),
-            "preprocess 0.125 ms\nbin 0.250 ms\nsort 0.500 ms\nblend 1.000 ms");
+  EXPECT_EQ(stages_text(row), "preprocess 0.125 ms\nbin 0.250 ms\nsort 0.500 ms\nblend 1.000 ms");
 }
 
 TEST(HudText, the_plot_s_caption_names_its_longest_frame) {
@@ -271,7 +270,7 @@ TEST(PanelText, the_scene_s_facts_are_those_of_its_file) {
   EXPECT_EQ(value_of(facts, "SH degree"), "3");
   EXPECT_EQ(value_of(facts, "extent"), "2.5");
   EXPECT_THAT(value_of(facts, "cameras"), HasSubstr("none"));
-  EXPECT_EQ(value_of(facts, "view"), "from 0, 0, 0");
+  EXPECT_EQ(value_of(facts, "view"), "from -1, 2, -3.46");
   const double fov = 2 * std::atan(0.5 * 480 / viewer.camera.focal_px.y);
   EXPECT_EQ(std::stod(value_of(facts, "lens")), std::round(10 * glm::degrees(fov)) / 10);
 }
@@ -311,7 +310,8 @@ TEST(PanelText, a_zoom_s_curves_go_through_its_times) {
   EXPECT_EQ(zoom_curves(zoom).longest_ms, 0);
   for (std::uint64_t step = 0; step < 2; ++step) {
     for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-      zoom.rows.push_back(row_of_mode(mode_name(mode), mode * (1.0 + static_cast<double>(step)), 1));
+      zoom.rows.push_back(
+          row_of_mode(mode_name(mode), mode * (1.0 + static_cast<double>(step)), 1));
       zoom.rows.back().view = step;
     }
   }

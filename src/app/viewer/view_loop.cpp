@@ -12,6 +12,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/preferences.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
 #include "app/viewer/window/script_player.h"
@@ -28,16 +29,14 @@ class ViewLoop final : public Host {
  public:
   explicit ViewLoop(const ViewOptions& options)
       : options_(options),
-        preferences_(read_preferences(options.settings, problem_)),
-        window_(options.frame.size.value_or(glm::ivec2(preferences_.width, preferences_.height))),
-        loader_(Window::wake),
-        store_(initial_viewer(options, preferences_)) {
+        store_(initial_viewer(options, first_size_)),
+        window_(first_size_),
+        loader_(Window::wake) {
     if (options.script) script_ = ScriptPlayer(*options.script);
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame.renderer, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     window_.set_vsync(vsync_ = viewer_.vsync);
     apply(action::resize, window_.framebuffer().x, window_.framebuffer().y);
-    if (!problem_.empty()) apply(action::notify_error, problem_);
     if (!options.frame.scene.empty()) open(options.frame.scene, options.frame.axes);
   }
 
@@ -55,15 +54,17 @@ class ViewLoop final : public Host {
       const glm::ivec2 pixels = window_.framebuffer();
       if (pixels != glm::ivec2(viewer_.camera.width, viewer_.camera.height))
         actions.push_back(call(action::resize, pixels.x, pixels.y));
-      apply(action::tick,
-            action::Turn{now, seconds, window_.input().cursor(), render_->measuring()});
       measure_memory();
+      turn_.now = now;
+      turn_.cursor = window_.input().cursor();
+      turn_.measuring = render_->measuring();
+      apply(action::tick, turn_, seconds);
       apply_all(actions);
       take_frame();
       draw();
       requests_.update(viewer_, *render_, !pacing_.wants_to_draw(viewer_, surroundings()));
     }
-    write_preferences(options_.settings, preferences_of(viewer_, window_.windowed_size()));
+    write_preferences(options_.settings, viewer_, window_.windowed_size());
   }
 
  private:
@@ -132,8 +133,8 @@ class ViewLoop final : public Host {
       return;
     memory_measured_ = viewer_.now;
     const bool cuda = viewer_.backend == Backend::cuda;
-    apply(action::memory_measured, process_bytes(),
-          cuda ? gpu_bytes(options_.frame.renderer.device) : 0);
+    turn_.process_bytes = process_bytes();
+    turn_.gpu_bytes = cuda ? gpu_bytes(options_.frame.renderer.device) : 0;
   }
 
   void take_frame() {
@@ -163,21 +164,22 @@ class ViewLoop final : public Host {
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();
     if (!viewer_.on_demand) Presenter::finish();
-    apply(action::window_measured, pacing_.end_drawing(viewer_, around.now), presenter_.gpu_ms());
+    turn_.display_fps = pacing_.end_drawing(viewer_, around.now);
+    turn_.present_ms = presenter_.gpu_ms();
     apply_all(actions);
   }
 
   const ViewOptions& options_;
-  std::string problem_;  // of the preferences
-  Preferences preferences_;
+  glm::ivec2 first_size_{1280, 720};  // of the window
+  ViewerStore store_;
+  const Viewer& viewer_ = store_.viewer();
+  Turn turn_;
   Window window_;
   Presenter presenter_;
   PictureTexture photograph_, construction_;
   std::optional<GlFrames> gl_frames_;
   SceneLoader loader_;
   std::optional<RenderThread> render_;
-  ViewerStore store_;
-  const Viewer& viewer_ = store_.viewer();
   PanelState panel_state_;
   Pacing pacing_;
   ScriptPlayer script_;

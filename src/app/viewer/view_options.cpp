@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/view_options.h"
 
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 
-Viewer initial_viewer(const ViewOptions& options, const Preferences& preferences) {
+Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   const FrameOptions& frame = options.frame;
   Viewer viewer;
+  const std::string problem = read_preferences(options.settings, viewer, window_size);
+  if (!problem.empty()) action::notify_error(viewer, problem);
+  if (frame.size) window_size = *frame.size;
   viewer.out_dir = options.out_dir;
   viewer.restores_views = !frame.cameras;
   viewer.backend = frame.backend.value_or(available_backends().front());
@@ -22,7 +27,6 @@ Viewer initial_viewer(const ViewOptions& options, const Preferences& preferences
       find_variant(options.beside.value_or(mode_name(viewer.previous_mode)), viewer.variant());
   if (!other) fail(ErrorKind::usage, "view: --beside: there is no '{}' here", *options.beside);
   viewer.split.other = *other;
-  use_preferences(viewer, preferences);
   viewer.vsync = viewer.vsync && options.vsync;
   viewer.panels.split = options.beside.has_value();
   return viewer;

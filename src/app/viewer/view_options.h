@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "app/session/session.h"
-#include "app/viewer/state/preferences.h"
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
@@ -21,8 +20,8 @@ struct ViewOptions {
   std::filesystem::path out_dir = ".";          ///< Viewer::out_dir
 };
 
-/// What the preferences say, unless an option says otherwise. Throws Error(usage) if
-/// ViewOptions::beside names no variant.
-Viewer initial_viewer(const ViewOptions& options, const Preferences& preferences);
+/// The state at the start: that of the preferences file, unless an option says otherwise. Sets
+/// `window_size`, screen units. Throws Error(usage) if ViewOptions::beside names no variant.
+Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size);
 
 }  // namespace qs

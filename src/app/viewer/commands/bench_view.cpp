@@ -15,8 +15,8 @@ namespace qs::job {
 
 void bench_view(RenderContext& context, const Viewer& viewer) {
   Session& session = context.session;
-  const WithSettings settings(session, full_frame(viewer).settings);
-  const MeasuringMark measuring(context);
+  const auto settings = with_settings(session, full_frame(viewer).settings);
+  const auto measuring = mark_measuring(context);
   BenchReport report;
   report.environment = environment_json(session);
   const std::string name = scene_name(session.scene.path);

@@ -10,7 +10,7 @@ namespace qs {
 void action::change_backend(Viewer& viewer, Host& host, Backend backend) {
   if (backend == viewer.backend) return;
   host.run([backend](RenderContext& context) {
-    const ProgressEnd end(context);
+    const auto end = hide_progress_at_end(context);
     Session& session = context.session;
     context.second.reset();
     session.renderer = upload_to(context, session.scene, backend);

@@ -91,40 +91,40 @@ void next_split_view(Viewer& v) {
 
 // ---- the table ---------------------------------------------------------------------------------
 template <class Function, class... Arguments>
-Command row(int key, int mods, Menu menu, const char* help, Function function,
-            Arguments... arguments) {
+KeyCommand row(int key, int mods, Menu menu, const char* help, Function function,
+               Arguments... arguments) {
   return {key, mods, menu, help, call(function, std::move(arguments)...)};
 }
 
-Command panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
-  Command command = row(key, mods, menu, help, toggle_panel, panel);
+KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
+  KeyCommand command = row(key, mods, menu, help, toggle_panel, panel);
   command.is_checked = [panel](const Viewer& viewer) { return viewer.panels.*panel; };
   return command;
 }
 
-Command held(int key, int mods, const char* help, void (*function)(Viewer&, bool held)) {
-  Command command = row(key, mods, Menu::none, help, function, true);
+KeyCommand held(int key, int mods, const char* help, void (*function)(Viewer&, bool held)) {
+  KeyCommand command = row(key, mods, Menu::none, help, function, true);
   command.on_release = call(function, false);
   return command;
 }
 
-Command job_row(int key, int mods, Menu menu, const char* help,
-                void (*function)(RenderContext&, const Viewer&)) {
+KeyCommand job_row(int key, int mods, Menu menu, const char* help,
+                   void (*function)(RenderContext&, const Viewer&)) {
   return row(key, mods, menu, help, [function](Viewer& viewer, Host& host) {
     if (viewer.scene) start_job(viewer, host, function);
   });
 }
 
-Command mode_row(CullMode mode) {
-  Command command = row(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), set_mode, mode);
+KeyCommand mode_row(CullMode mode) {
+  KeyCommand command = row(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), set_mode, mode);
   command.is_checked = [mode](const Viewer& viewer) { return viewer.settings.mode == mode; };
   command.tooltip = row_of(mode).summary;
   return command;
 }
 
-std::vector<Command> make_commands() {
+std::vector<KeyCommand> make_commands() {
   using enum Menu;
-  std::vector<Command> rows = {
+  std::vector<KeyCommand> rows = {
       panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Read with other axes", next_axes),
@@ -178,16 +178,16 @@ std::vector<Command> make_commands() {
 
 }  // namespace
 
-std::span<const Command> commands() {
-  static const std::vector<Command> rows = make_commands();
+std::span<const KeyCommand> key_commands() {
+  static const std::vector<KeyCommand> rows = make_commands();
   return rows;
 }
 
-const Command* find_command(int key, int mods) {
+const KeyCommand* find_key_command(int key, int mods) {
   const bool on_keypad = key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9;
   const int main_key = on_keypad ? key - GLFW_KEY_KP_0 + GLFW_KEY_0 : key;
-  const std::span<const Command> rows = commands();
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const Command& row) {
+  const std::span<const KeyCommand> rows = key_commands();
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const KeyCommand& row) {
     return row.key == main_key && row.mods == mods;
   });
   return found == rows.end() ? nullptr : &*found;

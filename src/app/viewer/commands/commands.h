@@ -17,7 +17,7 @@ enum class Menu { file, view, camera, mode, measure, none };
 /// Index = Menu; `none` has no menu.
 inline constexpr const char* kMenuNames[] = {"File", "View", "Camera", "Mode", "Measure"};
 
-struct Command {
+struct KeyCommand {
   int key;   ///< GLFW_KEY_*
   int mods;  ///< exactly these of GLFW_MOD_SHIFT, _CONTROL, _ALT
   Menu menu;
@@ -28,9 +28,9 @@ struct Command {
   const char* tooltip = nullptr;                       ///< in the menu
 };
 
-std::span<const Command> commands();
+std::span<const KeyCommand> key_commands();
 
 /// The command of a key; digits of the keypad count as those of the main row. Null without one.
-const Command* find_command(int key, int mods);
+const KeyCommand* find_key_command(int key, int mods);
 
 }  // namespace qs

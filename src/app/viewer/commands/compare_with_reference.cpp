@@ -18,7 +18,7 @@ constexpr int kSide = 256;     ///< of the part around the cursor, pixels
 
 void compare(RenderContext& context, const Viewer& viewer, std::optional<PixelBox> region) {
   const FrameRequest request = full_frame(viewer);
-  const ProgressEnd end(context);
+  const auto end = hide_progress_at_end(context);
   Outputs outputs;
   outputs.trace = true;
   const Frame frame = context.session.renderer->render(request.camera, request.settings, outputs,

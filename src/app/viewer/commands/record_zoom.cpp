@@ -28,7 +28,7 @@ ZoomPlan zoom_plan(Backend backend) {
 void record(RenderContext& context, const Viewer& viewer) {
   Session& session = context.session;
   FrameRequest request = full_frame(viewer);
-  const WithSettings settings(session, request.settings);
+  const auto settings = with_settings(session, request.settings);
   const auto target =
       find_point(*session.renderer, request.camera, request.settings, center_pixel(request.camera));
   if (!target) {

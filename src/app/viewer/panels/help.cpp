@@ -33,7 +33,7 @@ void section(const char* title, const Rows& rows) {
 
 void menu_section(Menu menu) {
   section(menu == Menu::none ? "Held" : kMenuNames[static_cast<int>(menu)], [&] {
-    for (const Command& command : commands()) {
+    for (const KeyCommand& command : key_commands()) {
       if (command.menu == menu)
         row(key_name(command.key, command.mods).c_str(), command.help.c_str());
     }

@@ -19,7 +19,7 @@ void draw_recent(const Viewer& viewer, Actions& actions) {
 
 void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMenu(kMenuNames[static_cast<int>(menu)])) return;
-  for (const Command& row : commands()) {
+  for (const KeyCommand& row : key_commands()) {
     if (row.menu != menu) continue;
     const bool checked = row.is_checked && row.is_checked(viewer);
     if (ImGui::MenuItem(row.help.c_str(), key_name(row.key, row.mods).c_str(), checked))

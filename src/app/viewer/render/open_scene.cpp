@@ -16,7 +16,7 @@ Renderer& renderer_on(RenderContext& context, Backend backend) {
   Session& session = context.session;
   if (backend == session.backend) return *session.renderer;
   if (!context.second) {
-    const ProgressEnd end(context);
+    const auto end = hide_progress_at_end(context);
     context.second = upload_to(context, session.scene, backend);
   }
   return *context.second;
@@ -25,7 +25,7 @@ Renderer& renderer_on(RenderContext& context, Backend backend) {
 Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSettings settings,
                bool keep_background) {
   return [=](RenderContext& context) mutable {
-    const ProgressEnd end(context);
+    const auto end = hide_progress_at_end(context);
     auto renderer = upload_to(context, loaded->scene, backend);
     if (!keep_background)
       settings.background = glm::vec3(loaded->facts.white_background ? 1.0f : 0.0f);

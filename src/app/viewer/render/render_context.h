@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What background jobs work with on the render thread, and guards that restore it however a job
-// ends.
+// What background jobs work with on the render thread, and guards that restore it when a job ends.
 #pragma once
 
 #include <atomic>
@@ -61,43 +60,29 @@ struct RenderContext {
 /// The renderer of a backend with the scene, which is uploaded on the first call.
 Renderer& renderer_on(RenderContext& context, Backend backend);
 
-/// Hides the progress bar when a job ends.
-class ProgressEnd {
- public:
-  explicit ProgressEnd(RenderContext& context) : context_(context) {}
-  ~ProgressEnd() { context_.report(action::end_progress); }
-  ProgressEnd(const ProgressEnd&) = delete;
-  ProgressEnd& operator=(const ProgressEnd&) = delete;
-
- private:
-  RenderContext& context_;
+/// Calls a function when it goes out of scope.
+template <class Function>
+struct AtEnd {
+  Function function;
+  ~AtEnd() { function(); }
 };
 
-/// Sets Viewer::measuring while it exists, so that the window draws as little as possible.
-class MeasuringMark {
- public:
-  explicit MeasuringMark(RenderContext& context) : context_(context) { context.measuring = true; }
-  ~MeasuringMark() { context_.measuring = false; }
-  MeasuringMark(const MeasuringMark&) = delete;
-  MeasuringMark& operator=(const MeasuringMark&) = delete;
+/// Hides the progress bar at the end of the scope.
+inline auto hide_progress_at_end(RenderContext& context) {
+  return AtEnd{[&context] { context.report(action::end_progress); }};
+}
 
- private:
-  RenderContext& context_;
-};
+/// Sets Viewer::measuring in this scope, so that the window draws as little as possible.
+inline auto mark_measuring(RenderContext& context) {
+  context.measuring = true;
+  return AtEnd{[&context] { context.measuring = false; }};
+}
 
-/// Gives the session other settings while it exists.
-class WithSettings {
- public:
-  WithSettings(Session& session, const RenderSettings& settings)
-      : session_(session), kept_(std::exchange(session.settings, settings)) {}
-  ~WithSettings() { session_.settings = kept_; }
-  WithSettings(const WithSettings&) = delete;
-  WithSettings& operator=(const WithSettings&) = delete;
-
- private:
-  Session& session_;
-  RenderSettings kept_;
-};
+/// Gives the session other settings in this scope.
+inline auto with_settings(Session& session, const RenderSettings& settings) {
+  return AtEnd{
+      [&session, kept = std::exchange(session.settings, settings)] { session.settings = kept; }};
+}
 
 /// Progress that the window shows, in steps of 1 %. `what`: "reading" or "uploading".
 inline Progress shown_progress(std::filesystem::path path, std::string what, std::stop_token stop,

@@ -197,9 +197,9 @@ void RenderThread::expect(int width, int height) {
 }
 
 void RenderThread::measure(const NumbersRequest& request) {
-  const MeasuringMark measuring(context_);
+  const auto measuring = mark_measuring(context_);
   Session& session = context_.session;
-  const WithSettings settings(session, request.settings);
+  const auto settings = with_settings(session, request.settings);
   ModeNumbers numbers{request.version, {}};
   try {
     for (const Pipeline pipeline : pipelines_of(session.backend)) {

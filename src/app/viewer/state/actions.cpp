@@ -146,13 +146,11 @@ void save_keyframes(Viewer& v, Host& host) {
   notify(v, fmt::format("wrote {}", path.string()));
 }
 
-void tick(Viewer& v, const Turn& turn) {
-  v.now = turn.now;
-  v.cursor = turn.cursor;
-  v.measuring = turn.measuring;
+void tick(Viewer& v, const Turn& turn, double seconds) {
+  static_cast<Turn&>(v) = turn;
   std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
   if (!v.playback.running || v.keyframes.size() < 2) return;
-  seek(v, v.playback.time + turn.seconds);
+  seek(v, v.playback.time + seconds);
   if (v.playback.time >= v.keyframes.back().time) v.playback.running = false;
 }
 
@@ -220,16 +218,6 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
         [&](const BenchRow& row) { return row.mode == old.mode && row.pipeline == old.pipeline; });
     if (!again) v.numbers.rows.push_back(old);
   }
-}
-
-void window_measured(Viewer& v, double display_fps, float present_ms) {
-  v.display_fps = display_fps;
-  v.present_ms = present_ms;
-}
-
-void memory_measured(Viewer& v, std::uint64_t process_bytes, std::uint64_t gpu_bytes) {
-  v.process_bytes = process_bytes;
-  v.gpu_bytes = gpu_bytes;
 }
 
 void pixel_inspected(Viewer& v, const InspectedView& view) {

@@ -45,13 +45,8 @@ void seek(Viewer& viewer, double time);  ///< seconds on the path
 void save_keyframes(Viewer& viewer, Host& host);
 
 // ---- reports of the loop and of threads --------------------------------------------------------
-/// What the loop passes on every turn.
-struct Turn {
-  double now, seconds;     ///< since the start, since the last turn
-  glm::dvec2 cursor{-1};   ///< Viewer::cursor
-  bool measuring = false;  ///< Viewer::measuring
-};
-void tick(Viewer& viewer, const Turn& turn);
+/// Begins a turn of the loop, `seconds` after the last one.
+void tick(Viewer& viewer, const Turn& turn, double seconds);
 
 void show_progress(Viewer& viewer, const Loading& loading);
 void end_progress(Viewer& viewer);
@@ -64,9 +59,6 @@ void cameras_opened(Viewer& viewer, Host& host, const std::vector<Camera>& camer
 void photograph_opened(Viewer& viewer, const Photograph& photograph);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);
-/// The members of Viewer with these names.
-void window_measured(Viewer& viewer, double display_fps, float present_ms);
-void memory_measured(Viewer& viewer, std::uint64_t process_bytes, std::uint64_t gpu_bytes);
 void pixel_inspected(Viewer& viewer, const InspectedView& view);
 void compared_with_reference(Viewer& viewer, const ReferenceComparison& comparison);
 void zoom_stepped(Viewer& viewer, int steps, const std::vector<BenchRow>& rows_of_step);

@@ -60,4 +60,7 @@ std::string fps_text(double fps);
 /// "-1,234", "+5".
 std::string signed_text(std::int64_t number);
 
+/// What the window shows as JSON, for tests and for reports of problems.
+std::string state_json(const Viewer& viewer);
+
 }  // namespace qs

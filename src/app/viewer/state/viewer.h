@@ -151,8 +151,17 @@ struct Loading {
 /// the second.
 inline constexpr double kMovingSeconds = 0.2, kStillSeconds = 0.25;
 
-struct Viewer {
-  double now = 0;                       ///< seconds since the start
+/// What the loop knows at every turn.
+struct Turn {
+  double now = 0;          ///< seconds since the start
+  glm::dvec2 cursor{-1};   ///< pixels of the picture
+  bool measuring = false;  ///< the render thread measures now
+  double display_fps = 0;  ///< frames of the window per second, 0 while it rests
+  float present_ms = 0;    ///< GPU time of drawing the frame into the window
+  std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
+};
+
+struct Viewer : Turn {
   std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
   std::optional<ViewedScene> scene;
 
@@ -162,7 +171,6 @@ struct Viewer {
   Navigation navigation = Navigation::orbit;
   int dataset_camera = -1;    ///< index of the camera that the view stands at, else -1
   double last_motion = -1e9;  ///< Viewer::now
-  glm::dvec2 cursor{-1};      ///< pixels of the picture
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
   bool restores_views = true;                     ///< a scene opens at its last view
 
@@ -184,11 +192,7 @@ struct Viewer {
   std::optional<Loading> loading;
   ShownFrame shown;
   ModeNumbers numbers;
-  bool measuring = false;      ///< the render thread measures now
   std::deque<float> frame_ms;  ///< render times of the last full-size frames
-  double display_fps = 0;      ///< frames of the window per second, 0 while it rests
-  float present_ms = 0;        ///< GPU time of drawing the frame into the window
-  std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
   ZoomRecording zoom;
   std::optional<InspectedView> inspected;
   int inspections = 0;  ///< counts changes of `inspected`

@@ -27,12 +27,12 @@ void Input::key(int key, bool down, bool repeat, int mods, bool captured, Action
   if (!down) {
     // Its press was not captured, so the release counts even if a panel captures input by now.
     if (held_.erase(key) == 0) return;
-    const Command* row = find_command(key, 0);
+    const KeyCommand* row = find_key_command(key, 0);
     if (row != nullptr && row->on_release) actions.push_back(row->on_release);
     return;
   }
   if (captured) return;
-  const Command* row = find_command(key, mods_);
+  const KeyCommand* row = find_key_command(key, mods_);
   if (row != nullptr && row->on_release && repeat) return;
   held_.insert(key);
   if (row != nullptr) actions.push_back(row->action);

@@ -20,30 +20,30 @@ struct ScriptStep {
 };
 
 struct ScriptCommand {
-  const char *name, *arguments, *help;
+  const char *name, *arguments;
   int words;  ///< least number of arguments
 };
 
+/// docs/viewer.md says what they do.
 inline constexpr std::array kScriptCommands = {
-    ScriptCommand{"wait", "", "waits until nothing is read, rendered or measured", 0},
-    ScriptCommand{"key", "NAME", "presses and releases a key, for example Ctrl+O", 1},
-    ScriptCommand{"keypad", "DIGIT", "presses and releases a digit of the keypad", 1},
-    ScriptCommand{"hold", "NAME SECONDS", "keeps a key down", 2},
-    ScriptCommand{"press", "NAME", "presses a key or a mouse button until it is released", 1},
-    ScriptCommand{"release", "NAME", "releases it", 1},
-    ScriptCommand{"move", "X Y", "moves the cursor to a pixel", 2},
-    ScriptCommand{"click", "", "clicks the left button", 0},
-    ScriptCommand{"doubleclick", "", "clicks it twice", 0},
-    ScriptCommand{"drag", "DX DY BUTTON",
-                  "moves the cursor with a button held: left, right or middle", 3},
-    ScriptCommand{"wheel", "NOTCHES [MODIFIERS]", "turns the wheel", 1},
-    ScriptCommand{"type", "TEXT", "types into a text field", 1},
-    ScriptCommand{"drop", "PATH", "drops a file on the window", 1},
-    ScriptCommand{"paste", "TEXT", "puts text on the clipboard", 1},
-    ScriptCommand{"sleep", "SECONDS", "does nothing", 1},
-    ScriptCommand{"shot", "FILE.png", "writes a picture of the window", 1},
-    ScriptCommand{"state", "FILE.json", "writes what the window shows as JSON", 1},
-    ScriptCommand{"quit", "", "closes the window", 0},
+    ScriptCommand{"wait", "", 0},
+    ScriptCommand{"key", "NAME", 1},
+    ScriptCommand{"keypad", "DIGIT", 1},
+    ScriptCommand{"hold", "NAME SECONDS", 2},
+    ScriptCommand{"press", "NAME", 1},
+    ScriptCommand{"release", "NAME", 1},
+    ScriptCommand{"move", "X Y", 2},
+    ScriptCommand{"click", "", 0},
+    ScriptCommand{"doubleclick", "", 0},
+    ScriptCommand{"drag", "DX DY BUTTON", 3},
+    ScriptCommand{"wheel", "NOTCHES [MODIFIERS]", 1},
+    ScriptCommand{"type", "TEXT", 1},
+    ScriptCommand{"drop", "PATH", 1},
+    ScriptCommand{"paste", "TEXT", 1},
+    ScriptCommand{"sleep", "SECONDS", 1},
+    ScriptCommand{"shot", "FILE.png", 1},
+    ScriptCommand{"state", "FILE.json", 1},
+    ScriptCommand{"quit", "", 0},
 };
 
 /// Throws Error(input) naming file and line.

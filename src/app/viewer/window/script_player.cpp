@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/viewer/state/state_json.h"
+#include "app/viewer/state/hud_text.h"
 #include "raster/base/fail.h"
 
 namespace qs {

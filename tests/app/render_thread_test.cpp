@@ -10,9 +10,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/render/jobs.h"
+#include "app/viewer/commands/commands.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/keys.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/open_scene.h"
+#include "app/viewer/state/camera_actions.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
+#include "support/recording_host.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -22,8 +28,8 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-// What the loop on the main thread does with a render thread, without a window.
-class RenderThreadTest : public testing::Test {
+// The loop on the main thread without its window: jobs run, their reports change the viewer.
+class RenderThreadTest : public testing::Test, protected test::RecordingHost {
  protected:
   static FrameOptions one_thread() {
     FrameOptions options;
@@ -34,23 +40,43 @@ class RenderThreadTest : public testing::Test {
   RenderThreadTest()
       : thread_(
             one_thread(), [] {}, nullptr) {
-    LoadedScene loaded;
-    loaded.scene.cloud = test::random_cloud(300, 1, 5);
-    loaded.scene.path = scenes_ / "random.ply";
-    write_scene(loaded.scene.cloud, loaded.scene.path);
-    loaded.facts.name = "random";
-    loaded.facts.path = loaded.scene.path;
-    thread_.run(open_scene(std::move(loaded), Backend::cpu, {}, false));
+    auto loaded = std::make_shared<LoadedScene>();
+    loaded->scene.cloud = test::random_cloud(300, 1, 5);
+    loaded->scene.path = scenes_ / "random scene.ply";
+    write_scene(loaded->scene.cloud, loaded->scene.path);
+    loaded->facts.name = "random";
+    loaded->facts.path = loaded->scene.path;
+    loaded->facts.core = {glm::vec3(-1), glm::vec3(1)};
+    apply(call(action::resize, 96, 64));
+    apply(call(action::scene_read, loaded, false));
     settle();
-    order_.camera = test::front_camera(96, 64);
+    apply(call(action::set_camera, test::front_camera(96, 64)));
+    change([this](Viewer& viewer) { viewer.out_dir = scenes_.path(); });
+    request_ = full_frame(viewer());
+  }
+
+  void run(Job job) override { thread_.run(std::move(job)); }
+  void stop_job() override { thread_.stop_job(); }
+
+  const Viewer& viewer() const { return store_.viewer(); }
+  void apply(const Action& action) { store_.apply(action, *this); }
+  void change(const std::function<void(Viewer&)>& edit) { apply(call(edit)); }
+  void press(const std::string& key) {
+    const KeyPress press = parse_key(key);
+    apply(find_key_command(press.key, press.mods)->action);
+  }
+  void take_reports() {
+    Actions reports;
+    thread_.take_reports(reports);
+    for (const Action& report : reports) apply(report);
   }
 
   // Until nothing runs; returns the newest frame.
-  std::optional<FrameReply> settle() {
-    std::optional<FrameReply> newest;
+  std::optional<RenderedFrame> settle() {
+    std::optional<RenderedFrame> newest;
     const auto deadline = std::chrono::steady_clock::now() + 120s;
     while (std::chrono::steady_clock::now() < deadline) {
-      thread_.take_reports(reports_);
+      take_reports();
       if (auto frame = thread_.take_frame()) newest = std::move(frame);
       if (!thread_.busy()) return newest;
       std::this_thread::sleep_for(1ms);
@@ -59,24 +85,15 @@ class RenderThreadTest : public testing::Test {
     return newest;
   }
 
-  std::optional<FrameReply> draw(const FrameOrder& order) {
-    thread_.order(order);
+  std::optional<RenderedFrame> draw(const FrameRequest& request) {
+    thread_.request(request);
     return settle();
-  }
-
-  template <class T>
-  const T* last_report() const {
-    const T* found = nullptr;
-    for (const Action& action : reports_) {
-      if (const T* here = std::get_if<T>(&action)) found = here;
-    }
-    return found;
   }
 
   TemporaryFolder scenes_;
   RenderThread thread_;
-  FrameOrder order_;
-  Actions reports_;
+  FrameRequest request_;
+  ViewerStore store_{Viewer()};
 };
 
 std::size_t resident_bytes() {
@@ -87,8 +104,9 @@ std::size_t resident_bytes() {
 }
 
 TEST_F(RenderThreadTest, reports_the_scene_and_draws_it) {
-  ASSERT_NE(last_report<action::SceneOpened>(), nullptr);
-  const auto frame = draw(order_);
+  EXPECT_EQ(viewer().scene->name, "random");
+  EXPECT_FALSE(viewer().loading);
+  const auto frame = draw(request_);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->width, 96);
   EXPECT_EQ(frame->rgba.size(), 4u * 96 * 64);
@@ -96,18 +114,18 @@ TEST_F(RenderThreadTest, reports_the_scene_and_draws_it) {
 }
 
 TEST_F(RenderThreadTest, a_heat_map_s_sum_is_the_frame_s_pairs) {
-  order_.heatmap = HeatQuantity::pairs;
-  const auto frame = draw(order_);
+  request_.heatmap = HeatQuantity::pairs;
+  const auto frame = draw(request_);
   ASSERT_TRUE(frame && frame->shown.heatmap);
   EXPECT_EQ(frame->shown.heatmap->total, frame->shown.stats.tile_pairs);
 }
 
-TEST_F(RenderThreadTest, a_split_order_brings_both_frames_and_their_difference) {
-  FrameOrder other = order_;
+TEST_F(RenderThreadTest, a_split_request_brings_both_frames_and_their_difference) {
+  FrameRequest other = request_;
   other.settings.mode = find_culler("dualbox");
-  const auto alone = draw(order_), beside = draw(other);
-  order_.other = Variant{other.settings.mode, order_.settings.pipeline, Backend::cpu};
-  const auto both = draw(order_);
+  const auto alone = draw(request_), beside = draw(other);
+  request_.other = Variant{other.settings.mode, request_.settings.pipeline, Backend::cpu};
+  const auto both = draw(request_);
   ASSERT_TRUE(alone && beside && both && both->shown.other && both->shown.other->pairs);
   EXPECT_EQ(both->rgba, alone->rgba);
   EXPECT_EQ(both->other, beside->rgba);
@@ -119,42 +137,50 @@ TEST_F(RenderThreadTest, a_split_order_brings_both_frames_and_their_difference) 
 }
 
 TEST_F(RenderThreadTest, the_reference_is_beside_a_view_until_the_view_moves_on) {
-  order_.other = Variant{kReferenceMode, Pipeline::fast, Backend::cpu};
-  EXPECT_FALSE(draw(order_)->shown.other);
-  thread_.run(ask_oracle_about(order_, PixelBox{10, 20, 40, 50}));
+  request_.other = Variant{kReferenceMode, Pipeline::fast, Backend::cpu};
+  EXPECT_FALSE(draw(request_)->shown.other);
+  change([&](Viewer& viewer) {
+    viewer.panels.split = true;
+    viewer.split.other = *request_.other;
+    viewer.cursor = {-40, 20};
+  });
+  press("Shift+0");
   const auto beside = settle();
   ASSERT_TRUE(beside && beside->shown.other);
-  EXPECT_EQ(beside->shown.other->region.x1, 40);
+  EXPECT_EQ(viewer().comparison->version, viewer().version);
+  const PixelBox& region = beside->shown.other->region;  // 256 pixels around 0, 20, cut
+  EXPECT_EQ(region.x0, 0);
+  EXPECT_EQ(region.x1, 96);
   EXPECT_LE(beside->shown.other->pixels.largest, 1);
   EXPECT_FALSE(beside->shown.other->pairs);
-  ++order_.view_version;
-  EXPECT_FALSE(draw(order_)->shown.other);
+  request_.view_version = viewer().view_version + 1;
+  EXPECT_FALSE(draw(request_)->shown.other);
 }
 
 TEST_F(RenderThreadTest, a_map_of_missed_contributions_knows_their_alphas) {
-  order_.heatmap = HeatQuantity::missed;
-  order_.settings.mode = find_culler("dualbox");
-  const auto frame = draw(order_);
+  request_.heatmap = HeatQuantity::missed;
+  request_.settings.mode = find_culler("dualbox");
+  const auto frame = draw(request_);
   ASSERT_TRUE(frame && frame->shown.heatmap && frame->shown.missed);
   EXPECT_GT(frame->shown.missed->largest_alpha, 0.0f);
   EXPECT_EQ(frame->shown.heatmap->total, frame->shown.missed->total);
-  order_.settings.mode = find_culler("exact");
-  EXPECT_EQ(draw(order_)->shown.heatmap->total, 0u);
+  request_.settings.mode = find_culler("exact");
+  EXPECT_EQ(draw(request_)->shown.heatmap->total, 0u);
 }
 
 TEST_F(RenderThreadTest, smaller_frames_say_so) {
-  order_.divisor = 3;
-  const auto frame = draw(order_);
+  request_.divisor = 3;
+  const auto frame = draw(request_);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->width, 32);
   EXPECT_EQ(frame->shown.divisor, 3);
   EXPECT_EQ(frame->shown.camera.width, 96);
 }
 
-TEST_F(RenderThreadTest, the_newest_order_is_the_one_that_is_drawn) {
+TEST_F(RenderThreadTest, the_newest_request_is_the_one_that_is_drawn) {
   for (int version = 0; version < 20; ++version) {
-    order_.version = version;
-    thread_.order(order_);
+    request_.version = version;
+    thread_.request(request_);
   }
   const auto frame = settle();
   ASSERT_TRUE(frame);
@@ -162,82 +188,110 @@ TEST_F(RenderThreadTest, the_newest_order_is_the_one_that_is_drawn) {
 }
 
 TEST_F(RenderThreadTest, a_thousand_switches_leave_image_and_memory_alone) {
-  const auto first = draw(order_);
+  const auto first = draw(request_);
   std::mt19937 random(7);
   std::size_t before = 0;
   for (int i = 0; i < 1000; ++i) {
-    FrameOrder order = order_;
-    order.settings.mode = 1 + static_cast<int>(random() % kCullerCount);
-    order.settings.sh_degree = static_cast<int>(random() % 4);
-    order.settings.splat_scale = 0.5f + 0.001f * static_cast<float>(random() % 1000);
-    order.settings.background = glm::vec3(static_cast<float>(random() % 2));
-    order.settings.antialiased = random() % 2 == 0;
-    if (random() % 4 == 0) order.heatmap = static_cast<HeatQuantity>(random() % kHeatQuantities);
-    thread_.order(order);
-    if (i % 50 == 0) thread_.run(switch_backend(Backend::cpu));
+    FrameRequest request = request_;
+    request.settings.mode = 1 + static_cast<int>(random() % kCullerCount);
+    request.settings.sh_degree = static_cast<int>(random() % 4);
+    request.settings.splat_scale = 0.5f + 0.001f * static_cast<float>(random() % 1000);
+    request.settings.background = glm::vec3(static_cast<float>(random() % 2));
+    request.settings.antialiased = random() % 2 == 0;
+    if (random() % 4 == 0) request.heatmap = static_cast<HeatQuantity>(random() % kHeatQuantities);
+    thread_.request(request);
     if (i % 10 == 0) settle();
     if (i == 300) before = resident_bytes();
   }
   settle();
   EXPECT_LT(resident_bytes(), before + (std::size_t{16} << 20));
-  EXPECT_EQ(draw(order_)->rgba, first->rgba);
+  EXPECT_EQ(draw(request_)->rgba, first->rgba);
 }
 
 TEST_F(RenderThreadTest, numbers_of_all_modes_arrive_when_nothing_else_is_to_do) {
-  thread_.order(NumbersOrder{order_.camera, order_.settings, 42});
+  thread_.request(NumbersRequest{request_.camera, request_.settings, 42});
   settle();
-  const auto* measured = last_report<action::NumbersMeasured>();
-  ASSERT_NE(measured, nullptr);
-  EXPECT_EQ(measured->numbers.version, 42);
-  EXPECT_EQ(measured->numbers.rows.size(), static_cast<std::size_t>(kCullerCount));
-  EXPECT_FALSE(last_report<action::MeasuringChanged>()->running);
+  EXPECT_EQ(viewer().numbers.version, 42);
+  EXPECT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(kCullerCount));
+  EXPECT_FALSE(thread_.measuring());
 }
 
 TEST_F(RenderThreadTest, screenshots_are_never_written_over_and_equal_a_render) {
-  const TemporaryFolder folder;
-  for (int i = 0; i < 2; ++i) thread_.run(take_screenshot(order_, "camera 3/x", folder.path()));
+  for (int i = 0; i < 2; ++i) press("Ctrl+F12");
   settle();
-  const auto path = folder / "screenshots/random_camera_3_x_quadbox_96x64_0001.png";
-  ASSERT_TRUE(std::filesystem::exists(path));
+  const auto path = scenes_ / "screenshots/random_scene_view_quadbox_96x64_0001.png";
+  ASSERT_TRUE(std::filesystem::exists(path)) << viewer().toasts.back().text;
   EXPECT_TRUE(
-      std::filesystem::exists(folder / "screenshots/random_camera_3_x_quadbox_96x64_0002.png"));
-  const Image written = read_image(path);
-  const auto frame = draw(order_);
-  for (std::size_t i = 0; i < written.values.size(); ++i)
-    ASSERT_EQ(to_8bit(written.values[i]), frame->rgba[i / 3 * 4 + i % 3]);
+      std::filesystem::exists(scenes_ / "screenshots/random_scene_view_quadbox_96x64_0002.png"));
+  const Image saved = read_image(path);
+  const auto frame = draw(request_);
+  for (std::size_t i = 0; i < saved.values.size(); ++i)
+    ASSERT_EQ(to_8bit(saved.values[i]), frame->rgba[i / 3 * 4 + i % 3]);
 }
 
 TEST_F(RenderThreadTest, a_recorded_zoom_can_be_stopped_and_saves_nothing) {
-  const TemporaryFolder folder;
-  thread_.run(record_zoom_from(order_, {48, 32}, folder.path()));
-  while (last_report<action::ZoomStepped>() == nullptr && thread_.busy()) {
-    thread_.take_reports(reports_);
+  press("Z");
+  while (!viewer().zoom.running && thread_.busy()) {
+    take_reports();
     std::this_thread::sleep_for(1ms);
   }
-  thread_.stop_job();
+  press("Z");  // stops it, unless it is over by now
   settle();
-  ASSERT_NE(last_report<action::ZoomEnded>(), nullptr);
-  EXPECT_EQ(last_report<action::ZoomEnded>()->folder.empty(),
-            !std::filesystem::exists(folder / "zoom"));
+  EXPECT_FALSE(viewer().zoom.running);
+  EXPECT_EQ(viewer().zoom.folder.empty(), !std::filesystem::exists(scenes_ / "zoom"));
+}
+
+TEST_F(RenderThreadTest, a_click_inspects_its_pixel_and_another_gaussian_can_be_picked) {
+  press("B");
+  apply(call(action::inspect_pixel, glm::dvec2(48.9, 32.9)));
+  settle();
+  ASSERT_TRUE(viewer().inspected) << viewer().toasts.back().text;
+  const Inspection first = viewer().inspected->inspection;
+  EXPECT_EQ(first.pixel.pixel, glm::ivec2(48, 32));
+  ASSERT_TRUE(first.gaussian);
+  EXPECT_NE(viewer().inspected->construction, nullptr);
+  ASSERT_GT(first.pixel.contributions.size(), 1u);
+  for (const Contribution& row : first.pixel.contributions) {
+    apply(call(action::inspect_gaussian, row.gaussian));
+    settle();
+    EXPECT_EQ(viewer().inspected->inspection.gaussian->gaussian, row.gaussian);
+    EXPECT_EQ(viewer().inspected->inspection.pixel.pixel, first.pixel.pixel);
+  }
+}
+
+TEST_F(RenderThreadTest, a_double_click_turns_the_camera_around_what_is_under_the_cursor) {
+  press("B");
+  apply(call(action::inspect_pixel, glm::dvec2(48, 32)));
+  apply(call(action::pick_pivot, glm::dvec2(48, 32)));
+  settle();
+  // Half of the light of the pixel is absorbed in front of the pivot.
+  const double depth = (viewer().camera.view_from_world * glm::dvec4(viewer().pivot, 1)).z;
+  bool found = false;
+  for (const Contribution& row : viewer().inspected->inspection.pixel.contributions)
+    found = found || std::abs(static_cast<double>(row.depth) - depth) < 1e-4;
+  EXPECT_TRUE(found);
+  apply(call(action::pick_pivot, glm::dvec2(-1, -1)));
+  settle();
+  EXPECT_EQ(viewer().toasts.back().text, "nothing is under the cursor");
 }
 
 TEST_F(RenderThreadTest, errors_become_sentences_and_the_thread_lives_on) {
   thread_.run([](RenderContext&) { throw Error(ErrorKind::input, "scene.ply: is broken"); });
   settle();
-  ASSERT_NE(last_report<action::Say>(), nullptr);
-  EXPECT_EQ(last_report<action::Say>()->text, "scene.ply: is broken");
-  EXPECT_TRUE(draw(order_));
+  EXPECT_EQ(viewer().toasts.back().text, "scene.ply: is broken");
+  EXPECT_TRUE(viewer().toasts.back().error);
+  EXPECT_TRUE(draw(request_));
 }
 
 TEST_F(RenderThreadTest, a_scene_that_does_not_fit_leaves_the_old_one) {
-  LoadedScene loaded;
-  loaded.scene.path = "/data/other.ply";
-  thread_.run(open_scene(std::move(loaded), Backend::cuda, {}, false));
+  const auto loaded = std::make_shared<LoadedScene>();
+  loaded->scene.path = loaded->facts.path = "/data/other.ply";
+  thread_.run(open_scene(loaded, Backend::cuda, {}, false));
   settle();
-  if (last_report<action::SceneOpened>()->backend == Backend::cuda) GTEST_SKIP() << "a GPU is here";
-  EXPECT_EQ(last_report<action::SceneOpened>()->scene.name, "random");
-  EXPECT_TRUE(last_report<action::Say>()->error);
-  EXPECT_TRUE(draw(order_));
+  if (viewer().backend == Backend::cuda) GTEST_SKIP() << "a GPU is here";
+  EXPECT_EQ(viewer().scene->name, "random");
+  EXPECT_TRUE(viewer().toasts.back().error);
+  EXPECT_TRUE(draw(request_));
 }
 
 }  // namespace

@@ -330,7 +330,7 @@ TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {
   EXPECT_THAT(render.err, HasSubstr(map["missed"].get<std::string>()));
 }
 
-TEST_F(ViewerProgram, the_display_counts_pairs_in_vain_as_bench_does) {
+TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
   const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
@@ -340,7 +340,7 @@ TEST_F(ViewerProgram, the_display_counts_pairs_in_vain_as_bench_does) {
             0);
   const json bench = json::parse(read_text_file(folder_ / "bench/bench.json", 1 << 20));
   const std::uint64_t count = bench["rows"][0]["false_positives"];
-  EXPECT_THAT(state("a.json")["facts"]["in vain"].get<std::string>(),
+  EXPECT_THAT(state("a.json")["facts"]["unused"].get<std::string>(),
               StartsWith(grouped(count) + " pairs"));
 }
 
@@ -351,7 +351,7 @@ TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_display_s_count)
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json a = state("a.json");
   EXPECT_EQ(a["heatmap"]["quantity"], "false-positive");
-  EXPECT_THAT(a["facts"]["in vain"].get<std::string>(),
+  EXPECT_THAT(a["facts"]["unused"].get<std::string>(),
               StartsWith(grouped(a["heatmap"]["total"].get<std::uint64_t>()) + " pairs"));
 }
 

@@ -7,15 +7,18 @@
 
 namespace qs {
 
-std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word) {
-  std::string safe = word;
-  for (char& c : safe) {
+std::string safe_file_name(std::string name) {
+  for (char& c : name) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x80 && !std::isalnum(byte) && c != '-' && c != '.' && c != '_') c = '_';
   }
+  return name;
+}
+
+std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word) {
   std::filesystem::path result = path;
-  result.replace_filename(
-      fmt::format("{}_{}{}", path.stem().string(), safe, path.extension().string()));
+  result.replace_filename(fmt::format("{}_{}{}", path.stem().string(), safe_file_name(word),
+                                      path.extension().string()));
   return result;
 }
 

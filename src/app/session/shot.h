@@ -19,7 +19,10 @@ struct Shot {
 /// OUT.png -> OUT_0003_NAME.png for a numbered shot, OUT.png for others.
 std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& shot);
 
-/// OUT.png -> OUT_WORD.png. Characters that are trouble in file names become '_'.
+/// Replaces characters that are trouble in file names by '_'.
+std::string safe_file_name(std::string name);
+
+/// OUT.png -> OUT_WORD.png, with a safe_file_name().
 std::filesystem::path with_word(const std::filesystem::path& path, const std::string& word);
 
 }  // namespace qs

@@ -1,26 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// The viewer's loop on the main thread: input -> actions -> state -> orders for the render thread
-// -> frames -> window. When nothing happens it sleeps.
+// The viewer's loop on the main thread: it collects actions from the window, the script and the
+// threads, applies them, requests frames and draws the window. It sleeps while nothing changes.
 #pragma once
 
-#include <filesystem>
-#include <optional>
-
-#include "app/session/session.h"
+#include "app/viewer/view_options.h"
 
 namespace qs {
 
-struct ViewOptions {
-  FrameOptions frame;                 ///< scene empty: an empty window
-  std::optional<std::string> beside;  ///< find_variant(): splits the window from the start
-  bool vsync = true, interop = true;
-  std::filesystem::path settings;               ///< preferences file; empty: nothing is remembered
-  std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
-  std::filesystem::path out_dir = ".";          ///< screenshots, zooms and benches go below it
-};
-
-/// Opens the window and stays until it is closed. Throws Error.
+/// Opens the window and returns when it is closed. Throws Error.
 void run_viewer(const ViewOptions& options);
 
 }  // namespace qs

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The data set's cameras and the path of keyframes.
-#include <fmt/format.h>
+// The cameras of the data set, and the camera path.
 #include <imgui.h>
 
 #include "app/viewer/panels/panels.h"
@@ -23,25 +22,23 @@ void draw_list(const Viewer& viewer, Actions& actions) {
   clipper.Begin(static_cast<int>(scene.cameras.size()));
   while (clipper.Step()) {
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
-      const Camera& camera = scene.cameras[static_cast<std::size_t>(i)];
-      const std::string label =
-          fmt::format("{}  {}  {} x {}{}", i, camera.name, camera.width, camera.height,
-                      scene.photographs.count(i) > 0 ? "  photograph" : "");
+      const std::string label = camera_label(scene, static_cast<std::size_t>(i));
       if (ImGui::Selectable(label.c_str(), i == viewer.dataset_camera))
-        actions.push_back(action::GoToCamera{i});
+        actions.push_back(call(action::go_to_camera, i));
     }
   }
   ImGui::EndChild();
   bool frusta = viewer.panels.frusta, photograph = viewer.panels.photograph;
   if (ImGui::Checkbox("in the scene", &frusta))
-    actions.push_back(action::TogglePanel{&Panels::frusta});
+    actions.push_back(call(action::toggle_panel, &Panels::frusta));
   ImGui::SameLine();
-  if (ImGui::Checkbox("photograph", &photograph)) actions.push_back(action::TogglePhotograph{});
+  if (ImGui::Checkbox("photograph", &photograph))
+    actions.push_back(call(action::toggle_photograph));
   if (viewer.panels.photograph) {
     float opacity = viewer.photograph_opacity;
     ImGui::SetNextItemWidth(10 * ImGui::GetFontSize());
     if (ImGui::SliderFloat("opacity", &opacity, 0, 1, "%.2f"))
-      actions.push_back(action::SetPhotographOpacity{opacity});
+      actions.push_back(call(action::set_photograph_opacity, opacity));
   }
 }
 
@@ -49,26 +46,25 @@ void draw_path(const Viewer& viewer, Actions& actions) {
   ImGui::TextColored(palette::kFaint, "Path: %d keyframes",
                      static_cast<int>(viewer.keyframes.size()));
   for (std::size_t i = 0; i < viewer.keyframes.size(); ++i) {
-    const Keyframe& keyframe = viewer.keyframes[i];
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::SmallButton("x")) actions.push_back(action::RemoveKeyframe{i});
+    if (ImGui::SmallButton("x")) actions.push_back(call(action::remove_keyframe, i));
     ImGui::SameLine();
-    if (ImGui::Selectable(fmt::format("{}  at {:.2f} s", i + 1, keyframe.time).c_str()))
-      actions.push_back(action::SetCamera{keyframe.camera});
+    if (ImGui::Selectable(keyframe_label(viewer, i).c_str()))
+      actions.push_back(call(action::set_camera, viewer.keyframes[i].camera));
     ImGui::PopID();
   }
-  if (ImGui::Button("Set here (K)")) actions.push_back(action::AddKeyframe{});
+  if (ImGui::Button("Set here (K)")) actions.push_back(call(action::add_keyframe));
   if (viewer.keyframes.size() < 2) return;
   ImGui::SameLine();
   if (ImGui::Button(viewer.playback.running ? "Stop" : "Play (Space)"))
-    actions.push_back(action::TogglePlayback{});
+    actions.push_back(call(action::toggle_playback));
   ImGui::SameLine();
-  if (ImGui::Button("Save")) actions.push_back(action::SaveKeyframes{});
+  if (ImGui::Button("Save")) actions.push_back(call(action::save_keyframes));
   auto time = static_cast<float>(viewer.playback.time);
   ImGui::SetNextItemWidth(-1);
   if (ImGui::SliderFloat("##time", &time, static_cast<float>(viewer.keyframes.front().time),
                          static_cast<float>(viewer.keyframes.back().time), "%.2f s"))
-    actions.push_back(action::Seek{static_cast<double>(time)});
+    actions.push_back(call(action::seek, static_cast<double>(time)));
 }
 
 }  // namespace
@@ -85,7 +81,7 @@ void draw_cameras(const Viewer& viewer, Actions& actions, float top) {
   ImGui::Separator();
   draw_path(viewer, actions);
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::cameras});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::cameras));
 }
 
 }  // namespace qs

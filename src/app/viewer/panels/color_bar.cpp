@@ -7,7 +7,8 @@
 
 namespace qs {
 
-void draw_color_bar(const std::function<glm::vec3(float)>& color, const std::vector<Tick>& ticks) {
+void draw_color_bar(const std::function<glm::vec3(float)>& color,
+                    const std::vector<BarTick>& ticks) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float width = ImGui::GetContentRegionAvail().x, height = 0.9f * ImGui::GetFontSize();
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -22,7 +23,7 @@ void draw_color_bar(const std::function<glm::vec3(float)>& color, const std::vec
     draw.AddRectFilledMultiColor({left, at.y}, {right, at.y + height}, packed(i), packed(i + 1),
                                  packed(i + 1), packed(i));
   }
-  for (const Tick& tick : ticks) {
+  for (const BarTick& tick : ticks) {
     const float x = at.x + width * tick.at;
     const float text = ImGui::CalcTextSize(tick.text.c_str()).x;
     const bool first = &tick == &ticks.front(), last = &tick == &ticks.back();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <imgui.h>
 
+#include "app/viewer/commands/commands.h"
+#include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
-#include "app/viewer/state/bindings.h"
 
 namespace qs {
 namespace {
@@ -32,9 +33,9 @@ void section(const char* title, const Rows& rows) {
 
 void menu_section(Menu menu) {
   section(menu == Menu::none ? "Held" : kMenuNames[static_cast<int>(menu)], [&] {
-    for (const Binding& binding : bindings()) {
-      if (binding.menu == menu)
-        row(key_name(binding.key, binding.mods).c_str(), binding.help.c_str());
+    for (const KeyCommand& command : key_commands()) {
+      if (command.menu == menu)
+        row(key_name(command.key, command.mods).c_str(), command.help.c_str());
     }
   });
 }
@@ -72,7 +73,7 @@ void draw_help(const Viewer&, Actions& actions) {
     ImGui::EndTable();
   }
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::help});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::help));
 }
 
 }  // namespace qs

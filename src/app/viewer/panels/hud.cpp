@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Performance: every mode's numbers for the view in the window, stage bars, the frame on show.
+// Performance: the numbers of all modes for this view, stage bars, and the frame in the window.
 #include <algorithm>
 #include <array>
 
@@ -20,17 +20,13 @@ void right_aligned(const std::string& text) {
   ImGui::TextUnformatted(text.c_str());
 }
 
-std::array<double, kStageCount> stages_of(const BenchRow& row) {
-  return {row.preprocess_ms, row.bin_ms, row.sort_ms, row.blend_ms};
-}
-
 double stage_sum(const BenchRow& row) {
   double sum = 0;
   for (const double ms : stages_of(row)) sum += ms;
   return sum;
 }
 
-// Stages side by side, as long as their times; `longest` fills the column.
+// A bar per stage, end to end; `longest` milliseconds fill the column.
 void draw_stage_bar(const BenchRow* row, double longest) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight();
@@ -45,14 +41,7 @@ void draw_stage_bar(const BenchRow* row, double longest) {
     }
   }
   ImGui::Dummy({width, height});
-  if (row != nullptr && ImGui::IsItemHovered()) {
-    std::string text;
-    const auto stages = stages_of(*row);
-    for (std::size_t stage = 0; stage < stages.size(); ++stage)
-      text += fmt::format("{}{} {} ms", stage > 0 ? "\n" : "", kStageNames[stage],
-                          ms_text(stages[stage]));
-    ImGui::SetTooltip("%s", text.c_str());
-  }
+  if (row != nullptr && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", stages_text(*row).c_str());
 }
 
 void draw_stage_legend() {
@@ -109,11 +98,11 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
     ImGui::TableNextColumn();
     const std::string label = fmt::format("{} {}", row.mode, row.name);
     if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
-      actions.push_back(action::SetMode{row.mode});
+      actions.push_back(call(action::set_mode, row.mode));
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(row.mode).summary);
     ImGui::PushStyleColor(ImGuiCol_Text, current ? palette::kText : palette::kFaint);
     for (const std::string* text :
-         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.in_vain, &row.speedup}) {
+         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.unused, &row.speedup}) {
       ImGui::TableNextColumn();
       right_aligned(*text);
     }
@@ -131,12 +120,12 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
 }
 
 // Two facts to a line, so that the panel stays low.
-void draw_facts(const Viewer& viewer) {
+void draw_frame_facts(const Viewer& viewer) {
   if (!ImGui::BeginTable("facts", 4, ImGuiTableFlags_SizingFixedFit)) return;
   const float em = ImGui::GetFontSize();
   for (const float width : {5.0f * em, 12.5f * em, 5.0f * em, 9.0f * em})
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, width);
-  for (const HudFact& fact : hud_facts(viewer)) {
+  for (const Fact& fact : hud_facts(viewer)) {
     ImGui::TableNextColumn();
     ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
     ImGui::TableNextColumn();
@@ -149,13 +138,11 @@ void draw_plot(const Viewer& viewer) {
   if (viewer.frame_ms.size() < 8) return;
   const std::vector<float> values(viewer.frame_ms.begin(), viewer.frame_ms.end());
   const float most = *std::max_element(values.begin(), values.end());
-  const std::string text = fmt::format("render ms, last {} frames, 0 to {}", values.size(),
-                                       ms_text(static_cast<double>(most)));
   ImGui::PushStyleColor(ImGuiCol_FrameBg, {0.12f, 0.125f, 0.14f, 1});
   ImGui::PlotLines("##frames", values.data(), static_cast<int>(values.size()), 0, nullptr, 0,
                    most * 1.15f, {ImGui::GetContentRegionAvail().x, 3.2f * ImGui::GetFontSize()});
   ImGui::PopStyleColor();
-  ImGui::TextColored(palette::kFaint, "%s", text.c_str());
+  ImGui::TextColored(palette::kFaint, "%s", frame_plot_text(viewer).c_str());
 }
 
 }  // namespace
@@ -167,18 +154,12 @@ void draw_hud(const Viewer& viewer, Actions& actions, float top) {
   ImGui::Begin("Performance", nullptr, flags);
   draw_mode_table(viewer, actions);
   draw_stage_legend();
-  const bool current = numbers_are_current(viewer);
-  ImGui::TextColored(palette::kFaint, "%s",
-                     viewer.measuring ? "measuring all modes for this view ..."
-                     : current        ? "all modes measured off screen for this view"
-                     : viewer.zoom.running
-                         ? "recording a zoom"
-                         : "of an earlier view; measured again when this one rests");
+  ImGui::TextColored(palette::kFaint, "%s", hud_status(viewer).c_str());
   if (other_pipeline(viewer))
     ImGui::TextColored(palette::kFaint,
                        "culling saves more in classic, which spends more on pairs");
   ImGui::Separator();
-  draw_facts(viewer);
+  draw_frame_facts(viewer);
   const std::string caveat = hud_caveat(viewer);
   if (!caveat.empty()) ImGui::TextColored(palette::kCaution, "this frame: %s", caveat.c_str());
   draw_plot(viewer);

@@ -3,23 +3,13 @@
 // The scene's facts and the render settings.
 #include <algorithm>
 
-#include <fmt/format.h>
-#include <glm/trigonometric.hpp>
 #include <imgui.h>
 
-#include "app/session/camera_control.h"
-#include "app/session/text.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {
-
-void fact(const char* label, const std::string& value) {
-  ImGui::TextColored(palette::kFaint, "%s", label);
-  ImGui::SameLine(7 * ImGui::GetFontSize());
-  ImGui::TextWrapped("%s", value.c_str());
-}
 
 void draw_settings(const Viewer& viewer, Actions& actions) {
   RenderSettings settings = viewer.settings;
@@ -43,7 +33,7 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
   if (ImGui::BeginCombo("backend", kBackendNames[backend])) {
     for (const Backend choice : available) {
       if (ImGui::Selectable(kBackendNames[static_cast<int>(choice)], choice == viewer.backend))
-        actions.push_back(action::ChangeBackend{choice});
+        actions.push_back(call(action::change_backend, choice));
     }
     ImGui::EndCombo();
   }
@@ -55,38 +45,27 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
     }
   }
   ImGui::PopItemWidth();
-  if (changed) actions.push_back(action::ChangeSettings{settings});
+  if (changed) actions.push_back(call(action::change_settings, settings));
 }
 
 }  // namespace
 
 void draw_info(const Viewer& viewer, Actions& actions, float top) {
-  const ViewedScene& scene = *viewer.scene;
   const float width = 24 * ImGui::GetFontSize();
   ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - width - 10, top + 10},
                           ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize({width, 0});
   bool open = true;
   ImGui::Begin("Scene and render settings", &open, ImGuiWindowFlags_NoNav);
-  fact("file", scene.path.string());
-  fact("format", scene.format);
-  fact("Gaussians", grouped(scene.gaussians));
-  fact("size", bytes_text(scene.file_bytes));
-  fact("SH degree",
-       fmt::format("{}{}", scene.sh_degree, scene.antialiased ? ", trained antialiased" : ""));
-  fact("extent", fmt::format("{:.4g}", scene.extent()));
-  fact("cameras", scene.cameras.empty()
-                      ? std::string("none: drop a cameras.json on the window")
-                      : fmt::format("{}, {} with a photograph", scene.cameras.size(),
-                                    scene.photographs.size()));
-  const glm::dvec3 at = viewer.camera.position();
-  fact("view", fmt::format("from {:.3g}, {:.3g}, {:.3g}", at.x, at.y, at.z));
-  fact("lens", fmt::format("{:.1f} degrees, near plane {:.3g}",
-                           glm::degrees(vertical_fov(viewer.camera)), viewer.camera.near_depth));
+  for (const Fact& fact : scene_facts_of(viewer)) {
+    ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+    ImGui::SameLine(7 * ImGui::GetFontSize());
+    ImGui::TextWrapped("%s", fact.value.c_str());
+  }
   ImGui::Separator();
   draw_settings(viewer, actions);
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::info});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::info));
 }
 
 }  // namespace qs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The inspector: the Gaussians of the pixel that was clicked, front to back, and how every mode
-// covers one of them.
+// The inspector: the Gaussians of the clicked pixel, front to back, and how every mode covers one
+// of them.
 #include <algorithm>
 #include <utility>
 
@@ -26,11 +26,8 @@ void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions
   ImGui::TableNextColumn();
   const std::string label = fmt::format("{}{}", row.gaussian, stops ? " stops" : "");
   if (ImGui::Selectable(label.c_str(), picked, ImGuiSelectableFlags_SpanAllColumns))
-    actions.push_back(action::InspectGaussian{row.gaussian});
-  cell(fmt::format("{:.3f}", row.depth));
-  cell(fmt::format("{:.4f}", row.alpha));
-  cell(fmt::format("{:.4f}", row.transmittance));
-  cell(stops ? "-" : fmt::format("{:.4f}", row.weight));
+    actions.push_back(call(action::inspect_gaussian, row.gaussian));
+  for (const std::string& text : contribution_cells(row, stops)) cell(text);
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float height = ImGui::GetTextLineHeight();
@@ -41,7 +38,7 @@ void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions
   ImGui::Dummy({2 * height, height});
 }
 
-void draw_contributions(const Inspection& inspection, float height, bool anew, Actions& actions) {
+void draw_contributions(const Inspection& inspection, float height, bool scroll, Actions& actions) {
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   const PixelReport& pixel = inspection.pixel;
@@ -56,7 +53,7 @@ void draw_contributions(const Inspection& inspection, float height, bool anew, A
   const auto draw = [&](const Contribution& row, bool stops) {
     const bool picked = inspection.gaussian && inspection.gaussian->gaussian == row.gaussian;
     draw_row(row, picked, stops, actions);
-    if (picked && anew) ImGui::SetScrollHereY();
+    if (picked && scroll) ImGui::SetScrollHereY();
   };
   for (const Contribution& row : pixel.contributions) draw(row, false);
   if (pixel.stopped_by) draw(*pixel.stopped_by, true);
@@ -65,7 +62,7 @@ void draw_contributions(const Inspection& inspection, float height, bool anew, A
 
 }  // namespace
 
-void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions, float top) {
+void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions, float top) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float line = ImGui::GetTextLineHeightWithSpacing();
   ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
@@ -78,30 +75,28 @@ void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions,
     ImGui::TextWrapped("Click a pixel of the picture.");
   } else {
     const Inspection& inspection = viewer.inspected->inspection;
-    const PixelReport& pixel = inspection.pixel;
-    ImGui::Text("Pixel %d, %d: %zu of the %u Gaussians of its tile are blended", pixel.pixel.x,
-                pixel.pixel.y, pixel.contributions.size(), pixel.listed);
+    ImGui::TextUnformatted(inspected_pixel_text(inspection.pixel).c_str());
     if (viewer.inspected->version != viewer.version) {
       ImGui::SameLine();
       ImGui::TextColored(palette::kCaution, "(of an earlier view: click again)");
     }
-    const bool anew = std::exchange(memory.inspected_anew, false);
+    const bool scroll = std::exchange(state.inspections, viewer.inspections) != viewer.inspections;
     const ImVec2 room = ImGui::GetContentRegionAvail();
-    if (memory.construction != 0 && inspection.gaussian) {
-      // The drawing is as large as leaves the list some lines, which gets the rest.
-      const Image& picture = viewer.inspected->construction;
+    if (state.construction != 0 && inspection.gaussian) {
+      // The drawing leaves the list at least eight lines.
+      const Image& picture = *viewer.inspected->construction;
       const float aspect = static_cast<float>(picture.width) / static_cast<float>(picture.height);
       const float height = std::min(room.x / aspect, std::max(room.y - 8 * line, 6 * line));
-      draw_contributions(inspection, room.y - height - ImGui::GetStyle().ItemSpacing.y, anew,
+      draw_contributions(inspection, room.y - height - ImGui::GetStyle().ItemSpacing.y, scroll,
                          actions);
-      ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(memory.construction)),
+      ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.construction)),
                    {height * aspect, height});
     } else {
-      draw_contributions(inspection, room.y, anew, actions);
+      draw_contributions(inspection, room.y, scroll, actions);
     }
   }
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::inspector});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::inspector));
 }
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Sentences for the user, progress, and the empty window's invitation.
+// Toasts, progress, and the empty window's invitation.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -22,7 +22,7 @@ void draw_loading(const Loading& loading, Actions& actions) {
   ImGui::Begin("Loading", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
   ImGui::ProgressBar(loading.fraction, {-1, 0});
-  if (ImGui::Button("Cancel")) actions.push_back(action::CancelLoading{});
+  if (ImGui::Button("Cancel")) actions.push_back(call(action::cancel_loading));
   ImGui::End();
 }
 
@@ -61,9 +61,10 @@ void draw_welcome(const Viewer& viewer, Actions& actions) {
   ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::Begin("Welcome", nullptr, kPlain);
   ImGui::TextUnformatted("Drop a splat file or the folder of a trained model here.");
-  if (ImGui::Button("Open ... (Ctrl+O)")) actions.push_back(action::TogglePanel{&Panels::open});
+  if (ImGui::Button("Open ... (Ctrl+O)"))
+    actions.push_back(call(action::toggle_panel, &Panels::open));
   for (const std::filesystem::path& path : viewer.recent) {
-    if (ImGui::Selectable(path.c_str())) actions.push_back(action::Open{path});
+    if (ImGui::Selectable(path.c_str())) actions.push_back(call(action::open, path));
   }
   ImGui::End();
 }

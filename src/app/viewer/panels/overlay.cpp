@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What lies in the picture itself: the photograph of the camera, the data set's cameras, the pivot.
+// Drawings in the picture: the camera's photograph, the data set's cameras, the pivot, the
+// inspected Gaussian, the verdict of the reference.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,7 +23,7 @@ ImVec2 to_screen(glm::dvec2 pixel, const Camera& camera) {
           static_cast<float>((pixel.y + 0.5) / camera.height) * display.y};
 }
 
-// A line of the world, cut at the near plane.
+// A line between two points of the world, clipped at the near plane.
 void draw_line(const Camera& camera, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
   glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);
   glm::dvec3 b = camera.view_from_world * glm::dvec4(to, 1);
@@ -50,17 +51,19 @@ void draw_frustum(const Camera& view, const Camera& camera, double depth, ImU32 
   }
 }
 
-void draw_photograph(const Viewer& viewer, const PanelMemory& memory) {
+void draw_photograph(const Viewer& viewer, const PanelState& state) {
   const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
-  if (memory.photograph == 0 || found == viewer.scene->photographs.end() ||
-      found->second != memory.photograph_path)
+  if (state.photograph == 0 || found == viewer.scene->photographs.end() ||
+      found->second != viewer.photograph.path)
     return;
-  // The picture keeps its vertical field of view: the photograph fills the height.
+  // The view has the camera's vertical field of view, so the photograph fills the height.
+  const Image& image = *viewer.photograph.image;
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width = display.y * static_cast<float>(memory.photograph_aspect);
+  const float width =
+      display.y * static_cast<float>(image.width) / static_cast<float>(std::max(image.height, 1));
   const float left = 0.5f * (display.x - width);
   ImGui::GetBackgroundDrawList()->AddImage(
-      reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(memory.photograph)), {left, 0},
+      reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)), {left, 0},
       {left + width, display.y}, {0, 0}, {1, 1},
       ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
 }
@@ -75,7 +78,7 @@ void draw_pivot(const Viewer& viewer) {
   draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
 }
 
-// The picked Gaussian where it is: ellipse, box, quadrants' boxes; and the pixel.
+// The picked Gaussian's ellipse, square and boxes, and the inspected pixel.
 void draw_inspected(const Viewer& viewer) {
   const Inspection& inspection = viewer.inspected->inspection;
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
@@ -99,10 +102,10 @@ void draw_inspected(const Viewer& viewer) {
   rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 200, 140, 255), 1.5f);
 }
 
-// A frame around the part that was compared, a ring around the first pixel that is not the
-// reference's.
+// A frame around the compared part, and a ring around the first pixel that differs from the
+// reference.
 void draw_verdict(const Viewer& viewer) {
-  const Verdict& verdict = viewer.oracle->verdict;
+  const Verdict& verdict = viewer.comparison->verdict;
   const PixelBox& box = verdict.region;
   if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
     ImGui::GetBackgroundDrawList()->AddRect(
@@ -118,20 +121,20 @@ void draw_verdict(const Viewer& viewer) {
 
 }  // namespace
 
-void draw_overlay(const Viewer& viewer, const PanelMemory& memory) {
+void draw_overlay(const Viewer& viewer, const PanelState& state) {
   if (!viewer.scene) return;
-  if (viewer.panels.photograph && viewer.dataset_camera >= 0) draw_photograph(viewer, memory);
+  if (viewer.panels.photograph && viewer.dataset_camera >= 0) draw_photograph(viewer, state);
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
       const bool here = static_cast<int>(i) == viewer.dataset_camera;
-      if (here) continue;  // the view stands inside of it
+      if (here) continue;  // the view is inside it
       draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, IM_COL32(86, 180, 233, 190), 1);
     }
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
     draw_inspected(viewer);
-  if (viewer.oracle && viewer.oracle->version == viewer.version) draw_verdict(viewer);
+  if (viewer.comparison && viewer.comparison->version == viewer.version) draw_verdict(viewer);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
 }
 

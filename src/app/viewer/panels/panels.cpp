@@ -8,20 +8,18 @@
 
 namespace qs {
 
-bool mouse_is_free() { return !ImGui::GetIO().WantCaptureMouse; }
-
-std::optional<std::size_t> cell_under_mouse(const PanelMemory& memory, int cell_px, int columns,
+std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows) {
-  const glm::dvec2 cursor = memory.cursor;
+  const glm::dvec2 cursor = viewer.cursor;
   const glm::ivec2 at = glm::ivec2(glm::floor(cursor)) / std::max(cell_px, 1);
   const bool inside = cursor.x >= 0 && cursor.y >= 0 && at.x < columns && at.y < rows;
-  if (!inside || !mouse_is_free()) return std::nullopt;
+  if (!inside || ImGui::GetIO().WantCaptureMouse) return std::nullopt;
   return static_cast<std::size_t>(at.y * columns + at.x);
 }
 
-void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions) {
-  draw_overlay(viewer, memory);
-  draw_heat_legend(viewer, memory);
+void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
+  draw_overlay(viewer, state);
+  draw_heat_legend(viewer);
   const float top = viewer.panels.all ? draw_menu_bar(viewer, actions) : 0;
   draw_divider(viewer, actions, top);
   if (viewer.panels.all) {
@@ -29,10 +27,10 @@ void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions) {
     if (viewer.panels.info && viewer.scene) draw_info(viewer, actions, top);
     if (viewer.panels.cameras && viewer.scene) draw_cameras(viewer, actions, top);
     if (viewer.panels.recorder) draw_recorder(viewer, actions, top);
-    if (viewer.panels.inspector && viewer.scene) draw_inspector(viewer, memory, actions, top);
-    if (viewer.panels.split && viewer.scene) draw_split(viewer, memory, actions, top);
+    if (viewer.panels.inspector && viewer.scene) draw_inspector(viewer, state, actions, top);
+    if (viewer.panels.split && viewer.scene) draw_split(viewer, actions, top);
     if (viewer.panels.help) draw_help(viewer, actions);
-    if (viewer.panels.open) draw_open(viewer, memory, actions);
+    if (viewer.panels.open) draw_open(viewer, state, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, actions);
   }
   draw_messages(viewer, actions);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What is drawn over the picture. A panel reads the viewer and appends actions, nothing else. To
-// add one: a file here with its function, a switch in Panels, a row of kBindings, its call in
-// panels.cpp.
+// The panels over the picture. A panel reads the Viewer and appends actions; it changes nothing
+// else. To add one: a file here with its function, a switch in Panels, its row in commands.cpp, its
+// call in panels.cpp.
 #pragma once
 
 #include <filesystem>
@@ -10,49 +10,43 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/commands/jobs.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 
-/// What panels keep between frames and the viewer has no use for.
-struct PanelMemory {
-  std::filesystem::path folder;                ///< of the open window
+/// State of the panels themselves.
+struct PanelState {
+  std::filesystem::path folder;                ///< listed by the panel Open
   std::vector<std::filesystem::path> entries;  ///< folders and readable files in it
   std::string typed;                           ///< path being typed
-  unsigned photograph = 0;                     ///< GL texture, 0 = none
-  std::filesystem::path photograph_path;       ///< of which picture it is
-  double photograph_aspect = 1;                ///< width / height
-  unsigned construction = 0;                   ///< GL texture of the inspector's, 0 = none
-  bool inspected_anew = false;                 ///< the inspector shows it for the first time
-  glm::dvec2 cursor{-1};                       ///< pixels of the picture
-  Scale heat_scale;                            ///< of the map on show
+  int inspections = 0;  ///< Viewer::inspections that the inspector scrolled to
+  unsigned photograph = 0, construction = 0;  ///< GL textures of Viewer's pictures, 0 = none
 };
 
-/// Everything that is open. Called between Window::begin_ui() and end_ui().
-void draw_panels(const Viewer& viewer, PanelMemory& memory, Actions& actions);
+/// Draws all open panels. Called between Window::begin_ui() and end_ui().
+void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions);
 
-/// Which cell of a map over the picture is under the mouse, by rows; unset beside the picture or
-/// over a panel. `cell_px`: its side in the window.
-std::optional<std::size_t> cell_under_mouse(const PanelMemory& memory, int cell_px, int columns,
+/// Index of the cell under the mouse in a map over the picture, row by row; unset outside of the
+/// picture or over a panel. `cell_px`: side of a cell in the window.
+std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows);
 
-/// Is the mouse over the picture and not over a panel?
-bool mouse_is_free();
-
-// ---- one file each
-// -------------------------------------------------------------------------------
+// ---- one file each -----------------------------------------------------------------------------
 float draw_menu_bar(const Viewer& viewer, Actions& actions);  ///< its height
 void draw_hud(const Viewer& viewer, Actions& actions, float top);
-void draw_heat_legend(const Viewer& viewer, const PanelMemory& memory);
+void draw_heat_legend(const Viewer& viewer);
 void draw_info(const Viewer& viewer, Actions& actions, float top);
 void draw_help(const Viewer& viewer, Actions& actions);
 void draw_cameras(const Viewer& viewer, Actions& actions, float top);
 void draw_recorder(const Viewer& viewer, Actions& actions, float top);
-void draw_inspector(const Viewer& viewer, PanelMemory& memory, Actions& actions, float top);
-void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top);
-void draw_divider(const Viewer& viewer, Actions& actions, float top);  ///< of the split picture
-void draw_open(const Viewer& viewer, PanelMemory& memory, Actions& actions);
-void draw_overlay(const Viewer& viewer, const PanelMemory& memory);
+void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions, float top);
+void draw_split(const Viewer& viewer, Actions& actions, float top);
+void draw_divider(const Viewer& viewer, Actions& actions, float top);  ///< of the split window
+void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_overlay(const Viewer& viewer, const PanelState& state);
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, Actions& actions);
 

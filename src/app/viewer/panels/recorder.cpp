@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The zoom recorder: curves of all modes while the camera nears what is in the middle.
-#include <algorithm>
-#include <cmath>
+// The zoom recorder: curves of all modes while the camera approaches the point in its middle.
+#include <iterator>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -14,8 +13,8 @@
 namespace qs {
 namespace {
 
-// Index = CullMode - 1. As in plots, but for 3dgs, which is black there: gray, orange, sky blue,
-// reddish purple, blue, vermillion.
+// Index = CullMode - 1. The colours of the plots, except for 3dgs, which is black there: gray,
+// orange, sky blue, reddish purple, blue, vermillion.
 const ImVec4 kModeColors[] = {{0.75f, 0.75f, 0.75f, 1}, {0.90f, 0.62f, 0.00f, 1},
                               {0.34f, 0.71f, 0.91f, 1}, {0.80f, 0.47f, 0.65f, 1},
                               {0.15f, 0.55f, 0.85f, 1}, {0.84f, 0.37f, 0.00f, 1}};
@@ -27,26 +26,19 @@ void draw_curves(const ZoomRecording& zoom) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   draw.AddRectFilled(at, {at.x + size.x, at.y + size.y},
                      ImGui::GetColorU32({0.12f, 0.125f, 0.14f, 1}), 4);
-  double most = 0;
-  for (const BenchRow& row : zoom.rows) most = std::max(most, row.ms_median);
-  if (most <= 0) return ImGui::Dummy(size);
-  most *= 1.1;
-  const auto place = [&](const BenchRow& row) {
-    const float x = static_cast<float>(row.view) / static_cast<float>(std::max(1, zoom.steps - 1));
-    return ImVec2(at.x + 8 + x * (size.x - 16),
-                  at.y + size.y - 6 - static_cast<float>(row.ms_median / most) * (size.y - 12));
-  };
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  const ZoomCurves curves = zoom_curves(zoom);
+  if (curves.longest_ms <= 0) return ImGui::Dummy(size);
+  for (std::size_t mode = 0; mode < curves.modes.size(); ++mode) {
     std::vector<ImVec2> points;
-    for (const BenchRow& row : zoom.rows) {
-      if (row.mode == mode_name(mode)) points.push_back(place(row));
-    }
-    const ImU32 color = ImGui::GetColorU32(kModeColors[mode - 1]);
+    for (const glm::vec2 point : curves.modes[mode])
+      points.emplace_back(at.x + 8 + point.x * (size.x - 16),
+                          at.y + size.y - 6 - point.y * (size.y - 12));
+    const ImU32 color = ImGui::GetColorU32(kModeColors[mode]);
     draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, 2);
     for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f, color);
   }
   draw.AddText({at.x + 8, at.y + 4}, ImGui::GetColorU32(palette::kFaint),
-               fmt::format("{} ms", ms_text(most)).c_str());
+               fmt::format("{} ms", ms_text(curves.longest_ms)).c_str());
   ImGui::Dummy(size);
 }
 
@@ -67,20 +59,14 @@ void draw_recorder(const Viewer& viewer, Actions& actions, float top) {
   bool open = true;
   ImGui::Begin("Zoom recorder", &open,
                ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
-  const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(kCullerCount);
-  const std::string state =
-      zoom.running          ? fmt::format("step {} of {}", done, zoom.steps)
-      : zoom.rows.empty()   ? "from this view to what is in its middle, all modes"
-      : zoom.folder.empty() ? fmt::format("stopped after {} steps", done)
-                            : fmt::format("saved in {}", zoom.folder.string());
-  ImGui::TextUnformatted(state.c_str());
+  ImGui::TextUnformatted(zoom_status(zoom).c_str());
   draw_curves(zoom);
   ImGui::TextColored(palette::kFaint, "ms per frame from far to near");
   draw_legend();
   if (ImGui::Button(zoom.running ? "Stop (Z)" : "Record (Z)"))
-    actions.push_back(action::ToggleZoomRecorder{});
+    actions.push_back(call(action::toggle_zoom_recorder));
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::recorder});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::recorder));
 }
 
 }  // namespace qs

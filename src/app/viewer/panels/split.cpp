@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// The split window: the view beside another variant of it. The divider lies in the picture, the
-// panel chooses the other one and tells how the two differ.
+// The split window: the divider between the view and another variant of it, and the panel that
+// chooses the variant and shows how the two differ.
 #include <algorithm>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/session/text.h"
 #include "app/viewer/panels/color_bar.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -17,9 +16,9 @@
 namespace qs {
 namespace {
 
-constexpr float kGrip = 14;  ///< width of what can be dragged, units of the screen
+constexpr float kGrip = 14;  ///< width in which the divider can be dragged, units of the screen
 
-// A name on a dark plate; `align` 0: right of `at`, 1: left of it.
+// A name on a dark plate, from `align` 0 (right of `at`) to 1 (left of it).
 void draw_plate(const std::string& text, ImVec2 at, float align) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const ImVec2 size = ImGui::CalcTextSize(text.c_str());
@@ -29,13 +28,10 @@ void draw_plate(const std::string& text, ImVec2 at, float align) {
   draw.AddText({low.x + 8, low.y + 4}, ImGui::GetColorU32(palette::kText), text.c_str());
 }
 
-// The names of both where they are seen, above the picture's lower edge.
+// The name of each variant over its part of the picture.
 void draw_names(const Viewer& viewer, float x) {
   const Split& split = viewer.split;
-  const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
-  const Variant& second = viewer.shown.other->variant;
-  std::string left = name_beside(first, second), right = name_beside(second, first);
-  if (split.flipped) std::swap(left, right);
+  const auto [left, right] = split_names(viewer);
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float y = display.y - 3.4f * ImGui::GetFontSize();
   if (split.view == SplitView::sides) {
@@ -46,7 +42,7 @@ void draw_names(const Viewer& viewer, float x) {
   }
 }
 
-// What stands beside the view: a mode or the reference, drawn by any backend and pipeline.
+// Chooses the other variant: a mode or the reference, drawn by any backend and pipeline.
 void choose_other(const Viewer& viewer, Actions& actions) {
   Variant other = viewer.split.other;
   const float em = ImGui::GetFontSize();
@@ -77,7 +73,7 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   if (other == viewer.split.other) return;
   Split split = viewer.split;
   split.other = other;
-  actions.push_back(action::ChangeSplit{split});
+  actions.push_back(call(action::change_split, split));
 }
 
 void choose_view(const Viewer& viewer, Actions& actions) {
@@ -86,27 +82,24 @@ void choose_view(const Viewer& viewer, Actions& actions) {
     if (i > 0) ImGui::SameLine();
     if (ImGui::RadioButton(kSplitViews[i], static_cast<std::size_t>(split.view) == i)) {
       split.view = static_cast<SplitView>(i);
-      actions.push_back(action::ChangeSplit{split});
+      actions.push_back(call(action::change_split, split));
     }
   }
   if (split.view == SplitView::difference) {
     ImGui::SetNextItemWidth(-1);
     if (ImGui::SliderInt("##amplification", &split.amplification, 1, kMostAmplification,
                          "differences times %d", ImGuiSliderFlags_Logarithmic))
-      actions.push_back(action::ChangeSplit{split});
+      actions.push_back(call(action::change_split, split));
   } else if (split.view != SplitView::tile_pairs) {
-    if (ImGui::Button("Flip (X)")) actions.push_back(action::FlipSplit{});
+    if (ImGui::Button("Flip (X)")) actions.push_back(call(action::flip_split));
   }
 }
 
-// The scale of the signed map and its value under the cursor.
-void draw_pair_legend(const Viewer& viewer, const PanelMemory& memory) {
+// The scale of the map of pair differences and its value under the cursor.
+void draw_pair_legend(const Viewer& viewer) {
   const PairDifference& pairs = *viewer.shown.other->pairs;
-  const Scale& scale = memory.heat_scale;
-  const std::string end = grouped(scale.maximum);
-  draw_color_bar([](float t) { return diverging(2 * t - 1); },
-                 {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}});
-  const auto tile = cell_under_mouse(memory, pairs.grid.tile_px * viewer.shown.divisor,
+  draw_color_bar([](float t) { return diverging(2 * t - 1); }, pair_ticks(viewer.shown));
+  const auto tile = cell_under_mouse(viewer, pairs.grid.tile_px * viewer.shown.divisor,
                                      pairs.grid.columns, pairs.grid.rows);
   const std::string under = tile ? signed_text(pairs.values[*tile]) : "-";
   ImGui::TextColored(palette::kFaint, "blue: the first lists fewer, orange: more; here: %s",
@@ -130,7 +123,7 @@ void draw_divider(const Viewer& viewer, Actions& actions, float top) {
   for (const float side : {-1.0f, 1.0f})
     draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
                            {x + 4 * side, middle.y + 4.5f * side}, IM_COL32(255, 255, 255, 230));
-  // An invisible window takes the mouse, so that dragging the divider does not turn the camera.
+  // An invisible window captures the mouse, so that dragging the divider does not turn the camera.
   ImGui::SetNextWindowPos({x - 0.5f * kGrip, top});
   ImGui::SetNextWindowSize({kGrip, std::max(display.y - top, 1.0f)});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
@@ -145,13 +138,13 @@ void draw_divider(const Viewer& viewer, Actions& actions, float top) {
   if (ImGui::IsItemActive()) {
     Split split = viewer.split;
     split.divider = std::clamp(ImGui::GetIO().MousePos.x / display.x, 0.0f, 1.0f);
-    if (split.divider != viewer.split.divider) actions.push_back(action::ChangeSplit{split});
+    if (split.divider != viewer.split.divider) actions.push_back(call(action::change_split, split));
   }
   ImGui::End();
   ImGui::PopStyleVar(2);
 }
 
-void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& actions, float top) {
+void draw_split(const Viewer& viewer, Actions& actions, float top) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
   bool open = true;
@@ -166,8 +159,8 @@ void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& action
   ImGui::Separator();
   if (viewer.shown.other) {
     if (viewer.split.view == SplitView::tile_pairs && viewer.shown.other->pairs)
-      draw_pair_legend(viewer, memory);
-    for (const HudFact& fact : split_facts(viewer)) {
+      draw_pair_legend(viewer);
+    for (const Fact& fact : split_facts(viewer)) {
       ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
       ImGui::SameLine(9 * ImGui::GetFontSize());
       ImGui::TextUnformatted(fact.value.c_str());
@@ -177,7 +170,7 @@ void draw_split(const Viewer& viewer, const PanelMemory& memory, Actions& action
     ImGui::TextUnformatted("Shift+0 only what is around the cursor.");
   }
   ImGui::End();
-  if (!open) actions.push_back(action::TogglePanel{&Panels::split});
+  if (!open) actions.push_back(call(action::toggle_panel, &Panels::split));
 }
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How the viewer looks: one dark, calm palette, one size of letters.
+// The look of the panels: a dark palette and one font size.
 #pragma once
 
 #include <imgui.h>
@@ -16,7 +16,7 @@ inline const ImVec4 kFaint{0.60f, 0.62f, 0.65f, 1};
 inline const ImVec4 kAccent{0.34f, 0.71f, 0.91f, 1};   ///< sky blue
 inline const ImVec4 kCaution{0.90f, 0.62f, 0.00f, 1};  ///< orange
 inline const ImVec4 kError{0.90f, 0.36f, 0.22f, 1};    ///< vermillion
-/// Of the stages, in their order: blue, orange, green, purple (Okabe and Ito, dark background).
+/// Index = Stage: blue, orange, green, purple (Okabe and Ito's colours for dark backgrounds).
 inline const ImVec4 kStages[] = {{0.34f, 0.71f, 0.91f, 1},
                                  {0.90f, 0.62f, 0.00f, 1},
                                  {0.00f, 0.62f, 0.45f, 1},

@@ -18,7 +18,7 @@ GlFrames::GlFrames(GLFWwindow* window) {
   context_ = glfwCreateWindow(16, 16, "quadsplat frames", nullptr, window);
   glfwWindowHint(GLFW_VISIBLE, GLFW_TRUE);
   if (context_ == nullptr)
-    fail(ErrorKind::device, "view: OpenGL gives no second context to share frames with");
+    fail(ErrorKind::device, "view: OpenGL cannot make a second context for the render thread");
 }
 
 GlFrames::~GlFrames() { glfwDestroyWindow(context_); }

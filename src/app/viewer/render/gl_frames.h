@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Textures in GL that the render thread draws into and the window shows, so that frames never
-// leave the GPU. The render thread uses them through a GL context of its own that shares objects
-// with the window's. A texture is taken, drawn into, shown, given back.
+// GL textures that the render thread draws into and the window shows, so that frames never leave
+// the GPU. The render thread has its own GL context, which shares objects with the window's. A
+// texture is taken, drawn into, shown and given back.
 #pragma once
 
 #include <array>
@@ -16,21 +16,21 @@ namespace qs {
 
 class GlFrames {
  public:
-  /// On the main thread. Makes a hidden window that shares with `window`. Throws Error(device).
+  /// On the main thread. Makes a hidden window whose context shares objects with `window`. Throws
+  /// Error(device).
   explicit GlFrames(GLFWwindow* window);
   ~GlFrames();
   GlFrames(const GlFrames&) = delete;
   GlFrames& operator=(const GlFrames&) = delete;
 
-  /// On the render thread: makes the shared context its own; unbind() also frees the textures.
+  /// On the render thread: makes the shared context current. unbind() also frees the textures.
   void bind();
   void unbind();
 
-  /// On the render thread: a texture of width x height RGBA8, with room for mipmaps, that nobody
-  /// shows.
+  /// On the render thread: an unused RGBA8 texture of this size, with storage for mipmaps.
   GlTexture take(int width, int height);
 
-  /// On any thread, once nothing reads the texture any more.
+  /// On any thread, once the texture is no longer read.
   void give_back(const GlTexture& texture);
 
  private:
@@ -43,8 +43,7 @@ class GlFrames {
   GLFWwindow* context_;
   std::mutex mutex_;
   unsigned versions_ = 0;
-  // One expected or drawn, one waiting, one that the window just takes, one shown, one shown a
-  // moment ago.
+  // One each: prepared or drawn, waiting for the window, being taken by it, shown, shown before.
   std::array<Slot, 5> slots_;
 };
 

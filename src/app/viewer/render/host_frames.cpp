@@ -17,8 +17,8 @@ std::vector<std::uint8_t> to_rgba(const Image& image) {
   return rgba;
 }
 
-FrameReply reply_of(const FrameOrder& order, const Frame& frame) {
-  return {shown_of(order, frame.stats),
+RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
+  return {shown_of(request, frame.stats),
           frame.color.width,
           frame.color.height,
           to_rgba(frame.color),
@@ -26,84 +26,93 @@ FrameReply reply_of(const FrameOrder& order, const Frame& frame) {
           {}};
 }
 
-FrameReply draw_with_map(RenderContext& context, const FrameOrder& order, const Camera& camera) {
-  MappedFrame mapped = draw_mapped(*context.session.renderer, camera, order.settings,
-                                   *order.heatmap, *context.session.pool, context.stop);
-  FrameReply reply = reply_of(order, mapped.frame);
-  reply.shown.heatmap = std::move(mapped.heatmap);
-  reply.shown.missed = std::move(mapped.missed);
-  return reply;
+RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
+                            const Camera& camera) {
+  MappedFrame mapped = draw_mapped(*context.session.renderer, camera, request.settings,
+                                   *request.heatmap, *context.session.pool, context.stop);
+  RenderedFrame rendered = rendered_of(request, mapped.frame);
+  show_map(rendered.shown, std::move(mapped.heatmap));
+  rendered.shown.missed = std::move(mapped.missed);
+  return rendered;
 }
 
-// Nothing when the reference of this view was not computed yet: that takes seconds, and a key.
-void set_beside_reference(const RenderContext& context, const FrameOrder& order,
-                          FrameReply& reply) {
+// No effect until the reference of this view is computed, which takes seconds and a key.
+void set_beside_reference(const RenderContext& context, const FrameRequest& request,
+                          RenderedFrame& rendered) {
   const std::optional<ReferenceImage>& reference = context.reference;
-  if (!reference || reference->view_version != order.view_version || order.divisor > 1) return;
+  if (!reference || reference->view_version != request.view_version || request.divisor > 1) return;
   const PixelBox& box = reference->region;
-  reply.other = reply.rgba;
+  rendered.other = rendered.rgba;
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
       for (int c = 0; c < 3; ++c)
-        reply.other[static_cast<std::size_t>(4 * (y * reply.width + x) + c)] =
+        rendered.other[static_cast<std::size_t>(4 * (y * rendered.width + x) + c)] =
             to_8bit(reference->image.at(x, y, c));
     }
   }
-  reply.shown.other = ShownOther{*order.other, {}, box, {}, std::nullopt};
+  rendered.shown.other = ShownOther{*request.other, {}, box, {}, std::nullopt};
 }
 
-FrameReply draw_beside(RenderContext& context, const FrameOrder& order, const Camera& camera) {
+RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
+                          const Camera& camera) {
   Outputs outputs;
   outputs.pairs = true;
-  const Frame& frame =
-      context.session.renderer->render(camera, order.settings, outputs, HostImage{}, context.stop);
-  FrameReply reply = reply_of(order, frame);
-  if (order.other->mode == kReferenceMode) {
-    set_beside_reference(context, order, reply);
+  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
+                                                        HostImage{}, context.stop);
+  RenderedFrame rendered = rendered_of(request, frame);
+  if (request.other->mode == kReferenceMode) {
+    set_beside_reference(context, request, rendered);
   } else {
-    // The other one may be drawn by the same renderer, which keeps one frame.
+    // The same renderer may draw the other frame, and it keeps one frame only.
     const TileGrid grid = frame.grid;
     const std::vector<std::uint32_t> pairs = frame.pairs;
-    RenderSettings settings = order.settings;
-    settings.mode = order.other->mode;
-    settings.pipeline = order.other->pipeline;
-    const Frame& other = renderer_on(context, order.other->backend)
+    RenderSettings settings = request.settings;
+    settings.mode = request.other->mode;
+    settings.pipeline = request.other->pipeline;
+    const Frame& other = renderer_on(context, request.other->backend)
                              .render(camera, settings, outputs, HostImage{}, context.stop);
-    reply.other = to_rgba(other.color);
-    reply.shown.other = ShownOther{*order.other,
-                                   other.stats,
-                                   {0, 0, reply.width, reply.height},
-                                   {},
-                                   pair_difference(grid, pairs, other.pairs)};
+    rendered.other = to_rgba(other.color);
+    rendered.shown.other = ShownOther{*request.other,
+                                      other.stats,
+                                      {0, 0, rendered.width, rendered.height},
+                                      {},
+                                      pair_difference(grid, pairs, other.pairs)};
   }
-  if (reply.shown.other) {
-    ShownOther& other = *reply.shown.other;
-    other.pixels = pixel_difference(reply.rgba, reply.other, reply.width, other.region);
+  if (rendered.shown.other) {
+    ShownOther& other = *rendered.shown.other;
+    other.pixels = pixel_difference(rendered.rgba, rendered.other, rendered.width, other.region);
+    if (other.pairs) rendered.shown.map_scale = scale_for_signed(other.pairs->values);
   }
-  return reply;
+  return rendered;
 }
 
 }  // namespace
 
-ShownFrame shown_of(const FrameOrder& order, const RenderStats& stats) {
+ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats) {
   ShownFrame shown;
   shown.stats = stats;
-  shown.mode = order.settings.mode;
-  shown.version = order.version;
-  shown.camera = order.camera;
-  shown.divisor = order.divisor;
+  shown.mode = request.settings.mode;
+  shown.version = request.version;
+  shown.camera = request.camera;
+  shown.divisor = request.divisor;
   return shown;
 }
 
-bool takes_one_frame(const FrameOrder& order) {
-  return !order.other && order.heatmap != HeatQuantity::missed;
+void show_map(ShownFrame& shown, Heatmap map) {
+  shown.map_scale = scale_for(map.values);
+  shown.heatmap = std::move(map);
 }
 
-FrameReply draw_on_host(RenderContext& context, const FrameOrder& order, const Camera& camera) {
-  if (order.other) return draw_beside(context, order, camera);
-  if (order.heatmap) return draw_with_map(context, order, camera);
-  return reply_of(order, context.session.renderer->render(camera, order.settings, {}, HostImage{},
-                                                          context.stop));
+bool takes_one_frame(const FrameRequest& request) {
+  return !request.other && request.heatmap != HeatQuantity::missed;
+}
+
+RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
+                           const Camera& camera) {
+  if (request.other) return draw_beside(context, request, camera);
+  if (request.heatmap) return draw_with_map(context, request, camera);
+  return rendered_of(request, context.session.renderer->render(camera, request.settings, {},
+                                                               HostImage{}, context.stop));
 }
 
 }  // namespace qs

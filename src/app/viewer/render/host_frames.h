@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
 //
-// Frames as pixels of the host: all of a backend without GL textures, and those that take two
-// frames to draw, of a split window or of a map of what a mode misses.
+// Draws frames into host memory: all frames of a backend without GL textures, and those that need
+// two renderings (a split window, the map of missed contributions).
 #pragma once
 
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
 
-/// What the window is told of every frame, whatever way it takes.
-ShownFrame shown_of(const FrameOrder& order, const RenderStats& stats);
+/// The facts of a frame, without its maps.
+ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats);
 
-/// Whether one frame is all that was ordered.
-bool takes_one_frame(const FrameOrder& order);
+/// Sets the heat map and its scale.
+void show_map(ShownFrame& shown, Heatmap map);
 
-/// `camera`: the order's, at the size to draw. Throws Error and Cancelled.
-FrameReply draw_on_host(RenderContext& context, const FrameOrder& order, const Camera& camera);
+/// True if one rendering is enough.
+bool takes_one_frame(const FrameRequest& request);
+
+/// `camera`: the request's, at the size to draw. Throws Error and Cancelled.
+RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
+                           const Camera& camera);
 
 }  // namespace qs

@@ -1,33 +1,35 @@
 // SPDX-License-Identifier: MIT
 //
-// What the render thread works with, and guards that leave it as it was however the work ends.
+// What background jobs work with on the render thread, and guards that restore it when a job ends.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <stop_token>
 #include <utility>
 
 #include "app/session/session.h"
+#include "app/viewer/render/action_queue.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {
 
-struct FrameOrder {
+struct FrameRequest {
   Camera camera;    ///< of the full-size view
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
-  std::optional<HeatQuantity> heatmap;
-  std::optional<Variant> other;       ///< drawn too, to be set beside it; then without a heat map
-  int version = 0, view_version = 0;  ///< of Viewer
+  std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
+  std::optional<Variant> other;         ///< also drawn, for a split window
+  int version = 0, view_version = 0;    ///< of Viewer
 };
 
-/// A frame on its way to the window: pixels on the host, or in a GL texture.
-struct FrameReply {
+/// A frame for the window: pixels on the host, or in a GL texture.
+struct RenderedFrame {
   ShownFrame shown;
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty when in a texture
-  std::vector<std::uint8_t> other;  ///< the same of shown.other; empty without
-  GlTexture texture;                ///< name 0: not used
+  std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
+  std::vector<std::uint8_t> other;  ///< the same for shown.other; empty without it
+  GlTexture texture;                ///< name 0: unused
 };
 
 /// The reference's image of a view or of a part of it.
@@ -38,56 +40,60 @@ struct ReferenceImage {
 };
 
 struct RenderContext {
-  Session session;                          ///< scene and renderer null until the first scene
-  std::unique_ptr<Renderer> second;         ///< the scene on the other backend, once it was needed
-  std::optional<ReferenceImage> reference;  ///< the last that was computed
-  std::stop_token stop;
-  std::function<void(Action)> report;
-  std::function<void(const FrameOrder&)> show;  ///< draws into the window from within a job
-};
-using Job = std::function<void(RenderContext&)>;
+  ActionQueue& reports;
+  std::function<void(const FrameRequest&)> show;  ///< draws into the window from within a job
 
-/// The renderer of a backend with the scene; uploads it when that is the first time.
+  Session session = {};                   ///< scene and renderer are null at first
+  std::unique_ptr<Renderer> second = {};  ///< renderer_on() of the other backend, null at first
+  std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
+  std::stop_token stop = {};                     ///< of the running job
+  std::atomic<bool> measuring = false;
+
+  /// Reports an action to the main thread.
+  template <class... Words>
+  void report(Words... words) {
+    reports.report(std::move(words)...);
+  }
+};
+
+/// The renderer of a backend with the scene, which is uploaded on the first call.
 Renderer& renderer_on(RenderContext& context, Backend backend);
 
-/// Reports `end` when the work is over.
-class ReportAtEnd {
- public:
-  ReportAtEnd(RenderContext& context, Action end) : context_(context), end_(std::move(end)) {}
-  ~ReportAtEnd() { context_.report(std::move(end_)); }
-  ReportAtEnd(const ReportAtEnd&) = delete;
-  ReportAtEnd& operator=(const ReportAtEnd&) = delete;
-
- private:
-  RenderContext& context_;
-  Action end_;
+/// Calls a function when it goes out of scope.
+template <class Function>
+struct AtEnd {
+  Function function;
+  ~AtEnd() { function(); }
 };
 
-/// The session has a view's settings as long as this lives.
-class WithSettings {
- public:
-  WithSettings(Session& session, const RenderSettings& settings)
-      : session_(session), kept_(std::exchange(session.settings, settings)) {}
-  ~WithSettings() { session_.settings = kept_; }
-  WithSettings(const WithSettings&) = delete;
-  WithSettings& operator=(const WithSettings&) = delete;
+/// Hides the progress bar at the end of the scope.
+inline auto hide_progress_at_end(RenderContext& context) {
+  return AtEnd{[&context] { context.report(action::end_progress); }};
+}
 
- private:
-  Session& session_;
-  RenderSettings kept_;
-};
+/// Sets Viewer::measuring in this scope, so that the window draws as little as possible.
+inline auto mark_measuring(RenderContext& context) {
+  context.measuring = true;
+  return AtEnd{[&context] { context.measuring = false; }};
+}
 
-/// Progress that shows in the window, a hundred steps at most. `what` is "reading" or "uploading".
-inline Progress loading_progress(std::filesystem::path path, std::string what, std::stop_token stop,
-                                 std::function<void(Action)> report) {
+/// Gives the session other settings in this scope.
+inline auto with_settings(Session& session, const RenderSettings& settings) {
+  return AtEnd{
+      [&session, kept = std::exchange(session.settings, settings)] { session.settings = kept; }};
+}
+
+/// Progress that the window shows, in steps of 1 %. `what`: "reading" or "uploading".
+inline Progress shown_progress(std::filesystem::path path, std::string what, std::stop_token stop,
+                               ActionQueue& reports) {
   constexpr float kStep = 0.01f;
   Progress progress;
   progress.stop = std::move(stop);
-  progress.report = [path = std::move(path), what = std::move(what), report = std::move(report),
+  progress.report = [path = std::move(path), what = std::move(what), &reports,
                      reported = 0.0f](float fraction) mutable {
     if (fraction < reported + kStep) return;
     reported = fraction;
-    report(action::SetLoading{Loading{path, what, fraction}});
+    reports.report(action::show_progress, Loading{path, what, fraction});
   };
   return progress;
 }

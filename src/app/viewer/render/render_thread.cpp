@@ -8,7 +8,8 @@
 namespace qs {
 namespace {
 
-// Quick enough not to be noticed, long enough for a steady median; a slow CPU gets one frame.
+// Enough frames for a stable median, few enough not to be noticeable; the CPU backend gets one
+// frame.
 ViewPlan numbers_plan(Backend backend) {
   return backend == Backend::cpu ? ViewPlan{1, 0, 1} : ViewPlan{40, 8, 1};
 }
@@ -17,11 +18,13 @@ ViewPlan numbers_plan(Backend backend) {
 
 RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wake,
                            GlFrames* frames)
-    : wake_(std::move(wake)), frames_(frames), gl_works_(frames != nullptr) {
+    : wake_(wake),
+      frames_(frames),
+      gl_works_(frames != nullptr),
+      reports_(std::move(wake)),
+      context_{reports_, [this](const FrameRequest& request) { draw(request); }} {
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device;
-  context_.report = [this](Action action) { report(std::move(action)); };
-  context_.show = [this](const FrameOrder& order) { draw(order); };
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
 }
 
@@ -34,25 +37,25 @@ RenderThread::~RenderThread() {
   changed_.notify_all();
 }
 
-void RenderThread::order(FrameOrder order) {
+void RenderThread::request(FrameRequest request) {
   {
     const std::lock_guard lock(mutex_);
-    frame_ = std::move(order);
+    frame_ = std::move(request);
     numbers_.reset();
     if (task_ == Task::numbers || task_ == Task::refinement) running_.request_stop();
   }
   changed_.notify_all();
 }
 
-void RenderThread::order(NumbersOrder order) {
+void RenderThread::request(NumbersRequest request) {
   {
     const std::lock_guard lock(mutex_);
-    numbers_ = std::move(order);
+    numbers_ = std::move(request);
   }
   changed_.notify_all();
 }
 
-void RenderThread::drop_numbers() {
+void RenderThread::cancel_numbers() {
   const std::lock_guard lock(mutex_);
   numbers_.reset();
   if (task_ == Task::numbers) running_.request_stop();
@@ -72,40 +75,27 @@ void RenderThread::stop_job() {
   if (task_ == Task::job) running_.request_stop();
 }
 
-void RenderThread::take_reports(Actions& actions) {
+std::optional<RenderedFrame> RenderThread::take_frame() {
   const std::lock_guard lock(mutex_);
-  for (Action& report : reports_) actions.push_back(std::move(report));
-  reports_.clear();
-}
-
-std::optional<FrameReply> RenderThread::take_frame() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(reply_, std::nullopt);
+  return std::exchange(rendered_, std::nullopt);
 }
 
 bool RenderThread::busy() {
   const std::lock_guard lock(mutex_);
-  return task_ != Task::none || !jobs_.empty() || frame_ || numbers_ || reply_ || !reports_.empty();
+  return task_ != Task::none || !jobs_.empty() || frame_ || numbers_ || rendered_ ||
+         !reports_.empty();
 }
 
-void RenderThread::report(Action action) {
-  {
-    const std::lock_guard lock(mutex_);
-    reports_.push_back(std::move(action));
-  }
-  wake_();
-}
-
-// Runs one piece of work; what goes wrong becomes a sentence in the window.
+// Runs one task and shows its error to the user.
 template <class Work>
 void RenderThread::guarded(Work&& work) {
   try {
     work();
   } catch (const Cancelled&) {
   } catch (const std::bad_alloc&) {
-    report(action::Say{"not enough memory", true});
+    reports_.report(action::notify_error, "not enough memory");
   } catch (const std::exception& error) {
-    report(action::Say{error.what(), true});
+    reports_.report(action::notify_error, std::string(error.what()));
   }
 }
 
@@ -123,16 +113,16 @@ void RenderThread::loop(const std::stop_token& stop) {
       lock.unlock();
       guarded([&] { job(context_); });
     } else if (ready && frame_) {
-      const FrameOrder order = *std::exchange(frame_, std::nullopt);
-      // Frames of two variants are slow: while the camera moves each of them is shown.
-      task_ = order.divisor > 1 || order.other ? Task::frame : Task::refinement;
+      const FrameRequest request = *std::exchange(frame_, std::nullopt);
+      // Frames of two variants are slow: cancelling them would leave a moving camera without any.
+      task_ = request.divisor > 1 || request.other ? Task::frame : Task::refinement;
       lock.unlock();
-      guarded([&] { draw(order); });
+      guarded([&] { draw(request); });
     } else if (ready && numbers_) {
-      const NumbersOrder order = *std::exchange(numbers_, std::nullopt);
+      const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
       task_ = Task::numbers;
       lock.unlock();
-      guarded([&] { measure(order); });
+      guarded([&] { measure(request); });
     } else {
       task_ = Task::none;
       changed_.wait(lock, stop, [&] {
@@ -149,9 +139,9 @@ void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->unbind();
 }
 
-// The frame in a GL texture, or nothing where that is not possible: never tried again then.
-std::optional<FrameReply> RenderThread::draw_into_gl(const Camera& camera,
-                                                     const FrameOrder& order) {
+// The frame in a GL texture; empty if that fails, and then it is not tried again.
+std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
+                                                        const FrameRequest& request) {
   if (!gl_works_ || context_.session.backend != Backend::cuda) return std::nullopt;
   GlTexture texture = std::exchange(next_texture_, {});
   if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
@@ -159,19 +149,21 @@ std::optional<FrameReply> RenderThread::draw_into_gl(const Camera& camera,
     frames_->give_back(std::exchange(texture, {}));
   }
   if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
-  const Outputs outputs = order.heatmap ? outputs_for(*order.heatmap) : Outputs();
+  const Outputs outputs = request.heatmap ? outputs_for(*request.heatmap) : Outputs();
   try {
-    const Frame& frame =
-        context_.session.renderer->render(camera, order.settings, outputs, texture, context_.stop);
-    FrameReply reply{shown_of(order, frame.stats), camera.width, camera.height, {}, {}, texture};
-    reply.shown.interop = true;
-    if (order.heatmap)
-      reply.shown.heatmap = make_heatmap(frame, *order.heatmap, camera.width, camera.height);
-    return reply;
+    const Frame& frame = context_.session.renderer->render(camera, request.settings, outputs,
+                                                           texture, context_.stop);
+    RenderedFrame rendered{
+        shown_of(request, frame.stats), camera.width, camera.height, {}, {}, texture};
+    rendered.shown.interop = true;
+    if (request.heatmap)
+      show_map(rendered.shown, make_heatmap(frame, *request.heatmap, camera.width, camera.height));
+    return rendered;
   } catch (const Error& error) {
     frames_->give_back(texture);
     gl_works_ = false;
-    report(action::Say{std::string(error.what()) + "; frames pass the host instead"});
+    reports_.report(action::notify,
+                    std::string(error.what()) + "; frames go through host memory instead");
     return std::nullopt;
   } catch (...) {
     frames_->give_back(texture);
@@ -179,26 +171,26 @@ std::optional<FrameReply> RenderThread::draw_into_gl(const Camera& camera,
   }
 }
 
-void RenderThread::draw(const FrameOrder& order) {
-  Camera camera = order.camera;
-  if (order.divisor > 1) {
-    camera = camera.resized(std::max(1, camera.width / order.divisor),
-                            std::max(1, camera.height / order.divisor));
+void RenderThread::draw(const FrameRequest& request) {
+  Camera camera = request.camera;
+  if (request.divisor > 1) {
+    camera = camera.resized(std::max(1, camera.width / request.divisor),
+                            std::max(1, camera.height / request.divisor));
   }
-  std::optional<FrameReply> reply;
-  if (takes_one_frame(order)) reply = draw_into_gl(camera, order);
-  if (!reply) reply = draw_on_host(context_, order, camera);
-  const bool gl = reply->texture.name != 0;
+  std::optional<RenderedFrame> rendered;
+  if (takes_one_frame(request)) rendered = draw_into_gl(camera, request);
+  if (!rendered) rendered = draw_on_host(context_, request, camera);
+  const bool gl = rendered->texture.name != 0;
   {
     const std::lock_guard lock(mutex_);
-    if (reply_ && reply_->texture.name != 0) frames_->give_back(reply_->texture);
-    reply_ = std::move(reply);
+    if (rendered_ && rendered_->texture.name != 0) frames_->give_back(rendered_->texture);
+    rendered_ = std::move(rendered);
   }
   wake_();
   if (gl) expect(camera.width, camera.height);
 }
 
-// The next frame's texture is made ready while the window shows this one.
+// Prepares the texture of the next frame while the window shows this one.
 void RenderThread::expect(int width, int height) {
   next_texture_ = frames_->take(width, height);
   next_width_ = width;
@@ -206,26 +198,26 @@ void RenderThread::expect(int width, int height) {
   context_.session.renderer->prepare_target(next_texture_);
 }
 
-void RenderThread::measure(const NumbersOrder& order) {
-  report(action::MeasuringChanged{true});
-  const ReportAtEnd end(context_, action::MeasuringChanged{false});
+void RenderThread::measure(const NumbersRequest& request) {
+  const auto measuring = mark_measuring(context_);
   Session& session = context_.session;
-  const WithSettings settings(session, order.settings);
-  std::vector<BenchRow> rows;
+  const auto settings = with_settings(session, request.settings);
+  ModeNumbers numbers{request.version, {}};
   try {
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
       session.settings.pipeline = pipeline;
       const std::vector<BenchRow> measured = measure_view(
-          session, all_modes(), order.camera, numbers_plan(session.backend), {{}, context_.stop});
-      rows.insert(rows.end(), measured.begin(), measured.end());
+          session, all_modes(), request.camera, numbers_plan(session.backend), {{}, context_.stop});
+      numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
     }
   } catch (const Cancelled&) {
     throw;
   } catch (...) {
-    report(action::NumbersMeasured{{order.version, {}}});  // there are none: not to be tried again
+    // An empty table, so that the failing measurement is not repeated for this view.
+    context_.report(action::numbers_measured, ModeNumbers{request.version, {}});
     throw;
   }
-  report(action::NumbersMeasured{{order.version, std::move(rows)}});
+  context_.report(action::numbers_measured, std::move(numbers));
 }
 
 }  // namespace qs

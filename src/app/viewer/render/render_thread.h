@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The thread that owns the renderer and the cloud, so that a slow frame never stops the window. It
-// does, in this order: jobs (first come, first served), the newest frame that was ordered, and when
-// nothing else is to do, the numbers of all modes. An order interrupts numbers, and a frame that is
+// The thread that owns the renderer and the scene, so that a slow frame never blocks the window.
+// Jobs come first, in the order of their requests; then the newest requested frame; then the
+// numbers of all modes. A new request cancels a measurement, and a full-size frame that became
 // outdated.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace qs {
 
-struct NumbersOrder {
+struct NumbersRequest {
   Camera camera;
   RenderSettings settings;
   int version = 0;
@@ -27,48 +27,48 @@ struct NumbersOrder {
 
 class RenderThread {
  public:
-  /// `options`: threads and device are used. `wake` is called from the render thread when there is
-  /// something to take. `frames` may be null: then every frame passes the host.
+  /// Uses the threads and the device of `options`. `wake` is called on the render thread when there is something to take. Without `frames` all
+  /// frames go through host memory.
   RenderThread(const FrameOptions& options, std::function<void()> wake, GlFrames* frames);
   ~RenderThread();
 
-  void order(FrameOrder order);
-  void order(NumbersOrder order);
-  void drop_numbers();  ///< they are disturbed: measured anew when they are ordered again
+  void request(FrameRequest request);
+  void request(NumbersRequest request);
+  void cancel_numbers();
   void run(Job job);
-  void stop_job();  ///< the one that runs
+  void stop_job();  ///< the one that is running
 
-  void take_reports(Actions& actions);
-  std::optional<FrameReply> take_frame();
+  void take_reports(Actions& actions) { reports_.take(actions); }
+  std::optional<RenderedFrame> take_frame();
 
-  /// False when nothing is ordered, running or waiting to be taken.
+  /// False if nothing is requested, running or waiting to be taken.
   bool busy();
+  bool measuring() const { return context_.measuring; }
 
  private:
   void loop(const std::stop_token& stop);
-  void draw(const FrameOrder& order);
-  void measure(const NumbersOrder& order);
+  void draw(const FrameRequest& request);
+  void measure(const NumbersRequest& request);
   template <class Work>
   void guarded(Work&& work);
-  void report(Action action);
   void expect(int width, int height);
-  std::optional<FrameReply> draw_into_gl(const Camera& camera, const FrameOrder& order);
+  std::optional<RenderedFrame> draw_into_gl(const Camera& camera, const FrameRequest& request);
 
   std::function<void()> wake_;
   GlFrames* frames_;
   bool gl_works_;
-  GlTexture next_texture_;  // for the next frame, ready if it has the same size
+  GlTexture next_texture_;  // for the next frame of the same size
   int next_width_ = 0, next_height_ = 0;
+  ActionQueue reports_;
   RenderContext context_;
 
-  std::mutex mutex_;  // of everything below but the thread
+  std::mutex mutex_;  // guards everything below but the thread
   std::condition_variable_any changed_;
   std::deque<Job> jobs_;
-  std::optional<FrameOrder> frame_;
-  std::optional<NumbersOrder> numbers_;
-  std::optional<FrameReply> reply_;
-  Actions reports_;
-  std::stop_source running_;  // what runs now
+  std::optional<FrameRequest> frame_;
+  std::optional<NumbersRequest> numbers_;
+  std::optional<RenderedFrame> rendered_;
+  std::stop_source running_;  // of the current task
   enum class Task { none, job, frame, refinement, numbers } task_ = Task::none;
 
   std::jthread thread_;

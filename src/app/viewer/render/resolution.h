@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How much smaller a slow backend draws while the camera moves.
+// The reduced resolution of a slow backend while the camera moves.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 
 namespace qs {
 
-inline constexpr double kMovingFrameMs = 40;  ///< what a frame may take while the camera moves
+inline constexpr double kMovingFrameMs = 40;
 inline constexpr int kMostDivisor = 8;
 
-/// The smallest n for which a frame of width / n x height / n is quick enough, by the speed of the
-/// last one; 1 to kMostDivisor.
+/// The smallest n, 1 to kMostDivisor, for which a frame of width / n x height / n is expected to
+/// take at most kMovingFrameMs.
 inline int resolution_divisor(double ms_per_megapixel, int width, int height) {
   const double ms = ms_per_megapixel * 1e-6 * width * height;
   const double divisor = std::ceil(std::sqrt(std::max(0.0, ms) / kMovingFrameMs));

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
 
-// Photographers hold cameras upright on the whole.
+// The mean upward direction of the cameras, which are usually held upright.
 glm::dvec3 mean_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
   glm::dvec3 sum(0);
   for (const Camera& camera : cameras) sum -= view_axes(camera).down;
@@ -30,17 +30,16 @@ glm::dvec3 mean_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
                                                                           : otherwise;
 }
 
-// meta.json and lod-meta.json are scenes.
+// True for cameras and paths; meta.json and lod-meta.json are scenes.
 bool is_json(const fs::path& path) {
   return path.extension() == ".json" && !path.filename().string().ends_with("meta.json");
 }
 
-// A path of keyframes gives times; other camera files do not.
+// Only paths of keyframes hold times.
 bool is_camera_path(const fs::path& path) {
   return read_text_file(path, kMaxCamerasBytes).find("\"time\"") != std::string::npos;
 }
 
-// A folder without a scene in it may be a data set's cameras.
 bool has_scene(const fs::path& path) {
   try {
     find_scene_file(path);
@@ -98,84 +97,71 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
   return facts;
 }
 
-void SceneLoader::start(const fs::path& path, int iteration,
-                        const std::optional<fs::path>& cameras_file, const std::string& axes) {
+void SceneLoader::open(const OpenRequest& request) {
   cancel();
-  report(action::SetLoading{Loading{path, "reading", 0}});
-  {
-    const std::lock_guard lock(mutex_);
-    reading_ = true;
-  }
-  thread_ = std::jthread([this, path, iteration, cameras_file, axes](const std::stop_token& stop) {
+  reports_.report(action::show_progress, Loading{request.path, "reading", 0});
+  ++reading_;
+  thread_ = std::jthread([this, request](const std::stop_token& stop) {
     try {
-      read(path, iteration, cameras_file, axes, stop);
+      read(request, stop);
     } catch (const Cancelled&) {
-      report(action::Say{fmt::format("{}: cancelled", path.filename().string())});
-      report(action::SetLoading{});
+      reports_.report(action::notify,
+                      fmt::format("{}: cancelled", request.path.filename().string()));
+      reports_.report(action::end_progress);
     } catch (const std::exception& error) {
-      report(action::Say{error.what(), true});
-      report(action::SetLoading{});
+      reports_.report(action::notify_error, std::string(error.what()));
+      reports_.report(action::end_progress);
     }
-    const std::lock_guard lock(mutex_);
-    reading_ = false;
+    --reading_;
   });
 }
 
 void SceneLoader::cancel() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  const std::lock_guard lock(mutex_);
-  loaded_.reset();
 }
 
-std::optional<LoadedScene> SceneLoader::poll(Actions& actions) {
-  const std::lock_guard lock(mutex_);
-  for (Action& report : reports_) actions.push_back(std::move(report));
-  reports_.clear();
-  return std::exchange(loaded_, std::nullopt);
+void SceneLoader::read_photograph(const fs::path& path) {
+  ++reading_;
+  photograph_thread_ = std::jthread([this, path] {
+    try {
+      ThreadPool pool(1);
+      Photograph photograph{
+          path, std::make_shared<Image>(qs::read_photograph(path, glm::vec3(0), 1, pool))};
+      reports_.report(action::photograph_opened, std::move(photograph));
+    } catch (const std::exception& error) {
+      reports_.report(action::notify_error, std::string(error.what()));
+    }
+    --reading_;
+  });
 }
 
-bool SceneLoader::busy() {
-  const std::lock_guard lock(mutex_);
-  return reading_ || loaded_ || !reports_.empty();
-}
-
-void SceneLoader::read(const fs::path& path, int iteration,
-                       const std::optional<fs::path>& cameras_file, const std::string& axes,
-                       const std::stop_token& stop) {
+void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) {
+  const fs::path& path = request.path;
   std::error_code error;
   const bool folder = fs::is_directory(path, error);
   if (is_json(path) && is_camera_path(path)) {
-    report(action::SetKeyframes{read_camera_path(path)});
-    return report(action::SetLoading{});
+    reports_.report(action::set_keyframes, read_camera_path(path));
+    return reports_.report(action::end_progress);
   }
   if (is_json(path) || (folder && !has_scene(path) && has_cameras(path))) {
     const std::vector<Camera> cameras = read_cameras(path);
-    report(action::CamerasOpened{cameras, path, find_photographs(path, cameras)});
-    return report(action::SetLoading{});
+    reports_.report(action::cameras_opened, cameras, path, find_photographs(path, cameras));
+    return reports_.report(action::end_progress);
   }
   ReadOptions options;
-  options.iteration = iteration;
-  options.axes = axes;
-  options.progress =
-      loading_progress(path, "reading", stop, [this](Action action) { report(std::move(action)); });
-  LoadedScene loaded;
-  loaded.scene = read_scene(path, options);
-  loaded.facts = view_facts(loaded.scene, cameras_file);
-  loaded.facts.axes = axes;
-  for (const std::string& warning : loaded.scene.warnings) report(action::Say{warning});
+  options.iteration = request.iteration;
+  options.axes = request.axes;
+  options.progress = shown_progress(path, "reading", stop, reports_);
+  const auto loaded = std::make_shared<LoadedScene>();
+  loaded->scene = read_scene(path, options);
+  loaded->facts = view_facts(loaded->scene, request.cameras_file);
+  loaded->facts.axes = request.axes;
+  for (const std::string& warning : loaded->scene.warnings)
+    reports_.report(action::notify, warning);
   if (stop.stop_requested()) throw Cancelled{};
-  report(action::SetLoading{Loading{path, "uploading", 0}});
-  const std::lock_guard lock(mutex_);
-  loaded_ = std::move(loaded);
-}
-
-void SceneLoader::report(Action action) {
-  {
-    const std::lock_guard lock(mutex_);
-    reports_.push_back(std::move(action));
-  }
-  wake_();
+  reports_.report(action::show_progress, Loading{path, "uploading", 0});
+  reports_.report(action::scene_read, loaded, request.keep_background);
 }
 
 }  // namespace qs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads what people open or drop, on a thread of its own: a scene with its cameras and photographs,
-// cameras for the scene on show, or a path of keyframes. Nothing is shown before all of it was
-// read.
+// Reads what the user opens or drops, on a thread of its own: a scene with its cameras and
+// photographs, cameras for the scene in the window, or a camera path. Outcomes are reported as
+// actions, after everything was read. One photograph at a time is read on another thread.
 #pragma once
 
 #include <filesystem>
@@ -11,55 +11,51 @@
 #include <optional>
 #include <thread>
 
-#include "app/viewer/state/actions.h"
-#include "io/scene/reader.h"
+#include "app/viewer/render/action_queue.h"
+#include "app/viewer/render/open_scene.h"
 
 namespace qs {
 
-/// A scene that was read, and what the viewer needs to know of it.
-struct LoadedScene {
-  Scene scene;
-  ViewedScene facts;
-};
-
 /// Facts of a scene, with the cameras of `cameras_file` (found beside the scene when empty) and the
-/// photographs in the folder `images` beside them. Throws Error when cameras_file is named and bad.
+/// photographs in the folder `images` beside them. Throws Error if `cameras_file` cannot be read.
 ViewedScene view_facts(const Scene& scene,
                        const std::optional<std::filesystem::path>& cameras_file);
 
-/// The photographs of `images` beside the cameras or one folder up, by position in `cameras`.
+/// The photographs in the folder `images` beside the cameras or one folder up, by index into
+/// `cameras`.
 std::map<int, std::filesystem::path> find_photographs(const std::filesystem::path& cameras_file,
                                                       const std::vector<Camera>& cameras);
 
+struct OpenRequest {
+  std::filesystem::path path;
+  std::string axes;                                   ///< ReadOptions::axes
+  int iteration = -1;                                 ///< ReadOptions::iteration
+  std::optional<std::filesystem::path> cameras_file;  ///< unset: found beside the scene
+  bool keep_background = false;                       ///< open_scene()
+};
+
 class SceneLoader {
  public:
-  /// `wake` is called from the loader's thread when poll() has something new.
-  explicit SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
+  /// `wake` is called on the loader's threads after every report.
+  explicit SceneLoader(std::function<void()> wake) : reports_(std::move(wake)) {}
 
-  /// Starts reading; what was being read is cancelled.
-  void start(const std::filesystem::path& path, int iteration = -1,
-             const std::optional<std::filesystem::path>& cameras_file = std::nullopt,
-             const std::string& axes = {});
+  /// Starts reading, and cancels what is being read.
+  void open(const OpenRequest& request);
   void cancel();
 
-  /// A scene once it is read. Progress, cameras, keyframes and errors are appended to `actions`.
-  std::optional<LoadedScene> poll(Actions& actions);
+  void read_photograph(const std::filesystem::path& path);
 
-  /// Is something being read, or waiting to be polled?
-  bool busy();
+  void take_reports(Actions& actions) { reports_.take(actions); }
+
+  /// True while something is being read or a report waits to be taken.
+  bool busy() { return reading_ > 0 || !reports_.empty(); }
 
  private:
-  void read(const std::filesystem::path& path, int iteration,
-            const std::optional<std::filesystem::path>& cameras_file, const std::string& axes,
-            const std::stop_token& stop);
-  void report(Action action);
+  void read(const OpenRequest& request, const std::stop_token& stop);
 
-  std::function<void()> wake_;
-  std::mutex mutex_;  // of the next three
-  bool reading_ = false;
-  Actions reports_;
-  std::optional<LoadedScene> loaded_;
-  std::jthread thread_;
+  ActionQueue reports_;
+  std::atomic<int> reading_ = 0;  // threads
+  std::jthread thread_, photograph_thread_;
 };
 
 }  // namespace qs

@@ -43,8 +43,7 @@ std::string speedup_text(const BenchRow* row, const BenchRow* base) {
   return fmt::format("{:.2f}x", base->ms_median / row->ms_median);
 }
 
-// The share of pairs that no pixel used.
-std::string in_vain_text(const BenchRow* row) {
+std::string unused_text(const BenchRow* row) {
   if (row == nullptr || !row->false_positives) return "-";
   return fmt::format("{:.1f} %", 100 * row->false_positive_share.value_or(0));
 }
@@ -65,7 +64,7 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     row.fps = found == nullptr ? "-" : fps_text(found->fps_median);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
     row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
-    row.in_vain = in_vain_text(found);
+    row.unused = unused_text(found);
     row.speedup = speedup_text(found, measured_row(viewer, base_mode, here));
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
@@ -79,10 +78,10 @@ bool numbers_are_current(const Viewer& viewer) {
   return viewer.numbers.version == viewer.view_version;
 }
 
-std::vector<HudFact> hud_facts(const Viewer& viewer) {
+std::vector<Fact> hud_facts(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   const double ms = static_cast<double>(stats.frame_ms);
-  std::vector<HudFact> facts = {
+  std::vector<Fact> facts = {
       {"render", ms > 0 ? fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)) : "-"},
       {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
       {"present",
@@ -94,8 +93,8 @@ std::vector<HudFact> hud_facts(const Viewer& viewer) {
   };
   const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
   if (measured != nullptr && measured->false_positives)
-    facts.push_back({"in vain", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
-                                            in_vain_text(measured))});
+    facts.push_back({"unused", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
+                                           unused_text(measured))});
   if (viewer.process_bytes > 0) {
     facts.push_back(
         {"memory",
@@ -106,15 +105,48 @@ std::vector<HudFact> hud_facts(const Viewer& viewer) {
 }
 
 std::string hud_caveat(const Viewer& viewer) {
-  const std::vector<std::string> reasons = not_a_measurement(viewer);
+  std::vector<std::string> reasons;
+  if (viewer.shown.divisor > 1)
+    reasons.push_back(fmt::format("drawn at 1/{} size", viewer.shown.divisor));
+  if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
+  if (viewer.shown.other) reasons.emplace_back("beside another one");
+  if (viewer.on_demand) {
+    reasons.emplace_back("drawn on demand");
+  } else if (viewer.vsync) {
+    reasons.emplace_back("waits for the display");
+  }
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
 
-std::vector<HudFact> split_facts(const Viewer& viewer) {
+std::string hud_status(const Viewer& viewer) {
+  if (viewer.measuring) return "measuring all modes for this view ...";
+  if (numbers_are_current(viewer)) return "all modes measured off screen for this view";
+  if (viewer.zoom.running) return "recording a zoom";
+  return "of an earlier view; measured again when this one rests";
+}
+
+std::array<double, kStageCount> stages_of(const BenchRow& row) {
+  return {row.preprocess_ms, row.bin_ms, row.sort_ms, row.blend_ms};
+}
+
+std::string stages_text(const BenchRow& row) {
+  std::vector<std::string> lines;
+  for (std::size_t stage = 0; stage < kStageCount; ++stage)
+    lines.push_back(fmt::format("{} {} ms", kStageNames[stage], ms_text(stages_of(row)[stage])));
+  return joined(lines, "\n");
+}
+
+std::string frame_plot_text(const Viewer& viewer) {
+  const float longest = *std::max_element(viewer.frame_ms.begin(), viewer.frame_ms.end());
+  return fmt::format("render ms, last {} frames, 0 to {}", viewer.frame_ms.size(),
+                     ms_text(static_cast<double>(longest)));
+}
+
+std::vector<Fact> split_facts(const Viewer& viewer) {
   if (!viewer.shown.other) return {};
   const ShownOther& other = *viewer.shown.other;
   const PixelDifference& pixels = other.pixels;
-  std::vector<HudFact> facts = {
+  std::vector<Fact> facts = {
       {"PSNR", std::isinf(pixels.psnr) ? "equal" : decibels(pixels.psnr) + " dB"},
       {"largest error", pixels.largest == 0 ? "0"
                                             : fmt::format("{}/255 at {}, {}", pixels.largest,
@@ -152,12 +184,12 @@ std::string state_json(const Viewer& viewer) {
                              {"fps", row.fps},
                              {"pairs", row.pairs},
                              {"per_visible", row.per_visible},
-                             {"in_vain", row.in_vain},
+                             {"unused", row.unused},
                              {"speedup", row.speedup},
                              {"other_ms", row.other_ms},
                              {"other_speedup", row.other_speedup}});
   }
-  for (const HudFact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
+  for (const Fact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
   if (viewer.shown.heatmap) {
     json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
                        {"total", viewer.shown.heatmap->total}};
@@ -171,10 +203,10 @@ std::string state_json(const Viewer& viewer) {
                      {"divider", viewer.split.divider},
                      {"flipped", viewer.split.flipped},
                      {"region", {region.x0, region.y0, region.x1, region.y1}}};
-    for (const HudFact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
+    for (const Fact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
   }
   if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
-  if (viewer.oracle) json["oracle"] = viewer.oracle->sentence;
+  if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
   json["keyframes"] = viewer.keyframes.size();

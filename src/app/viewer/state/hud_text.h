@@ -1,60 +1,66 @@
 // SPDX-License-Identifier: MIT
 //
-// The words and numbers of the heads-up display, apart from its drawing, so that tests can compare
-// them with the CSV of the same measurement.
+// The words and numbers of the performance panel (heads-up display) and of the split window's
+// facts, apart from their drawing, so that tests can compare them with the CSV of the same
+// measurement.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/viewer/state/viewer.h"
+#include "app/viewer/state/panel_text.h"
 
 namespace qs {
 
 /// One mode of the table; "-" where nothing was measured yet.
 struct HudRow {
   CullMode mode = 0;
-  std::string name, ms, fps, pairs, per_visible, in_vain, speedup;
-  std::string other_ms, other_speedup;  ///< of the other pipeline; empty where there is one only
+  std::string name, ms, fps, pairs, per_visible, unused, speedup;
+  std::string other_ms, other_speedup;  ///< of other_pipeline(); empty without one
 };
 
 /// Titles of HudRow's texts.
-inline constexpr const char* kHudColumns[] = {"mode",        "ms",      "FPS",    "pairs",
-                                              "per visible", "in vain", "vs 3dgs"};
+inline constexpr const char* kHudColumns[] = {"mode",        "ms",     "FPS",    "pairs",
+                                              "per visible", "unused", "vs 3dgs"};
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
 
-/// The pipeline whose numbers stand beside those of the one on show; empty on a backend with one.
+/// The pipeline that is not used now; empty on a backend that has only one.
 std::optional<Pipeline> other_pipeline(const Viewer& viewer);
 
-/// The row of a mode in the pipeline on show, or in another; null when it was not measured.
+/// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
-/// Are the rows of the view in the window? They may be of an earlier one while they are measured.
+/// True if the numbers are of the view in the window and not of an earlier one.
 bool numbers_are_current(const Viewer& viewer);
+std::string hud_status(const Viewer& viewer);
 
-/// A label and its value.
-struct HudFact {
-  std::string label, value;
-};
-/// Of the frame in the window.
-std::vector<HudFact> hud_facts(const Viewer& viewer);
+/// Facts of the frame in the window.
+std::vector<Fact> hud_facts(const Viewer& viewer);
 
-/// Of the two frames in a split window; none in another one.
-std::vector<HudFact> split_facts(const Viewer& viewer);
+/// Facts of the two frames in a split window; empty otherwise.
+std::vector<Fact> split_facts(const Viewer& viewer);
 
-/// "drawn on demand, with a heat map: not a measurement"; empty when it is one.
+/// "drawn on demand, with a heat map: not a measurement"; empty if the frame is a measurement.
 std::string hud_caveat(const Viewer& viewer);
 
-/// Milliseconds with three digits after the point; FPS with one below 1000.
+/// Milliseconds per stage; index = Stage. The text has a line per stage.
+std::array<double, kStageCount> stages_of(const BenchRow& row);
+std::string stages_text(const BenchRow& row);
+
+/// The caption of the plot of Viewer::frame_ms, which must not be empty.
+std::string frame_plot_text(const Viewer& viewer);
+
+/// Milliseconds with three decimals; FPS with one below 1000.
 std::string ms_text(double ms);
 std::string fps_text(double fps);
 
 /// "-1,234", "+5".
 std::string signed_text(std::int64_t number);
 
-/// Everything above as JSON, for tests and for people who report problems.
+/// What the window shows as JSON, for tests and for reports of problems.
 std::string state_json(const Viewer& viewer);
 
 }  // namespace qs

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/state/preferences.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
 
 namespace qs {
 namespace {
@@ -19,18 +20,18 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMaxBytes = std::size_t{4} << 20, kMostCameras = 100;
 
-/// Calls visit(name, member) for what is stored as it is.
-template <class P, class Visit>
-void for_each_preference(P& p, Visit&& visit) {
-  visit("width", p.width);
-  visit("height", p.height);
-  visit("vsync", p.vsync);
-  visit("on_demand", p.on_demand);
-  visit("reduce_when_moving", p.reduce_when_moving);
-  visit("hud", p.panels.hud);
-  visit("info", p.panels.info);
-  visit("cameras_panel", p.panels.cameras);
-  visit("cameras", p.cameras);
+/// Calls visit(name, member) for the members that JSON stores directly.
+template <class V, class Size, class Visit>
+void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
+  visit("width", window_size.x);
+  visit("height", window_size.y);
+  visit("vsync", viewer.vsync);
+  visit("on_demand", viewer.on_demand);
+  visit("reduce_when_moving", viewer.reduce_when_moving);
+  visit("hud", viewer.panels.hud);
+  visit("info", viewer.panels.info);
+  visit("cameras_panel", viewer.panels.cameras);
+  visit("cameras", viewer.last_views);
 }
 
 }  // namespace
@@ -44,38 +45,41 @@ std::filesystem::path preferences_file() {
   return std::filesystem::path(home) / ".config/quadsplat/viewer.json";
 }
 
-Preferences read_preferences(const std::filesystem::path& file, std::string& problem) {
-  Preferences preferences;
+std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
+                             glm::ivec2& window_size) {
   std::error_code error;
-  if (file.empty() || !std::filesystem::exists(file, error)) return preferences;
+  if (file.empty() || !std::filesystem::exists(file, error)) return "";
   try {
     const ordered_json json = ordered_json::parse(read_text_file(file, kMaxBytes));
-    for_each_preference(preferences, [&](const char* name, auto& value) {
+    Viewer read = viewer;
+    glm::ivec2 size = window_size;
+    for_each_preference(read, size, [&](const char* name, auto& value) {
       if (json.contains(name)) json.at(name).get_to(value);
     });
-    preferences.navigation =
+    read.navigation =
         json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
     for (const auto& path : json.value("recent", std::vector<std::string>()))
-      preferences.recent.emplace_back(path);
-    preferences.width = std::clamp(preferences.width, 320, 16384);
-    preferences.height = std::clamp(preferences.height, 240, 16384);
+      read.recent.emplace_back(path);
+    window_size = glm::clamp(size, glm::ivec2(320, 240), glm::ivec2(16384));
+    viewer = std::move(read);
+    return "";
   } catch (const std::exception& why) {
-    problem = fmt::format("{}: the settings cannot be read and are ignored: {}", file.string(),
-                          why.what());
-    return {};
+    return fmt::format("{}: the settings cannot be read and are ignored: {}", file.string(),
+                       why.what());
   }
-  return preferences;
 }
 
-void write_preferences(const std::filesystem::path& file, const Preferences& preferences) {
+void write_preferences(const std::filesystem::path& file, const Viewer& viewer,
+                       glm::ivec2 window_size) {
   if (file.empty()) return;
   ordered_json json;
-  for_each_preference(preferences,
+  for_each_preference(viewer, window_size,
                       [&](const char* name, const auto& value) { json[name] = value; });
+  if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
   while (json["cameras"].size() > kMostCameras) json["cameras"].erase(json["cameras"].begin());
-  json["navigation"] = preferences.navigation == Navigation::fly ? "fly" : "orbit";
+  json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();
-  for (const auto& path : preferences.recent) json["recent"].push_back(path.string());
+  for (const auto& path : viewer.recent) json["recent"].push_back(path.string());
   make_folder(file.parent_path());
   write_stats(file, json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
 }

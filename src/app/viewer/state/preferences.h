@@ -1,33 +1,27 @@
 // SPDX-License-Identifier: MIT
 //
-// What the viewer remembers from one run to the next: the window, switches, recent files, the last
-// camera of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config).
+// What the viewer keeps from one run to the next: the window's size, switches, recent files, the
+// last view of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config). To keep
+// another member of Viewer: a line of for_each_preference().
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
 
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
 
-struct Preferences {
-  int width = 1280, height = 720;  ///< of the window, screen coordinates
-  bool vsync = true, on_demand = true, reduce_when_moving = true;
-  Panels panels;
-  Navigation navigation = Navigation::orbit;
-  std::vector<std::filesystem::path> recent;
-  std::map<std::string, std::string> cameras;  ///< scene file -> camera as JSON
-};
-
-/// viewer.json in the user's configuration folder; empty when there is no home.
+/// viewer.json in the user's configuration folder; empty if there is no home folder.
 std::filesystem::path preferences_file();
 
-/// A missing file gives the defaults. A damaged one too, and `problem` gets a sentence.
-Preferences read_preferences(const std::filesystem::path& file, std::string& problem);
+/// Sets what the file holds; `window_size` in screen units. Nothing changes if there is no file, or
+/// if it is damaged: then returns a sentence that says so, else "".
+std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
+                             glm::ivec2& window_size);
 
 /// Makes the folder if needed. Throws Error(input).
-void write_preferences(const std::filesystem::path& file, const Preferences& preferences);
+void write_preferences(const std::filesystem::path& file, const Viewer& viewer,
+                       glm::ivec2 window_size);
 
 }  // namespace qs

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// The whole state of the viewer as plain data. Panels read it and return actions; apply() in
-// actions.h is the only thing that changes it. What must happen outside of the state (read a file,
-// render, write a picture, quit) is left in `requests` for the window's loop.
+// The whole state of the viewer as plain data. Everything reads it; only actions change it
+// (action.h).
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "app/inspect/frame_difference.h"
@@ -28,7 +28,7 @@ namespace qs {
 
 enum class Navigation { orbit, fly };
 
-/// What the viewer knows of the scene on show; the cloud itself belongs to the render thread.
+/// Facts of the scene in the window; the render thread owns its Gaussians.
 struct ViewedScene {
   std::filesystem::path path;
   std::string name, format;
@@ -36,31 +36,35 @@ struct ViewedScene {
   int sh_degree = 0;
   bool antialiased = false, white_background = false;
   SceneBox core;                ///< core_box()
-  float smallest_radius = 0;    ///< framed at least, world units
-  glm::dvec3 up{0, -1, 0};      ///< of the world
-  std::string axes;             ///< that overruled the file's, one of kAxes; empty: none did
+  float smallest_radius = 0;    ///< smallest_framing(), world units
+  glm::dvec3 up{0, -1, 0};      ///< unit vector in the world
+  std::string axes;             ///< ReadOptions::axes that the file was read with
   std::vector<Camera> cameras;  ///< of the data set, may be empty
   std::filesystem::path cameras_file;
-  std::map<int, std::filesystem::path> photographs;  ///< by position in `cameras`
+  std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
 
-  double extent() const;  ///< longest side of the core, world units, > 0
+  /// Longest side of the core, world units, > 0.
+  double extent() const {
+    const glm::vec3 size = core.size();
+    return static_cast<double>(std::max({size.x, size.y, size.z, 2 * smallest_radius}));
+  }
 };
 
-/// Which windows are open. Each is a row of kBindings too.
+/// Which panels are open.
 struct Panels {
-  bool hud = true, info = false, help = false, cameras = false, settings = false;
+  bool hud = true, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
        split = false;
-  bool all = true;  ///< false: nothing but the picture
+  bool all = true;  ///< false hides all of them
 };
 
 struct Toast {
   std::string text;
   bool error = false;
-  double until = 0;  ///< seconds of Viewer::now
+  double until = 0;  ///< Viewer::now at which it disappears
 };
 
-/// What the window shows of two variants of the view.
+/// How the window shows two variants of the view.
 enum class SplitView { sides, whole, difference, tile_pairs };
 
 /// Index = SplitView.
@@ -68,63 +72,68 @@ inline constexpr const char* kSplitViews[] = {"side by side", "one at a time", "
                                               "tile pairs"};
 inline constexpr int kMostAmplification = 128;
 
-/// How the view is set beside another variant of it. The first one is the view's own.
+/// The split window: the view as it is set, and another variant of it.
 struct Split {
   Variant other{find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
   SplitView view = SplitView::sides;
-  float divider = 0.5f;    ///< share of the width left of it, 0 to 1
-  bool flipped = false;    ///< the other one is the left one, or the one at a time
-  int amplification = 16;  ///< of the difference, 1 to kMostAmplification
+  float divider = 0.5f;    ///< width left of the divider, as a fraction of the window's, 0 to 1
+  bool flipped = false;    ///< shows `other` on the left, or as the one at a time
+  int amplification = 16;  ///< factor of the difference, 1 to kMostAmplification
 };
 
-/// The other one of the frame in the window.
+/// The frame of Split::other.
 struct ShownOther {
   Variant variant;
   RenderStats stats;
-  PixelBox region;         ///< where it was drawn: the reference may be there for a part only
+  PixelBox region;         ///< drawn pixels: the reference may cover a part of the view only
   PixelDifference pixels;  ///< inside the region
-  std::optional<PairDifference> pairs;  ///< unset beside the reference, which has no tiles
+  std::optional<PairDifference> pairs;  ///< unset for the reference, which has no tiles
 };
 
 /// The frame in the window.
 struct ShownFrame {
   RenderStats stats;
   CullMode mode = kDefaultMode;
-  int version = -1;  ///< Viewer::version that it shows
-  Camera camera;     ///< of the full-size view; rendered at 1 / divisor of its size
-  int divisor = 1;
-  bool interop = false;  ///< it reached the window without leaving the GPU
+  int version = -1;      ///< Viewer::version that it shows
+  Camera camera;         ///< of the full-size view
+  int divisor = 1;       ///< rendered at 1 / divisor of the full size
+  bool interop = false;  ///< reached the window without leaving the GPU
   std::optional<Heatmap> heatmap;
-  std::optional<MissedMap> missed;  ///< of its heat map HeatQuantity::missed
+  std::optional<MissedMap> missed;  ///< of the heat map HeatQuantity::missed
   std::optional<ShownOther> other;  ///< in a split window
+  Scale map_scale;                  ///< of `heatmap`, or of the pair difference of `other`
 };
 
-/// Rows of all modes for one view, and of which view they are.
+/// Numbers of all modes for one view.
 struct ModeNumbers {
   int version = -1;  ///< Viewer::view_version
   std::vector<BenchRow> rows;
 };
 
-/// A zoom that is being recorded, or was.
+/// The zoom that is being recorded, or the last one.
 struct ZoomRecording {
   bool running = false;
-  int steps = 0;
-  std::vector<BenchRow> rows;  ///< of the steps so far, by step, within it by mode
-  std::filesystem::path folder;
+  int steps = 0;                 ///< planned
+  std::vector<BenchRow> rows;    ///< of the steps so far, ordered by step, then by mode
+  std::filesystem::path folder;  ///< empty until it is saved
 };
 
-/// What the inspector shows, of the view that was on show then.
 struct InspectedView {
   int version = -1;  ///< Viewer::version
   Inspection inspection;
-  Image construction;  ///< draw_construction() of the picked Gaussian; empty without one
+  std::shared_ptr<const Image> construction;  ///< draw_construction(); null without a Gaussian
 };
 
-/// What the reference says of a view.
-struct OracleAnswer {
+/// The comparison of a view with the fp64 reference.
+struct ReferenceComparison {
   int version = -1;  ///< Viewer::version
   Verdict verdict;
   std::string sentence;
+};
+
+struct Photograph {
+  std::filesystem::path path;
+  std::shared_ptr<const Image> image;  ///< null until it is read
 };
 
 struct Playback {
@@ -134,107 +143,72 @@ struct Playback {
 
 struct Loading {
   std::filesystem::path path;
-  std::string what;  ///< "reading", "uploading"
-  float fraction = 0;
+  std::string what;    ///< "reading", "uploading"
+  float fraction = 0;  ///< done, 0 to 1
 };
 
-// ---- requests ---------------------------------------------------------------------------------
-namespace request {
-struct Open {
-  std::filesystem::path path;
-  std::string axes;  ///< one of kAxes, overrules the file; empty: it is right
-};
-struct CancelLoading {};
-struct Pick {  ///< answers with SetPivot, or starts the zoom recorder towards the point
-  glm::dvec2 pixel;
-  bool record = false;
-};
-struct Screenshot {
-  bool with_ui = false;
-};
-struct CopyText {
-  std::string text;
-};
-struct PasteText {};
-struct StopRecording {};
-struct Bench {};
-struct Inspect {
-  glm::dvec2 pixel;
-  std::optional<std::uint32_t> gaussian;  ///< the one to pick, else the pixel's heaviest
-};
-struct AskOracle {
-  bool around_cursor = false;
-};
-struct SwitchBackend {
-  Backend backend;
-};
-struct ReadPhotograph {
-  std::filesystem::path path;
-};
-struct SavePath {
-  std::filesystem::path path;
-};
-struct Fullscreen {};
-struct Quit {};
-}  // namespace request
+/// Seconds after the last motion of the camera: it counts as moving up to the first, as still from
+/// the second.
+inline constexpr double kMovingSeconds = 0.2, kStillSeconds = 0.25;
 
-using Request =
-    std::variant<request::Open, request::CancelLoading, request::Pick, request::Screenshot,
-                 request::CopyText, request::PasteText, request::StopRecording, request::Bench,
-                 request::Inspect, request::AskOracle, request::SwitchBackend,
-                 request::ReadPhotograph, request::SavePath, request::Fullscreen, request::Quit>;
+/// What the loop knows at every turn.
+struct Turn {
+  double now = 0;          ///< seconds since the start
+  glm::dvec2 cursor{-1};   ///< pixels of the picture
+  bool measuring = false;  ///< the render thread measures now
+  double display_fps = 0;  ///< frames of the window per second, 0 while it rests
+  float present_ms = 0;    ///< GPU time of drawing the frame into the window
+  std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
+};
 
-struct Viewer {
-  double now = 0;  ///< seconds since the start, set by the loop
+struct Viewer : Turn {
+  std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
   std::optional<ViewedScene> scene;
 
   Camera camera;  ///< at the window's size
   Camera home;
   glm::dvec3 pivot{0.0};
   Navigation navigation = Navigation::orbit;
-  int dataset_camera = -1;    ///< that the view stands at; -1 after it moved
-  double last_motion = -1e9;  ///< when the camera last changed, seconds
+  int dataset_camera = -1;    ///< index of the camera that the view stands at, else -1
+  double last_motion = -1e9;  ///< Viewer::now
+  std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
+  bool restores_views = true;                     ///< a scene opens at its last view
 
   RenderSettings settings;
   CullMode previous_mode = kDefaultMode;
-  bool peeking = false;  ///< the previous mode is shown while a key is held
+  bool peeking = false;  ///< shows the previous mode while a key is held
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;
   HeatQuantity last_heatmap = HeatQuantity::pairs;
-  Split split;  ///< shown while panels.split
+  Split split;  ///< used while panels.split
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;
+  Photograph photograph;
   float photograph_opacity = 0.5f;
   Panels panels;
   std::vector<Toast> toasts;
-  std::vector<std::filesystem::path> recent;
+  std::vector<std::filesystem::path> recent;  ///< scenes, newest first
 
   std::optional<Loading> loading;
   ShownFrame shown;
   ModeNumbers numbers;
-  bool measuring = false;
-  std::deque<float> frame_ms;  ///< of the last frames in the window, for the plot
-  double display_fps = 0;      ///< of the window, 0 while it rests
-  float present_ms = 0;        ///< GPU time of the window's own drawing of the frame
-  std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
+  std::deque<float> frame_ms;  ///< render times of the last full-size frames
   ZoomRecording zoom;
   std::optional<InspectedView> inspected;
-  std::optional<OracleAnswer> oracle;
+  int inspections = 0;  ///< counts changes of `inspected`
+  std::optional<ReferenceComparison> comparison;
   std::vector<Keyframe> keyframes;
   Playback playback;
 
-  /// Counts changes of the picture, and of what the modes' numbers depend on (not the mode).
+  /// `version` counts changes of the picture, `view_version` those of what the numbers of all modes
+  /// depend on: everything but the mode.
   int version = 0, view_version = 0;
 
-  std::vector<Request> requests;
-
-  /// The mode in the window: the chosen one, or while peeking the one before.
+  /// The mode of the next frame.
   CullMode mode() const { return peeking ? previous_mode : settings.mode; }
   Variant variant() const { return {mode(), settings.pipeline, backend}; }
-  bool moving() const { return now - last_motion < 0.2; }
+  bool moving() const { return now - last_motion < kMovingSeconds; }
+  bool still() const { return now - last_motion > kStillSeconds; }
 };
-
-/// Why the numbers of the frame in the window are no measurement; empty when they are one.
-std::vector<std::string> not_a_measurement(const Viewer& viewer);
 
 }  // namespace qs

@@ -7,14 +7,17 @@
 #include <GLFW/glfw3.h>
 #include <glm/geometric.hpp>
 
-#include "app/viewer/state/bindings.h"
+#include "app/viewer/commands/commands.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/keys.h"
+#include "app/viewer/state/camera_actions.h"
 
 namespace qs {
 namespace {
 
 constexpr int kKnownMods = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
-constexpr double kClickPixels = 3;  ///< the cursor may move this far between press and release
+constexpr double kClickPixels = 3;  ///< farther than this between press and release is a drag
 constexpr double kFast = 5, kSlow = 0.2;
 
 }  // namespace
@@ -22,14 +25,14 @@ constexpr double kFast = 5, kSlow = 0.2;
 void Input::key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions) {
   mods_ = mods & kKnownMods;
   if (!down) {
-    // A key that went down outside of a text field is released wherever the cursor is by then.
+    // Its press was not captured, so the release counts even if a panel captures input by now.
     if (held_.erase(key) == 0) return;
-    const Binding* row = find_binding(key, 0);
-    if (row != nullptr && row->on_release) actions.push_back(*row->on_release);
+    const KeyCommand* row = find_key_command(key, 0);
+    if (row != nullptr && row->on_release) actions.push_back(row->on_release);
     return;
   }
   if (captured) return;
-  const Binding* row = find_binding(key, mods_);
+  const KeyCommand* row = find_key_command(key, mods_);
   if (row != nullptr && row->on_release && repeat) return;
   held_.insert(key);
   if (row != nullptr) actions.push_back(row->action);
@@ -40,7 +43,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
     if (button != dragged_) return;
     dragged_ = -1;
     if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
-      actions.push_back(action::InspectPixel{cursor_});
+      actions.push_back(call(action::inspect_pixel, cursor_));
     return;
   }
   if (captured) return;
@@ -48,7 +51,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
   const bool twice = now - last_press_time_ < kDoubleClickSeconds &&
                      glm::distance(cursor_, last_press_) < kDoubleClickPixels;
-  if (twice) actions.push_back(action::PickPivot{cursor_});
+  if (twice) actions.push_back(call(action::pick_pivot, cursor_));
   last_press_time_ = twice ? -1e9 : now;
   last_press_ = cursor_;
 }
@@ -57,26 +60,19 @@ void Input::cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions) {
   const glm::dvec2 by = pixel - cursor_;
   cursor_ = pixel;
   if (dragged_ < 0 || by == glm::dvec2(0)) return;
-  if (dragged_ == GLFW_MOUSE_BUTTON_MIDDLE) {
-    actions.push_back(action::Pan{by});
-  } else if (navigation == Navigation::fly) {
-    actions.push_back(action::Look{by});
-  } else if (dragged_ == GLFW_MOUSE_BUTTON_LEFT) {
-    actions.push_back(action::Orbit{by});
-  } else {
-    actions.push_back(action::Pan{by});
-  }
+  const auto motion = dragged_ == GLFW_MOUSE_BUTTON_MIDDLE ? action::pan
+                      : navigation == Navigation::fly      ? action::look
+                      : dragged_ == GLFW_MOUSE_BUTTON_LEFT ? action::orbit
+                                                           : action::pan;
+  actions.push_back(call(motion, by));
 }
 
 void Input::wheel(double notches, int mods, bool captured, Actions& actions) {
   if (captured || notches == 0) return;
-  if ((mods & GLFW_MOD_SHIFT) != 0) {
-    actions.push_back(action::ChangeFov{notches});
-  } else if ((mods & GLFW_MOD_CONTROL) != 0) {
-    actions.push_back(action::Roll{notches});
-  } else {
-    actions.push_back(action::Dolly{notches});
-  }
+  const auto motion = (mods & GLFW_MOD_SHIFT) != 0     ? action::change_fov
+                      : (mods & GLFW_MOD_CONTROL) != 0 ? action::roll
+                                                       : action::dolly;
+  actions.push_back(call(motion, notches));
 }
 
 void Input::release_all(Actions& actions) {
@@ -101,7 +97,7 @@ void Input::tick(double seconds, Actions& actions) const {
   }
   const double factor =
       ((mods_ & GLFW_MOD_SHIFT) != 0 ? kFast : 1) * ((mods_ & GLFW_MOD_ALT) != 0 ? kSlow : 1);
-  if (direction != glm::dvec3(0)) actions.push_back(action::Fly{direction, seconds, factor});
+  if (direction != glm::dvec3(0)) actions.push_back(call(action::fly, direction, seconds, factor));
 }
 
 }  // namespace qs

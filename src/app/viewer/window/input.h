@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
 //
-// From keys, buttons and the wheel to actions. It knows no window: the window's callbacks and the
-// input scripts of tests call the same functions. `captured` says that a panel takes the input.
+// Turns keys, buttons and the wheel into actions, without a window: the window's callbacks and the
+// input scripts call the same functions. `captured`: a panel uses the input.
 #pragma once
 
 #include <set>
 
-#include "app/viewer/state/actions.h"
+#include "app/viewer/state/action.h"
 
 namespace qs {
 
 class Input {
  public:
-  /// `down` is true for a press and for its repeats.
+  /// `down`: pressed or repeated.
   void key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions);
   void button(int button, bool down, bool captured, double now, Actions& actions);
   void cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions);
   void wheel(double notches, int mods, bool captured, Actions& actions);
 
-  /// The window lost the keyboard: nothing is held any more.
+  /// Releases everything, because the window lost the keyboard.
   void release_all(Actions& actions);
 
-  /// Moves the camera by the keys that are held.
+  /// Flies by the keys that are held.
   void tick(double seconds, Actions& actions) const;
 
   bool busy() const { return dragged_ >= 0 || flies(); }

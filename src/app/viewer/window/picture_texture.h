@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// A picture of the host as a texture that panels show. In the window's GL context.
+// A texture with a picture for panels. In the window's GL context.
 #pragma once
+
+#include <memory>
 
 #include "raster/scene/image.h"
 
@@ -14,10 +16,12 @@ class PictureTexture {
   PictureTexture(const PictureTexture&) = delete;
   PictureTexture& operator=(const PictureTexture&) = delete;
 
-  /// Replaces the picture, height x width x 3; returns the texture's name, 0 for an empty picture.
-  unsigned show(const Image& image);
+  /// The GL texture with this picture (height x width x 3), uploaded if it is another one than last
+  /// time; 0 if it is null.
+  unsigned show(const std::shared_ptr<const Image>& image);
 
  private:
+  std::shared_ptr<const Image> image_;
   unsigned texture_ = 0;
 };
 

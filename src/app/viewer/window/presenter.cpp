@@ -18,7 +18,7 @@ constexpr int kColors = 256;
 
 unsigned compiled(GLenum kind, const char* name) {
   const auto path = find_asset(std::string("shaders/") + name);
-  if (!path) fail(ErrorKind::device, "view: the file shaders/{} of the program is missing", name);
+  if (!path) fail(ErrorKind::device, "view: the program's file shaders/{} is missing", name);
   std::ifstream file(*path);
   const std::string text((std::istreambuf_iterator<char>(file)), {});
   const char* source = text.c_str();
@@ -77,19 +77,19 @@ void bind(int unit, GLenum target, unsigned texture) {
 
 }  // namespace
 
-HeatLayer layer_of(const Heatmap& map, const Scale& scale) {
-  return {map.columns,
-          map.rows,
-          map.cell_px,
-          {map.values.begin(), map.values.end()},
-          static_cast<float>(scale.maximum),
-          false};
-}
-
-HeatLayer layer_of(const PairDifference& difference, const Scale& scale) {
-  return {difference.grid.columns,           difference.grid.rows,
-          difference.grid.tile_px,           {difference.values.begin(), difference.values.end()},
-          static_cast<float>(scale.maximum), true};
+std::optional<HeatLayer> layer_of(const ShownFrame& shown) {
+  const auto high = static_cast<float>(shown.map_scale.maximum);
+  if (shown.heatmap) {
+    const Heatmap& map = *shown.heatmap;
+    const std::vector<float> values(map.values.begin(), map.values.end());
+    return HeatLayer{map.columns, map.rows, map.cell_px, values, 0, high};
+  }
+  if (shown.other && shown.other->pairs) {
+    const auto& [grid, differences, total] = *shown.other->pairs;
+    const std::vector<float> values(differences.begin(), differences.end());
+    return HeatLayer{grid.columns, grid.rows, grid.tile_px, values, -high, high};
+  }
+  return std::nullopt;
 }
 
 Presenter::Presenter() {
@@ -125,9 +125,14 @@ Presenter::~Presenter() {
   glDeleteProgram(program_);
 }
 
-void Presenter::show(FrameReply reply, std::optional<HeatLayer> layer) {
-  next_ = std::move(reply);
-  layer_ = std::move(layer);
+void Presenter::show(RenderedFrame frame, GlFrames* frames) {
+  if (frame.texture.name != 0) {
+    // OpenGL may still draw from the newest texture: it is kept for one more frame.
+    frames->give_back(previous_);
+    previous_ = std::exchange(newest_, frame.texture);
+  }
+  layer_ = layer_of(frame.shown);
+  next_ = std::move(frame);
 }
 
 void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const {
@@ -145,16 +150,15 @@ void Presenter::upload_layer() {
                layer_->values.data());
 }
 
-// The pixels of the newest reply, in a texture of ours or in the one they were drawn into.
 void Presenter::upload() {
-  const FrameReply reply = *std::exchange(next_, std::nullopt);
-  shown_ = reply.texture.name != 0 ? reply.texture.name : picture_;
-  width_ = reply.width;
-  height_ = reply.height;
-  has_other_ = !reply.other.empty();
+  const RenderedFrame frame = *std::exchange(next_, std::nullopt);
+  shown_ = frame.texture.name != 0 ? frame.texture.name : picture_;
+  width_ = frame.width;
+  height_ = frame.height;
+  has_other_ = !frame.other.empty();
   glActiveTexture(GL_TEXTURE0);
-  if (shown_ == picture_) upload_pixels(picture_, reply.rgba);
-  if (has_other_) upload_pixels(other_, reply.other);
+  if (shown_ == picture_) upload_pixels(picture_, frame.rgba);
+  if (has_other_) upload_pixels(other_, frame.other);
   if (layer_) upload_layer();
   glBindTexture(GL_TEXTURE_2D, shown_);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
@@ -181,13 +185,12 @@ void Presenter::draw(int width, int height, const Split& split) {
   glUniform1f(uniforms_.divider, split.divider);
   glUniform1f(uniforms_.amplification, static_cast<float>(split.amplification));
   const bool heat = layer_ && (!has_other_ || split.view == SplitView::tile_pairs);
-  const float maximum = heat ? layer_->maximum : 0;
-  glUniform1f(uniforms_.heat_low, heat && layer_->has_signs ? -maximum : 0);
-  glUniform1f(uniforms_.heat_high, maximum);
+  glUniform1f(uniforms_.heat_low, heat ? layer_->low : 0);
+  glUniform1f(uniforms_.heat_high, heat ? layer_->high : 0);
   const glm::vec2 cells =
       glm::vec2(width_, height_) / static_cast<float>(layer_ ? layer_->cell_px : 1);
   glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
-  bind(3, GL_TEXTURE_1D, heat && layer_->has_signs ? signed_colors_ : rising_colors_);
+  bind(3, GL_TEXTURE_1D, heat && layer_->low < 0 ? signed_colors_ : rising_colors_);
   bind(2, GL_TEXTURE_2D, heat_);
   bind(1, GL_TEXTURE_2D, other_);
   bind(0, GL_TEXTURE_2D, shown_);
@@ -197,7 +200,7 @@ void Presenter::draw(int width, int height, const Split& split) {
   end_timing();
 }
 
-// One query at a time: a new one begins when the last one's result was read.
+// One query at a time: the next one begins after the result of the last one was read.
 void Presenter::begin_timing() {
   if (timed_) {
     int ready = 0;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Shows frames in the window with OpenGL: the newest picture, with a map's colours over it or
-// beside another one when it has them. Pixels come from the host or from a GL texture that the
-// renderer drew into.
+// Draws the newest frame into the window with OpenGL, with the colours of a map over it or beside
+// another frame. Pixels come from host memory or from a GL texture that the renderer drew into.
 #pragma once
 
 #include "app/viewer/render/gl_frames.h"
@@ -10,38 +9,38 @@
 
 namespace qs {
 
-/// Values of cells over the picture, and the scale of their colours.
+/// A map over the picture: values of its cells and the range of their colours.
 struct HeatLayer {
   int columns = 0, rows = 0, cell_px = 1;
   std::vector<float> values;  ///< rows * columns
-  float maximum = 1;          ///< has the last colour
-  bool has_signs = false;     ///< then -maximum has the first one, else 0
+  float low = 0, high = 1;    ///< the values with the first and the last colour
 };
-HeatLayer layer_of(const Heatmap& map, const Scale& scale);
-HeatLayer layer_of(const PairDifference& difference, const Scale& scale);
+
+/// The heat map of a frame, else the pair difference of a split one, else nothing.
+std::optional<HeatLayer> layer_of(const ShownFrame& shown);
 
 class Presenter {
  public:
-  /// In the window's GL context. Throws Error(device) when a shader is missing or does not compile.
+  /// In the window's GL context. Throws Error(device) if a shader is missing or does not compile.
   Presenter();
   ~Presenter();
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
 
-  /// Makes the frame the one on show; `layer` is its heat map or, in a split window, what the view
-  /// SplitView::tile_pairs shows. A GL texture must stay as it is until another frame was drawn.
-  void show(FrameReply reply, std::optional<HeatLayer> layer);
+  /// Draws this frame from now on. Its GL texture, if any, is given back to `frames` once a later
+  /// one was drawn; `frames` may be null if frames never have one.
+  void show(RenderedFrame frame, GlFrames* frames);
 
-  /// Fills the framebuffer. `split` matters while the frame has another one beside it.
+  /// Fills the framebuffer. `split` is used if the frame has another one beside it.
   void draw(int width, int height, const Split& split);
 
-  /// GPU time of a recent upload and draw, milliseconds; 0 until the first is known.
+  /// GPU time of a recent upload and draw, milliseconds; 0 until one was measured.
   float gpu_ms() const { return gpu_ms_; }
 
   /// Waits for the GPU.
   static void finish();
 
-  /// Pixels of the framebuffer as they are, for screenshots.
+  /// The pixels of the framebuffer.
   static Image grab(int width, int height);
 
  private:
@@ -55,13 +54,14 @@ class Presenter {
     int split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
   };
 
-  std::optional<FrameReply> next_;  // shown and not yet uploaded
-  std::optional<HeatLayer> layer_;  // of the frame on show
+  std::optional<RenderedFrame> next_;  // not yet uploaded
+  std::optional<HeatLayer> layer_;     // of the newest frame
+  GlTexture newest_, previous_;        // textures that are not given back yet
   unsigned program_ = 0, empty_vertices_ = 0;
   Uniforms uniforms_{};
-  unsigned pixels_ = 0;  // a buffer: the way of pixels from the host
+  unsigned pixels_ = 0;  // buffer for uploads
   unsigned picture_ = 0, other_ = 0, heat_ = 0, rising_colors_ = 0, signed_colors_ = 0;
-  unsigned shown_ = 0;  // the texture with the frame
+  unsigned shown_ = 0;  // texture of the frame
   int width_ = 0, height_ = 0;
   bool has_other_ = false;
   unsigned query_ = 0;

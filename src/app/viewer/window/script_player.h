@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Hands out the steps of an input script when their time has come.
+// Plays an input script: carries out the commands that concern the program as a whole (wait, sleep,
+// shot, state, quit) and hands those of the window out one by one.
 #pragma once
 
 #include <deque>
 #include <functional>
 #include <optional>
 
+#include "app/viewer/state/host.h"
+#include "app/viewer/state/viewer.h"
 #include "app/viewer/window/input_script.h"
 
 namespace qs {
@@ -20,15 +23,16 @@ class ScriptPlayer {
 
   bool done() const { return steps_.empty(); }
 
-  /// The step to carry out now, if any. `wait` and `sleep` are its own business; of `hold` and
-  /// `drag` it makes `press`, `nudge DX DY` and `release`, a turn each. `at_rest` says whether
-  /// there is nothing left to wait for. Throws Error when `wait` takes too long.
-  std::optional<ScriptStep> next(double now, const std::function<bool()>& at_rest);
+  /// Carries out at most one command, and returns it if it is for the window. `hold` and `drag`
+  /// become `press`, `nudge DX DY` and `release` on successive calls. `at_rest`: nothing is left to
+  /// wait for. Throws Error if `wait` takes too long or a file cannot be written.
+  std::optional<ScriptStep> next(const Viewer& viewer, Host& host,
+                                 const std::function<bool()>& at_rest);
 
  private:
   std::filesystem::path path_;
   std::deque<ScriptStep> steps_;
-  double sleeps_until_ = 0, waits_since_ = 0;  // seconds
+  double sleeps_until_ = 0, waits_since_ = 0;  // Viewer::now
 };
 
 }  // namespace qs

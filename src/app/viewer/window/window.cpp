@@ -13,7 +13,9 @@
 #include <imgui.h>
 
 #include "app/session/assets.h"
+#include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/actions.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -98,7 +100,8 @@ void Window::set_callbacks() {
     Window& me = *self(window);
     me.last_event_ = glfwGetTime();
     if (me.actions_ == nullptr) return;
-    for (int i = 0; i < count; ++i) me.actions_->push_back(action::Open{paths[i]});
+    for (int i = 0; i < count; ++i)
+      me.actions_->push_back(call(action::open, std::filesystem::path(paths[i])));
   });
   const auto note = [](GLFWwindow* window) { self(window)->last_event_ = glfwGetTime(); };
   glfwSetWindowRefreshCallback(window_, note);
@@ -183,7 +186,7 @@ void Window::end_ui() {
 
 void Window::swap() { glfwSwapBuffers(window_); }
 
-bool Window::play(const ScriptStep& step, double now, Actions& actions) {
+void Window::play(const ScriptStep& step, double now, Actions& actions) {
   last_event_ = glfwGetTime();
   const auto number = [&](std::size_t i) { return std::stod(step.words[i]); };
   const auto press = [&](const KeyPress& key, bool down) {
@@ -228,17 +231,20 @@ bool Window::play(const ScriptStep& step, double now, Actions& actions) {
     for (const char c : step.words[0])
       ImGui::GetIO().AddInputCharacter(static_cast<unsigned char>(c));
   } else if (step.command == "drop") {
-    actions.push_back(action::Open{step.words[0]});
+    actions.push_back(call(action::open, std::filesystem::path(step.words[0])));
   } else if (step.command == "paste") {
     set_clipboard(step.words[0]);
-  } else {
-    return false;
   }
-  return true;
 }
 
 bool Window::close_requested() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
-void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+
+void Window::set_title(const std::string& title) {
+  if (title == title_) return;
+  title_ = title;
+  glfwSetWindowTitle(window_, title.c_str());
+}
+
 void Window::set_vsync(bool on) { glfwSwapInterval(on ? 1 : 0); }
 
 void Window::toggle_fullscreen() {
@@ -280,7 +286,7 @@ glm::ivec2 Window::windowed_size() const {
   return glfwGetWindowMonitor(window_) != nullptr ? windowed_size_ : size();
 }
 
-// What the system says of the display, and more on a large window of a display that says nothing.
+// The scale that the system reports, or a larger one in a large window.
 float Window::scale() const {
   constexpr float kUnscaledHeight = 1080, kMost = 2;
   float x = 1, y = 1;
@@ -288,7 +294,5 @@ float Window::scale() const {
   const float by_height = static_cast<float>(size().y) / kUnscaledHeight;
   return std::max({1.0f, std::min(x, y), std::min(by_height, kMost)});
 }
-
-double Window::seconds_since_event() const { return glfwGetTime() - last_event_; }
 
 }  // namespace qs

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The window: GLFW, its OpenGL context, Dear ImGui. Everything that people do in it arrives as
-// actions. Sizes of pictures are pixels of the framebuffer, also on displays with several pixels to
-// a unit of the screen.
+// The window: GLFW, its OpenGL context, Dear ImGui. User input arrives as actions. Sizes of
+// pictures are pixels of the framebuffer, also on displays with several pixels per screen unit.
 #pragma once
 
 #include <array>
@@ -19,23 +18,22 @@ namespace qs {
 
 class Window {
  public:
-  /// `size` in screen units. Throws Error(device) with one sentence when there is no display or no
-  /// OpenGL 3.3.
+  /// `size` in screen units. Throws Error(device) without a display or OpenGL 3.3.
   explicit Window(glm::ivec2 size);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Handles what has happened; waits up to `seconds` for something to happen, 0 = does not wait.
+  /// Handles events; waits up to `seconds` for the first one.
   void poll(double seconds, Navigation navigation, Actions& actions);
   static void wake();  ///< ends poll()'s wait, from any thread
 
-  void begin_ui();  ///< between these, panels draw
+  void begin_ui();  ///< panels draw between begin_ui() and end_ui()
   void end_ui();
   void swap();
 
-  /// Does what one step of an input script says; false when it is not one of the window's.
-  bool play(const ScriptStep& step, double now, Actions& actions);
+  /// Carries out a command of an input script that ScriptPlayer::next() returned.
+  void play(const ScriptStep& step, double now, Actions& actions);
 
   bool close_requested() const;
   void set_title(const std::string& title);
@@ -46,11 +44,11 @@ class Window {
 
   glm::ivec2 framebuffer() const;
   glm::ivec2 size() const;           ///< screen units
-  glm::ivec2 windowed_size() const;  ///< the same, outside of full screen
-  float scale() const;               ///< of letters and lines, times their usual size
+  glm::ivec2 windowed_size() const;  ///< size() outside of full screen
+  float scale() const;               ///< factor of fonts and lines
   Input& input() { return input_; }
   GLFWwindow* handle() const { return window_; }
-  double seconds_since_event() const;
+  double last_event() const { return last_event_; }  ///< glfwGetTime() of the last input
 
  private:
   void set_callbacks();
@@ -62,12 +60,12 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   Input input_;
-  Actions* actions_ = nullptr;  // of the poll() that runs
+  Actions* actions_ = nullptr;  // of the current poll()
   Navigation navigation_ = Navigation::orbit;
   glm::ivec2 windowed_position_{0}, windowed_size_{0};
-  bool scripted_cursor_ = false;            // a script owns the cursor
-  std::array<bool, 3> scripted_buttons_{};  // that it keeps down
-  std::string script_clipboard_;
+  bool scripted_cursor_ = false;            // a script moves the cursor
+  std::array<bool, 3> scripted_buttons_{};  // that the script holds
+  std::string title_;
   double last_event_ = 0;
 };
 

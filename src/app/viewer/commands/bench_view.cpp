@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+//
+// Measures all modes as `bench` does and saves the report in bench/SCENE_NNNN.
+#include <fmt/format.h>
+
+#include "app/measure/scene_facts.h"
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
+
+namespace qs::job {
+
+void bench_view(RenderContext& context, const Viewer& viewer) {
+  Session& session = context.session;
+  const auto settings = with_settings(session, full_frame(viewer).settings);
+  const auto measuring = mark_measuring(context);
+  BenchReport report;
+  report.environment = environment_json(session);
+  const std::string name = scene_name(session.scene->path);
+  report.scenes.push_back(scene_facts(*session.scene, name));
+  const ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{5, 1, 1} : ViewPlan{};
+  report.rows = measure_view(session, all_modes(), viewer.camera, plan, {{}, context.stop});
+  for (BenchRow& row : report.rows) {
+    row.scene = name;
+    row.camera = camera_name(viewer);
+  }
+  const std::filesystem::path path = free_name(viewer.out_dir / "bench", name, "");
+  const std::string problem = write_report(report, path);
+  if (!problem.empty()) context.report(action::notify, problem);
+  context.report(action::numbers_measured, ModeNumbers{viewer.view_version, report.rows});
+  context.report(action::notify, fmt::format("wrote {}", path.string()));
+}
+
+}  // namespace qs::job

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+//
+// Uploads the scene to another backend and shows it from there.
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/render/open_scene.h"
+#include "app/viewer/render/render_context.h"
+
+namespace qs {
+
+void action::change_backend(Viewer& viewer, Host& host, Backend backend) {
+  if (backend == viewer.backend) return;
+  host.run([backend](RenderContext& context) {
+    const auto end = hide_progress_at_end(context);
+    Session& session = context.session;
+    context.second.reset();
+    session.renderer = upload_to(context, session.scene, backend);
+    session.backend = backend;
+    context.report(action::backend_changed, backend);
+  });
+}
+
+}  // namespace qs

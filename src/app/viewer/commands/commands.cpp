@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/commands/commands.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
+#include "io/camera/cameras.h"
+#include "io/scene/axes.h"
+
+namespace qs {
+
+// Background jobs that only their row starts, one file each.
+namespace job {
+void bench_view(RenderContext& context, const Viewer& viewer);
+void compare_around_cursor(RenderContext& context, const Viewer& viewer);
+void compare_with_reference(RenderContext& context, const Viewer& viewer);
+void save_screenshot(RenderContext& context, const Viewer& viewer);
+}  // namespace job
+
+namespace {
+
+using namespace action;
+
+constexpr int kCtrl = GLFW_MOD_CONTROL, kShift = GLFW_MOD_SHIFT;
+
+// ---- functions of single rows ------------------------------------------------------------------
+void reload(Viewer& v, Host& host) {
+  if (v.scene) host.open(v.scene->path, v.scene->axes);
+}
+
+// The axes that the file declares, then all others in turn.
+void next_axes(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  const auto* here = std::find(kAxes.begin(), kAxes.end(), v.scene->axes);
+  const auto* next = v.scene->axes.empty() ? kAxes.begin() : here == kAxes.end() ? here : here + 1;
+  const std::string axes(next == kAxes.end() ? "" : *next);
+  notify(v, axes.empty() ? "axes as the file declares them" : "read as if its axes were " + axes);
+  host.open(v.scene->path, axes);
+}
+
+void grab_window(Viewer& v, Host& host) {
+  if (v.scene)
+    host.grab_window(free_name(v.out_dir / "screenshots", v.scene->name + "_window", ".png"), true);
+}
+
+void toggle_heatmap(Viewer& v) {
+  v.heatmap = v.heatmap ? std::nullopt : std::optional(v.last_heatmap);
+  picture_changed(v);
+}
+
+void next_heatmap(Viewer& v) {
+  const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatQuantities;
+  if (v.heatmap) v.last_heatmap = static_cast<HeatQuantity>(next);
+  v.heatmap = v.last_heatmap;
+  picture_changed(v);
+}
+
+void scale_splats(Viewer& v, float factor) {
+  v.settings.splat_scale = std::clamp(v.settings.splat_scale * factor, 0.01f, 10.0f);
+  if (std::abs(v.settings.splat_scale - 1) < 1e-3f) v.settings.splat_scale = 1;
+  view_changed(v);
+}
+
+void toggle_navigation(Viewer& v) {
+  v.navigation = v.navigation == Navigation::orbit ? Navigation::fly : Navigation::orbit;
+  notify(v, v.navigation == Navigation::orbit ? "orbit: drag turns around the pivot"
+                                              : "fly: drag looks around, W A S D moves");
+}
+
+void copy_camera(Viewer& v, Host& host) {
+  host.set_clipboard(format_camera(v.camera));
+  notify(v, "camera copied as JSON, ready for --camera-json");
+}
+
+void paste_camera(Viewer& v, Host& host) {
+  set_camera(v, parse_camera(host.clipboard(), "clipboard"));
+}
+
+void next_split_view(Viewer& v) {
+  const auto next = (static_cast<std::size_t>(v.split.view) + 1) % std::size(kSplitViews);
+  v.split.view = static_cast<SplitView>(next);
+}
+
+// ---- the table ---------------------------------------------------------------------------------
+template <class Function, class... Arguments>
+KeyCommand row(int key, int mods, Menu menu, const char* help, Function function,
+               Arguments... arguments) {
+  return {key, mods, menu, help, call(function, std::move(arguments)...)};
+}
+
+KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
+  KeyCommand command = row(key, mods, menu, help, toggle_panel, panel);
+  command.is_checked = [panel](const Viewer& viewer) { return viewer.panels.*panel; };
+  return command;
+}
+
+KeyCommand held(int key, int mods, const char* help, void (*function)(Viewer&, bool held)) {
+  KeyCommand command = row(key, mods, Menu::none, help, function, true);
+  command.on_release = call(function, false);
+  return command;
+}
+
+KeyCommand job_row(int key, int mods, Menu menu, const char* help,
+                   void (*function)(RenderContext&, const Viewer&)) {
+  return row(key, mods, menu, help, [function](Viewer& viewer, Host& host) {
+    if (viewer.scene) start_job(viewer, host, function);
+  });
+}
+
+KeyCommand mode_row(CullMode mode) {
+  KeyCommand command = row(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), set_mode, mode);
+  command.is_checked = [mode](const Viewer& viewer) { return viewer.settings.mode == mode; };
+  command.tooltip = row_of(mode).summary;
+  return command;
+}
+
+std::vector<KeyCommand> make_commands() {
+  using enum Menu;
+  std::vector<KeyCommand> rows = {
+      panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open),
+      row(GLFW_KEY_F5, 0, file, "Reload", reload),
+      row(GLFW_KEY_Y, 0, file, "Read with other axes", next_axes),
+      row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
+      job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
+      row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }),
+
+      panel(GLFW_KEY_F10, 0, view, "Performance", &Panels::hud),
+      panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
+      panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
+      panel(GLFW_KEY_F1, 0, view, "Help", &Panels::help),
+      panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all),
+      row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
+      row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),
+      row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
+      row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
+      row(GLFW_KEY_F11, 0, view, "Full screen",
+          [](Viewer&, Host& host) { host.toggle_fullscreen(); }),
+
+      panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
+      row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera, CameraStep::previous),
+      row(GLFW_KEY_RIGHT_BRACKET, 0, camera, "Next camera", step_camera, CameraStep::next),
+      row(GLFW_KEY_LEFT_BRACKET, kShift, camera, "First camera", step_camera, CameraStep::first),
+      row(GLFW_KEY_RIGHT_BRACKET, kShift, camera, "Last camera", step_camera, CameraStep::last),
+      row(GLFW_KEY_N, 0, camera, "Nearest camera", step_camera, CameraStep::nearest),
+      row(GLFW_KEY_G, 0, camera, "Photograph of this camera", toggle_photograph),
+      panel(GLFW_KEY_O, 0, camera, "Cameras in the scene", &Panels::frusta),
+      row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
+      row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
+      row(GLFW_KEY_V, 0, camera, "Orbit or fly", toggle_navigation),
+      row(GLFW_KEY_C, kCtrl, camera, "Copy the camera as JSON", copy_camera),
+      row(GLFW_KEY_V, kCtrl, camera, "Paste a camera", paste_camera),
+      row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
+      row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
+
+      held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode),
+  };
+  for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
+  rows.insert(rows.end(), {panel(GLFW_KEY_C, 0, mode, "Split: beside another mode", &Panels::split),
+                           row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view),
+                           row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split),
+
+                           row(GLFW_KEY_Z, 0, measure, "Record a zoom", toggle_zoom_recorder),
+                           job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
+                           job_row(GLFW_KEY_0, 0, measure, "Compare with the reference",
+                                   job::compare_with_reference),
+                           job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
+                                   job::compare_around_cursor)});
+  return rows;
+}
+
+}  // namespace
+
+std::span<const KeyCommand> key_commands() {
+  static const std::vector<KeyCommand> rows = make_commands();
+  return rows;
+}
+
+const KeyCommand* find_key_command(int key, int mods) {
+  const bool on_keypad = key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9;
+  const int main_key = on_keypad ? key - GLFW_KEY_KP_0 + GLFW_KEY_0 : key;
+  const std::span<const KeyCommand> rows = key_commands();
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const KeyCommand& row) {
+    return row.key == main_key && row.mods == mods;
+  });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+}  // namespace qs

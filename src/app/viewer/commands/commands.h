@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// The table of commands: what keys and menus do. Input, menus and the help window all read it.
+// To add a command: one row in commands.cpp. If it takes long, its function is a background job in
+// a file of its own in this folder (see bench_view.cpp). docs/viewer.md lists the keys.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "app/viewer/state/action.h"
+
+namespace qs {
+
+enum class Menu { file, view, camera, mode, measure, none };
+
+/// Index = Menu; `none` has no menu.
+inline constexpr const char* kMenuNames[] = {"File", "View", "Camera", "Mode", "Measure"};
+
+struct KeyCommand {
+  int key;   ///< GLFW_KEY_*
+  int mods;  ///< exactly these of GLFW_MOD_SHIFT, _CONTROL, _ALT
+  Menu menu;
+  std::string help;  ///< the menu's label too
+  Action action;
+  Action on_release = {};                              ///< of keys that act while they are held
+  std::function<bool(const Viewer&)> is_checked = {};  ///< whether the menu shows a tick
+  const char* tooltip = nullptr;                       ///< in the menu
+};
+
+std::span<const KeyCommand> key_commands();
+
+/// The command of a key; digits of the keypad count as those of the main row. Null without one.
+const KeyCommand* find_key_command(int key, int mods);
+
+}  // namespace qs

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Actions that start a background job: a function job(RenderContext&, const Viewer&, arguments...)
+// that runs on the render thread with a copy of the Viewer as it was when the job was started. A
+// job reports its outcome with RenderContext::report(); an exception is shown to the user. Jobs
+// that only a key or a menu starts are rows of commands.cpp.
+#pragma once
+
+#include "app/viewer/state/action.h"
+
+namespace qs {
+
+template <class Function, class... Arguments>
+void start_job(const Viewer& viewer, Host& host, Function function, Arguments... arguments) {
+  host.run([=](RenderContext& context) { function(context, viewer, arguments...); });
+}
+
+namespace action {
+
+/// Sets the pivot to the point that a pixel shows.
+void pick_pivot(Viewer& viewer, Host& host, glm::dvec2 pixel);
+
+/// Inspects a pixel of the picture; no effect while the inspector is closed.
+void inspect_pixel(Viewer& viewer, Host& host, glm::dvec2 pixel);
+
+/// Picks another Gaussian of the inspected pixel, by its index in the cloud.
+void inspect_gaussian(Viewer& viewer, Host& host, std::uint32_t gaussian);
+
+/// Uploads the scene to another backend and shows it from there.
+void change_backend(Viewer& viewer, Host& host, Backend backend);
+
+/// Records a zoom from this view to the point in its middle, or stops the recording.
+void toggle_zoom_recorder(Viewer& viewer, Host& host);
+
+}  // namespace action
+}  // namespace qs

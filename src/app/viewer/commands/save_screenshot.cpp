@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes the picture, with its heat map if one is shown, to
+// screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
+#include <fmt/format.h>
+
+#include "app/inspect/mapped_frame.h"
+#include "app/measure/scene_facts.h"
+#include "app/report/write_report.h"
+#include "app/session/frame_metadata.h"
+#include "app/session/shot.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
+
+namespace qs::job {
+
+void save_screenshot(RenderContext& context, const Viewer& viewer) {
+  const FrameRequest request = full_frame(viewer);
+  const Camera& camera = request.camera;
+  const CullMode mode = request.settings.mode;
+  const std::filesystem::path scene = context.session.scene->path;
+  Renderer& renderer = *context.session.renderer;
+  Image picture;
+  RenderStats stats;
+  if (request.heatmap) {
+    const MappedFrame mapped = draw_mapped(renderer, camera, request.settings, *request.heatmap,
+                                           *context.session.pool, context.stop);
+    const Heatmap& map = mapped.heatmap;
+    picture = draw_heatmap(mapped.frame.color, map, scale_for(map.values), mode_name(mode));
+    stats = mapped.frame.stats;
+  } else {
+    const Frame& frame = renderer.render(camera, request.settings, {}, HostImage{}, context.stop);
+    picture = frame.color;
+    stats = frame.stats;
+  }
+  const std::filesystem::path folder = viewer.out_dir / "screenshots";
+  make_folder(folder);
+  const std::string stem = fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name(viewer),
+                                       mode_name(mode), camera.width, camera.height);
+  const std::filesystem::path path = free_name(folder, safe_file_name(stem), ".png");
+  write_image(picture, path, frame_metadata(scene, camera, mode, stats));
+  context.report(action::notify, fmt::format("wrote {}", path.string()));
+}
+
+}  // namespace qs::job

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/pacing.h"
+
+namespace qs {
+namespace {
+
+constexpr double kBusySeconds = 0.01;      ///< sleep while other threads work
+constexpr double kRestSeconds = 0.5;       ///< longest sleep
+constexpr double kUiSeconds = 0.35;        ///< panels are drawn this long after the last event
+constexpr double kPatienceSeconds = 0.03;  ///< longest wait for a frame
+constexpr double kPauseSeconds = 0.25;     ///< a longer gap between drawings is not a frame rate
+
+}  // namespace
+
+void Pacing::note_change(const Viewer& viewer, double now) {
+  draw_once_ = true;
+  if (!viewer.measuring && !viewer.zoom.running) draw_until_ = now + kUiSeconds;
+}
+
+bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
+  return draw_once_ || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
+         around.now - around.last_event < kUiSeconds || !viewer.on_demand || viewer.loading ||
+         viewer.playback.running || viewer.moving();
+}
+
+bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {
+  return !viewer.on_demand && !viewer.loading && around.render_busy &&
+         around.now - last_draw_ < kPatienceSeconds;
+}
+
+bool Pacing::rests(const Viewer& viewer, const Surroundings& around, bool numbers_missing) const {
+  return !wants_to_draw(viewer, around) && !around.has_pending && viewer.still() &&
+         !numbers_missing;
+}
+
+double Pacing::sleep_seconds(const Viewer& viewer, const Surroundings& around,
+                             bool numbers_missing) const {
+  if (rests(viewer, around, numbers_missing)) return kRestSeconds;
+  if (frame_comes_first(viewer, around)) return kPatienceSeconds;
+  return wants_to_draw(viewer, around) ? 0 : kBusySeconds;
+}
+
+bool Pacing::begin_drawing(const Viewer& viewer) {
+  const bool disturbs = viewer.measuring && !draw_once_ && viewer.toasts.size() == toasts_;
+  draw_once_ = false;
+  toasts_ = viewer.toasts.size();
+  return disturbs;
+}
+
+double Pacing::end_drawing(const Viewer& viewer, double now) {
+  const double seconds = now - last_draw_;
+  last_draw_ = now;
+  const double fps = seconds > 0 && seconds < kPauseSeconds ? 1 / seconds : 0;
+  fps_ = fps == 0 ? 0 : fps_ == 0 ? fps : 0.9 * fps_ + 0.1 * fps;
+  const bool steady = !viewer.on_demand || viewer.moving() || viewer.loading;
+  return steady ? fps_ : 0;
+}
+
+}  // namespace qs

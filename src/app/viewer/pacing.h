@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+//
+// Decides when the window is drawn and how long the loop sleeps. On demand the window is drawn only
+// while something changes, and as little as possible while the render thread measures, because
+// drawing takes time from the GPU or the CPU that is measured. Otherwise frame and window
+// alternate, so that the frame's time is its own; a slow frame does not stop the window.
+#pragma once
+
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+/// What the loop knows besides the Viewer.
+struct Surroundings {
+  double now = 0;            ///< seconds, at least Viewer::now
+  double last_event = -1e9;  ///< of the window, seconds
+  bool render_busy = false;  ///< RenderThread::busy()
+  bool has_pending = false;  ///< keys are held, a script plays or a frame is not requested yet
+};
+
+class Pacing {
+ public:
+  /// The user should see a change.
+  void note_change(const Viewer& viewer, double now);
+
+  /// True if the window should be drawn, apart from frame_comes_first().
+  bool wants_to_draw(const Viewer& viewer, const Surroundings& around) const;
+
+  /// True if the window should wait for a frame that is being rendered.
+  bool frame_comes_first(const Viewer& viewer, const Surroundings& around) const;
+
+  /// True if the loop may sleep until something happens. `numbers_missing`: numbers_are_missing().
+  bool rests(const Viewer& viewer, const Surroundings& around, bool numbers_missing) const;
+
+  /// How long the loop waits for events, seconds.
+  double sleep_seconds(const Viewer& viewer, const Surroundings& around,
+                       bool numbers_missing) const;
+
+  /// Called before the window is drawn; true if that disturbs a measurement, which is then void.
+  bool begin_drawing(const Viewer& viewer);
+
+  /// Called after the window was drawn. Returns the frames of the window per second, smoothed; 0
+  /// while it is not drawn steadily.
+  double end_drawing(const Viewer& viewer, double now);
+
+ private:
+  bool draw_once_ = true;
+  double draw_until_ = 0, last_draw_ = 0, fps_ = 0;
+  std::size_t toasts_ = 0;  // in the window
+};
+
+}  // namespace qs

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/frame_requests.h"
+
+#include <algorithm>
+
+#include "app/viewer/render/resolution.h"
+#include "app/viewer/state/hud_text.h"
+
+namespace qs {
+namespace {
+
+bool draws_on_the_cpu(const Viewer& viewer) {
+  return viewer.backend == Backend::cpu ||
+         (viewer.panels.split && viewer.split.other.backend == Backend::cpu);
+}
+
+bool shows_full_frame(const Viewer& viewer) {
+  return viewer.shown.version == viewer.version && viewer.shown.divisor == 1;
+}
+
+}  // namespace
+
+FrameRequest full_frame(const Viewer& viewer) {
+  FrameRequest request;
+  request.camera = viewer.camera;
+  request.settings = viewer.settings;
+  request.settings.mode = viewer.mode();
+  request.version = viewer.version;
+  request.view_version = viewer.view_version;
+  if (viewer.panels.split) {
+    request.other = viewer.split.other;
+  } else {
+    request.heatmap = viewer.heatmap;
+  }
+  return request;
+}
+
+bool numbers_are_missing(const Viewer& viewer) {
+  return shows_full_frame(viewer) && viewer.on_demand && viewer.panels.hud && viewer.panels.all &&
+         !numbers_are_current(viewer);
+}
+
+bool is_settled(const Viewer& viewer) {
+  if (viewer.loading) return false;
+  if (!viewer.scene) return true;
+  return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !viewer.measuring &&
+         !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
+}
+
+void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
+  if (!viewer.scene || viewer.zoom.running) return;
+  const int divisor =
+      draws_on_the_cpu(viewer) && viewer.reduce_when_moving && viewer.moving()
+          ? resolution_divisor(ms_per_megapixel_, viewer.camera.width, viewer.camera.height)
+          : 1;
+  const bool continuous = !viewer.on_demand && !render.busy();
+  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous) {
+    FrameRequest request = full_frame(viewer);
+    request.divisor = divisor;
+    render.request(std::move(request));
+    version_ = viewer.version;
+    divisor_ = divisor;
+  }
+  const bool still = viewer.still() && !viewer.playback.running;
+  if (still && numbers_are_missing(viewer) && window_rests && !render.busy())
+    render.request(NumbersRequest{viewer.camera, viewer.settings, viewer.view_version});
+}
+
+void FrameRequests::learn(const RenderedFrame& frame) {
+  double ms = static_cast<double>(frame.shown.stats.frame_ms);
+  if (frame.shown.other) ms += static_cast<double>(frame.shown.other->stats.frame_ms);
+  const double megapixels = 1e-6 * frame.width * frame.height;
+  ms_per_megapixel_ = ms / std::max(megapixels, 1e-3);
+}
+
+}  // namespace qs

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+//
+// The job that uploads a scene that was read and shows it.
+#pragma once
+
+#include <memory>
+
+#include "app/viewer/state/action.h"
+#include "io/scene/reader.h"
+
+namespace qs {
+
+/// A scene that was read, and its facts for the viewer.
+struct LoadedScene {
+  Scene scene;
+  ViewedScene facts;
+};
+
+/// A renderer with the scene; the window shows the progress. Throws Error and Cancelled.
+std::unique_ptr<Renderer> upload_to(RenderContext& context, const std::shared_ptr<const Scene>& scene, Backend backend);
+
+/// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
+/// `settings` are used as they are, except that without `keep_background` the background is the
+/// model's.
+Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSettings settings,
+               bool keep_background);
+
+namespace action {
+
+/// Runs open_scene() on the viewer's backend with its settings.
+void scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& loaded,
+                bool keep_background);
+
+}  // namespace action
+}  // namespace qs

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/camera_actions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include "app/session/camera_control.h"
+#include "app/session/framing.h"
+#include "app/viewer/state/actions.h"
+
+namespace qs::action {
+namespace {
+
+constexpr double kRadiansPerPixel = 0.005, kDollyPerNotch = 0.9, kFovPerNotch = 0.94;
+constexpr double kRadiansPerRollNotch = glm::radians(2.0);
+constexpr double kFlyExtentsPerSecond = 0.25;  ///< of the scene's extent
+
+glm::dvec3 up_of(const Viewer& v) { return v.scene ? v.scene->up : glm::dvec3(0, -1, 0); }
+
+/// Distance of the pivot in front of the camera, > 0, world units.
+double pivot_depth(const Viewer& v) {
+  const double least = v.scene ? 1e-3 * v.scene->extent() : 1e-3;
+  return std::max(depth_of(v.camera, v.pivot), least);
+}
+
+/// The pivot until the user picks one: the point of the line of sight beside the scene's centre.
+glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
+  const double least = 0.05 * scene.extent();
+  const double depth = std::max(depth_of(camera, glm::dvec3(scene.core.center())), least);
+  return camera.position() + depth * view_axes(camera).forward;
+}
+
+/// Moves camera and pivot by a step in view axes, world units.
+void step(Viewer& v, glm::dvec3 step) {
+  const ViewAxes axes = view_axes(v.camera);
+  v.pivot += step.x * axes.right + step.y * axes.down + step.z * axes.forward;
+  move(v, stepped(v.camera, step));
+}
+
+/// Resizes the camera to the window.
+void set_view(Viewer& v, const Camera& camera) {
+  v.camera = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
+  view_changed(v);
+}
+
+Camera framed(const Viewer& v) {
+  return frame_box(v.scene->core, v.scene->smallest_radius, v.scene->up,
+                   std::max(v.camera.width, 1), std::max(v.camera.height, 1));
+}
+
+int nearest_camera(const Viewer& v) {
+  int nearest = -1;
+  double best = std::numeric_limits<double>::infinity();
+  const ViewAxes here = view_axes(v.camera);
+  for (std::size_t i = 0; i < v.scene->cameras.size(); ++i) {
+    const Camera& other = v.scene->cameras[i];
+    // Turning by 180 degrees counts as a distance of one extent.
+    const double apart = glm::distance(other.position(), v.camera.position());
+    const double turned = 0.5 * (1 - glm::dot(here.forward, view_axes(other).forward));
+    const double distance = apart + turned * v.scene->extent();
+    if (distance < best) best = distance, nearest = static_cast<int>(i);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+void move(Viewer& v, const Camera& camera) {
+  v.camera = camera;
+  v.dataset_camera = -1;
+  v.last_motion = v.now;
+  view_changed(v);
+}
+
+void orbit(Viewer& v, glm::dvec2 pixels) {
+  const glm::dvec2 angles = kRadiansPerPixel * pixels;
+  move(v, orbited(v.camera, v.pivot, up_of(v), angles.x, angles.y));
+}
+
+void look(Viewer& v, glm::dvec2 pixels) {
+  // The point under the cursor stays under the cursor.
+  const glm::dvec2 angles = pixels / v.camera.focal_px;
+  move(v, turned(v.camera, up_of(v), -angles.x, angles.y));
+}
+
+void pan(Viewer& v, glm::dvec2 pixels) { step(v, pan_step(v.camera, pivot_depth(v), pixels)); }
+
+void dolly(Viewer& v, double notches) {
+  const double depth = pivot_depth(v);
+  move(v, stepped(v.camera, {0, 0, depth - depth * std::pow(kDollyPerNotch, notches)}));
+}
+
+void change_fov(Viewer& v, double notches) {
+  move(v, with_vertical_fov(v.camera, vertical_fov(v.camera) * std::pow(kFovPerNotch, notches)));
+}
+
+void roll(Viewer& v, double notches) { move(v, rolled(v.camera, kRadiansPerRollNotch * notches)); }
+
+void fly(Viewer& v, glm::dvec3 direction, double seconds, double factor) {
+  if (!v.scene || direction == glm::dvec3(0)) return;
+  step(v, kFlyExtentsPerSecond * v.scene->extent() * factor * seconds * direction);
+}
+
+void set_camera(Viewer& v, const Camera& camera) {
+  set_view(v, camera);
+  v.dataset_camera = -1;
+  if (v.scene) v.pivot = natural_pivot(v.camera, *v.scene);
+}
+
+void set_pivot(Viewer& v, glm::dvec3 point) {
+  v.pivot = point;
+  notify(v, fmt::format("pivot at {:.4g}, {:.4g}, {:.4g}", point.x, point.y, point.z));
+}
+
+void resize(Viewer& v, int width, int height) {
+  if (width < 1 || height < 1) return;
+  if (width == v.camera.width && height == v.camera.height) return;
+  if (v.camera.width > 0) {
+    v.camera = v.camera.resized(width, height);
+  } else {
+    v.camera.width = width;
+    v.camera.height = height;
+  }
+  view_changed(v);
+}
+
+void frame_scene(Viewer& v) {
+  if (!v.scene) return;
+  move(v, framed(v));
+  v.pivot = glm::dvec3(v.scene->core.center());
+}
+
+void read_photograph(Viewer& v, Host& host) {
+  if (!v.panels.photograph || v.dataset_camera < 0) return;
+  const auto found = v.scene->photographs.find(v.dataset_camera);
+  if (found == v.scene->photographs.end() || found->second == v.photograph.path) return;
+  v.photograph = {found->second, nullptr};
+  host.read_photograph(found->second);
+}
+
+void go_to_camera(Viewer& v, Host& host, int index) {
+  if (!v.scene || index < 0 || index >= static_cast<int>(v.scene->cameras.size())) return;
+  set_camera(v, v.scene->cameras[static_cast<std::size_t>(index)]);
+  v.dataset_camera = index;
+  read_photograph(v, host);
+}
+
+void step_camera(Viewer& v, Host& host, CameraStep step) {
+  if (!v.scene || v.scene->cameras.empty())
+    return notify(v, "this scene has no cameras: drop its cameras.json on the window");
+  const int count = static_cast<int>(v.scene->cameras.size());
+  const int at = v.dataset_camera < 0 ? nearest_camera(v) : v.dataset_camera;
+  switch (step) {
+    case CameraStep::previous:
+      return go_to_camera(v, host, (at + count - 1) % count);
+    case CameraStep::next:
+      return go_to_camera(v, host, (at + 1) % count);
+    case CameraStep::first:
+      return go_to_camera(v, host, 0);
+    case CameraStep::last:
+      return go_to_camera(v, host, count - 1);
+    case CameraStep::nearest:
+      return go_to_camera(v, host, nearest_camera(v));
+  }
+}
+
+void go_home(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  if (!v.scene->cameras.empty()) return go_to_camera(v, host, 0);
+  set_view(v, v.home);
+  v.pivot = glm::dvec3(v.scene->core.center());
+}
+
+void set_first_view(Viewer& v, Host& host) {
+  v.home = framed(v);
+  v.dataset_camera = -1;
+  go_home(v, host);
+  v.home = v.camera;
+}
+
+}  // namespace qs::action

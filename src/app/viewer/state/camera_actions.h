@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// Actions that move the camera, and the views that it can return to.
+#pragma once
+
+#include "app/viewer/state/action.h"
+
+namespace qs::action {
+
+// ---- motion: pixels of the cursor, notches of the wheel ----------------------------------------
+void orbit(Viewer& viewer, glm::dvec2 pixels);
+void look(Viewer& viewer, glm::dvec2 pixels);
+void pan(Viewer& viewer, glm::dvec2 pixels);
+void dolly(Viewer& viewer, double notches);
+void change_fov(Viewer& viewer, double notches);
+void roll(Viewer& viewer, double notches);
+
+/// `direction`: right, down, forward, each -1..1; `factor` multiplies the speed.
+void fly(Viewer& viewer, glm::dvec3 direction, double seconds, double factor);
+
+/// Any motion ends here: the view no longer is one of the data set's cameras.
+void move(Viewer& viewer, const Camera& camera);
+
+// ---- views -------------------------------------------------------------------------------------
+/// Fits a camera of any size to the window.
+void set_camera(Viewer& viewer, const Camera& camera);
+void set_pivot(Viewer& viewer, glm::dvec3 point);
+void resize(Viewer& viewer, int width, int height);
+void frame_scene(Viewer& viewer);
+
+/// A camera of the data set, with its photograph if those are shown. No effect without that camera.
+void go_to_camera(Viewer& viewer, Host& host, int index);
+enum class CameraStep { previous, next, first, last, nearest };
+void step_camera(Viewer& viewer, Host& host, CameraStep step);
+void go_home(Viewer& viewer, Host& host);
+
+/// The first camera of the scene's data set, else the framed scene: sets camera, home and pivot.
+void set_first_view(Viewer& viewer, Host& host);
+
+/// Reads the photograph of the camera that the view stands at, if photographs are shown.
+void read_photograph(Viewer& viewer, Host& host);
+
+}  // namespace qs::action

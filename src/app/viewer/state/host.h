@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// What actions can ask of the program around the Viewer: files, background jobs, the window. The
+// window's loop implements it, tests record the calls. Nothing here waits or changes the Viewer:
+// outcomes arrive later as actions.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace qs {
+
+struct RenderContext;
+
+/// Work for the render thread, which owns the renderer and the scene.
+using Job = std::function<void(RenderContext&)>;
+
+class Host {
+ public:
+  virtual ~Host() = default;
+
+  /// Starts reading a scene, cameras or a camera path. `axes`: ReadOptions::axes.
+  virtual void open(const std::filesystem::path& path, const std::string& axes) = 0;
+  virtual void read_photograph(const std::filesystem::path& path) = 0;
+  virtual void cancel_loading() = 0;  ///< stops reading and the running job
+
+  virtual void run(Job job) = 0;  ///< after the jobs that are already queued
+  virtual void stop_job() = 0;    ///< the one that is running
+
+  /// Throws Error(input).
+  virtual void write_file(const std::filesystem::path& path, const std::string& text) = 0;
+
+  /// Writes the window, panels included, as a picture after it is drawn next; then notifies the
+  /// user if `notify`.
+  virtual void grab_window(const std::filesystem::path& path, bool notify) = 0;
+  virtual std::string clipboard() const = 0;
+  virtual void set_clipboard(const std::string& text) = 0;
+  virtual void toggle_fullscreen() = 0;
+  virtual void quit() = 0;
+};
+
+}  // namespace qs

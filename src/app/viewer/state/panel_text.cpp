@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/panel_text.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <glm/trigonometric.hpp>
+
+#include "app/session/camera_control.h"
+#include "app/session/text.h"
+
+namespace qs {
+
+std::string scene_summary(const Viewer& viewer) {
+  return fmt::format(
+      "{}   {} Gaussians   {}   {} x {}", viewer.scene->name, grouped(viewer.scene->gaussians),
+      kBackendNames[static_cast<int>(viewer.backend)], viewer.camera.width, viewer.camera.height);
+}
+
+std::vector<Fact> scene_facts_of(const Viewer& viewer) {
+  const ViewedScene& scene = *viewer.scene;
+  const glm::dvec3 at = viewer.camera.position();
+  return {
+      {"file", scene.path.string()},
+      {"format", scene.format},
+      {"Gaussians", grouped(scene.gaussians)},
+      {"size", bytes_text(scene.file_bytes)},
+      {"SH degree",
+       fmt::format("{}{}", scene.sh_degree, scene.antialiased ? ", trained antialiased" : "")},
+      {"extent", fmt::format("{:.4g}", scene.extent())},
+      {"cameras", scene.cameras.empty()
+                      ? std::string("none: drop a cameras.json on the window")
+                      : fmt::format("{}, {} with a photograph", scene.cameras.size(),
+                                    scene.photographs.size())},
+      {"view", fmt::format("from {:.3g}, {:.3g}, {:.3g}", at.x, at.y, at.z)},
+      {"lens", fmt::format("{:.1f} degrees, near plane {:.3g}",
+                           glm::degrees(vertical_fov(viewer.camera)), viewer.camera.near_depth)},
+  };
+}
+
+std::string camera_label(const ViewedScene& scene, std::size_t index) {
+  const Camera& camera = scene.cameras[index];
+  return fmt::format("{}  {}  {} x {}{}", index, camera.name, camera.width, camera.height,
+                     scene.photographs.count(static_cast<int>(index)) > 0 ? "  photograph" : "");
+}
+
+std::string keyframe_label(const Viewer& viewer, std::size_t index) {
+  return fmt::format("{}  at {:.2f} s", index + 1, viewer.keyframes[index].time);
+}
+
+std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops) {
+  return {fmt::format("{:.3f}", row.depth), fmt::format("{:.4f}", row.alpha),
+          fmt::format("{:.4f}", row.transmittance),
+          stops ? "-" : fmt::format("{:.4f}", row.weight)};
+}
+
+std::string inspected_pixel_text(const PixelReport& pixel) {
+  return fmt::format("Pixel {}, {}: {} of the {} Gaussians of its tile are blended", pixel.pixel.x,
+                     pixel.pixel.y, pixel.contributions.size(), pixel.listed);
+}
+
+std::vector<BarTick> heat_ticks(const ShownFrame& shown) {
+  const Scale& scale = shown.map_scale;
+  const Legend legend = make_legend(*shown.heatmap, scale, mode_name(shown.mode));
+  std::vector<BarTick> ticks;
+  for (const std::uint32_t value : scale.ticks())
+    ticks.push_back({static_cast<float>(value) / static_cast<float>(scale.maximum),
+                     legend.ticks[ticks.size()]});
+  return ticks;
+}
+
+std::string heat_facts(const ShownFrame& shown) {
+  const char* mode = mode_name(shown.mode);
+  return shown.missed ? fmt::format("mode {} \u00b7 {}", mode, missed_sentence(*shown.missed))
+                      : make_legend(*shown.heatmap, shown.map_scale, mode).facts;
+}
+
+std::string heat_text(const ShownFrame& shown, std::size_t cell) {
+  const Heatmap& map = *shown.heatmap;
+  std::string text =
+      fmt::format("here: {} {}", grouped(map.values[cell]), heatmap_row(map.quantity).unit);
+  if (shown.missed && map.values[cell] > 0)
+    text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[cell],
+                        shown.missed->errors[cell]);
+  return text;
+}
+
+std::array<std::string, 2> split_names(const Viewer& viewer) {
+  const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
+  const Variant& second = viewer.shown.other->variant;
+  std::array<std::string, 2> names = {name_beside(first, second), name_beside(second, first)};
+  if (viewer.split.flipped) std::swap(names[0], names[1]);
+  return names;
+}
+
+std::vector<BarTick> pair_ticks(const ShownFrame& shown) {
+  const std::string end = grouped(shown.map_scale.maximum);
+  return {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
+}
+
+std::string zoom_status(const ZoomRecording& zoom) {
+  const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(kCullerCount);
+  if (zoom.running) return fmt::format("step {} of {}", done, zoom.steps);
+  if (zoom.rows.empty()) return "from this view to what is in its middle, all modes";
+  if (zoom.folder.empty()) return fmt::format("stopped after {} steps", done);
+  return fmt::format("saved in {}", zoom.folder.string());
+}
+
+ZoomCurves zoom_curves(const ZoomRecording& zoom) {
+  ZoomCurves curves;
+  for (const BenchRow& row : zoom.rows)
+    curves.longest_ms = std::max(curves.longest_ms, 1.1 * row.ms_median);
+  if (curves.longest_ms <= 0) return curves;
+  const int last = std::max(1, zoom.steps - 1);
+  for (const BenchRow& row : zoom.rows) {
+    const CullMode mode = find_culler(row.mode);
+    if (mode < 1) continue;
+    curves.modes[static_cast<std::size_t>(mode - 1)].emplace_back(
+        static_cast<float>(row.view) / static_cast<float>(last),
+        static_cast<float>(row.ms_median / curves.longest_ms));
+  }
+  return curves;
+}
+
+}  // namespace qs

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+//
+// The words and numbers of the panels, apart from their drawing, so that tests can compare them
+// with independent computations. The performance panel's are in hud_text.h.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+/// A label and its value.
+struct Fact {
+  std::string label, value;
+};
+
+/// A tick of a colour bar.
+struct BarTick {
+  float at;  ///< position along the bar, 0 to 1
+  std::string text;
+};
+
+/// "garden   500 Gaussians   cpu   640 x 480": the right end of the menu bar.
+std::string scene_summary(const Viewer& viewer);
+
+/// The facts of the scene and of the view.
+std::vector<Fact> scene_facts_of(const Viewer& viewer);
+
+/// An entry of the list of cameras, and of the list of keyframes; both count from 0.
+std::string camera_label(const ViewedScene& scene, std::size_t index);
+std::string keyframe_label(const Viewer& viewer, std::size_t index);
+
+/// Depth, alpha, transmittance in front and weight of a Gaussian in the inspected pixel; `stops`:
+/// the pixel stopped before it, so it has no weight.
+std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops);
+std::string inspected_pixel_text(const PixelReport& pixel);
+
+/// Of the heat map in the window, which must exist. `cell`: index into its values.
+std::vector<BarTick> heat_ticks(const ShownFrame& shown);
+std::string heat_facts(const ShownFrame& shown);
+std::string heat_text(const ShownFrame& shown, std::size_t cell);
+
+/// Of a split window with frames of two variants: their names on the left and on the right; the
+/// ticks of the map of pair differences.
+std::array<std::string, 2> split_names(const Viewer& viewer);
+std::vector<BarTick> pair_ticks(const ShownFrame& shown);
+
+/// What the zoom recorder does or did.
+std::string zoom_status(const ZoomRecording& zoom);
+
+/// The recorder's plot: `longest_ms` at its top, 0 at its bottom.
+struct ZoomCurves {
+  double longest_ms = 0;                                   ///< 0: nothing to plot
+  std::array<std::vector<glm::vec2>, kCullerCount> modes;  ///< index = CullMode - 1; x: far to near
+                                                           ///< 0 to 1; y: fraction of longest_ms
+};
+ZoomCurves zoom_curves(const ZoomRecording& zoom);
+
+}  // namespace qs

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/view_options.h"
+
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/preferences.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+
+Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
+  const FrameOptions& frame = options.frame;
+  Viewer viewer;
+  const std::string problem = read_preferences(options.settings, viewer, window_size);
+  if (!problem.empty()) action::notify_error(viewer, problem);
+  if (frame.size) window_size = *frame.size;
+  viewer.out_dir = options.out_dir;
+  viewer.restores_views = !frame.cameras;
+  viewer.backend = frame.backend.value_or(available_backends().front());
+  viewer.settings.mode = frame.modes.front() == kReferenceMode ? kDefaultMode : frame.modes.front();
+  viewer.settings.pipeline = frame.pipeline;
+  viewer.settings.sh_degree = frame.sh_degree;
+  viewer.settings.splat_scale = frame.splat_scale;
+  viewer.settings.background = frame.background.value_or(glm::vec3(0));
+  viewer.settings.antialiased = frame.antialiased;
+  viewer.previous_mode = find_culler("3dgs");
+  const auto other =
+      find_variant(options.beside.value_or(mode_name(viewer.previous_mode)), viewer.variant());
+  if (!other) fail(ErrorKind::usage, "view: --beside: there is no '{}' here", *options.beside);
+  viewer.split.other = *other;
+  viewer.vsync = viewer.vsync && options.vsync;
+  viewer.panels.split = options.beside.has_value();
+  return viewer;
+}
+
+}  // namespace qs

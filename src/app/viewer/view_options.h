@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// Options of the command `view`, and the state that the viewer starts with.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "app/session/session.h"
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+struct ViewOptions {
+  FrameOptions frame;                 ///< scene empty: an empty window
+  std::optional<std::string> beside;  ///< find_variant(): splits the window from the start
+  bool vsync = true, interop = true;
+  std::filesystem::path settings;               ///< preferences file; empty: nothing is kept
+  std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
+  std::filesystem::path out_dir = ".";          ///< Viewer::out_dir
+};
+
+/// The state at the start: that of the preferences file, unless an option says otherwise. Sets
+/// `window_size`, screen units. Throws Error(usage) if ViewOptions::beside names no variant.
+Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size);
+
+}  // namespace qs

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// A Host for tests without a window: it records what actions asked for.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "app/viewer/state/host.h"
+
+namespace qs::test {
+
+class RecordingHost : public Host {
+ public:
+  struct Opened {
+    std::filesystem::path path;
+    std::string axes;
+  };
+  std::vector<Opened> opened;
+  std::vector<std::filesystem::path> photographs, grabs;
+  std::map<std::filesystem::path, std::string> written;
+  std::vector<Job> jobs;
+  int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
+  std::string text;  ///< on the clipboard
+
+  void open(const std::filesystem::path& path, const std::string& axes) override {
+    opened.push_back({path, axes});
+  }
+  void read_photograph(const std::filesystem::path& path) override { photographs.push_back(path); }
+  void cancel_loading() override { ++cancelled; }
+  void run(Job job) override { jobs.push_back(std::move(job)); }
+  void stop_job() override { ++stopped; }
+  void write_file(const std::filesystem::path& path, const std::string& content) override {
+    written[path] = content;
+  }
+  void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
+  std::string clipboard() const override { return text; }
+  void set_clipboard(const std::string& content) override { text = content; }
+  void toggle_fullscreen() override { ++fullscreens; }
+  void quit() override { ++quits; }
+};
+
+}  // namespace qs::test

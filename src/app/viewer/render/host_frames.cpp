@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/host_frames.h"
 
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 
 namespace qs {
 namespace {
@@ -27,8 +27,8 @@ FrameReply reply_of(const FrameOrder& order, const Frame& frame) {
 }
 
 FrameReply draw_with_map(RenderContext& context, const FrameOrder& order, const Camera& camera) {
-  MappedFrame mapped = draw_mapped(*context.session.renderer, camera, order.settings,
-                                   *order.heatmap, context.options.threads, context.stop);
+  HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, order.settings,
+                                            *order.heatmap, context.options.threads, context.stop);
   FrameReply reply = reply_of(order, mapped.frame);
   reply.shown.heatmap = std::move(mapped.heatmap);
   reply.shown.missed = std::move(mapped.missed);
@@ -78,7 +78,7 @@ FrameReply draw_beside(RenderContext& context, const FrameOrder& order, const Ca
   }
   if (reply.shown.other) {
     ShownOther& other = *reply.shown.other;
-    other.pixels = pixel_difference(reply.rgba, reply.other, reply.width, other.region);
+    other.pixels = image_difference(reply.rgba, reply.other, reply.width, other.region);
   }
   return reply;
 }

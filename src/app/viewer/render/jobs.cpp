@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/inspect/construction.h"
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
 #include "app/report/stats_file.h"
@@ -105,10 +105,10 @@ Job take_screenshot(FrameOrder order, std::string camera_name, fs::path folder) 
           folder = std::move(folder)](RenderContext& context) {
     Renderer& renderer = *context.session.renderer;
     const Camera& camera = order.camera;
-    std::optional<MappedFrame> mapped;
+    std::optional<HeatmapFrame> mapped;
     if (order.heatmap)
-      mapped.emplace(draw_mapped(renderer, camera, order.settings, *order.heatmap,
-                                 context.options.threads, context.stop));
+      mapped.emplace(render_with_heatmap(renderer, camera, order.settings, *order.heatmap,
+                                         context.options.threads, context.stop));
     const Frame& frame =
         mapped ? mapped->frame
                : renderer.render(camera, order.settings, {}, HostImage{}, context.stop);
@@ -218,13 +218,13 @@ Job ask_oracle_about(FrameOrder order, std::optional<PixelBox> region) {
     const Progress progress = loading_progress(
         context.session.scene.path, "computing the reference of", context.stop, context.report);
     progress.update(0);
-    Image truth = reference_of(cpu, order.camera, order.settings, region, progress);
-    const Verdict verdict =
-        judge(cpu, order.camera, order.settings, frame, truth, region, kTolerance, progress);
+    Image truth = render_reference(cpu, order.camera, order.settings, region, progress);
+    const ReferenceCheck verdict = check_against_reference(cpu, order.camera, order.settings, frame,
+                                                           truth, region, kTolerance, progress);
     context.reference = ReferenceImage{order.view_version, verdict.region, std::move(truth)};
     context.report(action::OracleAnswered{{order.version, verdict,
                                            fmt::format("{}: {}", mode_name(order.settings.mode),
-                                                       verdict_sentence(verdict, kTolerance))}});
+                                                       check_sentence(verdict, kTolerance))}});
     if (order.other) context.show(order);
   };
 }

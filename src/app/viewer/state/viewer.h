@@ -13,13 +13,13 @@
 #include <variant>
 #include <vector>
 
-#include "app/inspect/frame_difference.h"
 #include "app/inspect/inspection.h"
-#include "app/inspect/missed.h"
-#include "app/inspect/oracle.h"
+#include "app/inspect/missed_contributions.h"
+#include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/camera_path.h"
 #include "app/picture/heatmap.h"
+#include "app/picture/image_difference.h"
 #include "app/report/bench_report.h"
 #include "app/session/scene_box.h"
 #include "raster/renderer.h"
@@ -82,7 +82,7 @@ struct ShownOther {
   Variant variant;
   RenderStats stats;
   PixelBox region;         ///< where it was drawn: the reference may be there for a part only
-  PixelDifference pixels;  ///< inside the region
+  ImageDifference pixels;  ///< inside the region
   std::optional<PairDifference> pairs;  ///< unset beside the reference, which has no tiles
 };
 
@@ -123,7 +123,7 @@ struct InspectedView {
 /// What the reference says of a view.
 struct OracleAnswer {
   int version = -1;  ///< Viewer::version
-  Verdict verdict;
+  ReferenceCheck verdict;
   std::string sentence;
 };
 

@@ -16,7 +16,7 @@
 #include "app/measure/shard.h"
 #include "app/measure/statistics.h"
 #include "app/measure/zoom_path.h"
-#include "app/report/markdown.h"
+#include "app/report/bench_report.h"
 #include "app/report/zoom_bundle.h"
 #include "app/session/camera_control.h"
 #include "io/camera/cameras.h"
@@ -43,13 +43,6 @@ BenchRow row(const std::string& mode, double ms, std::uint64_t pairs, std::uint6
   return result;
 }
 
-BenchReport report(std::vector<BenchRow> rows) {
-  return {{{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", "abc"}},
-          nlohmann::ordered_json::array(),
-          rows.size(),
-          std::move(rows)};
-}
-
 TEST(Statistics, median_and_percentiles_interpolate_between_sorted_values) {
   const std::array<double, 4> values = {4, 1, 3, 2};
   EXPECT_DOUBLE_EQ(median(values), 2.5);
@@ -74,11 +67,6 @@ TEST(BenchReport, csv_has_the_documented_columns_and_one_line_per_row) {
             "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("\ntiny,0,quadbox,classic,cpu,"));
-}
-
-TEST(BenchReport, markdown_tells_speed_up_and_sort_bytes) {
-  const std::string text = format_markdown(report({row("3dgs", 2, 1000), row("quadbox", 1, 400)}));
-  EXPECT_THAT(text, HasSubstr("| `quadbox` | 1,000 | - | 1.000 | 1000.0 | 2.00x | 400 | 4.8 kB |"));
 }
 
 // Says that its frames took the times of a list, one after another.

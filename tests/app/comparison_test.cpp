@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/inspect/comparison_sheet.h"
+#include "app/inspect/variant.h"
 #include "app/run_program.h"
 #include "io/picture/image_file.h"
 #include "support/shared.h"
@@ -39,14 +40,24 @@ TEST(Comparison, the_automatic_crop_holds_the_largest_difference) {
   EXPECT_EQ(whole.x1 - whole.x0, 200);
 }
 
-TEST(Comparison, differences_are_amplified_and_end_at_white) {
-  Image truth(4, 1, 3), other = truth;
-  other.at(1, 0, 0) = 2.0f / 255;
-  other.at(2, 0, 0) = 1;
-  const Image difference = amplified_difference(other, truth, {1, 0, 4, 1}, 16);
-  EXPECT_FLOAT_EQ(difference.at(0, 0, 0), 32.0f / 255);
-  EXPECT_FLOAT_EQ(difference.at(1, 0, 0), 1);
-  EXPECT_EQ(difference.at(2, 0, 0), 0);
+TEST(Variant, is_named_by_the_parts_that_differ) {
+  const CullMode exact = find_culler("exact"), adr = find_culler("adr");
+  const Variant cpu{exact, Pipeline::fast, Backend::cpu};
+  const Variant gpu{adr, Pipeline::fast, Backend::cuda};
+  const Variant classic{adr, Pipeline::classic, Backend::cuda};
+  const Variant reference{kReferenceMode, Pipeline::fast, Backend::cpu};
+  EXPECT_EQ(full_name(cpu), "exact, cpu");
+  EXPECT_EQ(full_name(classic), "adr, cuda classic");
+  EXPECT_EQ(full_name(reference), "reference");
+  EXPECT_EQ(name_beside(cpu, {adr, Pipeline::classic, Backend::cpu}), "exact");
+  EXPECT_EQ(name_beside(gpu, classic), "adr, cuda fast");
+  EXPECT_EQ(name_beside(cpu, gpu), "exact, cpu");
+  EXPECT_EQ(name_beside(gpu, reference), "adr");
+  EXPECT_EQ(name_beside(reference, gpu), "reference");
+  EXPECT_EQ(find_variant("exact, cpu", gpu), cpu);
+  EXPECT_EQ(find_variant("reference", cpu), reference);
+  EXPECT_EQ(find_variant("adr", {exact, Pipeline::classic, Backend::cuda}), classic);
+  EXPECT_FALSE(find_variant("adr, somewhere", cpu));
 }
 
 TEST(CompareCommand, writes_a_sheet_and_a_table) {

@@ -66,6 +66,37 @@ TEST(Heatmap, a_tile_has_the_color_that_the_scale_prints_for_its_value) {
   }
 }
 
+TEST(Heatmap, the_mean_color_of_a_tile_is_its_value_s_at_every_tile_size) {
+  constexpr int kWidth = 72, kHeight = 40;  // neither is a multiple of all sizes
+  Image color(kWidth, kHeight, 3);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c)
+        color.at(x, y, c) = static_cast<float>((7 * x + 13 * y) % 72) / 72;
+    }
+  }
+  for (const int side : kTileSizes) {
+    Heatmap map = flat_map((kWidth + side - 1) / side, (kHeight + side - 1) / side, 0);
+    map.cell_px = side;
+    for (std::size_t i = 0; i < map.values.size(); ++i)
+      map.values[i] = static_cast<std::uint32_t>(37 * i % 101);
+    const Image picture = draw_heatmap(color, map, round_scale(100), "exact");
+    for (std::size_t tile = 0; tile < map.values.size(); ++tile) {
+      const int left = static_cast<int>(tile) % map.columns * side,
+                top = static_cast<int>(tile) / map.columns * side;
+      const int right = std::min(left + side, kWidth), bottom = std::min(top + side, kHeight);
+      glm::vec3 mean(0);
+      for (int y = top; y < bottom; ++y) {
+        for (int x = left; x < right; ++x)
+          mean += glm::vec3(picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2));
+      }
+      mean /= static_cast<float>((right - left) * (bottom - top));
+      const glm::vec3 expected = viridis(static_cast<float>(map.values[tile]) / 100);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], expected[c], 1e-4f) << side << " " << tile;
+    }
+  }
+}
+
 TEST(Heatmap, the_legend_lies_below_the_frame_and_has_ink_at_any_size) {
   for (const auto& [width, height] :
        {std::pair{1600, 1200}, {640, 480}, {200, 100}, {16, 16}, {1, 1}}) {
@@ -80,6 +111,13 @@ TEST(Heatmap, the_legend_lies_below_the_frame_and_has_ink_at_any_size) {
     }
     EXPECT_TRUE(width < 200 || brightest > 0.8f);
   }
+}
+
+TEST(PairDifference, has_signs_and_a_total) {
+  const std::vector<std::uint32_t> a = {5, 0, 7}, b = {2, 4, 7};
+  const PairDifference difference = pair_difference({3, 1, 16}, a, b);
+  EXPECT_THAT(difference.values, testing::ElementsAre(3, -4, 0));
+  EXPECT_EQ(difference.total, -1);
 }
 
 TEST(Scale, has_round_steps_and_reaches_the_maximum) {

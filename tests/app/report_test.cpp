@@ -67,7 +67,7 @@ TEST(Study, bins_hold_every_visible_gaussian_and_all_of_its_pairs) {
                 mode.pairs);
     }
   }
-  EXPECT_EQ(study.telling.saved, study.telling.pairs[1] - study.telling.pairs[4]);
+  EXPECT_EQ(study.example.saved, study.example.pairs[1] - study.example.pairs[4]);
 }
 
 TEST(Study, a_value_falls_into_the_bin_between_its_edges) {
@@ -88,8 +88,8 @@ TEST(ReportCommand, writes_one_page_that_needs_nothing_else) {
       {"report", kPlush, "--size", "320x240", "--views", "2", "--output", page.string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const std::string html = text_of(page);
-  for (const char* words : {"Pairs that nobody needed", "Which Gaussians bring the savings",
-                            "How evenly the tiles are loaded", "Other tile sizes", "hidden"})
+  for (const char* words : {"Pairs that no pixel uses", "Which Gaussians the savings come from",
+                            "How evenly the pairs are distributed", "Other tile sizes", "hidden"})
     EXPECT_THAT(html, HasSubstr(words));
   EXPECT_EQ(html.find("http"), std::string::npos) << "nothing is fetched";
   EXPECT_EQ(html.find("src=\"/"), std::string::npos);
@@ -107,7 +107,7 @@ TEST(ReportCommand, has_tables_and_says_so_where_gnuplot_is_missing) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("no plots: gnuplot is not installed"));
   const std::string html = text_of(folder / "out" / "report.html");
-  EXPECT_THAT(html, HasSubstr("There are tables only, no plots: gnuplot is not installed."));
+  EXPECT_THAT(html, HasSubstr("This page has tables only, no plots: gnuplot is not installed."));
   EXPECT_THAT(html, HasSubstr("<td>"));
 }
 

@@ -200,7 +200,7 @@ TEST(PanelText, the_split_window_says_how_its_frames_differ) {
   other.stats.tile_pairs = 5227642;
   other.pixels.psnr = 41.256;
   other.pixels.largest = 7;
-  other.pixels.farthest = {12, 34};
+  other.pixels.largest_at = {12, 34};
   other.pixels.pixels = 98765;
   other.pairs.emplace();
   other.pairs->total = 1796342 - 5227642;

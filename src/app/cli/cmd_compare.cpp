@@ -7,7 +7,7 @@
 #include "app/cli/command.h"
 #include "app/cli/view_choice.h"
 #include "app/inspect/comparison_sheet.h"
-#include "app/inspect/oracle.h"
+#include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
@@ -143,9 +143,10 @@ class Compare {
     Outputs outputs;
     outputs.trace = true;
     const Frame& frame = renderer_on(backend).render(shot_.camera, settings, outputs);
-    const Verdict verdict = judge(renderer_on(Backend::cpu), shot_.camera, settings, frame,
-                                  view.truth, std::nullopt, kTolerance, {});
-    variant.remark = verdict_sentence(verdict, kTolerance);
+    const ReferenceCheck verdict =
+        check_against_reference(renderer_on(Backend::cpu), shot_.camera, settings, frame,
+                                view.truth, std::nullopt, kTolerance, {});
+    variant.remark = check_sentence(verdict, kTolerance);
   }
 
   const CompareCommand& command_;

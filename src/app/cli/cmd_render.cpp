@@ -8,11 +8,11 @@
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
 #include "app/cli/view_choice.h"
-#include "app/inspect/compare.h"
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/measure.h"
 #include "app/measure/shard.h"
 #include "app/picture/heatmap.h"
+#include "app/picture/image_difference.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
 #include "io/picture/image_file.h"
@@ -131,11 +131,11 @@ class Run {
 
  private:
   void one_shot(const Shot& shot, std::size_t view) {
-    Outputs outputs;
-    const bool missed = command_.heatmap == HeatQuantity::missed;
-    outputs.trace = missed;
-    if (command_.heatmap && !missed) outputs = outputs_for(*command_.heatmap);
-    if (missed) judge_ = judging_frame(*session_.renderer, shot.camera, session_.settings);
+    if (command_.heatmap) {
+      heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heatmap,
+                        *session_.pool);
+    }
+    const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : Outputs();
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
     const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     const Image truth = command_.psnr ? reference_image(shot) : Image();
@@ -174,16 +174,6 @@ class Run {
     return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
   }
 
-  Heatmap heatmap_of(const Shot& shot, const Frame& frame) {
-    const glm::ivec2 size(shot.camera.width, shot.camera.height);
-    if (command_.heatmap != HeatQuantity::missed)
-      return make_heatmap(frame, *command_.heatmap, size.x, size.y);
-    const MissedMap map =
-        missed_contributions(judge_, frame, size, session_.settings.background, *session_.pool);
-    fmt::print(stderr, "{}\n", missed_sentence(map));
-    return missed_heatmap(map);
-  }
-
   // Writes the frame's picture; returns its path, empty without --output.
   std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
     if (!command_.output) return {};
@@ -192,8 +182,9 @@ class Run {
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_.scene->path, shot.camera, mode, frame.stats);
-    if (command_.heatmap) {
-      const Heatmap map = heatmap_of(shot, frame);
+    if (heatmaps_) {
+      const auto [map, missed] = heatmaps_->map(frame);
+      if (missed) fmt::print(stderr, "{}\n", missed_sentence(*missed));
       if (!scale_)
         scale_ = command_.heatmap_max
                      ? round_scale(static_cast<std::uint32_t>(*command_.heatmap_max))
@@ -211,19 +202,20 @@ class Run {
 
   void compare_with_reference(const Image& color, FrameRecord& record) {
     const Image reference = read_reference(*command_.reference, color.width, color.height);
-    const Comparison comparison = compare(color, reference);
-    record.reference_psnr = comparison.psnr;
+    const ImageDifference difference = image_difference(color, reference);
+    record.reference_psnr = difference.psnr;
     fmt::print(report(), "PSNR {} dB against {}, largest difference {} of 255\n",
-               decibels(comparison.psnr), command_.reference->string(), comparison.largest);
+               decibels(difference.psnr), command_.reference->string(), difference.largest);
     if (command_.output) {
       const std::filesystem::path path = difference_path(*command_.output);
-      write_image(comparison.difference, path);
+      const int amplification = amplification_for(difference.largest);
+      write_image(amplified_difference(color, reference, box_of(color), amplification), path);
       fmt::print(stderr, "wrote {} (differences amplified {} times)\n", path.string(),
-                 comparison.amplification);
+                 amplification);
     }
-    if (comparison.psnr < command_.reference_threshold) {
+    if (difference.psnr < command_.reference_threshold) {
       fmt::print(stderr, "quadsplat: the PSNR of {} dB is below the threshold of {} dB\n",
-                 decibels(comparison.psnr), command_.reference_threshold);
+                 decibels(difference.psnr), command_.reference_threshold);
       exit_code_ = kExitComparison;
     }
   }
@@ -234,7 +226,7 @@ class Run {
   const RenderCommand& command_;
   Session session_;
   std::unique_ptr<Renderer> oracle_;
-  Frame judge_;                 // of --heatmap missed
+  std::optional<HeatmapMaker> heatmaps_;  // of the current view
   std::optional<Scale> scale_;  // of the first heat map, so that all of a run can be compared
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;

@@ -6,7 +6,7 @@
 #include "app/cli/command.h"
 #include "app/cli/view_choice.h"
 #include "app/inspect/construction.h"
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/heatmap.h"
 #include "app/report/stats_file.h"
@@ -92,7 +92,7 @@ class Report {
         study_scene(*session_.renderer, cameras, session_.settings, *session_.pool, bar.progress());
     const std::string name = scene_name(session_.scene->path);
     const StudyPage page{study,      name,           view_names(), plots_caption(name),
-                         pictures(), telling(study), made_with()};
+                         pictures(), example(study), made_with()};
     std::string problem;
     const std::string html = format_study_page(page, problem);
     if (!problem.empty()) fmt::print(stderr, "quadsplat: report: no plots: {}\n", problem);
@@ -138,8 +138,8 @@ class Report {
     const char* name = mode_name(mode);
     RenderSettings settings = session_.settings;
     settings.mode = mode;
-    const MappedFrame mapped =
-        draw_mapped(*session_.renderer, camera, settings, quantity, *session_.pool);
+    const HeatmapFrame mapped =
+        render_with_heatmap(*session_.renderer, camera, settings, quantity, *session_.pool);
     return small(
         draw_heatmap(mapped.frame.color, mapped.heatmap, scale_for(mapped.heatmap.values), name),
         fmt::format("{}: {}", name, caption));
@@ -149,38 +149,39 @@ class Report {
     const CullMode square = find_culler("3dgs"), dual = find_culler("dualbox");
     return {
         small(render(kDefaultMode, {}).color, shots_.front().origin),
-        heat(square, HeatQuantity::pairs, "where its pairs are."),
-        heat(kDefaultMode, HeatQuantity::pairs, "where its pairs are."),
-        heat(kDefaultMode, HeatQuantity::evaluated, "how far each pixel goes through its list."),
-        heat(kDefaultMode, HeatQuantity::false_positive, "where they are listed in vain."),
-        heat(dual, HeatQuantity::missed, "what is lost when two of the four boxes are left out.")};
+        heat(square, HeatQuantity::pairs, "its tile pairs."),
+        heat(kDefaultMode, HeatQuantity::pairs, "its tile pairs."),
+        heat(kDefaultMode, HeatQuantity::evaluated, "the list entries that each pixel evaluates."),
+        heat(kDefaultMode, HeatQuantity::false_positive, "its false positive pairs."),
+        heat(dual, HeatQuantity::missed,
+             "the contributions that it drops, because it lists two of the four boxes.")};
   }
 
-  std::vector<CaptionedImage> telling(const SceneStudy& study) {
-    if (study.telling.saved == 0) return {};
-    const Shot& shot = shots_[study.telling.view];
+  std::vector<CaptionedImage> example(const SceneStudy& study) {
+    if (study.example.saved == 0) return {};
+    const Shot& shot = shots_[study.example.view];
     const Frame& frame =
         session_.renderer->render(shot.camera, session_.settings, inspection_outputs());
-    const std::optional<std::size_t> slot = slot_of(frame.trace, study.telling.gaussian);
+    const std::optional<std::size_t> slot = slot_of(frame.trace, study.example.gaussian);
     if (!slot) return {};
     const glm::ivec2 size(shot.camera.width, shot.camera.height);
     const glm::vec2 mean = frame.trace.footprints[*slot].mean_px;
     const glm::ivec2 pixel(clamp_to_int(mean.x + 0.5f, size.x - 1),
                            clamp_to_int(mean.y + 0.5f, size.y - 1));
     const Inspection inspection =
-        inspect(frame, size, pixel, session_.settings.background, study.telling.gaussian);
+        inspect(frame, size, pixel, session_.settings.background, study.example.gaussian);
     const std::string where =
         fmt::format("{} \u00b7 {}", scene_name(session_.scene->path), shot.origin);
     return {{draw_construction({inspection, frame.color, frame.grid, where}),
-             "Its ellipse, the boxes of the modes, and the tiles that each of them lists."}};
+             "Its ellipse, the boxes of the modes, and the tiles that each mode lists."}};
   }
 
   std::string made_with() const {
     const Environment environment = read_environment();
     return fmt::format(
         "quadsplat {} (commit {}) on {}, {}. Scene file {}, {}. Counts do not depend on the "
-        "machine; quadsplat report draws this page again, quadsplat inspect shows any pixel and "
-        "Gaussian as above.",
+        "machine. 'quadsplat report' makes this page again; 'quadsplat inspect' shows any other "
+        "pixel and Gaussian.",
         environment.version, environment.commit, environment.cpu, environment.utc,
         session_.scene->path.filename().string(), file_hash(session_.scene->path));
   }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/picture/canvas.h"
+#include "app/picture/image_difference.h"
 #include "app/picture/palette.h"
 #include "app/picture/stroke.h"
 #include "app/session/text.h"
@@ -16,7 +17,6 @@ namespace qs {
 namespace {
 
 constexpr int kMargin = 36, kGap = 16, kPanelWidth = 320;
-constexpr glm::vec3 kCropMark{0.90f, 0.16f, 0.16f};
 
 std::string false_positives(const RenderStats& stats) {
   if (!stats.used_pairs || stats.tile_pairs == 0) return "";
@@ -25,7 +25,7 @@ std::string false_positives(const RenderStats& stats) {
                      100 * wasted / static_cast<double>(stats.tile_pairs));
 }
 
-/// Every pixel becomes a square; smaller than the picture: the nearest pixel.
+/// Resizes with nearest-neighbour sampling.
 Image scaled(const Image& image, int width, int height) {
   Image result(width, height, 3);
   for (int y = 0; y < height; ++y) {
@@ -37,7 +37,7 @@ Image scaled(const Image& image, int width, int height) {
   return result;
 }
 
-/// The whole view as large as fits, with the crop's frame on it.
+/// The whole view, as large as fits into `room`, with the crop outlined.
 Image overview(const ViewComparison& comparison, glm::ivec2 room, ThreadPool& pool) {
   const Image& truth = comparison.truth;
   const float scale = std::min(static_cast<float>(room.x) / static_cast<float>(truth.width),
@@ -45,14 +45,13 @@ Image overview(const ViewComparison& comparison, glm::ivec2 room, ThreadPool& po
   const auto length = [&](int pixels) {
     return std::max(1, static_cast<int>(std::lround(static_cast<float>(pixels) * scale)));
   };
-  const PixelBox whole{0, 0, truth.width, truth.height};
-  Image image =
-      area_average(cropped(truth, whole), length(truth.width), length(truth.height), pool);
+  Image image = area_average(cropped(truth, {0, 0, truth.width, truth.height}), length(truth.width),
+                             length(truth.height), pool);
   const PixelBox& crop = comparison.crop;
   const glm::vec2 low = scale * glm::vec2(crop.x0, crop.y0),
                   high = scale * glm::vec2(crop.x1, crop.y1);
   const glm::vec2 corners[] = {low, {high.x, low.y}, high, {low.x, high.y}};
-  stroke(image, corners, true, {kCropMark, 3});
+  stroke(image, corners, true, {kRed, 3});
   return image;
 }
 
@@ -72,42 +71,46 @@ struct Sheet {
     const int label_height = head.line_height() + 5 * (text.line_height() + 4) + 14;
     page = Image(2 * kMargin + columns * kPanelWidth + (columns - 1) * kGap,
                  top + 2 * panel_height + kGap + label_height + kMargin, 3);
-    fill_rect(page, {0, 0, page.width, page.height}, paper::kWhite);
-    draw_text(page, title, {kMargin, kMargin}, where, paper::kInk);
+    fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+    draw_text(page, title, {kMargin, kMargin}, where, on_white::kInk);
     draw_text(
         page, text, {kMargin, kMargin + title.line_height() + 4},
         fmt::format("{} \u00d7 {} pixels from {}, {} \u00b7 below each: its difference from {}, "
                     "amplified {} times",
                     width, height, c.crop.x0, c.crop.y0, c.truth_name, amplify),
-        paper::kFaint);
+        on_white::kFaint);
   }
 
+  Rect crop_rect() const {
+    const PixelBox& crop = comparison.crop;
+    return {crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0};
+  }
   int left(int column) const { return kMargin + column * (kPanelWidth + kGap); }
 
   void label(int column, const std::string& name, std::span<const std::string> lines) {
     const int center = left(column) + kPanelWidth / 2;
     int y = top + 2 * panel_height + kGap + 12;
-    draw_text(page, head, {center, y}, name, paper::kInk, Align::center);
+    draw_text(page, head, {center, y}, name, on_white::kInk, Align::center);
     y += head.line_height() + 4;
     for (const std::string& line : lines) {
-      draw_text(page, text, {center, y}, line, paper::kFaint, Align::center);
+      draw_text(page, text, {center, y}, line, on_white::kFaint, Align::center);
       y += text.line_height() + 4;
     }
   }
 
   void truth_column(ThreadPool& pool) {
-    const Image crop = cropped(comparison.truth, comparison.crop);
+    const Image crop = cropped(comparison.truth, crop_rect());
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(0), top});
     const Image view = overview(comparison, {kPanelWidth, panel_height}, pool);
     paste(page, view,
           {left(0) + (kPanelWidth - view.width) / 2,
            top + panel_height + kGap + (panel_height - view.height) / 2});
-    const std::string lines[] = {"what the others are judged by"};
+    const std::string lines[] = {"the image that the others are compared with"};
     label(0, comparison.truth_name, lines);
   }
 
   void variant_column(int column, const ViewVariant& variant) {
-    const Image crop = cropped(variant.color, comparison.crop);
+    const Image crop = cropped(variant.color, crop_rect());
     const Image difference =
         amplified_difference(variant.color, comparison.truth, comparison.crop, amplification);
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(column), top});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A comparison of one view as papers print it: a column per variant with the crop, its difference
-// from the truth, amplified, and its numbers below.
+// Draws a ViewComparison as papers print it: a column per variant with the crop, its amplified
+// difference from the truth, and its numbers. Also formats it as a table.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace qs {
 
-/// `where`: scene and view, for the headline. `pool` scales the images.
+/// `where`: scene and view for the headline. `pool` scales the images.
 Image draw_comparison(const ViewComparison& comparison, int amplification, const std::string& where,
                       ThreadPool& pool);
 
-/// A line per variant: PSNR, largest difference, pairs, false positives.
+/// A table with a line per variant: PSNR, largest difference, pairs, false positives.
 std::string format_comparison(const ViewComparison& comparison);
 
 }  // namespace qs

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "app/inspect/frame_canvas.h"
 #include "app/inspect/inspection_text.h"
-#include "app/inspect/magnifier.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
 #include "app/session/text.h"
@@ -15,69 +15,62 @@
 namespace qs {
 namespace {
 
-using paper::kFaint;
-using paper::kInk;
-using paper::mode_color;
+using on_white::kFaint;
+using on_white::kInk;
 
-constexpr int kWidth = 1800, kMargin = 40, kGap = 28;
+constexpr int kWidth = 1800, kMostHeight = 1500, kMargin = 40, kGap = 28, kSmallGap = 18;
 constexpr glm::ivec2 kMain{860, 640}, kWalk{440, 420};
 constexpr int kFacts = kWidth - 2 * kMargin - kMain.x - kWalk.x - 2 * kGap;
-constexpr int kMultipleHeight = 250;
-constexpr glm::vec3 kEllipse{0.80f, 0.15f, 0.15f}, kPick{0.0f, 0.62f, 0.45f};
+constexpr int kModePanel = (kWidth - 2 * kMargin - (kCullerCount - 1) * kSmallGap) / kCullerCount;
+constexpr int kModePanelHeight = 250;
 
 constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
                    kDual = find_culler("dualbox"), kQuad = find_culler("quadbox");
+const Pen kSquarePen{kInk, 2.5f, 1, 9}, kAdrPen{mode_color(kAdr), 3},
+    kDualPen{mode_color(kDual), 3}, kQuadPen{mode_color(kQuad), 2.5f}, kEllipsePen{kRed, 2.5f},
+    kPixelPen{kGreen, 3};
+constexpr float kDualFill = 0.3f, kQuadFill = 0.16f, kEllipseFill = 0.22f;
 
 struct Fonts {
   Font title{38}, head{26}, text{22}, small{19};
 };
 
-/// One entry of the legend: a sample of the line, and its words. Returns the next line's top.
-int legend_line(Image& page, const Font& font, glm::ivec2 at, const Pen& pen, float fill,
-                const std::string& words) {
-  const float top = static_cast<float>(at.y) + 5, left = static_cast<float>(at.x);
-  const glm::vec2 box[] = {{left, top}, {left + 34, top}, {left + 34, top + 14}, {left, top + 14}};
-  if (fill > 0) fill_polygon(page, box, pen.color, fill);
-  stroke(page, box, true, pen);
-  draw_text(page, font, {at.x + 46, at.y}, words, kInk);
-  return at.y + font.line_height() + 5;
+/// Draws a line of text. Returns the top of the next line, `gap` pixels below.
+int write(Image& page, const Font& font, glm::ivec2 at, const std::string& text, glm::vec3 color,
+          int gap, Align align = Align::left) {
+  draw_text(page, font, at, text, color, align);
+  return at.y + font.line_height() + gap;
 }
-
-Pen square_pen() { return {kInk, 2.5f, 1, 9}; }
-Pen adr_pen() { return {mode_color(kAdr), 3}; }
-Pen dual_pen() { return {mode_color(kDual), 3}; }
-Pen quad_pen() { return {mode_color(kQuad), 2.5f}; }
-Pen ellipse_pen() { return {kEllipse, 2.5f}; }
 
 Image main_panel(const ConstructionInput& input, const Box& window) {
   const GaussianReport& g = *input.inspection.gaussian;
-  Magnifier panel(window, kMain);
+  FrameCanvas panel(window, kMain);
   panel.draw_frame(input.color, 0.3f);
   panel.draw_grid(input.grid, {input.color.width, input.color.height});
-  for (const Box& box : g.quad_boxes) panel.fill_box(box, mode_color(kQuad), 0.16f);
-  for (const Box& box : g.dual_boxes) panel.fill_box(box, mode_color(kDual), 0.3f);
-  panel.outline_box(g.square, square_pen());
+  for (const Box& box : g.quad_boxes) panel.fill_box(box, kQuadPen.color, kQuadFill);
+  for (const Box& box : g.dual_boxes) panel.fill_box(box, kDualPen.color, kDualFill);
+  panel.outline_box(g.square, kSquarePen);
   if (g.visible) {
-    panel.outline_box(g.adr, adr_pen());
-    panel.draw_ellipse(g.footprint, ellipse_pen(), 0.22f);
+    panel.outline_box(g.adr, kAdrPen);
+    panel.draw_ellipse(g.footprint, kEllipsePen, kEllipseFill);
   }
-  for (const Box& box : g.quad_boxes) panel.outline_box(box, quad_pen());
-  for (const Box& box : g.dual_boxes) panel.outline_box(box, dual_pen());
+  for (const Box& box : g.quad_boxes) panel.outline_box(box, kQuadPen);
+  for (const Box& box : g.dual_boxes) panel.outline_box(box, kDualPen);
+  panel.draw_dot(g.footprint.mean_px, 5, kEllipsePen.color);
   const glm::vec2 pixel(input.inspection.pixel.pixel);
-  panel.draw_dot(g.footprint.mean_px, 5, kEllipse);
   const float half = std::max(0.5f, 5 / panel.scale());
-  panel.outline_box({pixel - half, pixel + half}, {kPick, 3});
+  panel.outline_box({pixel - half, pixel + half}, kPixelPen);
   return panel.picture();
 }
 
-/// The lines that QPass walks, numbered in its order, with the interval that it finds in each.
+/// The lines of tiles that QPass walks, numbered in order, with the interval that it finds in each.
 Image walk_panel(const ConstructionInput& input, const Box& window, const Font& font) {
   const GaussianReport& g = *input.inspection.gaussian;
   const ModeTiles& quad = g.modes[static_cast<std::size_t>(kQuad) - 1];
-  Magnifier panel(window, kWalk);
+  FrameCanvas panel(window, kWalk);
   panel.draw_grid(input.grid, {input.color.width, input.color.height});
-  for (const Box& box : g.quad_boxes) panel.outline_box(box, {mode_color(kQuad), 1.5f, 0.7f});
-  if (g.visible) panel.draw_ellipse(g.footprint, {kEllipse, 1.5f, 0.8f}, 0);
+  for (const Box& box : g.quad_boxes) panel.outline_box(box, {kQuadPen.color, 1.5f, 0.7f});
+  if (g.visible) panel.draw_ellipse(g.footprint, {kEllipsePen.color, 1.5f, 0.8f}, 0);
   const auto side = static_cast<float>(input.grid.tile_px);
   const float tick = 0.28f * side;
   int number = 0;
@@ -90,7 +83,7 @@ Image walk_panel(const ConstructionInput& input, const Box& window, const Font& 
     const auto at = [&](float along, float across) {
       return quad.walks_rows ? glm::vec2(along, across) : glm::vec2(across, along);
     };
-    const Pen pen{mode_color(kQuad), 3};
+    const Pen pen{kQuadPen.color, 3};
     panel.draw_line(at(begin, v), at(end, v), pen);
     panel.draw_line(at(begin, v - tick), at(begin, v + tick), pen);
     panel.draw_line(at(end, v - tick), at(end, v + tick), pen);
@@ -103,11 +96,12 @@ Image walk_panel(const ConstructionInput& input, const Box& window, const Font& 
   return panel.picture();
 }
 
-Image mode_panel(const ConstructionInput& input, const Box& window, std::size_t index, int width) {
+/// The tiles that a mode lists, filled by their use. `index` = CullMode - 1.
+Image mode_panel(const ConstructionInput& input, const Box& window, std::size_t index) {
   const GaussianReport& g = *input.inspection.gaussian;
   const ModeTiles& mode = g.modes[index];
   const glm::vec3 color = mode_color(mode.mode);
-  Magnifier panel(window, {width, kMultipleHeight});
+  FrameCanvas panel(window, {kModePanel, kModePanelHeight});
   for (std::size_t i = 0; i < mode.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.8f, 0.38f, 0.12f};  // index = PairUse
     panel.fill_tile(input.grid, mode.tiles[i], color,
@@ -116,7 +110,8 @@ Image mode_panel(const ConstructionInput& input, const Box& window, std::size_t 
   panel.draw_grid(input.grid, {input.color.width, input.color.height});
   for (const int tile : mode.tiles) panel.outline_tile(input.grid, tile, {color, 1.2f});
   if (g.visible) {
-    panel.draw_ellipse(g.footprint, {paper::kWhite, 4.5f, 0.85f}, 0);  // it shows on dark tiles too
+    panel.draw_ellipse(g.footprint, {on_white::kWhite, 4.5f, 0.85f},
+                       0);  // for contrast on dark tiles
     panel.draw_ellipse(g.footprint, {kInk, 1.8f}, 0);
   }
   return panel.picture();
@@ -128,63 +123,69 @@ std::vector<InspectedFact> pixel_facts(const Inspection& inspection) {
       {"listed in its tile", grouped(pixel.listed)},
       {"evaluated", grouped(pixel.evaluated)},
       {"blended", grouped(pixel.contributions.size())},
-      {"background shows", fmt::format("{:.2f} %", 100 * pixel.transmittance)}};
+      {"background weight", fmt::format("{:.2f} %", 100 * pixel.transmittance)}};
   for (const Contribution& c : pixel.contributions) {
     if (c.gaussian != inspection.gaussian->gaussian) continue;
-    facts.push_back({"this one's alpha", fmt::format("{:.4f}", c.alpha)});
+    facts.push_back({"alpha of this one", fmt::format("{:.4f}", c.alpha)});
     facts.push_back({"transmittance before", fmt::format("{:.4f}", c.transmittance)});
     facts.push_back({"weight", fmt::format("{:.4f}", c.weight)});
   }
   return facts;
 }
 
-/// Returns where the next line would be.
+/// Returns the top of the next line.
 int draw_facts(Image& page, const Fonts& fonts, glm::ivec2 at, const std::string& title,
                const std::vector<InspectedFact>& facts) {
-  draw_text(page, fonts.head, at, title, kInk);
-  int y = at.y + fonts.head.line_height() + 8;
+  int y = write(page, fonts.head, at, title, kInk, 8);
   for (const InspectedFact& fact : facts) {
     draw_text(page, fonts.small, {at.x, y}, fact.label, kFaint);
-    draw_text(page, fonts.small, {at.x + kFacts, y}, fact.value, kInk, Align::right);
-    y += fonts.small.line_height() + 6;
+    y = write(page, fonts.small, {at.x + kFacts, y}, fact.value, kInk, 6, Align::right);
   }
   return y;
 }
 
-void draw_multiples(Image& page, const Fonts& fonts, int top, const ConstructionInput& input,
-                    const Box& window) {
-  const GaussianReport& g = *input.inspection.gaussian;
-  const int count = static_cast<int>(g.modes.size());
-  const int gap = 18, width = (kWidth - 2 * kMargin - (count - 1) * gap) / count;
-  for (int i = 0; i < count; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const int left = kMargin + i * (width + gap);
-    const Image panel = mode_panel(input, window, index, width);
-    paste(page, panel, {left + (width - panel.width) / 2, top});
-    const PairUses uses = uses_of(input.inspection, index);
-    int y = top + panel.height + 10;
-    draw_text(page, fonts.head, {left + width / 2, y},
-              fmt::format("{}: {} tiles", mode_name(g.modes[index].mode), uses.pairs()), kInk,
-              Align::center);
-    y += fonts.head.line_height() + 4;
-    draw_text(page, fonts.small, {left + width / 2, y},
-              fmt::format("{} used, {} hidden, {} empty", uses.used, uses.hidden, uses.empty),
-              kFaint, Align::center);
+/// Returns the bottom of the panels' texts.
+int draw_mode_panels(Image& page, const Fonts& fonts, int top, const ConstructionInput& input,
+                     const Box& window) {
+  int bottom = top;
+  for (std::size_t i = 0; i < input.inspection.gaussian->modes.size(); ++i) {
+    const Image panel = mode_panel(input, window, i);
+    const int center = kMargin + static_cast<int>(i) * (kModePanel + kSmallGap) + kModePanel / 2;
+    paste(page, panel, {center - panel.width / 2, top});
+    const PairUses uses = uses_of(input.inspection, i);
+    bottom =
+        write(page, fonts.head, {center, top + panel.height + 10},
+              fmt::format("{}: {} tiles", mode_name(static_cast<CullMode>(i) + 1), uses.pairs()),
+              kInk, 4, Align::center);
+    bottom = write(page, fonts.small, {center, bottom},
+                   fmt::format("{} used, {} hidden, {} empty", uses.used, uses.hidden, uses.empty),
+                   kFaint, 0, Align::center);
   }
+  return bottom;
 }
 
+/// Samples of the lines in the main panel with their meanings. Returns the top of the next line.
 int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianReport& g) {
-  int y = at.y;
-  const auto& square = g.modes[static_cast<std::size_t>(k3dgs) - 1];
-  y = legend_line(page, fonts.small, {at.x, y}, ellipse_pen(), 0.22f, "where alpha reaches 1/255");
-  y = legend_line(page, fonts.small, {at.x, y}, square_pen(), 0,
-                  fmt::format("{}: square of three sigma", mode_name(square.mode)));
-  y = legend_line(page, fonts.small, {at.x, y}, adr_pen(), 0, "adr: the ellipse's box");
-  y = legend_line(page, fonts.small, {at.x, y}, dual_pen(), 0.3f,
-                  "dualbox: its two major quadrants");
-  y = legend_line(page, fonts.small, {at.x, y}, quad_pen(), 0.16f,
-                  fmt::format("quadbox: those and two of {:.2f} times the size", g.f));
-  return legend_line(page, fonts.small, {at.x, y}, {kPick, 3}, 0, "the pixel");
+  struct Entry {
+    const Pen& pen;
+    float fill;
+    std::string words;
+  };
+  const Entry entries[] = {
+      {kEllipsePen, kEllipseFill, "where alpha reaches 1/255"},
+      {kSquarePen, 0, fmt::format("{}: square of three sigma", mode_name(k3dgs))},
+      {kAdrPen, 0, "adr: bounding box of the ellipse"},
+      {kDualPen, kDualFill, "dualbox: its two major quadrants"},
+      {kQuadPen, kQuadFill, fmt::format("quadbox: also the others, {:.2f} times as large", g.f)},
+      {kPixelPen, 0, "the pixel"}};
+  for (const Entry& entry : entries) {
+    const glm::vec2 low = glm::vec2(at) + glm::vec2(0, 5), high = low + glm::vec2(34, 14);
+    const glm::vec2 box[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+    if (entry.fill > 0) fill_polygon(page, box, entry.pen.color, entry.fill);
+    stroke(page, box, true, entry.pen);
+    at.y = write(page, fonts.small, {at.x + 46, at.y}, entry.words, kInk, 5);
+  }
+  return at.y;
 }
 
 }  // namespace
@@ -194,51 +195,44 @@ Image draw_construction(const ConstructionInput& input) {
   const GaussianReport& g = *input.inspection.gaussian;
   const Fonts fonts;
   const Box window = window_of(g, input.grid);
-  const Image main = main_panel(input, window), walk = walk_panel(input, window, fonts.small);
-
-  const int top = kMargin + fonts.title.line_height() + fonts.text.line_height() + 26;
-  const int legend_height = 6 * (fonts.small.line_height() + 5);
-  const int walk_height = fonts.head.line_height() + 8 + walk.height + 18 + legend_height;
-  const std::vector<InspectedFact> shape = gaussian_facts(g), seen = pixel_facts(input.inspection);
-  const int facts_height =
-      static_cast<int>(shape.size() + seen.size()) * (fonts.small.line_height() + 6) +
-      2 * (fonts.head.line_height() + 8) + 14;
-  const int multiples_top = top + std::max({main.height, walk_height, facts_height}) + kGap + 44;
-  const Image one = mode_panel(input, window, 0, (kWidth - 2 * kMargin - 5 * 18) / 6);
-  const int height = multiples_top + one.height + 10 + fonts.head.line_height() + 4 +
-                     fonts.small.line_height() + kMargin;
-
-  Image page(kWidth, height, 3);
-  fill_rect(page, {0, 0, page.width, page.height}, paper::kWhite);
-  draw_text(page, fonts.title, {kMargin, kMargin}, fmt::format("Gaussian {}", grouped(g.gaussian)),
-            kInk);
-  draw_text(
-      page, fonts.text, {kMargin, kMargin + fonts.title.line_height() + 4},
+  Image page(kWidth, kMostHeight, 3);
+  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  const int below_title = write(page, fonts.title, {kMargin, kMargin},
+                                fmt::format("Gaussian {}", grouped(g.gaussian)), kInk, 4);
+  const int top = write(
+      page, fonts.text, {kMargin, below_title},
       fmt::format("{} \u00b7 tiles of {} \u00d7 {} pixels, drawn to scale, {:.1f} times as large",
                   input.where, input.grid.tile_px, input.grid.tile_px,
-                  Magnifier(window, kMain).scale()),
-      kFaint);
+                  FrameCanvas(window, kMain).scale()),
+      kFaint, 22);
+  const Image main = main_panel(input, window);
   paste(page, main, {kMargin, top});
 
-  const int walk_left = kWidth - kMargin - kFacts - kGap - kWalk.x;
+  const int facts_left = kWidth - kMargin - kFacts, walk_left = facts_left - kGap - kWalk.x;
   const ModeTiles& quad = g.modes[static_cast<std::size_t>(kQuad) - 1];
-  draw_text(page, fonts.head, {walk_left, top},
+  const int walk_top =
+      write(page, fonts.head, {walk_left, top},
             fmt::format("QPass walks {} {}{}", quad.runs.size(), quad.walks_rows ? "row" : "column",
                         quad.runs.size() == 1 ? "" : "s"),
-            kInk);
-  paste(page, walk, {walk_left, top + fonts.head.line_height() + 8});
-  draw_legend(page, fonts, {walk_left, top + fonts.head.line_height() + 8 + walk.height + 18}, g);
-  const int facts_left = walk_left + kWalk.x + kGap;
-  const int next = draw_facts(page, fonts, {facts_left, top}, "The Gaussian", shape) + 14;
+            kInk, 8);
+  const Image walk = walk_panel(input, window, fonts.small);
+  paste(page, walk, {walk_left, walk_top});
+  const int legend_bottom = draw_legend(page, fonts, {walk_left, walk_top + walk.height + 18}, g);
+  const int pixel_top =
+      draw_facts(page, fonts, {facts_left, top}, "The Gaussian", gaussian_facts(g)) + 14;
   const glm::ivec2 pixel = input.inspection.pixel.pixel;
-  draw_facts(page, fonts, {facts_left, next}, fmt::format("Pixel {}, {}", pixel.x, pixel.y), seen);
+  const int facts_bottom =
+      draw_facts(page, fonts, {facts_left, pixel_top},
+                 fmt::format("Pixel {}, {}", pixel.x, pixel.y), pixel_facts(input.inspection));
 
-  draw_text(page, fonts.text, {kMargin, multiples_top - 38},
-            "The tiles that each mode lists. Strong: a pixel uses the pair. Medium: hidden behind "
-            "pixels that have stopped. Pale: no pixel is reached.",
-            kFaint);
-  draw_multiples(page, fonts, multiples_top, input, window);
-  return page;
+  const int modes_top = std::max({top + main.height, legend_bottom, facts_bottom}) + kGap + 44;
+  draw_text(
+      page, fonts.text, {kMargin, modes_top - 38},
+      "The tiles that each mode lists. Strong: a pixel uses the pair. Medium: it reaches only "
+      "pixels that have stopped. Pale: it reaches no pixel.",
+      kFaint);
+  const int bottom = draw_mode_panels(page, fonts, modes_top, input, window);
+  return cropped(page, {0, 0, kWidth, bottom + kMargin});
 }
 
 }  // namespace qs

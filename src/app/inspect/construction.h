@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The construction of every mode around one Gaussian, drawn to scale on the frame that it is part
-// of: ellipse, square and boxes on the grid of tiles, QPass line by line, and the tiles of each
-// mode side by side with what became of them.
+// A drawing of how every mode bounds one Gaussian, to scale on its frame: the ellipse, the boxes of
+// the modes on the tile grid, the lines that QPass walks, and for each mode its tiles with their
+// PairUse.
 #pragma once
 
 #include <string>
@@ -13,10 +13,10 @@
 namespace qs {
 
 struct ConstructionInput {
-  const Inspection& inspection;  ///< with a picked Gaussian
+  const Inspection& inspection;  ///< has a picked Gaussian
   const Image& color;            ///< the frame
   TileGrid grid;
-  std::string where;  ///< scene and view, for the headline
+  std::string where;  ///< scene and view for the headline
 };
 
 /// A picture 1800 pixels wide.

@@ -8,12 +8,12 @@
 namespace qs {
 namespace {
 
-/// Variances along the covariance's own axes, the larger one first.
+/// Eigenvalues of the covariance, the larger one first.
 glm::dvec2 eigenvalues(const Covariance2<float>& c) {
   const double xx = static_cast<double>(c.xx), xy = static_cast<double>(c.xy),
                yy = static_cast<double>(c.yy);
   const double mid = 0.5 * (xx + yy), root = std::hypot(0.5 * (xx - yy), xy);
-  // The smaller one by way of the determinant: the difference loses its digits on needles.
+  // det / larger avoids the cancellation of mid - root for thin ellipses.
   return {mid + root, (xx * yy - xy * xy) / (mid + root)};
 }
 

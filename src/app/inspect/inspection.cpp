@@ -39,9 +39,9 @@ Inspection inspect(const Frame& frame, glm::ivec2 size, glm::ivec2 pixel, glm::v
   const std::optional<std::size_t> slot = slot_of(frame.trace, *picked);
   if (!slot) {
     fail(ErrorKind::usage,
-         "inspect: Gaussian {} is not visible in this view and mode; the scene has {}, of which {} "
-         "are",
-         *picked, frame.stats.gaussians, frame.stats.visible);
+         "inspect: Gaussian {} is not visible in this view and mode, in which {} of the scene's "
+         "{} Gaussians are",
+         *picked, frame.stats.visible, frame.stats.gaussians);
   }
   result.gaussian = inspect_gaussian(frame.trace, *slot, frame.grid);
   std::map<int, PairUse> known;  // modes share most of their tiles

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kLines = 40;  // of a table for people
+constexpr std::size_t kLines = 40;  // at most, of a table
 
 ordered_json json_of(glm::vec2 v) { return {v.x, v.y}; }
 ordered_json json_of(glm::vec3 v) { return {v.x, v.y, v.z}; }
@@ -86,7 +86,7 @@ std::string pixel_table(const PixelReport& pixel) {
   if (pixel.contributions.size() > kLines)
     text += fmt::format("      ... {} more, see --json\n", pixel.contributions.size() - kLines);
   if (pixel.stopped_by) text += line_of(*pixel.stopped_by, "  <- stops the pixel");
-  return text + fmt::format("color {:.4f} {:.4f} {:.4f}, {:.5f} of the background shows\n",
+  return text + fmt::format("color {:.4f} {:.4f} {:.4f}, {:.5f} of the background is visible\n",
                             pixel.color.x, pixel.color.y, pixel.color.z, pixel.transmittance);
 }
 
@@ -143,7 +143,8 @@ std::string format_inspection(const Inspection& inspection) {
                         uses.used, uses.hidden, uses.empty);
   }
   text +=
-      "used: a pixel blends it; hidden: only where pixels have stopped; empty: it reaches none\n";
+      "used: a pixel blends it; hidden: it reaches only stopped pixels; empty: it reaches no "
+      "pixel\n";
   for (const ModeTiles& mode : g.modes) {
     if (mode.mode != find_culler("quadbox") || mode.runs.empty()) continue;
     text += '\n';

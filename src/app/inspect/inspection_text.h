@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// An inspection for people and for programs.
+// Formats an inspection as text and as JSON.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ struct InspectedFact {
   std::string label, value;
 };
 
-/// The picked Gaussian's numbers with their units, in an order for reading.
+/// The picked Gaussian's numbers with their units.
 std::vector<InspectedFact> gaussian_facts(const GaussianReport& gaussian);
 
-/// "quadbox: 12 tiles, 9 used, 2 hidden, 1 empty" without the name.
+/// "12 tiles, 9 used, 2 hidden, 1 empty"
 std::string mode_sentence(const PairUses& uses);
 
-/// Tables of the pixel's Gaussians and of the picked one. UTF-8, ends with a line's end.
+/// Tables of the pixel's Gaussians and of the picked Gaussian. UTF-8, ends with a newline.
 std::string format_inspection(const Inspection& inspection);
 
-/// Everything, in full precision; pixel coordinates, radians.
+/// Everything in full precision; lengths in pixels, angles in radians.
 nlohmann::ordered_json inspection_json(const Inspection& inspection);
 
 }  // namespace qs

@@ -15,7 +15,7 @@ PixelBox pixels_of(const TileGrid& grid, glm::ivec2 size, int tile) {
   return {x, y, std::min(x + grid.tile_px, size.x), std::min(y + grid.tile_px, size.y)};
 }
 
-/// The part of the tile in which the Gaussian can reach 1/255, a pixel to spare.
+/// Conservative bound of the pixels of the tile in which the Gaussian reaches 1/255.
 PixelBox reached(const PixelBox& tile, const Footprint& footprint) {
   if (!(footprint.gamma > 0)) return {};
   const glm::vec2 half = extents(footprint).max + 1.0f, mean = footprint.mean_px;
@@ -27,7 +27,7 @@ PixelBox reached(const PixelBox& tile, const Footprint& footprint) {
           clamped(mean.y + half.y + 1, tile.y0, tile.y1)};
 }
 
-/// Calls visit(x, y) for the box's pixels, row by row.
+/// Calls visit(x, y) for the pixels of the box, row by row.
 template <class Visit>
 void for_each_pixel(const PixelBox& box, Visit&& visit) {
   for (int y = box.y0; y < box.y1; ++y) {

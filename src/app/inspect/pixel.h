@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A pixel under the magnifier: the Gaussians that it shows, front to back, from the trace of a
-// frame. Works on every backend's trace, and on that of mode reference, whose one list holds for
-// all of its region.
+// The Gaussians that a pixel blends, front to back, computed from the trace of a frame. Works with
+// the traces of all backends and of mode reference, which has one list for its whole region.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +15,13 @@
 
 namespace qs {
 
-/// What a Gaussian adds to a pixel.
+/// The contribution of a Gaussian to a pixel.
 struct Contribution {
   std::uint32_t gaussian = 0;  ///< index in the cloud
   float depth = 0;             ///< view z
   float alpha = 0;             ///< 1/255 .. 0.99
   float transmittance = 1;     ///< in front of it
-  float weight = 0;            ///< alpha times transmittance; 0 of the one that stops the pixel
+  float weight = 0;            ///< alpha times transmittance; 0 if the pixel stops here
   glm::vec3 color{0.0f};
 };
 
@@ -30,23 +29,23 @@ struct PixelReport {
   glm::ivec2 pixel{0};
   int tile = 0;
   std::uint32_t listed = 0;                 ///< Gaussians in the tile's list
-  std::uint32_t evaluated = 0;              ///< of them, up to and including the one that stops
+  std::uint32_t evaluated = 0;              ///< how many are evaluated until the pixel stops
   std::vector<Contribution> contributions;  ///< front to back
   std::optional<Contribution> stopped_by;
-  float transmittance = 1;  ///< what the background shows through
+  float transmittance = 1;  ///< of all contributions: weight of the background
   glm::vec3 color{0.0f};
 };
 
-/// `pixel` lies inside the frame's image.
+/// `pixel` must be inside the frame's image.
 PixelReport inspect_pixel(const Frame& frame, glm::ivec2 pixel, glm::vec3 background);
 
-/// Where in the trace's parallel lists a Gaussian is; unset when the frame does not show it.
+/// Index of a Gaussian in the trace's parallel lists; unset if it is not visible.
 std::optional<std::size_t> slot_of(const Trace& trace, std::uint32_t gaussian);
 
-/// The trace's slot of every Gaussian of a cloud of `size`; those not visible have 0xffffffff.
+/// slot_of() every Gaussian of a cloud of `size`; 0xffffffff if it is not visible.
 std::vector<std::uint32_t> slots_of(const Trace& trace, std::size_t size);
 
-/// The tile's list: indices in the cloud, front to back. A trace of mode reference has one.
+/// The tile's list: indices in the cloud, front to back. Mode reference has one for all tiles.
 std::span<const std::uint32_t> list_of(const Trace& trace, int tile);
 
 }  // namespace qs

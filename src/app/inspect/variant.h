@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// One way to draw a view, as comparisons set it against another.
+// One way to render a view: a culling mode on a pipeline of a backend. Comparisons name and choose
+// variants.
 #pragma once
 
 #include <optional>
@@ -12,24 +13,24 @@
 namespace qs {
 
 struct Variant {
-  CullMode mode = kDefaultMode;  ///< kReferenceMode: on the CPU, whatever the others say
+  CullMode mode = kDefaultMode;  ///< kReferenceMode runs on the CPU; the other members are ignored
   Pipeline pipeline = kDefaultPipeline;
   Backend backend = Backend::cpu;
 
   bool operator==(const Variant&) const = default;
 };
 
-/// "cuda fast", "cpu", which has one pipeline.
+/// "cuda fast", "cuda classic" or "cpu".
 std::string drawn_by(const Variant& variant);
 
-/// "quadbox, cuda fast", "quadbox, cpu", "reference": what there is one of is not named.
+/// "quadbox, cuda fast", "quadbox, cpu" or "reference".
 std::string full_name(const Variant& variant);
 
-/// The same with no more than what tells it from `other`: "quadbox", or "quadbox, cuda classic".
+/// The shortest name that distinguishes it from `other`: "quadbox" or "quadbox, cuda classic".
 std::string name_beside(const Variant& variant, const Variant& other);
 
-/// The variant of a full_name(), or of a mode's name, drawn as `like`; unset when there is none
-/// here.
+/// The variant with this full_name(); or with this mode, and backend and pipeline of `like`. Unset
+/// if the name is unknown or the backend is not available.
 std::optional<Variant> find_variant(std::string_view name, const Variant& like);
 
 }  // namespace qs

@@ -2,14 +2,13 @@
 #include "app/inspect/view_comparison.h"
 
 #include <algorithm>
-#include <cstdlib>
 
-#include "app/inspect/compare.h"
+#include "app/picture/image_difference.h"
 
 namespace qs {
 namespace {
 
-/// Sums over rectangles: entry (x, y) is the sum of everything above and left of that corner.
+/// Summed-area table: entry (x, y) is the sum of all values above and left of that corner.
 class SumTable {
  public:
   template <class Value>
@@ -39,10 +38,6 @@ class SumTable {
   std::vector<double> sums_;
 };
 
-int difference(const Image& a, const Image& b, int x, int y, int c) {
-  return std::abs(to_8bit(a.at(x, y, c)) - to_8bit(b.at(x, y, c)));
-}
-
 }  // namespace
 
 ViewVariant draw_variant(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
@@ -50,21 +45,21 @@ ViewVariant draw_variant(Renderer& renderer, const Camera& camera, const RenderS
   Outputs outputs;
   outputs.used = settings.mode != kReferenceMode;
   const Frame& frame = renderer.render(camera, settings, outputs, HostImage{}, std::move(stop));
-  const Comparison comparison = compare(frame.color, truth);
-  return {std::move(name), frame.color, frame.stats, comparison.psnr, comparison.largest, {}};
+  const ImageDifference difference = image_difference(frame.color, truth);
+  return {std::move(name), frame.color, frame.stats, difference.psnr, difference.largest, {}};
 }
 
 PixelBox most_different_crop(const Image& truth, const std::vector<ViewVariant>& variants,
                              glm::ivec2 size) {
   const int width = std::min(size.x, truth.width), height = std::min(size.y, truth.height);
-  constexpr int kStep = 4;  // pixels between two tries
+  constexpr int kStep = 4;  // pixels between candidate positions
   PixelBox best{(truth.width - width) / 2, (truth.height - height) / 2, 0, 0};
   double most = 0;
   for (const ViewVariant& variant : variants) {
     const SumTable squares(truth.width, truth.height, [&](int x, int y) {
       double sum = 0;
       for (int c = 0; c < 3; ++c) {
-        const double d = difference(variant.color, truth, x, y, c);
+        const double d = difference_8bit(variant.color, truth, x, y, c);
         sum += d * d;
       }
       return sum;
@@ -83,32 +78,6 @@ PixelBox most_different_crop(const Image& truth, const std::vector<ViewVariant>&
 
 glm::ivec2 default_crop_size(int width, int height) {
   return {std::max(width / 5, 16), std::max(height / 5, 16)};
-}
-
-Image amplified_difference(const Image& a, const Image& truth, const PixelBox& box,
-                           int amplification) {
-  Image result(box.x1 - box.x0, box.y1 - box.y0, 3);
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const int d = difference(a, truth, x, y, c);
-        result.at(x - box.x0, y - box.y0, c) =
-            std::min(1.0f, static_cast<float>(d * amplification) / 255);
-      }
-    }
-  }
-  return result;
-}
-
-Image cropped(const Image& image, const PixelBox& box) {
-  Image result(box.x1 - box.x0, box.y1 - box.y0, 3);
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      for (int c = 0; c < 3; ++c)
-        result.at(x - box.x0, y - box.y0, c) = std::clamp(image.at(x, y, c), 0.0f, 1.0f);
-    }
-  }
-  return result;
 }
 
 }  // namespace qs

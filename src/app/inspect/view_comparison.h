@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// One view drawn in several ways (modes, pipelines, backends), judged by one of them or by the
-// reference, and the part of it where they differ most.
+// Compares several variants (mode, pipeline, backend) of one view with the truth, which is the
+// reference or one of them, and finds the crop where they differ most.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@
 namespace qs {
 
 struct ViewVariant {
-  std::string name;    ///< "quadbox", "quadbox, cuda fast"
+  std::string name;    ///< "quadbox" or "quadbox, cuda fast"
   Image color;         ///< of the whole view
-  RenderStats stats;   ///< with used_pairs
+  RenderStats stats;   ///< including used_pairs
   double psnr = 0;     ///< dB against the truth
-  int largest = 0;     ///< difference of an 8-bit value from the truth
-  std::string remark;  ///< of the oracle; may be empty
+  int largest = 0;     ///< largest difference of an 8-bit value from the truth
+  std::string remark;  ///< check_sentence(); may be empty
 };
 
 struct ViewComparison {
@@ -27,23 +27,16 @@ struct ViewComparison {
   PixelBox crop;
 };
 
-/// Draws and counts; psnr and largest follow from `truth`.
+/// Renders the view and compares it with `truth`. `remark` stays empty.
 ViewVariant draw_variant(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                          std::string name, const Image& truth, std::stop_token stop = {});
 
-/// The box of this size in which the variants differ most from the truth (largest sum of squared
-/// differences of any one of them); the middle of the image where none differs. The size is cut to
-/// the image's.
+/// The box of this size, limited to the image's, in which one of the variants differs most from the
+/// truth by the sum of squared differences. The middle of the image if no variant differs.
 PixelBox most_different_crop(const Image& truth, const std::vector<ViewVariant>& variants,
                              glm::ivec2 size);
 
-/// A fifth of the image, in its shape.
+/// A fifth of the image's width and height, at least 16 pixels.
 glm::ivec2 default_crop_size(int width, int height);
-
-/// |a - truth| of the 8-bit values inside the box, times `amplification`; 1 is white.
-Image amplified_difference(const Image& a, const Image& truth, const PixelBox& box,
-                           int amplification);
-
-Image cropped(const Image& image, const PixelBox& box);
 
 }  // namespace qs

@@ -28,6 +28,17 @@ void paste(Image& image, const Image& part, glm::ivec2 at) {
   }
 }
 
+Image cropped(const Image& image, Rect part) {
+  Image result(part.width, part.height, 3);
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
+      for (int c = 0; c < 3; ++c)
+        result.at(x, y, c) = std::clamp(image.at(part.x + x, part.y + y, c), 0.0f, 1.0f);
+    }
+  }
+  return result;
+}
+
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align) {
   assert(image.channels == 3);

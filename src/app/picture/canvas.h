@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Drawing on an RGB picture: filled rectangles, pictures and text; lines are in stroke.h.
-// Everything is clipped to the picture. Coordinates are pixels from the top left; colours are as
-// stored in the picture, 0..1.
+// Draws filled rectangles, pictures and text on an RGB picture; stroke.h draws lines. Everything is
+// clipped to the picture. Coordinates are pixels from the top left; colours are 0..1.
 #pragma once
 
 #include <string_view>
@@ -23,11 +22,14 @@ enum class Align { left, center, right };
 
 void fill_rect(Image& image, Rect rect, glm::vec3 color);
 
-/// Copies a picture onto another one, its top left corner to `at`.
+/// Copies `part` onto `image`, with its top left corner at `at`.
 void paste(Image& image, const Image& part, glm::ivec2 at);
 
-/// Draws one line of text; `at` is the top of the line and its left, middle or right. Returns its
-/// width.
+/// A copy of a part, which must be inside the image; values are clamped to 0..1.
+Image cropped(const Image& image, Rect part);
+
+/// Draws one line of text. `at` is the top left, top centre or top right of the line. Returns the
+/// width of the line in pixels.
 int draw_text(Image& image, const Font& font, glm::ivec2 at, std::string_view text, glm::vec3 color,
               Align align = Align::left);
 

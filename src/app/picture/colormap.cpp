@@ -9,15 +9,15 @@
 namespace qs {
 namespace {
 
-// viridis by Nathaniel J. Smith, Stefan van der Walt and Eric Firing (CC0), every eighth of its 256
-// colours; linear interpolation stays within 2/255 of the full table.
+// Every eighth of the 256 colours of viridis, by Nathaniel J. Smith, Stefan van der Walt and Eric
+// Firing (CC0). Linear interpolation stays within 2/255 of the full table.
 constexpr std::array<std::uint32_t, 33> kViridis = {
     0x440154, 0x470d60, 0x48186a, 0x482374, 0x472d7b, 0x453781, 0x424086, 0x3e4989, 0x3b528b,
     0x375b8d, 0x33638d, 0x2f6b8e, 0x2c728e, 0x297a8e, 0x26828e, 0x23898e, 0x21918c, 0x1f978b,
     0x1f9f88, 0x21a685, 0x27ad81, 0x31b57b, 0x3dbc74, 0x4cc26c, 0x5cc863, 0x6ece58, 0x81d34d,
     0x95d840, 0xaadc32, 0xc0df25, 0xd5e21a, 0xeae51a, 0xfde725};
 
-// Blue and orange are told apart by every kind of colour vision; both sides darken alike.
+// People with any colour vision can distinguish blue and orange. Both sides darken equally.
 constexpr std::array<std::uint32_t, 7> kDiverging = {0x0b3c6e, 0x3a7fb8, 0x9cc7e4, 0xf2f2f0,
                                                      0xf4b677, 0xcc6f1d, 0x6e3507};
 
@@ -25,7 +25,7 @@ glm::vec3 unpack(std::uint32_t rgb) {
   return glm::vec3(rgb >> 16 & 0xff, rgb >> 8 & 0xff, rgb & 0xff) / 255.0f;
 }
 
-// Between the colours of a table, `t` in 0..1.
+// Interpolates the colours of a table, `t` in 0..1.
 template <std::size_t kCount>
 glm::vec3 mixed(const std::array<std::uint32_t, kCount>& table, float t) {
   const float at = std::clamp(t, 0.0f, 1.0f) * (kCount - 1);

@@ -11,8 +11,7 @@
 namespace qs {
 namespace {
 
-// The code point at the front of `text`, which it removes. Only one- and two-byte forms are drawn;
-// the rest becomes '?'.
+// Removes the first code point from `text` and returns it, or '?' if it has three or four bytes.
 ImWchar take_character(std::string_view& text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   std::size_t length = byte(0) < 0x80 ? 1 : byte(0) < 0xe0 ? 2 : byte(0) < 0xf0 ? 3 : 4;
@@ -29,7 +28,7 @@ ImWchar take_character(std::string_view& text) {
 Font::Font(int line_height)
     : line_height_(std::max(line_height, 8)), atlas_(std::make_unique<ImFontAtlas>()) {
   ImFontConfig config;
-  config.OversampleH = 1;  // glyphs sit on whole pixels and are copied texel by pixel
+  config.OversampleH = 1;  // glyphs are placed on whole pixels and copied texel by texel
   config.PixelSnapH = true;
   const auto size = static_cast<float>(line_height_);
   if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {

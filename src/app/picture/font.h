@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A font of one size for drawing on pictures, without a window: Roboto from the assets, rasterised
-// by Dear ImGui's font atlas, so that pictures and viewer look alike. Where the asset is missing,
-// ImGui's built-in pixel font steps in. Covers ASCII and Latin-1.
+// A font of one size for drawing on pictures without a window: Roboto from the assets, rasterised
+// by Dear ImGui's font atlas as in the viewer. If the asset is missing, ImGui's built-in pixel font
+// is used. Covers ASCII and Latin-1.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ namespace qs {
 
 class Font {
  public:
-  /// `line_height` in pixels, from 8.
+  /// `line_height` in pixels; at least 8 is used.
   explicit Font(int line_height);
   ~Font();
   Font(const Font&) = delete;
@@ -24,11 +24,11 @@ class Font {
 
   int line_height() const { return line_height_; }
 
-  /// Of one line of UTF-8 text, in pixels.
+  /// Width of one line of UTF-8 text in pixels.
   int width(std::string_view text) const;
 
-  /// Calls visit(x, y, coverage 0..1) for the pixels that the text's ink touches, relative to the
-  /// top left of the line.
+  /// Calls visit(x, y, coverage) for every pixel that the text covers. Coordinates are relative to
+  /// the top left of the line; coverage is in (0, 1].
   void for_each_covered_pixel(std::string_view text,
                               const std::function<void(int x, int y, float coverage)>& visit) const;
 

@@ -7,13 +7,16 @@
 
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
+#include "app/picture/palette.h"
 #include "app/session/text.h"
 
 namespace qs {
 namespace {
 
-constexpr float kDetail = 0.5f;  // how much of the frame's own contrast shows, for orientation
-constexpr glm::vec3 kStrip{0.075f, 0.08f, 0.095f}, kText{0.93f}, kFaint{0.66f};
+using on_dark::kFaint;
+using on_dark::kText;
+
+constexpr float kDetail = 0.5f;  // share of the frame's own contrast that stays visible
 
 glm::vec3 color_of(std::uint32_t value, const Scale& scale) {
   return viridis(static_cast<float>(value) / static_cast<float>(scale.maximum));
@@ -25,12 +28,15 @@ float gray(const Image& image, int x, int y) {
   return std::clamp(value, 0.0f, 1.0f);
 }
 
-// The frame shows through as its difference from the tile's mean gray, so that the mean colour of a
-// tile stays the one on the scale.
-void draw_tile(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
-               glm::ivec2 corner) {
-  const int right = std::min(corner.x + kTileSize, color.width);
-  const int bottom = std::min(corner.y + kTileSize, color.height);
+// Side of the blocks in which the frame's contrast is drawn: the cells, if they are tiles.
+int block_px(const Heatmap& heatmap) { return heatmap.cell_px > 1 ? heatmap.cell_px : kTileSize; }
+
+// The frame is drawn as its difference from the block's mean gray, so that the mean colour of a
+// block is the colour of the scale.
+void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
+                glm::ivec2 corner) {
+  const int right = std::min(corner.x + block_px(heatmap), color.width);
+  const int bottom = std::min(corner.y + block_px(heatmap), color.height);
   float mean = 0;
   for (int y = corner.y; y < bottom; ++y) {
     for (int x = corner.x; x < right; ++x) mean += gray(color, x, y);
@@ -46,10 +52,10 @@ void draw_tile(Image& result, const Image& color, const Heatmap& heatmap, const 
   }
 }
 
-// Sizes of the legend, all from the picture's width.
+// Sizes of the legend in pixels, derived from the picture's width.
 struct LegendLayout {
   int padding, text, title, bar, tick;
-  bool two_lines;  // title and facts do not fit side by side
+  bool two_lines;  // the facts are below the title: both do not fit in one line
   int height() const {
     return padding + (two_lines ? title + text : title) + padding / 2 + bar + 2 * tick + text +
            padding;
@@ -124,6 +130,16 @@ Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int h
   return map;
 }
 
+PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
+                               std::span<const std::uint32_t> b) {
+  PairDifference result{grid, std::vector<std::int32_t>(a.size()), 0};
+  for (std::size_t tile = 0; tile < a.size(); ++tile) {
+    result.values[tile] = static_cast<std::int32_t>(std::int64_t{a[tile]} - b[tile]);
+    result.total += result.values[tile];
+  }
+  return result;
+}
+
 Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode) {
   const HeatmapRow& row = heatmap_row(heatmap.quantity);
   Legend legend;
@@ -138,7 +154,7 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode)
       fmt::format("mode {} \u00b7 {} {} in all{} \u00b7 at most {} in a {}", mode,
                   grouped(heatmap.total), row.unit, share, grouped(heatmap.largest), row.cell);
   for (const std::uint32_t tick : scale.ticks()) legend.ticks.push_back(grouped(tick));
-  // Larger values have the last colour too; the plus sign says so.
+  // The plus sign shows that larger values have the last colour too.
   legend.ticks.back() += fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);
   return legend;
 }
@@ -152,10 +168,10 @@ Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scal
   layout.two_lines = used + 4 * layout.padding > color.width;
 
   Image result(color.width, color.height + layout.height(), 3);
-  fill_rect(result, {0, color.height, result.width, layout.height()}, kStrip);
-  for (int top = 0; top < color.height; top += kTileSize) {
-    for (int left = 0; left < color.width; left += kTileSize) {
-      draw_tile(result, color, heatmap, scale, {left, top});
+  fill_rect(result, {0, color.height, result.width, layout.height()}, on_dark::kPanel);
+  for (int top = 0; top < color.height; top += block_px(heatmap)) {
+    for (int left = 0; left < color.width; left += block_px(heatmap)) {
+      draw_block(result, color, heatmap, scale, {left, top});
     }
   }
   draw_legend(result, color.height, layout, legend, scale);

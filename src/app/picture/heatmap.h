@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// What a frame cost, wasted or lost, drawn over the frame, with a legend strip below it that prints
-// the scale, its unit, the mode and the total. The total of the map `pairs` is the frame's tile
-// pairs. To add a quantity of a frame: a row of kHeatmaps, and its values in make_heatmap().
+// Heat maps drawn over a frame: listed pairs, evaluated pairs, false positives or missed
+// contributions. A legend strip below shows the scale, its unit, the mode and the total.
+// To add a quantity of a frame: a row in kHeatmaps, and its values in make_heatmap().
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,12 @@ enum class HeatQuantity { pairs, evaluated, false_positive, missed };
 
 struct HeatmapRow {
   const char* name;   ///< as users type it
-  const char* title;  ///< with the cell it counts in, {0} = its side in pixels
+  const char* title;  ///< fmt string, {0} = side of a cell in pixels
   const char* unit;
-  const char* cell;
+  const char* cell;  ///< "tile" or "pixel"
 };
 
-/// What a frame tells by itself. Index = HeatQuantity. UTF-8: the multiplication sign.
+/// The quantities that one frame determines. Index = HeatQuantity.
 inline constexpr std::array kHeatmaps = {
     HeatmapRow{"pairs", "Tile pairs per {0} \u00d7 {0} tile", "pairs", "tile"},
     HeatmapRow{"evaluated", "Evaluated pairs per pixel", "pairs", "pixel"},
@@ -33,11 +34,11 @@ inline constexpr std::array kHeatmaps = {
                "tile"},
 };
 
-/// HeatQuantity::missed takes another frame to judge by, see inspect/missed.h.
+/// Comes from comparing two frames, see inspect/missed_contributions.h.
 inline constexpr HeatmapRow kMissedHeatmap{
     "missed", "Missed contributions per pixel: what the mode drops", "contributions", "pixel"};
 
-/// All of them, the missed contributions too.
+/// Number of quantities, with kMissedHeatmap.
 inline constexpr std::size_t kHeatQuantities = kHeatmaps.size() + 1;
 
 inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
@@ -48,30 +49,41 @@ inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
 struct Heatmap {
   HeatQuantity quantity = HeatQuantity::pairs;
   int columns = 0, rows = 0;  ///< cells
-  int cell_px = 1;            ///< side of a cell; the last ones may reach beyond the picture
+  int cell_px = 1;            ///< side of a cell; the last cells may extend beyond the picture
   std::vector<std::uint32_t> values;  ///< rows * columns
   std::uint64_t total = 0;
-  std::uint64_t whole = 0;  ///< what the total is a share of, 0 when of nothing
+  std::uint64_t whole = 0;  ///< if not 0, the legend prints `total` as a share of it
   std::uint32_t largest = 0;
 };
 
-/// Sets total and largest from the values.
+/// Sets `total` and `largest` from the values.
 void sum_up(Heatmap& map);
 
-/// What render() must be asked for; `quantity` is one of kHeatmaps.
+/// The outputs that make_heatmap() needs. `quantity` is one of kHeatmaps.
 Outputs outputs_for(HeatQuantity quantity);
 
-/// From a frame rendered with outputs_for(quantity) at width x height.
+/// `frame` has width x height pixels and was rendered with outputs_for(quantity).
 Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height);
 
-/// The words of a legend, apart from its drawing.
+/// The tile pairs of one frame minus those of another one of the same view.
+struct PairDifference {
+  TileGrid grid;
+  std::vector<std::int32_t> values;  ///< per tile
+  std::int64_t total = 0;
+};
+
+/// Both are Frame::pairs of frames with this grid.
+PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
+                               std::span<const std::uint32_t> b);
+
+/// The texts of a legend.
 struct Legend {
   std::string title, facts;
   std::vector<std::string> ticks;  ///< parallel to Scale::ticks()
 };
 Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode);
 
-/// The picture with the map over it and the legend strip below: same width, more rows.
+/// The picture with the map over it and the legend strip below it. The width stays.
 Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale,
                    const char* mode);
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Colours of drawings on white, and of the modes: a mode has the same colour in every plot, drawing
-// and table. The modes' colours are Okabe and Ito's, which colour-blind people can tell apart.
+// The colours of drawings, plots, pages and the viewer. Accents are Okabe and Ito's, which people
+// with any colour vision can distinguish. A culling mode has the same colour everywhere.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include <glm/vec3.hpp>
@@ -12,16 +13,36 @@
 
 namespace qs {
 
-/// "#0072B2" for "quadbox"; grey for a name that is no mode.
-std::string mode_color(const std::string& mode);
+/// The colour 0xRRGGBB as RGB, 0..1.
+constexpr glm::vec3 rgb(std::uint32_t hex) {
+  return {static_cast<float>(hex >> 16 & 0xff) / 255.0f,
+          static_cast<float>(hex >> 8 & 0xff) / 255.0f, static_cast<float>(hex & 0xff) / 255.0f};
+}
 
-namespace paper {
+/// "#0072B2": a colour for gnuplot and CSS.
+std::string hex_text(glm::vec3 color);
 
-inline constexpr glm::vec3 kWhite{1.0f}, kInk{0.10f, 0.11f, 0.13f}, kFaint{0.42f, 0.44f, 0.48f},
-    kPanel{0.965f, 0.967f, 0.972f};
+inline constexpr glm::vec3 kOrange = rgb(0xE69F00), kSkyBlue = rgb(0x56B4E9),
+                           kGreen = rgb(0x009E73), kBlue = rgb(0x0072B2),
+                           kVermillion = rgb(0xD55E00), kPurple = rgb(0xCC79A7),
+                           kRed = rgb(0xD92626), kGray = rgb(0x808080), kLightGray = rgb(0xBBBBBB);
 
-/// RGB of qs::mode_color(), 0..1.
+/// Drawings, plots and pages.
+namespace on_white {
+inline constexpr glm::vec3 kWhite{1.0f}, kInk = rgb(0x1A1C21), kFaint = rgb(0x6B707A),
+                                         kPanel = rgb(0xF6F7F8), kLine = rgb(0xD5D7DB);
+/// Index = Stage.
+inline constexpr glm::vec3 kStages[] = {kBlue, kSkyBlue, kOrange, kVermillion};
+}  // namespace on_white
+
+/// The viewer, and the legend of a heat map.
+namespace on_dark {
+inline constexpr glm::vec3 kPanel = rgb(0x16171B), kText = rgb(0xE6E8EB), kFaint = rgb(0x999EA6);
+/// Index = Stage. Blue is too dark here.
+inline constexpr glm::vec3 kStages[] = {kSkyBlue, kOrange, kGreen, kPurple};
+}  // namespace on_dark
+
+/// Gray for -1, which find_culler() returns for an unknown name.
 glm::vec3 mode_color(CullMode mode);
 
-}  // namespace paper
 }  // namespace qs

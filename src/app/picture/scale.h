@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A scale with round numbers for counts that start at 0.
+// A scale from 0 to a maximum, with round numbers.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ struct Scale {
   std::vector<std::uint32_t> ticks() const;  ///< 0, step, ..., maximum
 };
 
-/// The scale that reaches `maximum` in four to eight steps (fewer below 4).
+/// A scale up to at least `maximum` in four to eight steps (fewer below 4).
 Scale round_scale(std::uint32_t maximum);
 
-/// round_scale() of the 99.5th percentile: a few extreme values do not darken all others.
+/// round_scale() of the 99.5th percentile, so that a few extreme values do not darken all others.
 Scale scale_for(std::span<const std::uint32_t> values);
 
-/// The same for values with signs: it reaches from -maximum to maximum.
+/// The same for the absolute values; the scale is used from -maximum to maximum.
 Scale scale_for_signed(std::span<const std::int32_t> values);
 
 }  // namespace qs

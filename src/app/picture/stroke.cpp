@@ -19,7 +19,7 @@ void mix(Image& image, int x, int y, glm::vec3 color, float amount) {
   }
 }
 
-/// How much of each pixel of a part of the picture is covered.
+/// The coverage, 0..1, of the pixels of a part of the picture.
 struct Coverage {
   Span columns, rows;
   std::vector<float> values;
@@ -55,7 +55,7 @@ struct Coverage {
   }
 };
 
-/// 1 inside a dash, 0 in a gap; `along` is the way from the line's start.
+/// 1 inside a dash, 0 in a gap, at the distance `along` from the line's start.
 float dash_coverage(float along, float dash) {
   const float phase = std::fmod(along, 2 * dash);
   return std::clamp(0.5f * dash - std::abs(phase - 0.5f * dash) + 0.5f, 0.0f, 1.0f);
@@ -94,7 +94,7 @@ void stroke(Image& image, std::span<const glm::vec2> points, bool closed, const 
 
 void fill_polygon(Image& image, std::span<const glm::vec2> points, glm::vec3 color, float opacity) {
   if (points.size() < 3) return;
-  constexpr int kLines = 4;  // samples down a pixel; along a row the coverage is exact
+  constexpr int kLines = 4;  // samples per pixel down a column; along a row the coverage is exact
   Coverage coverage(image, points, 0);
   std::vector<float> crossings;
   for (int y = coverage.rows.begin; y < coverage.rows.end; ++y) {

@@ -23,31 +23,31 @@ std::vector<std::string> different(const std::vector<ModeMean>& means,
   return words;
 }
 
-// One block per mode: a line "scene values..." per scene.
+// A data block per mode: a line "scene values..." per scene.
 template <class Values>
 std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
   std::string text;
   const std::vector<std::string> modes = different(means, &ModeMean::mode);
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    text += fmt::format("$mode{} << END\n", i);
+    std::vector<std::string> lines;
     for (const ModeMean& mean : means) {
-      if (mean.mode == modes[i]) text += fmt::format("{} {}\n", quoted(mean.scene), values(mean));
+      if (mean.mode == modes[i])
+        lines.push_back(fmt::format("{} {}", quoted(mean.scene), values(mean)));
     }
-    text += "END\n";
+    text += data_block(fmt::format("mode{}", i), lines);
   }
   return text;
 }
 
-// plot $mode0 HOW linecolor ... title "3dgs", $mode1 ...; a "{}" in `how` is the mode's marker.
+// Draws the blocks of blocks_per_mode(); a "{}" in `how` is the mode's marker.
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
-  std::string text = "plot ";
-  const std::vector<std::string> modes = different(means, &ModeMean::mode);
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    text += fmt::format("{}$mode{} {} linecolor rgb {} title {}", i == 0 ? "" : ", \\\n  ", i,
-                        fmt::format(fmt::runtime(how), mode_marker(modes[i])),
-                        quoted(mode_color(modes[i])), quoted(modes[i]));
+  std::vector<std::string> curves;
+  for (const std::string& mode : different(means, &ModeMean::mode)) {
+    curves.push_back(fmt::format("$mode{} {} {}", curves.size(),
+                                 fmt::format(fmt::runtime(how), mode_marker(mode)),
+                                 mode_options(mode)));
   }
-  return text;
+  return plot_command(curves);
 }
 
 std::string caption(const BenchReport& report, const std::vector<ModeMean>& means) {
@@ -65,7 +65,7 @@ std::string caption(const BenchReport& report, const std::vector<ModeMean>& mean
          pipeline_note(report.rows);
 }
 
-// Labels at the measured sizes.
+// The labels are the measured sizes.
 std::string scaling_axis(const std::vector<ModeMean>& means) {
   std::vector<double> sizes;
   for (const ModeMean& mean : means) sizes.push_back(mean.gaussians / 1e6);
@@ -77,29 +77,29 @@ std::string scaling_axis(const std::vector<ModeMean>& means) {
 }
 
 std::string stage_commands(const std::vector<ModeMean>& means) {
-  constexpr const char* kColors[kStageCount] = {"#0072B2", "#56B4E9", "#E69F00", "#D55E00"};
   const std::vector<std::string> scenes = different(means, &ModeMean::scene);
-  std::string text, plots = "plot ";
+  std::string text;
+  std::vector<std::string> curves;
   for (std::size_t s = 0; s < scenes.size(); ++s) {
-    text += fmt::format("$scene{} << END\n", s);
+    std::vector<std::string> lines;
     for (const ModeMean& mean : means) {
       if (mean.scene != scenes[s]) continue;
-      text += fmt::format("{} {} {} {} {}\n", quoted(mean.mode), mean.stage_ms[0], mean.stage_ms[1],
-                          mean.stage_ms[2], mean.stage_ms[3]);
+      std::string& line = lines.emplace_back(quoted(mean.mode));
+      for (const double ms : mean.stage_ms) line += fmt::format(" {}", ms);
     }
-    text += "END\n";
-    plots += fmt::format("{}newhistogram {}", s == 0 ? "" : ", \\\n  ", quoted(scenes[s]));
+    text += data_block(fmt::format("scene{}", s), lines);
+    curves.push_back("newhistogram " + quoted(scenes[s]));
     for (int stage = 0; stage < kStageCount; ++stage) {
-      plots += fmt::format(", \\\n  $scene{} using {}:xtic(1) linecolor rgb {} {}", s, stage + 2,
-                           quoted(kColors[stage]),
-                           s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle");
+      curves.push_back(fmt::format("$scene{} using {}:xtic(1) linecolor rgb {} {}", s, stage + 2,
+                                   quoted(hex_text(on_white::kStages[stage])),
+                                   s == 0 ? "title " + quoted(kStageNames[stage]) : "notitle"));
     }
   }
   return text +
          "set style data histograms\nset style histogram rowstacked title offset 0,-2.0\n"
          "set boxwidth 0.8\nset key invert\nset bmargin 8.5\nset xtics rotate by -35\n"
          "set yrange [0:*]\nset ylabel \"time per frame (ms)\"\n" +
-         plots;
+         plot_command(curves);
 }
 
 }  // namespace
@@ -119,12 +119,13 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
                          return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_p95, 1000 / m.ms_p05);
                        }) +
            bars +
-           "set style histogram errorbars gap 2 linewidth 1\n"
-           "set errorbars front linecolor rgb \"#808080\" linewidth 1.2\nset ylabel \"frames per "
-           "second\"\n" +
+           fmt::format("set style histogram errorbars gap 2 linewidth 1\n"
+                       "set errorbars front linecolor rgb {} linewidth 1.2\n"
+                       "set ylabel \"frames per second\"\n",
+                       quoted(hex_text(kGray))) +
            plot_per_mode(means, "using 2:3:4:xtic(1)")});
-  plots.push_back({"stages", "Time of the stages per culling mode (from a pass of its own)", where,
-                   stage_commands(means)});
+  plots.push_back({"stages", "Time of the stages per culling mode (measured in a separate pass)",
+                   where, stage_commands(means)});
   plots.push_back(
       {"pairs", "Tile pairs per culling mode", where,
        blocks_per_mode(means, [](const ModeMean& m) { return fmt::format("{}", m.pairs / 1e6); }) +

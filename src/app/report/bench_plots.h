@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The plots of a benchmark: FPS per mode with its 5-95 % range, stage times stacked, pairs per
-// mode, and cost against the number of Gaussians when one scene was measured at several sizes.
+// The plots of a benchmark: FPS per mode with the 5-95 % range, stacked stage times, pairs per
+// mode, and frame time against the number of Gaussians if one scene was measured at several sizes.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace qs {
 
-/// `scaling`: the scenes are one scene at several sizes; adds their curve.
+/// `scaling`: the scenes are one scene at several sizes; adds the plot "scaling".
 std::vector<Plot> bench_plots(const BenchReport& report, bool scaling);
 
 }  // namespace qs

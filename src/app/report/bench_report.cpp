@@ -27,7 +27,7 @@ std::string cell(const std::optional<T>& value) {
   return value ? cell(*value) : "";
 }
 
-// JSON knows no infinity: equal pictures are the text "inf", an absent value is null.
+// JSON has no infinity: it is stored as the text "inf". A missing value is null.
 ordered_json to_json(const std::optional<double>& value) {
   if (!value) return nullptr;
   return std::isinf(*value) ? ordered_json("inf") : ordered_json(*value);

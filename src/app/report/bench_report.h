@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a benchmark measured: one row per (scene, camera, mode), the scenes, and the environment.
-// bench.json holds all of it, so that tables and plots can be drawn again and shards merged.
+// The result of a benchmark: one row per (scene, camera, mode), the scenes, and the environment.
+// bench.json contains all of it, so that tables and plots can be made again and shards merged.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@
 namespace qs {
 
 struct BenchReport {
-  nlohmann::ordered_json environment;  ///< of environment_json(), with the command's flags
+  nlohmann::ordered_json environment;  ///< environment_json() and the command's flags
   nlohmann::ordered_json scenes;       ///< list of scene_facts()
-  std::size_t view_count = 0;          ///< (scene, camera)s of the sweep, in all shards
+  std::size_t view_count = 0;          ///< number of (scene, camera) pairs, in all shards
   std::vector<BenchRow> rows;
 };
 
-inline constexpr std::size_t kMaxReportBytes = std::size_t{256} << 20;  ///< of a JSON file read
+inline constexpr std::size_t kMaxReportBytes = std::size_t{256} << 20;  ///< limit of a JSON file
 
 nlohmann::ordered_json rows_json(const std::vector<BenchRow>& rows);
 std::vector<BenchRow> read_rows(const nlohmann::ordered_json& list);  ///< throws json::exception
@@ -31,16 +31,16 @@ std::vector<BenchRow> read_rows(const nlohmann::ordered_json& list);  ///< throw
 std::string format_csv(const std::vector<BenchRow>& rows);
 std::string format_bench_json(const BenchReport& report);
 
-/// The report that format_bench_json() wrote. Throws json::exception.
+/// Parses the result of format_bench_json(). Throws json::exception.
 BenchReport parse_bench_report(const nlohmann::ordered_json& json);
 
 /// Reads bench.json. Throws Error(input) naming the file.
 BenchReport read_bench_json(const std::filesystem::path& path);
 
-/// "NVIDIA H200" on CUDA, the CPU's model otherwise: what a caption says.
+/// The device that captions name: the GPU on CUDA, else the model of the CPU.
 std::string measured_on(const nlohmann::ordered_json& environment);
 
-/// "; pipeline fast" for rows of a backend that has several, else nothing.
+/// "; pipeline fast" if rows are from CUDA, else "".
 std::string pipeline_note(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

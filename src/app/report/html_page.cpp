@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "app/picture/palette.h"
 #include "app/report/work_folder.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
@@ -16,21 +17,20 @@ namespace {
 constexpr std::size_t kMaxPictureBytes = std::size_t{64} << 20;
 
 constexpr const char* kStyle = R"(
-:root { color-scheme: light; }
-body { font: 17px/1.55 system-ui, sans-serif; color: #1a1c21; background: #fff; margin: 0 auto;
+body { font: 17px/1.55 system-ui, sans-serif; color: var(--ink); background: #fff; margin: 0 auto;
   max-width: 1080px; padding: 2.5em 1.5em 5em; }
 h1 { font-size: 2em; line-height: 1.2; margin: 0 0 .3em; }
-h2 { font-size: 1.4em; margin: 2.2em 0 .4em; border-top: 1px solid #d5d7db; padding-top: 1em; }
+h2 { font-size: 1.4em; margin: 2.2em 0 .4em; border-top: 1px solid var(--line); padding-top: 1em; }
 p { max-width: 46em; }
 table { border-collapse: collapse; margin: 1em 0; font-variant-numeric: tabular-nums; }
-th, td { padding: .3em .9em; text-align: right; border-bottom: 1px solid #e3e5e8; }
+th, td { padding: .3em .9em; text-align: right; border-bottom: 1px solid var(--line); }
 .words { text-align: left; }
 td:first-child { white-space: nowrap; }
-th { border-bottom: 2px solid #1a1c21; font-weight: 600; }
+th { border-bottom: 2px solid var(--ink); font-weight: 600; }
 figure { margin: 1.2em 0; }
 figure.half { display: inline-block; width: 49%; margin: .6em 0; vertical-align: top; }
 figure img { width: 100%; display: block; }
-figcaption { color: #5d626c; font-size: .92em; padding: .35em .3em 0; }
+figcaption { color: var(--faint); font-size: .92em; padding: .35em .3em 0; }
 @media (max-width: 760px) { figure.half { width: 100%; } }
 )";
 
@@ -77,7 +77,7 @@ void HtmlPage::paragraph(const std::string& text) {
 }
 
 void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
-  // A column is words or numbers, as its first cell below the head.
+  // The first cell below the head decides whether a column holds words or numbers.
   const auto has_words = [&](std::size_t column) {
     if (column == 0 || rows.size() < 2) return column == 0;
     return std::isalpha(static_cast<unsigned char>(rows[1].at(column).front())) != 0;
@@ -117,9 +117,10 @@ std::string HtmlPage::text() const {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{2}</body>\n</"
-      "html>\n",
-      html_escaped(title_), kStyle, body_);
+      "<title>{0}</title>\n<style>\n:root {{ color-scheme: light; --ink: {1}; --faint: {2}; "
+      "--line: {3}; }}{4}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{5}</body>\n</html>\n",
+      html_escaped(title_), hex_text(on_white::kInk), hex_text(on_white::kFaint),
+      hex_text(on_white::kLine), kStyle, body_);
 }
 
 }  // namespace qs

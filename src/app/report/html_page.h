@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A web page in one file: pictures lie inside as data, nothing is fetched.
+// A web page in one file: pictures are embedded, so that the page loads nothing else.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace qs {
 
-/// Text as HTML shows it.
+/// Escapes <, >, & and double quotes.
 std::string html_escaped(const std::string& text);
 
 std::string base64(const std::string& bytes);
@@ -22,12 +22,12 @@ class HtmlPage {
 
   void heading(const std::string& text);
   void paragraph(const std::string& text);
-  /// The first row is the head. Columns of words are left, those of numbers right; no cell is
-  /// empty.
+  /// The first row is the head. Columns of words are aligned left, those of numbers right. No cell
+  /// may be empty.
   void table(const std::vector<std::vector<std::string>>& rows);
-  /// A picture with a sentence below it. `half`: two fit side by side, one call after the other.
+  /// A picture with a caption below it. `half`: two consecutive pictures fit side by side.
   void picture(const Image& image, const std::string& caption, bool half = false);
-  /// The same with a PNG file's bytes.
+  /// The same for a PNG file.
   void picture_file(const std::filesystem::path& png, const std::string& caption,
                     bool half = false);
 

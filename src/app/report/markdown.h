@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A benchmark as Markdown tables laid out as the paper's: one per scene (mean over its cameras) and
-// one with the mean over scenes.
+// A benchmark as Markdown tables in the layout of the paper: one per scene with means over its
+// cameras, and one with means over the scenes.
 #pragma once
 
 #include <string>
@@ -11,18 +11,18 @@
 
 namespace qs {
 
-/// A scene and mode, averaged over cameras.
+/// A scene and mode, averaged over the cameras.
 struct ModeMean {
   std::string scene, mode;
-  double gaussians = 0, pairs = 0;
+  double gaussians = 0, pairs = 0, sort_bytes = 0;
   double ms = 0, ms_p05 = 0, ms_p95 = 0;  ///< means of the cameras' medians and percentiles
   double stage_ms[4] = {};                ///< index = Stage
-  std::optional<double> psnr;             ///< mean of the cameras' values, when all have one
-  std::optional<double> speedup;          ///< ms of 3dgs over ms, when 3dgs was measured
+  std::optional<double> psnr;             ///< mean over the cameras, if all have one
+  std::optional<double> speedup;          ///< ms of 3dgs / ms, if 3dgs was measured
   double fps() const { return 1000 / ms; }
 };
 
-/// In the order of their first rows.
+/// One entry per scene and mode, in the order of their first rows.
 std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows);
 
 std::string format_markdown(const BenchReport& report);

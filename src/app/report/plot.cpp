@@ -2,14 +2,17 @@
 #include "app/report/plot.h"
 
 #include <algorithm>
-#include <vector>
+#include <cerrno>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/picture/palette.h"
 #include "app/report/stats_file.h"
+#include "app/session/text.h"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs {
@@ -19,7 +22,7 @@ constexpr const char* kScript = R"(# {0}: draw it again with `gnuplot {0}.gp` in
 set encoding utf8
 set termoption noenhanced
 set title {1} . "\n" . {2} font ",19"
-set grid back ytics linetype 1 linewidth 0.5 linecolor rgb "#d0d0d0"
+set grid back ytics linetype 1 linewidth 0.5 linecolor rgb "{4}"
 set border 3
 set tics nomirror out
 set style fill solid noborder
@@ -27,14 +30,14 @@ set key outside right top spacing 1.2
 {3}
 )";
 
-// Sizes and fonts that stay readable at half size. `replot` repeats the script's one plot command.
+// Sizes and fonts are readable at half size. `replot` repeats the script's plot command.
 std::string script(const Plot& plot) {
   return fmt::format(
              "set terminal pngcairo size 1400,800 font 'sans,17' linewidth 2 background 'white'\n"
              "set output {}\n",
              quoted(plot.name + ".png")) +
          fmt::format(fmt::runtime(kScript), plot.name, quoted(plot.title), quoted(plot.caption),
-                     plot.commands) +
+                     plot.commands, hex_text(on_white::kLine)) +
          fmt::format(
              "set terminal svg size 1400,800 font 'sans,17' fontscale 1.3 linewidth 2 "
              "background 'white'\n"
@@ -42,20 +45,23 @@ std::string script(const Plot& plot) {
              quoted(plot.name + ".svg"));
 }
 
-// Exit code of gnuplot run in `folder`, its messages dropped; 127 when it cannot be started.
-int run_gnuplot(const std::filesystem::path& folder, const std::string& file) {
-  const pid_t child = fork();
-  if (child < 0) return 127;
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (chdir(folder.c_str()) != 0 || nowhere < 0) _exit(127);
-    dup2(nowhere, STDOUT_FILENO);
-    dup2(nowhere, STDERR_FILENO);
-    execlp("gnuplot", "gnuplot", file.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
+// Exit code of gnuplot run in `folder` with its messages dropped; 127 if it cannot be started.
+// posix_spawnp() and not fork(): this process has threads.
+int run_gnuplot(const std::filesystem::path& folder, std::string file) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  for (const int output : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, output, "/dev/null", O_WRONLY, 0);
+  std::string program = "gnuplot";
+  char* const arguments[] = {program.data(), file.data(), nullptr};
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) return 127;
   int status = 0;
-  waitpid(child, &status, 0);
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
 }
 
@@ -78,10 +84,6 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
   return sentence;
 }
 
-int mode_marker(const std::string& mode) {
-  return 5 + 2 * (std::max(0, find_culler(mode)) % 6);  // 5, 7, .. 15 are six filled shapes
-}
-
 std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
@@ -89,6 +91,28 @@ std::string quoted(const std::string& text) {
     result += c == '\n' ? ' ' : c;
   }
   return result + "\"";
+}
+
+std::string data_block(const std::string& name, const std::vector<std::string>& lines) {
+  std::string text = fmt::format("${} << END\n", name);
+  for (const std::string& line : lines) text += line + "\n";
+  return text + "END\n";
+}
+
+std::string plot_command(const std::vector<std::string>& curves) {
+  return "plot " + joined(curves, ", \\\n  ");
+}
+
+std::string mode_color_option(const std::string& mode) {
+  return fmt::format("linecolor rgb {}", quoted(hex_text(mode_color(find_culler(mode)))));
+}
+
+std::string mode_options(const std::string& mode) {
+  return fmt::format("{} title {}", mode_color_option(mode), quoted(mode));
+}
+
+int mode_marker(const std::string& mode) {
+  return 5 + 2 * (std::max(0, find_culler(mode)) % 6);  // 5, 7, .. 15 are six filled shapes
 }
 
 }  // namespace qs

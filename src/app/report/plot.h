@@ -1,32 +1,42 @@
 // SPDX-License-Identifier: MIT
 //
-// Draws plots with gnuplot. Every plot is a script NAME.gp with its data inside, saved beside
-// NAME.png and NAME.svg, so that anybody can change and redraw it: `gnuplot NAME.gp` in its folder.
-// Colours are Okabe and Ito's, which colour-blind people tell apart; a mode keeps its colour and
-// its marker in every plot.
+// Draws plots with gnuplot. Every plot is a script NAME.gp that contains its data. It is saved next
+// to NAME.png and NAME.svg, so that anyone can edit it and draw it again with `gnuplot NAME.gp`.
 #pragma once
 
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace qs {
 
 struct Plot {
   std::string name;  ///< file name without extension
   std::string title, caption;
-  std::string commands;  ///< gnuplot: data blocks, axes and one plot command, which ends it
+  std::string commands;  ///< gnuplot: data blocks, axes, and at the end one plot_command()
 };
 
-/// Writes the scripts and runs gnuplot. Returns an empty text, or one sentence that says how to
-/// draw the plots because gnuplot is missing or failed. Throws Error when a script cannot be
-/// written.
+/// Writes the scripts and runs gnuplot. Returns "", or one sentence with instructions for drawing
+/// the plots if gnuplot is missing or fails. Throws Error when a script cannot be written.
 std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot> plots);
-
-/// Number of the gnuplot point type that marks a mode's curve.
-int mode_marker(const std::string& mode);
 
 /// A gnuplot string literal.
 std::string quoted(const std::string& text);
+
+/// Defines the data block $NAME; each line is a row.
+std::string data_block(const std::string& name, const std::vector<std::string>& lines);
+
+/// The gnuplot command that draws all curves in one plot.
+std::string plot_command(const std::vector<std::string>& curves);
+
+/// `linecolor rgb "#0072B2"` with the mode's colour.
+std::string mode_color_option(const std::string& mode);
+
+/// The same with the mode's name as the curve's title.
+std::string mode_options(const std::string& mode);
+
+/// Number of the gnuplot point type that marks a mode's curve.
+int mode_marker(const std::string& mode);
 
 }  // namespace qs

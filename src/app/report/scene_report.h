@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The facts of a scene that `quadsplat info` tells, as text and as JSON.
+// The facts of a scene that `quadsplat info` prints, as text and as JSON.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct Range {
 };
 
 struct SceneReport {
-  SceneBox all, core;  ///< of the centres; core = 5th to 95th percentile of each axis
+  SceneBox all, core;  ///< of the centres; core: 5th to 95th percentile of each axis
   Range opacity;       ///< 0..1
   Range scale;         ///< standard deviations, world units
 };

@@ -15,14 +15,15 @@ constexpr Quantity kQuantities[] = {
     {"anisotropy",
      "anisotropy",
      "",
-     "The longer axis of a Gaussian's ellipse over the shorter one: 1 is a disc, more is a needle.",
+     "The longer axis of the ellipse divided by the shorter one: 1 is a disc, large values are "
+     "needles.",
      {1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 7, 10, 20, 1e9},
      [](const Footprint& f, const Splat&) { return static_cast<double>(anisotropy_of(f)); }},
     {"tilt",
      "tilt",
      "degrees",
-     "The angle between the longer axis and the nearer of the picture's axes: boxes fit best at 0, "
-     "worst at 45.",
+     "The angle between the longer axis and the nearest axis of the image: boxes fit best at 0 "
+     "degrees, worst at 45.",
      {0, 3.75, 7.5, 11.25, 15, 18.75, 22.5, 26.25, 30, 33.75, 37.5, 41.25, 45},
      [](const Footprint& f, const Splat&) {
        const double angle = std::fmod(std::abs(degrees(tilt_of(f))), 90.0);
@@ -31,19 +32,19 @@ constexpr Quantity kQuantities[] = {
     {"screen radius",
      "radius",
      "pixels",
-     "Half of the longer axis of the ellipse in which alpha reaches 1/255.",
+     "Half of the longer axis of the ellipse inside which alpha exceeds 1/255.",
      {0, 2, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 1e9},
      [](const Footprint& f, const Splat&) { return static_cast<double>(screen_radius_of(f)); }},
     {"opacity",
      "opacity",
      "",
-     "Alpha at the Gaussian's centre. Below 1/255 nothing is ever seen; above 0.35 the ellipse is "
-     "larger than three standard deviations.",
+     "Alpha at the centre of the Gaussian. Below 1/255 the Gaussian is invisible; above 0.35 its "
+     "ellipse extends beyond three standard deviations.",
      {0, 1.0 / 255, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1},
      [](const Footprint&, const Splat& s) { return static_cast<double>(s.opacity); }},
 };
 
-/// Whole, and not so large that a drawing shows nothing but tiles.
+/// True if it is inside the image and has few enough tiles for a drawing.
 bool is_drawable(const Footprint& footprint, const std::array<std::uint32_t, kCullerCount>& pairs,
                  glm::ivec2 size) {
   constexpr std::uint32_t kMostTiles = 120;
@@ -69,8 +70,8 @@ void bin_gaussians(const Frame& frame, std::size_t view, glm::ivec2 size, SceneS
         study.binned[q].pairs[mode][bin] += pairs[mode];
     }
     const std::uint32_t adr = pairs[kAdr - 1], quad = pairs[kQuad - 1];
-    if (adr > quad + study.telling.saved && is_drawable(footprint, pairs, size))
-      study.telling = {view, trace.gaussians[slot], pairs, adr - quad};
+    if (adr > quad + study.example.saved && is_drawable(footprint, pairs, size))
+      study.example = {view, trace.gaussians[slot], pairs, adr - quad};
   }
   study.visible += trace.gaussians.size();
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// What a scene's views cost and why: which Gaussians are visible, which of them bring the savings
-// of each mode, what becomes of the pairs, how evenly tiles are loaded, and all of it for other
-// tile sizes. Plain sums over views; page and plots are made of them elsewhere.
-// To add a quantity by which Gaussians are sorted: a row of kQuantities.
+// What the views of a scene cost: the visible Gaussians, the pairs that each mode saves on them,
+// the uses of the pairs and their distribution over the tiles, for several tile sizes. All numbers
+// are sums over the views; study_page and study_plots present them. To add a quantity by which
+// Gaussians are grouped: a row in kQuantities.
 #pragma once
 
 #include <array>
@@ -17,13 +17,13 @@
 
 namespace qs {
 
-/// Something that a visible Gaussian has more or less of. Bins lie between neighbouring edges; the
-/// first and the last one also take what lies beyond.
+/// A property of a visible Gaussian. Bin i holds values in [edges[i], edges[i + 1]); the first and
+/// last bin also hold smaller and larger values.
 struct Quantity {
   const char* name;   ///< for titles
   const char* key;    ///< for file names
-  const char* unit;   ///< "" for a plain number
-  const char* means;  ///< one sentence for readers
+  const char* unit;   ///< "" for a dimensionless number
+  const char* means;  ///< one sentence for the page
   std::array<double, 13> edges;
   double (*of)(const Footprint& footprint, const Splat& splat);
 };
@@ -32,13 +32,13 @@ std::span<const Quantity> quantities();
 inline constexpr std::size_t kBins = 12;
 inline constexpr std::size_t kUsualSize = 1;  ///< index of kTileSize in kTileSizes
 
-/// Index of the bin that `value` falls into.
+/// Index of the bin that holds `value`.
 std::size_t bin_of(const Quantity& quantity, double value);
 
-/// The visible Gaussians in the bins of one quantity.
+/// The visible Gaussians, grouped by one quantity.
 struct BinnedPairs {
   std::array<std::uint64_t, kBins> gaussians{};
-  /// Pairs of the bin's Gaussians, index = CullMode - 1.
+  /// Pairs of the bin's Gaussians, [mode - 1][bin].
   std::array<std::array<std::uint64_t, kBins>, kCullerCount> pairs{};
 };
 
@@ -46,7 +46,7 @@ struct BinnedPairs {
 struct ModeStudy {
   std::uint64_t pairs = 0;  ///< as the renderer counts them
   PairUses uses;
-  std::vector<std::uint32_t> loads;  ///< list lengths of all tiles of all views, ascending
+  std::vector<std::uint32_t> loads;  ///< pairs of all tiles of all views, ascending
 };
 
 struct SceneStudy {
@@ -55,18 +55,18 @@ struct SceneStudy {
   std::uint64_t visible = 0;        ///< in mode 3dgs, summed over the views
   std::vector<BinnedPairs> binned;  ///< parallel to quantities()
   std::array<std::array<ModeStudy, kCullerCount>, kTileSizes.size()> modes;  ///< [size][mode - 1]
-  /// The Gaussian on which `quadbox` saves most against `adr`, of those whose boxes lie inside the
-  /// picture and have room in a drawing.
-  struct Telling {
+  /// The Gaussian on which `quadbox` saves most compared with `adr`, of those whose boxes are
+  /// inside the image and not too large for a drawing.
+  struct Example {
     std::size_t view = 0;
     std::uint32_t gaussian = 0;
     std::array<std::uint32_t, kCullerCount> pairs{};  ///< index = CullMode - 1
-    std::uint32_t saved = 0;                          ///< 0: there is none
-  } telling;
+    std::uint32_t saved = 0;                          ///< 0 if no Gaussian was found
+  } example;
 };
 
-/// Renders every mode of every view on a CPU renderer that has the scene. `settings`: mode and tile
-/// size do not matter. Throws Cancelled.
+/// Renders every view in every mode and tile size. `cpu`: a CPU renderer with the scene. Mode and
+/// tile size of `settings` are ignored. Throws Cancelled.
 SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSettings settings,
                        ThreadPool& pool, const Progress& progress);
 

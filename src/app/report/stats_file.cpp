@@ -17,10 +17,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Four decimals of a millisecond are more than any clock here resolves.
+// Four decimals of a millisecond exceed the resolution of the clocks.
 double rounded_ms(float ms) { return std::round(static_cast<double>(ms) * 1e4) / 1e4; }
 
-// JSON knows no infinity: equal pictures are null.
+// JSON has no infinity: the PSNR of equal pictures is null.
 ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json();
 }

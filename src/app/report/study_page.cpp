@@ -14,21 +14,25 @@
 namespace qs {
 namespace {
 
+using Row = std::vector<std::string>;
+
 constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
                    kExact = find_culler("exact"), kQuad = find_culler("quadbox");
 
-std::string percent(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? "-"
-                    : fmt::format("{:.1f} %",
-                                  100 * static_cast<double>(part) / static_cast<double>(whole));
+constexpr std::size_t index_of(CullMode mode) { return static_cast<std::size_t>(mode - 1); }
+
+/// "-" where the whole is 0.
+template <class Count>
+std::string ratio(Count part, Count whole, const char* format = "{:.2f}", double factor = 1) {
+  if (whole == 0) return "-";
+  return fmt::format(fmt::runtime(format),
+                     factor * static_cast<double>(part) / static_cast<double>(whole));
 }
 
-std::string ratio(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? "-"
-                    : fmt::format("{:.2f}", static_cast<double>(part) / static_cast<double>(whole));
+template <class Count>
+std::string percent(Count part, Count whole) {
+  return ratio(part, whole, "{:.1f} %", 100);
 }
-
-const char* name_of(std::size_t mode_index) { return kCullers[mode_index + 1].name; }
 
 class Writer {
  public:
@@ -37,190 +41,184 @@ class Writer {
         study_(page.study),
         plots_(plots),
         has_plots_(has_plots),
-        html_(fmt::format("{}: where the work is", page.scene)) {}
+        html_(page.scene + ": what its frames cost") {}
 
   std::string text(const std::string& problem) {
     opening(problem);
     false_positives();
-    telling();
+    example();
     savings();
     loads();
     sizes();
-    html_.heading("How this was made");
+    html_.heading("How this page was made");
     html_.paragraph(page_.made_with);
     return html_.text();
   }
 
  private:
-  const std::array<ModeStudy, kCullerCount>& modes() const { return study_.modes[kUsualSize]; }
-  const ModeStudy& mode(CullMode which) const {
-    return modes()[static_cast<std::size_t>(which - 1)];
-  }
+  const ModeStudy& mode(CullMode which) const { return study_.modes[kUsualSize][index_of(which)]; }
 
   void plot(const std::string& name, const std::string& caption, bool half = false) {
     if (has_plots_) html_.picture_file(plots_ / (name + ".png"), caption, half);
   }
 
-  void opening(const std::string& problem) {
-    html_.paragraph(fmt::format(
-        "The scene is {} Gaussians, soft ellipsoids whose projections are blended into pictures. "
-        "To "
-        "draw one, a program cuts the picture into tiles of 16 x 16 pixels and lists for every "
-        "tile the Gaussians that may touch it. Each entry of a list is a pair: it must be made, "
-        "sorted and blended, so pairs are the work. The modes below differ in how tightly they "
-        "find a Gaussian's tiles. This page shows {}.",
-        grouped(study_.gaussians), page_.views));
-    if (!problem.empty()) html_.paragraph("There are tables only, no plots: " + problem + ".");
-    std::vector<std::vector<std::string>> rows = {
-        {"mode", "what it lists", "pairs", "3dgs = 1", "per visible Gaussian", "false positives"}};
-    for (std::size_t i = 0; i < modes().size(); ++i) {
-      const ModeStudy& row = modes()[i];
-      rows.push_back({name_of(i), kCullers[i + 1].summary, grouped(row.pairs),
-                      ratio(row.pairs, mode(k3dgs).pairs), ratio(row.pairs, study_.visible),
-                      percent(row.uses.false_positives(), row.pairs)});
+  /// A row per mode: its name and `cells(mode)`.
+  template <class Cells>
+  void mode_table(Row head, const Cells& cells) {
+    head.insert(head.begin(), "mode");
+    std::vector<Row> rows = {std::move(head)};
+    for (CullMode which = 1; which <= kCullerCount; ++which) {
+      rows.push_back(cells(which));
+      rows.back().insert(rows.back().begin(), mode_name(which));
     }
     html_.table(rows);
+  }
+
+  void opening(const std::string& problem) {
+    html_.paragraph(fmt::format(
+        "The scene has {} Gaussians: soft ellipsoids whose projections are blended into an image. "
+        "A renderer divides the image into tiles of 16 x 16 pixels and lists for each tile the "
+        "Gaussians that may touch it. One entry of a list is a pair. Every pair has to be created, "
+        "sorted and blended, so the number of pairs determines the cost of a frame. The culling "
+        "modes below differ in how tightly they bound the tiles of a Gaussian. This page shows {}.",
+        grouped(study_.gaussians), page_.views));
+    if (!problem.empty()) html_.paragraph("This page has tables only, no plots: " + problem + ".");
+    mode_table({"what it lists", "pairs", "3dgs = 1", "per visible Gaussian", "false positives"},
+               [&](CullMode which) {
+                 const ModeStudy& row = mode(which);
+                 return Row{row_of(which).summary, grouped(row.pairs),
+                            ratio(row.pairs, mode(k3dgs).pairs), ratio(row.pairs, study_.visible),
+                            percent(row.uses.false_positives(), row.pairs)};
+               });
     for (const CaptionedImage& picture : page_.pictures)
       html_.picture(picture.image, picture.caption, true);
   }
 
   void false_positives() {
-    html_.heading("Pairs that nobody needed");
+    html_.heading("Pairs that no pixel uses");
     html_.paragraph(
-        "A pair is used when at least one pixel of the tile blends the Gaussian: its alpha there "
-        "reaches 1/255, and the pixel has not stopped in front of it. All others are false "
-        "positives. They are empty when the Gaussian reaches no pixel centre of the tile, which a "
-        "tighter shape avoids, and hidden when it does reach pixels, but all of them had stopped, "
-        "because what lies in front lets less than one part in ten thousand through.");
+        "A pair is used if at least one pixel of the tile blends the Gaussian: the Gaussian's "
+        "alpha "
+        "reaches 1/255 there, and the pixel has not stopped before it. A pixel stops when the "
+        "Gaussians in front let less than one part in ten thousand of the light through. All other "
+        "pairs are false positives, of two kinds. An empty pair reaches 1/255 at no pixel of the "
+        "tile; a tighter bound avoids it. A hidden pair reaches 1/255 only at pixels that have "
+        "stopped before it.");
     const PairUses& exact = mode(kExact).uses;
     html_.paragraph(fmt::format(
-        "Mode exact lists the fewest pairs that lose nothing, and still {} of its pairs are false "
-        "positives: {} are hidden, which no shape can know before the pixels are blended, and {} "
-        "are "
-        "empty, by its safety margin of 0.05 % on the ellipse's level and by ellipses that pass "
-        "between pixel centres.",
+        "Mode exact lists the fewest pairs of all lossless modes, and still {} of its pairs are "
+        "false positives: {} are hidden, which no bound can detect before blending, and {} are "
+        "empty. Empty ones remain because the bound has a safety margin of 0.05 %, and because "
+        "some ellipses pass between pixel centres.",
         percent(exact.false_positives(), exact.pairs()), grouped(exact.hidden),
         grouped(exact.empty)));
-    std::vector<std::vector<std::string>> rows = {
-        {"mode", "pairs", "used", "hidden", "empty", "false positives"}};
-    for (std::size_t i = 0; i < modes().size(); ++i) {
-      const PairUses& uses = modes()[i].uses;
-      rows.push_back({name_of(i), grouped(uses.pairs()), grouped(uses.used), grouped(uses.hidden),
-                      grouped(uses.empty), percent(uses.false_positives(), uses.pairs())});
-    }
-    html_.table(rows);
-    plot("uses", "Lossless modes use the same pairs; they differ in how many they list in vain.");
+    mode_table({"pairs", "used", "hidden", "empty", "false positives"}, [&](CullMode which) {
+      const PairUses& uses = mode(which).uses;
+      return Row{grouped(uses.pairs()), grouped(uses.used), grouped(uses.hidden),
+                 grouped(uses.empty), percent(uses.false_positives(), uses.pairs())};
+    });
+    plot("uses", "All lossless modes use the same pairs. They differ in their false positives.");
   }
 
-  void telling() {
-    if (page_.telling.empty()) return;
-    html_.heading("One Gaussian that tells");
-    const SceneStudy::Telling& telling = study_.telling;
-    const auto pairs = [&](CullMode mode) {
-      return grouped(telling.pairs[static_cast<std::size_t>(mode - 1)]);
-    };
+  void example() {
+    if (page_.example.empty()) return;
+    html_.heading("One Gaussian as an example");
+    const SceneStudy::Example& example = study_.example;
+    const auto pairs = [&](CullMode which) { return grouped(example.pairs[index_of(which)]); };
     html_.paragraph(fmt::format(
         "Gaussian {} has {} pairs in mode 3dgs, {} in adr, {} in quadbox and {} in exact. Of all "
-        "that lie well inside the picture it is the one on which four boxes save most against one.",
-        grouped(telling.gaussian), pairs(k3dgs), pairs(kAdr), pairs(kQuad), pairs(kExact)));
-    for (const CaptionedImage& picture : page_.telling)
+        "Gaussians that are completely inside the image, it is the one on which quadbox saves most "
+        "compared with adr.",
+        grouped(example.gaussian), pairs(k3dgs), pairs(kAdr), pairs(kQuad), pairs(kExact)));
+    for (const CaptionedImage& picture : page_.example)
       html_.picture(picture.image, picture.caption);
   }
 
   void savings() {
-    html_.heading("Which Gaussians bring the savings");
-    html_.paragraph(
-        fmt::format("{} Gaussians are visible in mode 3dgs, summed over the views. Below they are "
-                    "sorted by four "
-                    "properties: how many there are, and how many pairs each mode saves on them "
-                    "against 3dgs. A "
-                    "bar below zero means that the mode lists more than 3dgs does, as where "
-                    "opacity is high and "
-                    "the visible ellipse is larger than three standard deviations.",
-                    grouped(study_.visible)));
+    html_.heading("Which Gaussians the savings come from");
+    html_.paragraph(fmt::format(
+        "{} Gaussians are visible in mode 3dgs, summed over the views. The plots group them by "
+        "four properties and show how many there are, and how many pairs each mode saves on them "
+        "compared with 3dgs. A bar below zero means that the mode lists more pairs than 3dgs. That "
+        "happens for Gaussians of high opacity, which are visible beyond three standard "
+        "deviations.",
+        grouped(study_.visible)));
     for (std::size_t q = 0; q < study_.binned.size(); ++q) {
       const Quantity& quantity = quantities()[q];
       std::string title = quantity.name;
       title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
       html_.paragraph(fmt::format("{}. {} {}", title, quantity.means, most_saving(q)));
-      plot(fmt::format("many_{}", quantity.key), "How many there are.", true);
-      plot(fmt::format("saved_{}", quantity.key), "What each mode saves on them.", true);
+      plot(fmt::format("count_{}", quantity.key), "The number of Gaussians.", true);
+      plot(fmt::format("saved_{}", quantity.key), "The pairs that each mode saves.", true);
       if (!has_plots_) bins_table(q);
     }
   }
 
   std::string most_saving(std::size_t q) const {
-    const BinnedPairs& binned = study_.binned[q];
-    std::int64_t best = 0, all = 0;
-    std::size_t at = 0;
+    const auto &square = study_.binned[q].pairs[index_of(k3dgs)],
+               &quad = study_.binned[q].pairs[index_of(kQuad)];
+    std::array<std::int64_t, kBins> saved{};
+    std::int64_t all = 0;
     for (std::size_t bin = 0; bin < kBins; ++bin) {
-      const auto saved = static_cast<std::int64_t>(binned.pairs[k3dgs - 1][bin]) -
-                         static_cast<std::int64_t>(binned.pairs[kQuad - 1][bin]);
-      all += saved;
-      if (saved <= best) continue;
-      best = saved;
-      at = bin;
+      saved[bin] = static_cast<std::int64_t>(square[bin]) - static_cast<std::int64_t>(quad[bin]);
+      all += saved[bin];
     }
-    if (all <= 0 || best <= 0) return "";
-    return fmt::format("Quadbox saves most where it is {}: {} of all that it saves.",
-                       bin_label(quantities()[q], at),
-                       percent(static_cast<std::uint64_t>(best), static_cast<std::uint64_t>(all)));
+    const auto most = std::max_element(saved.begin(), saved.end());
+    if (all <= 0 || *most <= 0) return "";
+    return fmt::format("Quadbox saves most in the range {}: {} of all pairs that it saves.",
+                       bin_label(quantities()[q], static_cast<std::size_t>(most - saved.begin())),
+                       percent(*most, all));
   }
 
   void bins_table(std::size_t q) {
-    std::vector<std::vector<std::string>> rows = {{quantities()[q].name, "Gaussians"}};
-    for (std::size_t mode = 0; mode < kCullerCount; ++mode) rows[0].emplace_back(name_of(mode));
+    std::vector<Row> rows = {{quantities()[q].name, "Gaussians"}};
+    for (CullMode which = 1; which <= kCullerCount; ++which) rows[0].push_back(mode_name(which));
     for (std::size_t bin = 0; bin < kBins; ++bin) {
-      std::vector<std::string>& row = rows.emplace_back();
+      Row& row = rows.emplace_back();
       row = {bin_label(quantities()[q], bin), grouped(study_.binned[q].gaussians[bin])};
-      for (std::size_t mode = 0; mode < kCullerCount; ++mode)
-        row.push_back(grouped(study_.binned[q].pairs[mode][bin]));
+      for (const auto& pairs : study_.binned[q].pairs) row.push_back(grouped(pairs[bin]));
     }
     html_.table(rows);
   }
 
   void loads() {
-    html_.heading("How evenly the tiles are loaded");
+    html_.heading("How evenly the pairs are distributed over the tiles");
     html_.paragraph(
-        "A tile with a long list takes long, and a machine that draws many tiles at once waits for "
-        "the last one. The closer the longest list is to the mean, the better.");
-    std::vector<std::vector<std::string>> rows = {
-        {"mode", "mean", "median", "99 % of tiles", "longest", "longest over mean"}};
-    for (std::size_t i = 0; i < modes().size(); ++i) {
-      const std::vector<std::uint32_t>& loads = modes()[i].loads;
-      if (loads.empty()) continue;
-      const double mean = static_cast<double>(modes()[i].pairs) / static_cast<double>(loads.size());
-      rows.push_back({name_of(i), fmt::format("{:.1f}", mean), grouped(loads[loads.size() / 2]),
-                      grouped(loads[(loads.size() - 1) * 99 / 100]), grouped(loads.back()),
-                      mean > 0 ? fmt::format("{:.1f}", loads.back() / mean) : "-"});
-    }
-    html_.table(rows);
-    plot("loads", "Tiles in the order of their lists' lengths.");
+        "A tile with a long list takes long to blend, and a GPU that blends many tiles in parallel "
+        "has to wait for the last one. The closer the longest list is to the mean, the better.");
+    mode_table({"mean", "median", "99 % of tiles", "longest", "longest over mean"},
+               [&](CullMode which) {
+                 const std::vector<std::uint32_t>& loads = mode(which).loads;
+                 if (loads.empty()) return Row(5, "-");
+                 const double mean =
+                     static_cast<double>(mode(which).pairs) / static_cast<double>(loads.size());
+                 return Row{fmt::format("{:.1f}", mean), grouped(loads[loads.size() / 2]),
+                            grouped(loads[(loads.size() - 1) * 99 / 100]), grouped(loads.back()),
+                            ratio<double>(loads.back(), mean, "{:.1f}")};
+               });
+    plot("loads", "The tiles, sorted by the lengths of their lists.");
   }
 
   void sizes() {
     html_.heading("Other tile sizes");
     html_.paragraph(
-        "Smaller tiles follow an ellipse more closely, so more of the difference between the "
-        "shapes "
-        "shows; larger tiles hide it. The price of small tiles is more pairs in all.");
-    std::vector<std::vector<std::string>> rows = {{"mode"}};
+        "Smaller tiles follow an ellipse more closely, so the modes differ more; larger tiles hide "
+        "the difference. But small tiles also need more pairs in total.");
+    Row head;
     for (const int size : kTileSizes) {
-      rows[0].push_back(fmt::format("{0} x {0}: pairs", size));
-      rows[0].emplace_back("3dgs = 1");
-      rows[0].emplace_back("false positives");
+      head.push_back(fmt::format("{0} x {0}: pairs", size));
+      head.insert(head.end(), {"3dgs = 1", "false positives"});
     }
-    for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
-      std::vector<std::string>& row = rows.emplace_back();
-      row.emplace_back(name_of(mode));
+    mode_table(std::move(head), [&](CullMode which) {
+      Row row;
       for (const auto& size : study_.modes) {
-        row.push_back(grouped(size[mode].pairs));
-        row.push_back(ratio(size[mode].pairs, size[k3dgs - 1].pairs));
-        row.push_back(percent(size[mode].uses.false_positives(), size[mode].pairs));
+        const ModeStudy& cell = size[index_of(which)];
+        row.insert(row.end(), {grouped(cell.pairs), ratio(cell.pairs, size[index_of(k3dgs)].pairs),
+                               percent(cell.uses.false_positives(), cell.pairs)});
       }
-    }
-    html_.table(rows);
-    plot("sizes", "Pairs of each mode as a share of those of 3dgs at the same tile size.");
+      return row;
+    });
+    plot("sizes", "The pairs of each mode, relative to those of 3dgs at the same tile size.");
   }
 
   const StudyPage& page_;
@@ -235,7 +233,7 @@ class Writer {
 std::string format_study_page(const StudyPage& page, std::string& problem) {
   const WorkFolder folder;
   const std::string drawn = draw_plots(folder.path(), study_plots(page.study, page.plots));
-  // The folder of the scripts goes, so what to do with it is of no use to the reader.
+  // Leaves out the instructions for drawing the plots: the scripts are deleted with the folder.
   problem = drawn.substr(0, drawn.find(';'));
   return Writer(page, folder.path(), problem.empty()).text(problem);
 }

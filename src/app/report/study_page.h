@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A study as a page that explains itself to a reader who knows nothing of this program.
+// A study as an HTML page for readers who do not know this program.
 #pragma once
 
 #include <string>
@@ -19,16 +19,16 @@ struct CaptionedImage {
 
 struct StudyPage {
   const SceneStudy& study;
-  std::string scene;                     ///< its name
+  std::string scene;                     ///< the scene's name
   std::string views;                     ///< "camera 0, camera 24, 1600 x 1200 pixels"
-  std::string plots;                     ///< of each plot: "plush, 4 views, 1600 x 1200 pixels"
+  std::string plots;                     ///< caption: "plush, 4 views, 1600 x 1200 pixels"
   std::vector<CaptionedImage> pictures;  ///< of the first view
-  std::vector<CaptionedImage> telling;   ///< of study.telling; may be empty
-  std::string made_with;                 ///< program, machine, time
+  std::vector<CaptionedImage> example;   ///< of study.example; may be empty
+  std::string made_with;                 ///< sentences about program, machine and time
 };
 
-/// HTML in one file. Draws the plots with gnuplot; where that fails, the page has the tables only,
-/// and says so. `problem`: that sentence, "" when all went well.
+/// The page as one HTML file. Plots are drawn with gnuplot. If that fails, the page says so and has
+/// tables instead, and `problem` is set to one sentence; otherwise to "".
 std::string format_study_page(const StudyPage& page, std::string& problem);
 
 }  // namespace qs

@@ -17,110 +17,116 @@ std::string name_of(std::size_t mode_index) { return kCullers[mode_index + 1].na
 double millions(std::uint64_t count) { return static_cast<double>(count) / 1e6; }
 
 constexpr const char* kBars =
-    "set style data histograms\nset style histogram clustered gap 1\nset yrange [0:*]\n"
-    "set xtics rotate by -35\n";
+    "set style data histograms\nset style histogram clustered gap 1\nset yrange [0:*]\n";
 
 std::string axis_of(const Quantity& quantity) {
   return *quantity.unit ? fmt::format("{} ({})", quantity.name, quantity.unit) : quantity.name;
 }
 
-Plot many_plot(const Quantity& quantity, const BinnedPairs& binned, const std::string& caption) {
-  std::string text = "$bins << END\n";
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
-    text += fmt::format("{} {}\n", quoted(bin_label(quantity, bin)),
-                        static_cast<double>(binned.gaussians[bin]) / 1e3);
+std::string linecolor(glm::vec3 color) {
+  return fmt::format("linecolor rgb {}", quoted(hex_text(color)));
+}
+
+/// One set of bars per mode, from column mode_index + 2 of the block, for the modes that `take`.
+template <class Take>
+std::string bars_per_mode(const char* block, const Take& take) {
+  std::vector<std::string> curves;
+  for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
+    if (take(mode))
+      curves.push_back(
+          fmt::format("${} using {}:xtic(1) {}", block, mode + 2, mode_options(name_of(mode))));
   }
-  text += fmt::format(
-      "END\n{}set boxwidth 0.9\nset xlabel {}\nset ylabel \"visible Gaussians (thousands)\"\n"
-      "plot $bins using 2:xtic(1) linecolor rgb \"#0072B2\" notitle",
-      kBars, quoted(axis_of(quantity)));
-  return {fmt::format("many_{}", quantity.key),
-          fmt::format("How many visible Gaussians have which {}", quantity.name), caption, text};
+  return plot_command(curves);
+}
+
+Plot count_plot(const Quantity& quantity, const BinnedPairs& binned, const std::string& caption) {
+  std::vector<std::string> lines;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    lines.push_back(fmt::format("{} {}", quoted(bin_label(quantity, bin)),
+                                static_cast<double>(binned.gaussians[bin]) / 1e3));
+  }
+  return {fmt::format("count_{}", quantity.key),
+          fmt::format("Visible Gaussians by {}", quantity.name), caption,
+          data_block("bins", lines) + kBars +
+              fmt::format("set xtics rotate by -35\nset boxwidth 0.9\nset xlabel {}\n"
+                          "set ylabel \"visible Gaussians (thousands)\"\n",
+                          quoted(axis_of(quantity))) +
+              plot_command({"$bins using 2:xtic(1) " + linecolor(kBlue) + " notitle"})};
 }
 
 Plot saved_plot(const Quantity& quantity, const BinnedPairs& binned, const std::string& caption) {
-  std::string text = "$bins << END\n";
+  std::vector<std::string> lines;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
-    text += quoted(bin_label(quantity, bin));
+    std::string& line = lines.emplace_back(quoted(bin_label(quantity, bin)));
     const double square = millions(binned.pairs[k3dgs - 1][bin]);
-    for (std::size_t mode = 0; mode < kCullerCount; ++mode)
-      text += fmt::format(" {}", square - millions(binned.pairs[mode][bin]));
-    text += "\n";
-  }
-  text += fmt::format(
-      "END\n{}set yrange [*<0:*]\nset xlabel {}\nset ylabel \"pairs saved against 3dgs "
-      "(millions)\"\n"
-      "plot ",
-      kBars, quoted(axis_of(quantity)));
-  bool first = true;
-  for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
-    if (static_cast<CullMode>(mode + 1) == k3dgs || name_of(mode) == "quadbox-naive") continue;
-    text +=
-        fmt::format("{}$bins using {}:xtic(1) linecolor rgb {} title {}", first ? "" : ", \\\n  ",
-                    mode + 2, quoted(mode_color(name_of(mode))), quoted(name_of(mode)));
-    first = false;
+    for (const auto& pairs : binned.pairs)
+      line += fmt::format(" {}", square - millions(pairs[bin]));
   }
   return {fmt::format("saved_{}", quantity.key),
-          fmt::format("Whose pairs are saved: Gaussians by {}", quantity.name), caption, text};
+          fmt::format("Pairs saved, by {} of the Gaussian", quantity.name), caption,
+          data_block("bins", lines) + kBars +
+              fmt::format("set xtics rotate by -35\nset yrange [*<0:*]\nset xlabel {}\n"
+                          "set ylabel \"pairs saved against 3dgs (millions)\"\n",
+                          quoted(axis_of(quantity))) +
+              bars_per_mode("bins", [](std::size_t mode) {
+                return static_cast<CullMode>(mode + 1) != k3dgs && name_of(mode) != "quadbox-naive";
+              })};
 }
 
 Plot uses_plot(const SceneStudy& study, const std::string& caption) {
-  std::string text = "$modes << END\n";
+  std::vector<std::string> lines;
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
     const PairUses& uses = study.modes[kUsualSize][mode].uses;
-    text += fmt::format("{} {} {} {}\n", quoted(name_of(mode)), millions(uses.used),
-                        millions(uses.hidden), millions(uses.empty));
+    lines.push_back(fmt::format("{} {} {} {}", quoted(name_of(mode)), millions(uses.used),
+                                millions(uses.hidden), millions(uses.empty)));
   }
-  text +=
-      "END\nset style data histograms\nset style histogram rowstacked\nset boxwidth 0.7\n"
-      "set yrange [0:*]\nset xtics rotate by -20\nset key invert\nset ylabel \"tile pairs "
-      "(millions)\"\n"
-      "plot $modes using 2:xtic(1) linecolor rgb \"#0072B2\" title \"used by a pixel\", \\\n"
-      "  $modes using 3 linecolor rgb \"#E69F00\" title \"hidden\", \\\n"
-      "  $modes using 4 linecolor rgb \"#BBBBBB\" title \"empty\"";
-  return {"uses", "What becomes of the pairs that each mode lists", caption, text};
+  return {
+      "uses", "Used and unused pairs of each mode", caption,
+      data_block("modes", lines) +
+          "set style data histograms\nset style histogram rowstacked\nset boxwidth 0.7\n"
+          "set yrange [0:*]\nset xtics rotate by -20\nset key invert\n"
+          "set ylabel \"tile pairs (millions)\"\n" +
+          plot_command({"$modes using 2:xtic(1) " + linecolor(kBlue) + " title \"used by a pixel\"",
+                        "$modes using 3 " + linecolor(kOrange) + " title \"hidden\"",
+                        "$modes using 4 " + linecolor(kLightGray) + " title \"empty\""})};
 }
 
 Plot sizes_plot(const SceneStudy& study, const std::string& caption) {
-  std::string text = "$sizes << END\n";
+  std::vector<std::string> lines;
   for (std::size_t size = 0; size < kTileSizes.size(); ++size) {
-    text += quoted(fmt::format("{0} x {0}", kTileSizes[size]));
+    std::string& line = lines.emplace_back(quoted(fmt::format("{0} x {0}", kTileSizes[size])));
     const double square = millions(study.modes[size][k3dgs - 1].pairs);
-    for (std::size_t mode = 0; mode < kCullerCount; ++mode)
-      text += fmt::format(" {}", millions(study.modes[size][mode].pairs) / std::max(square, 1e-9));
-    text += "\n";
+    for (const ModeStudy& mode : study.modes[size])
+      line += fmt::format(" {}", millions(mode.pairs) / std::max(square, 1e-9));
   }
-  text += fmt::format("END\n{}set xlabel \"tile (pixels)\"\nset ylabel \"pairs, 3dgs = 1\"\nplot ",
-                      "set style data histograms\nset style histogram clustered gap 1\n"
-                      "set yrange [0:*]\nset xrange [-0.6:2.6]\n");
-  for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
-    text += fmt::format("{}$sizes using {}:xtic(1) linecolor rgb {} title {}",
-                        mode == 0 ? "" : ", \\\n  ", mode + 2, quoted(mode_color(name_of(mode))),
-                        quoted(name_of(mode)));
-  }
-  return {"sizes", "Finer tiles widen the gaps between the modes", caption, text};
+  return {"sizes", "Smaller tiles widen the gaps between the modes", caption,
+          data_block("sizes", lines) + kBars +
+              "set xrange [-0.6:2.6]\nset xlabel \"tile (pixels)\"\n"
+              "set ylabel \"pairs, 3dgs = 1\"\n" +
+              bars_per_mode("sizes", [](std::size_t) { return true; })};
 }
 
 Plot loads_plot(const SceneStudy& study, const std::string& caption) {
   constexpr int kPoints = 200;
-  std::string text, plots = "plot ";
+  std::string text;
+  std::vector<std::string> curves;
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
     const std::vector<std::uint32_t>& loads = study.modes[kUsualSize][mode].loads;
     if (loads.empty()) continue;
-    text += fmt::format("$mode{} << END\n", mode);
+    std::vector<std::string> lines;
     for (int i = 0; i <= kPoints; ++i) {
       const std::size_t at = (loads.size() - 1) * static_cast<std::size_t>(i) / kPoints;
-      text += fmt::format("{} {}\n", 100.0 * i / kPoints, loads[at]);
+      lines.push_back(fmt::format("{} {}", 100.0 * i / kPoints, loads[at]));
     }
-    text += "END\n";
-    plots += fmt::format("{}$mode{} using 1:2 with lines linewidth 2 linecolor rgb {} title {}",
-                         mode == 0 ? "" : ", \\\n  ", mode, quoted(mode_color(name_of(mode))),
-                         quoted(name_of(mode)));
+    text += data_block(fmt::format("mode{}", mode), lines);
+    curves.push_back(fmt::format("$mode{} using 1:2 with lines linewidth 2 {}", mode,
+                                 mode_options(name_of(mode))));
   }
-  text +=
-      "set xrange [0:100]\nset yrange [0:*]\nset xlabel \"share of the tiles (%)\"\n"
-      "set ylabel \"pairs in a tile, at most\"\n";
-  return {"loads", "How evenly the tiles are loaded", caption, text + plots};
+  return {"loads", "Distribution of the pairs over the tiles", caption,
+          text +
+              "set xrange [0:100]\nset yrange [0:*]\nset xlabel \"share of the tiles (%)\"\n"
+              "set ylabel \"pairs in a tile, at most\"\n" +
+              plot_command(curves)};
 }
 
 }  // namespace
@@ -136,7 +142,7 @@ std::vector<Plot> study_plots(const SceneStudy& study, const std::string& captio
   std::vector<Plot> plots = {uses_plot(study, caption), sizes_plot(study, caption),
                              loads_plot(study, caption)};
   for (std::size_t q = 0; q < study.binned.size(); ++q) {
-    plots.push_back(many_plot(quantities()[q], study.binned[q], caption));
+    plots.push_back(count_plot(quantities()[q], study.binned[q], caption));
     plots.push_back(saved_plot(quantities()[q], study.binned[q], caption));
   }
   return plots;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A study as plots, see plot.h.
+// The plots of a study, see plot.h.
 #pragma once
 
 #include <string>
@@ -11,11 +11,10 @@
 
 namespace qs {
 
-/// NAME of the plots is the key by which the page finds their pictures: "uses", "sizes", "loads",
-/// and for every quantity "many_KEY" and "saved_KEY".
+/// Their names: "uses", "sizes", "loads", and for every quantity "count_KEY" and "saved_KEY".
 std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption);
 
-/// "1.25-1.5", "20+", "<0.004": a bin's label.
+/// "1.25-1.5", "20+", "<0.004": the label of a bin.
 std::string bin_label(const Quantity& quantity, std::size_t bin);
 
 }  // namespace qs

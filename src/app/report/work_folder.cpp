@@ -11,7 +11,8 @@ WorkFolder::WorkFolder() {
   std::error_code error;
   const std::filesystem::path all = std::filesystem::temp_directory_path(error);
   std::string name = (all / "quadsplat-XXXXXX").string();
-  if (error || !mkdtemp(name.data())) fail("{}: no folder can be made in it", all.string());
+  if (error || !mkdtemp(name.data()))
+    fail("{}: a temporary folder cannot be created in it", all.string());
   path_ = name;
 }
 

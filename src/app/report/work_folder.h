@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A folder of its own among the system's temporary files, which goes when its owner does.
+// A new folder among the system's temporary files. The destructor deletes it.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@ namespace qs {
 
 class WorkFolder {
  public:
-  /// Throws Error(input) when none can be made.
+  /// Throws Error(input) if the folder cannot be created.
   WorkFolder();
   ~WorkFolder();
   WorkFolder(const WorkFolder&) = delete;

@@ -14,7 +14,7 @@ namespace qs {
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) fail("{}: cannot be made: {}", folder.string(), error.message());
+  if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
 }
 
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder) {
@@ -22,7 +22,7 @@ std::string write_report(const BenchReport& report, const std::filesystem::path&
   write_stats(folder / "bench.csv", format_csv(report.rows));
   write_stats(folder / "bench.json", format_bench_json(report));
   write_stats(folder / "bench.md", format_markdown(report) + noise_markdown(report.rows));
-  if (report.rows.empty()) return "there are no rows, so no plots";
+  if (report.rows.empty()) return "there are no rows to plot";
   return draw_plots(folder, bench_plots(report, report.environment.value("scaling", false)));
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A benchmark's folder: bench.csv, bench.json, bench.md and the plots. `bench` and `merge` end
-// here.
+// Writes the folder of a benchmark: bench.csv, bench.json, bench.md and the plots.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +9,10 @@
 
 namespace qs {
 
-/// Makes the folder if needed. Returns one sentence when the plots could not be drawn, else "".
+/// Creates the folder if needed. Returns one sentence if the plots could not be drawn, else "".
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder);
 
-/// Makes a folder and its parents. Throws Error(input).
+/// Creates a folder and its parents. Throws Error(input).
 void make_folder(const std::filesystem::path& folder);
 
 }  // namespace qs

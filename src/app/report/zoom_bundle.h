@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// zoom.json: everything that a zoom curve depends on, and what was measured. `quadsplat zoom
-// --replay DIR` reads it, renders the same steps and compares the counts, which do not depend on
-// the machine.
+// zoom.json: the inputs of a zoom and the measurements. `quadsplat zoom --replay DIR` reads it,
+// renders the same steps and compares the counts, which do not depend on the machine.
 #pragma once
 
 #include <filesystem>
@@ -20,11 +19,11 @@ struct ZoomBundle {
   Camera start;
   glm::dvec3 target{0.0};
   int steps = 32;
-  double closest = 0.05;  ///< last distance to the target over the first
+  double closest = 0.05;  ///< last distance to the target / first distance
   std::vector<CullMode> modes;
   RenderSettings settings;
   nlohmann::ordered_json environment;
-  std::vector<BenchRow> rows;  ///< steps x modes; camera is the step's number, view too
+  std::vector<BenchRow> rows;  ///< steps x modes; `camera` and `view` are the number of the step
 };
 
 std::string format_zoom_json(const ZoomBundle& bundle);

@@ -6,50 +6,47 @@
 
 #include <fmt/format.h>
 
-#include "app/picture/palette.h"
-
 namespace qs {
 namespace {
 
-// Columns of a mode's block.
+// Columns of a mode's data block.
 enum Column { kZoom = 1, kFps, kFpsLow, kFpsHigh, kMs, kMsLow, kMsHigh, kPairs };
 
 std::string blocks(const ZoomBundle& bundle) {
   std::string text;
   for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
-    text += fmt::format("$mode{} << END\n", m);
+    std::vector<std::string> lines;
     for (std::size_t i = m; i < bundle.rows.size(); i += bundle.modes.size()) {
       const BenchRow& row = bundle.rows[i];
       const double step = static_cast<double>(row.view) / (bundle.steps - 1);
-      text += fmt::format("{} {} {} {} {} {} {} {}\n", std::pow(bundle.closest, -step),
-                          row.fps_median, 1000 / row.ms_p95, 1000 / row.ms_p05, row.ms_median,
-                          row.ms_p05, row.ms_p95, static_cast<double>(row.pairs) / 1e6);
+      lines.push_back(fmt::format("{} {} {} {} {} {} {} {}", std::pow(bundle.closest, -step),
+                                  row.fps_median, 1000 / row.ms_p95, 1000 / row.ms_p05,
+                                  row.ms_median, row.ms_p05, row.ms_p95,
+                                  static_cast<double>(row.pairs) / 1e6));
     }
-    text += "END\n";
+    text += data_block(fmt::format("mode{}", m), lines);
   }
   return text;
 }
 
-// Bands first, so that they lie under all curves. quadbox-naive lists the same pairs as quadbox:
-// its curve is wider, to be seen under the other.
+// Bands come first, so that all curves are drawn over them. quadbox-naive lists the same pairs as
+// quadbox: its wider curve stays visible under the other.
 std::string curves(const ZoomBundle& bundle, int column, bool band) {
-  std::string text;
-  for (const bool line : {false, true}) {
-    for (std::size_t m = 0; m < bundle.modes.size() && (line || band); ++m) {
-      const std::string mode = mode_name(bundle.modes[m]);
-      text += text.empty() ? "plot " : ", \\\n  ";
-      text += line ? fmt::format(
-                         "$mode{} using 1:{} with linespoints linewidth {} pointtype {} "
-                         "pointsize 1.3 pointinterval {} linecolor rgb {} title {}",
-                         m, column, mode == "quadbox-naive" ? 4.0 : 1.8, mode_marker(mode),
-                         std::max(1, bundle.steps / 8), quoted(mode_color(mode)), quoted(mode))
-                   : fmt::format(
-                         "$mode{} using 1:{}:{} with filledcurves linecolor rgb {} "
-                         "fillstyle transparent solid 0.2 noborder notitle",
-                         m, column + 1, column + 2, quoted(mode_color(mode)));
-    }
+  std::vector<std::string> bands, lines;
+  for (std::size_t m = 0; m < bundle.modes.size(); ++m) {
+    const std::string mode = mode_name(bundle.modes[m]);
+    bands.push_back(fmt::format(
+        "$mode{} using {}:{}:{} with filledcurves {} fillstyle transparent solid 0.2 noborder "
+        "notitle",
+        m, static_cast<int>(kZoom), column + 1, column + 2, mode_color_option(mode)));
+    lines.push_back(
+        fmt::format("$mode{} using {}:{} with linespoints linewidth {} pointtype {} pointsize 1.3 "
+                    "pointinterval {} {}",
+                    m, static_cast<int>(kZoom), column, mode == "quadbox-naive" ? 4.0 : 1.8,
+                    mode_marker(mode), std::max(1, bundle.steps / 8), mode_options(mode)));
   }
-  return text;
+  if (band) lines.insert(lines.begin(), bands.begin(), bands.end());
+  return plot_command(lines);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The plots of a zoom: FPS, milliseconds and pairs against the distance to the target, one curve
-// per mode, times with a band of 5-95 % of the frames.
+// The plots of a zoom: FPS, milliseconds and pairs against the zoom, one curve per mode. Times have
+// a band of 5-95 % of the frames.
 #pragma once
 
 #include <vector>

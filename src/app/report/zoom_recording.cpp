@@ -13,7 +13,7 @@
 namespace qs {
 namespace {
 
-// First, middle and last step in the default mode.
+// Writes the first, middle and last step in the default mode.
 void save_pictures(Session& session, const ZoomBundle& bundle,
                    const std::filesystem::path& folder) {
   const std::vector<Camera> path =

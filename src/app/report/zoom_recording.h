@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Records a zoom: the measurements along its path, and the folder they are kept in. `quadsplat
-// zoom` and the viewer's recorder both do it here.
+// Records a zoom: measures the steps along its path and writes the folder of results. Used by
+// `quadsplat zoom` and the viewer's recorder.
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,16 @@
 
 namespace qs {
 
-/// A bundle without rows for this scene and these settings. Throws Error(input).
+/// A bundle for this scene and these settings, without rows. Throws Error(input).
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target);
 
-/// Measures every step; `on_step(camera, rows of the step)` follows the recording. Throws
-/// Cancelled.
+/// Measures every step and then calls on_step(camera, rows of the step). Throws Cancelled.
 std::vector<BenchRow> record_zoom(
     Session& session, const ZoomBundle& bundle, const ViewPlan& plan, const Progress& progress,
     const std::function<void(const Camera&, const std::vector<BenchRow>&)>& on_step = {});
 
-/// zoom.csv, zoom.json, plots, pictures of the first, middle and last step. Makes the folder.
-/// Returns one sentence when the plots could not be drawn, else "".
+/// Writes zoom.csv, zoom.json, plots, and pictures of the first, middle and last step. Creates the
+/// folder. Returns one sentence if the plots could not be drawn, else "".
 std::string save_zoom(Session& session, const ZoomBundle& bundle,
                       const std::filesystem::path& folder);
 

@@ -2,7 +2,8 @@
 #include "raster/scene/image.h"
 
 #include <cassert>
-#include <limits>
+
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 
@@ -18,9 +19,7 @@ double psnr_8bit(const Image& a, const Image& b, int channels) {
       }
     }
   }
-  if (squared_sum == 0) return std::numeric_limits<double>::infinity();
-  const double mean = squared_sum / (static_cast<double>(a.width) * a.height * channels);
-  return 10 * std::log10(255.0 * 255.0 / mean);
+  return psnr_of(squared_sum / (static_cast<double>(a.width) * a.height * channels), 255);
 }
 
 }  // namespace qs

@@ -84,6 +84,11 @@ std::vector<Share> shares(int from, int to) {
 
 }  // namespace
 
+double psnr_of(double mean_squared_error, double peak) {
+  if (mean_squared_error == 0) return std::numeric_limits<double>::infinity();
+  return 10 * std::log10(peak * peak / mean_squared_error);
+}
+
 double psnr(const Image& a, const Image& b, ThreadPool& pool) {
   assert(same_shape(a, b));
   const int values = a.width * a.channels;
@@ -95,7 +100,7 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool) {
     }
     return sum;
   });
-  return error == 0 ? std::numeric_limits<double>::infinity() : -10 * std::log10(error);
+  return psnr_of(error);
 }
 
 double ssim(const Image& a, const Image& b, ThreadPool& pool) {

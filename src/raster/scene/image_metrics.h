@@ -11,7 +11,10 @@
 
 namespace qs {
 
-/// -10 log10(mean squared error) in dB; +infinity if equal.
+/// Peak signal-to-noise ratio in dB for values up to `peak`; +infinity for an error of 0.
+double psnr_of(double mean_squared_error, double peak = 1);
+
+/// psnr_of() the mean squared error of all values.
 double psnr(const Image& a, const Image& b, ThreadPool& pool);
 
 /// Mean over pixels and channels of the structural similarity in a Gaussian window of 11 x 11

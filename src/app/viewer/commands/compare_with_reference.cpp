@@ -24,17 +24,17 @@ void compare(RenderContext& context, const Viewer& viewer, std::optional<PixelBo
   const Frame frame = context.session.renderer->render(request.camera, request.settings, outputs,
                                                        HostImage{}, context.stop);
   Renderer& cpu = renderer_on(context, Backend::cpu);
-  const Progress progress = shown_progress(context.session.scene->path, "computing the reference of",
-                                           context.stop, context.reports);
+  const Progress progress = shown_progress(
+      context.session.scene->path, "computing the reference of", context.stop, context.reports);
   progress.update(0);
-  Image truth = reference_of(cpu, request.camera, request.settings, region, progress);
-  const Verdict verdict =
-      judge(cpu, request.camera, request.settings, frame, truth, region, kTolerance, progress);
+  Image truth = render_reference(cpu, request.camera, request.settings, region, progress);
+  const ReferenceCheck verdict = check_against_reference(
+      cpu, request.camera, request.settings, frame, truth, region, kTolerance, progress);
   context.reference = ReferenceImage{viewer.view_version, verdict.region, std::move(truth)};
   context.report(action::compared_with_reference,
                  ReferenceComparison{viewer.version, verdict,
                                      fmt::format("{}: {}", mode_name(request.settings.mode),
-                                                 verdict_sentence(verdict, kTolerance))});
+                                                 check_sentence(verdict, kTolerance))});
   if (request.other) context.show(request);
 }
 

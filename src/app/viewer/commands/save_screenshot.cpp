@@ -4,7 +4,7 @@
 // screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
 #include <fmt/format.h>
 
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/write_report.h"
 #include "app/session/frame_metadata.h"
@@ -25,8 +25,8 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   Image picture;
   RenderStats stats;
   if (request.heatmap) {
-    const MappedFrame mapped = draw_mapped(renderer, camera, request.settings, *request.heatmap,
-                                           *context.session.pool, context.stop);
+    const HeatmapFrame mapped = render_with_heatmap(
+        renderer, camera, request.settings, *request.heatmap, *context.session.pool, context.stop);
     const Heatmap& map = mapped.heatmap;
     picture = draw_heatmap(mapped.frame.color, map, scale_for(map.values), mode_name(mode));
     stats = mapped.frame.stats;

@@ -78,6 +78,10 @@ void draw_pivot(const Viewer& viewer) {
   draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
 }
 
+ImU32 color_of(glm::vec3 color, float opacity = 1) {
+  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
+}
+
 // The picked Gaussian's ellipse, square and boxes, and the inspected pixel.
 void draw_inspected(const Viewer& viewer) {
   const Inspection& inspection = viewer.inspected->inspection;
@@ -88,13 +92,13 @@ void draw_inspected(const Viewer& viewer) {
   if (inspection.gaussian) {
     const GaussianReport& gaussian = *inspection.gaussian;
     rectangle(gaussian.square.low, gaussian.square.high, IM_COL32(255, 255, 255, 150), 1);
-    rectangle(gaussian.adr.low, gaussian.adr.high, IM_COL32(230, 159, 0, 255), 1.5f);
+    rectangle(gaussian.adr.low, gaussian.adr.high, color_of(mode_color(find_culler("adr"))), 1.5f);
     for (const Box& box : gaussian.quad_boxes)
-      rectangle(box.low, box.high, IM_COL32(86, 180, 233, 255), 1.5f);
+      rectangle(box.low, box.high, color_of(kSkyBlue), 1.5f);
     std::vector<ImVec2> ellipse;
     for (const glm::vec2 point : ellipse_of(gaussian.footprint, 96))
       ellipse.push_back(to_screen(point, viewer.camera));
-    draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), IM_COL32(213, 94, 0, 255),
+    draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), color_of(kVermillion),
                      ImDrawFlags_Closed, 2);
   }
   const glm::dvec2 pixel(inspection.pixel.pixel);
@@ -105,18 +109,18 @@ void draw_inspected(const Viewer& viewer) {
 // A frame around the compared part, and a ring around the first pixel that differs from the
 // reference.
 void draw_verdict(const Viewer& viewer) {
-  const Verdict& verdict = viewer.comparison->verdict;
+  const ReferenceCheck& verdict = viewer.comparison->verdict;
   const PixelBox& box = verdict.region;
   if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
     ImGui::GetBackgroundDrawList()->AddRect(
         to_screen(glm::dvec2(box.x0, box.y0) - 0.5, viewer.camera),
         to_screen(glm::dvec2(box.x1, box.y1) - 0.5, viewer.camera), IM_COL32(255, 255, 255, 200), 0,
         0, 1.5f);
-  if (!verdict.pixel) return;
-  const ImVec2 at = to_screen(glm::dvec2(*verdict.pixel), viewer.camera);
+  if (!verdict.difference.first) return;
+  const ImVec2 at = to_screen(glm::dvec2(*verdict.difference.first), viewer.camera);
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
-  draw.AddCircle(at, 12, IM_COL32(230, 92, 56, 255), 32, 2);
+  draw.AddCircle(at, 12, ImGui::GetColorU32(palette::kError), 32, 2);
 }
 
 }  // namespace
@@ -129,7 +133,7 @@ void draw_overlay(const Viewer& viewer, const PanelState& state) {
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
       const bool here = static_cast<int>(i) == viewer.dataset_camera;
       if (here) continue;  // the view is inside it
-      draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, IM_COL32(86, 180, 233, 190), 1);
+      draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, color_of(kSkyBlue, 0.745f), 1);
     }
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)

@@ -5,22 +5,26 @@
 
 #include <imgui.h>
 
+#include "app/picture/palette.h"
+
 namespace qs {
 
 inline constexpr float kFontSize = 15;  ///< units of the screen
 
 namespace palette {
-inline const ImVec4 kPanel{0.085f, 0.09f, 0.105f, 0.93f};
-inline const ImVec4 kText{0.90f, 0.91f, 0.92f, 1};
-inline const ImVec4 kFaint{0.60f, 0.62f, 0.65f, 1};
-inline const ImVec4 kAccent{0.34f, 0.71f, 0.91f, 1};   ///< sky blue
-inline const ImVec4 kCaution{0.90f, 0.62f, 0.00f, 1};  ///< orange
-inline const ImVec4 kError{0.90f, 0.36f, 0.22f, 1};    ///< vermillion
-/// Index = Stage: blue, orange, green, purple (Okabe and Ito's colours for dark backgrounds).
-inline const ImVec4 kStages[] = {{0.34f, 0.71f, 0.91f, 1},
-                                 {0.90f, 0.62f, 0.00f, 1},
-                                 {0.00f, 0.62f, 0.45f, 1},
-                                 {0.80f, 0.47f, 0.65f, 1}};
+inline ImVec4 with_opacity(glm::vec3 color, float opacity = 1) {
+  return {color.r, color.g, color.b, opacity};
+}
+inline const ImVec4 kPanel = with_opacity(on_dark::kPanel, 0.93f);
+inline const ImVec4 kText = with_opacity(on_dark::kText);
+inline const ImVec4 kFaint = with_opacity(on_dark::kFaint);
+inline const ImVec4 kAccent = with_opacity(kSkyBlue);
+inline const ImVec4 kCaution = with_opacity(kOrange);
+inline const ImVec4 kError{0.90f, 0.36f, 0.22f, 1};  ///< vermillion, lightened
+/// Index = Stage.
+inline const ImVec4 kStages[] = {
+    with_opacity(on_dark::kStages[0]), with_opacity(on_dark::kStages[1]),
+    with_opacity(on_dark::kStages[2]), with_opacity(on_dark::kStages[3])};
 }  // namespace palette
 
 /// Sets ImGui's style for `scale` pixels per unit.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/host_frames.h"
 
-#include "app/inspect/mapped_frame.h"
+#include "app/inspect/heatmap_frame.h"
 
 namespace qs {
 namespace {
@@ -28,8 +28,8 @@ RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
 
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
-  MappedFrame mapped = draw_mapped(*context.session.renderer, camera, request.settings,
-                                   *request.heatmap, *context.session.pool, context.stop);
+  HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, request.settings,
+                                            *request.heatmap, *context.session.pool, context.stop);
   RenderedFrame rendered = rendered_of(request, mapped.frame);
   show_map(rendered.shown, std::move(mapped.heatmap));
   rendered.shown.missed = std::move(mapped.missed);
@@ -80,7 +80,7 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
   }
   if (rendered.shown.other) {
     ShownOther& other = *rendered.shown.other;
-    other.pixels = pixel_difference(rendered.rgba, rendered.other, rendered.width, other.region);
+    other.pixels = image_difference(rendered.rgba, rendered.other, rendered.width, other.region);
     if (other.pairs) rendered.shown.map_scale = scale_for_signed(other.pairs->values);
   }
   return rendered;

@@ -17,7 +17,8 @@ struct LoadedScene {
 };
 
 /// A renderer with the scene; the window shows the progress. Throws Error and Cancelled.
-std::unique_ptr<Renderer> upload_to(RenderContext& context, const std::shared_ptr<const Scene>& scene, Backend backend);
+std::unique_ptr<Renderer> upload_to(RenderContext& context,
+                                    const std::shared_ptr<const Scene>& scene, Backend backend);
 
 /// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
 /// `settings` are used as they are, except that without `keep_background` the background is the

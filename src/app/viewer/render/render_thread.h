@@ -27,8 +27,8 @@ struct NumbersRequest {
 
 class RenderThread {
  public:
-  /// Uses the threads and the device of `options`. `wake` is called on the render thread when there is something to take. Without `frames` all
-  /// frames go through host memory.
+  /// Uses the threads and the device of `options`. `wake` is called on the render thread when there
+  /// is something to take. Without `frames` all frames go through host memory.
   RenderThread(const FrameOptions& options, std::function<void()> wake, GlFrames* frames);
   ~RenderThread();
 

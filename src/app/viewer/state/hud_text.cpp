@@ -145,12 +145,13 @@ std::string frame_plot_text(const Viewer& viewer) {
 std::vector<Fact> split_facts(const Viewer& viewer) {
   if (!viewer.shown.other) return {};
   const ShownOther& other = *viewer.shown.other;
-  const PixelDifference& pixels = other.pixels;
+  const ImageDifference& pixels = other.pixels;
   std::vector<Fact> facts = {
       {"PSNR", std::isinf(pixels.psnr) ? "equal" : decibels(pixels.psnr) + " dB"},
-      {"largest error", pixels.largest == 0 ? "0"
-                                            : fmt::format("{}/255 at {}, {}", pixels.largest,
-                                                          pixels.farthest.x, pixels.farthest.y)},
+      {"largest error", pixels.largest == 0
+                            ? "0"
+                            : fmt::format("{}/255 at {}, {}", pixels.largest, pixels.largest_at.x,
+                                          pixels.largest_at.y)},
       {"pixels that differ", grouped(pixels.pixels)}};
   if (other.pairs)
     facts.push_back(

@@ -13,13 +13,13 @@
 #include <string>
 #include <vector>
 
-#include "app/inspect/frame_difference.h"
 #include "app/inspect/inspection.h"
-#include "app/inspect/missed.h"
-#include "app/inspect/oracle.h"
+#include "app/inspect/missed_contributions.h"
+#include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/camera_path.h"
 #include "app/picture/heatmap.h"
+#include "app/picture/image_difference.h"
 #include "app/report/bench_report.h"
 #include "app/session/scene_box.h"
 #include "raster/renderer.h"
@@ -86,7 +86,7 @@ struct ShownOther {
   Variant variant;
   RenderStats stats;
   PixelBox region;         ///< drawn pixels: the reference may cover a part of the view only
-  PixelDifference pixels;  ///< inside the region
+  ImageDifference pixels;  ///< inside the region
   std::optional<PairDifference> pairs;  ///< unset for the reference, which has no tiles
 };
 
@@ -127,7 +127,7 @@ struct InspectedView {
 /// The comparison of a view with the fp64 reference.
 struct ReferenceComparison {
   int version = -1;  ///< Viewer::version
-  Verdict verdict;
+  ReferenceCheck verdict;
   std::string sentence;
 };
 

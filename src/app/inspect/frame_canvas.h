@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A window of a frame, enlarged, with its grid of tiles: the ground on which drawings about
-// Gaussians are made. Drawing is in the frame's pixel coordinates: pixel i has its centre at i, and
-// as in the rules of the culling modes a tile's line lies at a multiple of its side.
+// An enlarged window of a frame to draw on, with its tile grid. All drawing uses the frame's pixel
+// coordinates: the centre of pixel i is at i. As in the culling modes, the borders of tiles are at
+// multiples of their side.
 #pragma once
 
 #include <span>
@@ -12,18 +12,17 @@
 
 namespace qs {
 
-class Magnifier {
+class FrameCanvas {
  public:
-  /// Shows `window` as large as fits into `size` pixels; `scale_limit` is the most that a pixel of
-  /// the frame may measure.
-  Magnifier(const Box& window, glm::ivec2 size, float scale_limit = 40);
+  /// Shows `window` as large as fits into `size` pixels, but at most `scale_limit` times enlarged.
+  FrameCanvas(const Box& window, glm::ivec2 size, float scale_limit = 40);
 
   const Image& picture() const { return picture_; }
   Image& picture() { return picture_; }
   float scale() const { return scale_; }  ///< picture pixels per pixel of the frame
   glm::vec2 to_picture(glm::vec2 at) const { return (at - window_.low) * scale_; }
 
-  /// The frame, `strength` of it over white.
+  /// Draws the frame over white with this opacity, 0..1.
   void draw_frame(const Image& color, float strength);
   void draw_grid(const TileGrid& grid, glm::vec2 image_size);
 
@@ -41,8 +40,8 @@ class Magnifier {
   Image picture_;
 };
 
-/// The smallest window of whole tiles around everything that the modes list of the Gaussian, with a
-/// tile of room on every side; it may reach beyond the image.
+/// The smallest window of whole tiles around the ellipse and all tiles that the modes list, plus
+/// one tile on every side. It may extend beyond the image.
 Box window_of(const GaussianReport& report, const TileGrid& grid);
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a mode drops.
-#include "app/inspect/missed.h"
+#include "app/inspect/missed_contributions.h"
 
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 class Missed : public test::InspectorTest {};
 
 TEST_F(Missed, lossless_modes_miss_nothing_and_the_others_do) {
-  const Frame all = render(kJudgeMode);
+  const Frame all = render(kBaselineMode);
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     const MissedMap map =
         missed_contributions(all, render(mode), size(), settings_.background, pool_);
@@ -31,7 +31,7 @@ TEST_F(Missed, lossless_modes_miss_nothing_and_the_others_do) {
 }
 
 TEST_F(Missed, the_error_of_what_is_missed_is_the_error_of_the_image) {
-  const Frame all = render(kJudgeMode);
+  const Frame all = render(kBaselineMode);
   for (const char* name : {"3dgs", "dualbox"}) {
     const Frame frame = render(find_culler(name));
     const MissedMap map = missed_contributions(all, frame, size(), settings_.background, pool_);

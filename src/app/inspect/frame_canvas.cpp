@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/inspect/magnifier.h"
+#include "app/inspect/frame_canvas.h"
 
 #include <algorithm>
 #include <array>
@@ -25,15 +25,15 @@ Box box_of_tile(const TileGrid& grid, int tile) {
 
 }  // namespace
 
-Magnifier::Magnifier(const Box& window, glm::ivec2 size, float scale_limit) : window_(window) {
+FrameCanvas::FrameCanvas(const Box& window, glm::ivec2 size, float scale_limit) : window_(window) {
   const glm::vec2 extent = window.high - window.low, room(size);
   scale_ = std::min({room.x / extent.x, room.y / extent.y, scale_limit});
   picture_ = Image(static_cast<int>(std::ceil(extent.x * scale_)),
                    static_cast<int>(std::ceil(extent.y * scale_)), 3);
-  fill_rect(picture_, {0, 0, picture_.width, picture_.height}, paper::kPanel);
+  fill_rect(picture_, {0, 0, picture_.width, picture_.height}, on_white::kPanel);
 }
 
-void Magnifier::draw_frame(const Image& color, float strength) {
+void FrameCanvas::draw_frame(const Image& color, float strength) {
   for (int y = 0; y < picture_.height; ++y) {
     for (int x = 0; x < picture_.width; ++x) {
       const glm::vec2 at = glm::floor(window_.low + (glm::vec2(x, y) + 0.5f) / scale_ + 0.5f);
@@ -47,46 +47,46 @@ void Magnifier::draw_frame(const Image& color, float strength) {
   }
 }
 
-void Magnifier::draw_grid(const TileGrid& grid, glm::vec2 image_size) {
+void FrameCanvas::draw_grid(const TileGrid& grid, glm::vec2 image_size) {
   const auto side = static_cast<float>(grid.tile_px);
-  const Pen pen{{0.55f, 0.57f, 0.6f}, 1, 0.55f};
+  const Pen pen{kGray, 1, 0.55f};
   for (float x = std::ceil(window_.low.x / side) * side; x <= window_.high.x; x += side)
     draw_line({x, window_.low.y}, {x, window_.high.y}, pen);
   for (float y = std::ceil(window_.low.y / side) * side; y <= window_.high.y; y += side)
     draw_line({window_.low.x, y}, {window_.high.x, y}, pen);
-  outline_box({{0, 0}, image_size}, {paper::kInk, 2, 0.6f});
+  outline_box({{0, 0}, image_size}, {on_white::kInk, 2, 0.6f});
 }
 
-void Magnifier::fill_tile(const TileGrid& grid, int tile, glm::vec3 color, float opacity) {
+void FrameCanvas::fill_tile(const TileGrid& grid, int tile, glm::vec3 color, float opacity) {
   fill_box(box_of_tile(grid, tile), color, opacity);
 }
 
-void Magnifier::outline_tile(const TileGrid& grid, int tile, const Pen& pen) {
+void FrameCanvas::outline_tile(const TileGrid& grid, int tile, const Pen& pen) {
   outline_box(box_of_tile(grid, tile), pen);
 }
 
-void Magnifier::fill_box(const Box& box, glm::vec3 color, float opacity) {
+void FrameCanvas::fill_box(const Box& box, glm::vec3 color, float opacity) {
   fill_polygon(picture_, corners(to_picture(box.low), to_picture(box.high)), color, opacity);
 }
 
-void Magnifier::outline_box(const Box& box, const Pen& pen) {
+void FrameCanvas::outline_box(const Box& box, const Pen& pen) {
   stroke(picture_, corners(to_picture(box.low), to_picture(box.high)), true, pen);
 }
 
-void Magnifier::draw_ellipse(const Footprint& footprint, const Pen& pen, float fill_opacity) {
+void FrameCanvas::draw_ellipse(const Footprint& footprint, const Pen& pen, float fill_opacity) {
   std::vector<glm::vec2> points = ellipse_of(footprint, 360);
   for (glm::vec2& point : points) point = to_picture(point);
   if (fill_opacity > 0) fill_polygon(picture_, points, pen.color, fill_opacity);
   stroke(picture_, points, true, pen);
 }
 
-void Magnifier::draw_dot(glm::vec2 at, float radius, glm::vec3 color) {
+void FrameCanvas::draw_dot(glm::vec2 at, float radius, glm::vec3 color) {
   const glm::vec2 center = to_picture(at);
   const glm::vec2 points[] = {center, center + glm::vec2(0.01f, 0)};
   stroke(picture_, points, false, {color, 2 * radius});
 }
 
-void Magnifier::draw_line(glm::vec2 from, glm::vec2 to, const Pen& pen) {
+void FrameCanvas::draw_line(glm::vec2 from, glm::vec2 to, const Pen& pen) {
   const glm::vec2 points[] = {to_picture(from), to_picture(to)};
   stroke(picture_, points, false, pen);
 }
@@ -105,7 +105,7 @@ Box window_of(const GaussianReport& report, const TileGrid& grid) {
       high = glm::max(high, box.high);
     }
   }
-  // What lies far beyond the image is not worth its room.
+  // At most two tiles beyond the image are shown.
   const glm::vec2 last = side * glm::vec2(grid.columns, grid.rows);
   low = glm::clamp(low, glm::vec2(-2 * side), last);
   high = glm::clamp(high, glm::vec2(0), last + 2 * side);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/inspect/missed.h"
+#include "app/inspect/missed_contributions.h"
 
 #include <algorithm>
 
@@ -14,8 +14,8 @@
 namespace qs {
 namespace {
 
-/// A pixel on its way through a list.
-struct Walker {
+/// The state of a pixel while it is composited.
+struct PixelState {
   float transmittance = 1;
   bool stopped = false;
   glm::vec3 color{0.0f};
@@ -32,13 +32,13 @@ struct Walker {
   glm::vec3 over(glm::vec3 background) const { return color + transmittance * background; }
 };
 
-struct Judge {
+struct FrameComparison {
   const Frame& all;
   const Frame& frame;
   glm::vec3 background;
-  std::vector<std::uint32_t> slots;  // of all.trace, per Gaussian of the cloud
+  std::vector<std::uint32_t> slots;  // in all.trace, per Gaussian of the cloud
 
-  /// `marks`: per Gaussian of the cloud, 1 + the last tile seen to list it.
+  /// `marks`: per Gaussian of the cloud, 1 + the last tile that lists it, or 0.
   void one_tile(int tile, std::vector<int>& marks, MissedMap& map) const {
     for (const std::uint32_t gaussian : list_of(frame.trace, tile)) marks[gaussian] = tile + 1;
     const int side = all.grid.tile_px;
@@ -51,7 +51,7 @@ struct Judge {
   void one_pixel(int tile, glm::ivec2 pixel, const std::vector<int>& marks, MissedMap& map) const {
     const std::size_t at = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(map.width) +
                            static_cast<std::size_t>(pixel.x);
-    Walker whole, kept;
+    PixelState whole, kept;
     for (const std::uint32_t gaussian : list_of(all.trace, tile)) {
       if (whole.stopped && kept.stopped) break;
       const Splat& splat = all.trace.splats[slots[gaussian]];
@@ -80,7 +80,7 @@ MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 
   map.alphas.resize(pixels);
   map.errors.resize(pixels);
   const std::size_t gaussians = all.stats.gaussians;
-  const Judge judge{all, frame, background, slots_of(all.trace, gaussians)};
+  const FrameComparison comparison{all, frame, background, slots_of(all.trace, gaussians)};
   std::vector<std::vector<int>> marks(static_cast<std::size_t>(pool.size()));
   pool.for_chunks(static_cast<std::size_t>(all.grid.count()), 16,
                   [&](std::size_t begin, std::size_t end, int worker) {
@@ -88,7 +88,7 @@ MissedMap missed_contributions(const Frame& all, const Frame& frame, glm::ivec2 
                     std::vector<int>& own = marks[static_cast<std::size_t>(worker)];
                     own.resize(gaussians);
                     for (std::size_t tile = begin; tile < end; ++tile)
-                      judge.one_tile(static_cast<int>(tile), own, map);
+                      comparison.one_tile(static_cast<int>(tile), own, map);
                   });
   map.total = sum_of(map.counts);
   for (std::size_t i = 0; i < pixels; ++i) {

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+//
+// Compares a backend's frame with the fp64 reference and reports the first pixel, tile and Gaussian
+// where they differ. Only the reference's own data decides what is correct: no list, footprint or
+// alpha of the frame is trusted.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/picture/image_difference.h"
+
+namespace qs {
+
+/// Why a pixel differs from the reference's.
+enum class Disagreement {
+  missing,   ///< only the reference blends the Gaussian
+  extra,     ///< only the frame blends the Gaussian
+  alpha,     ///< both blend it, with different alphas
+  color,     ///< both blend it, with different colours
+  stops,     ///< one of them stops at the Gaussian, the other blends it
+  rounding,  ///< all contributions agree
+};
+
+struct ReferenceCheck {
+  PixelBox region;
+  ImageDifference difference;             ///< inside the region
+  int tile = -1;                          ///< tile of difference.first
+  std::optional<std::uint32_t> gaussian;  ///< the first in that pixel on which they disagree
+  Disagreement why = Disagreement::rounding;
+};
+
+/// Renders the reference's image of a region, 0 outside of it; unset = the whole image. Takes
+/// seconds: reports progress and throws Cancelled. `cpu`: a CPU renderer with the scene.
+Image render_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
+                       std::optional<PixelBox> region, const Progress& progress);
+
+/// Compares `frame`, which was rendered with color and trace for `camera` and `settings`, with
+/// `reference`, the result of render_reference() for the same view and region. Differences of 8-bit
+/// values up to `tolerance` do not count. Throws Cancelled.
+ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
+                                       const Frame& frame, const Image& reference,
+                                       std::optional<PixelBox> region, int tolerance,
+                                       const Progress& progress);
+
+/// "equal to the reference within 1/255, 92.10 dB", or what differs.
+std::string check_sentence(const ReferenceCheck& check, int tolerance);
+
+}  // namespace qs

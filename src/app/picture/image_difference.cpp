@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/image_difference.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "io/picture/image_file.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+/// `difference_at(x, y, channel)` is the difference of an 8-bit value.
+template <class DifferenceAt>
+ImageDifference difference_in(const PixelBox& box, int tolerance, DifferenceAt&& difference_at) {
+  ImageDifference result;
+  std::uint64_t squares = 0;
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      int largest = 0;
+      for (int c = 0; c < 3; ++c) {
+        const int difference = std::abs(difference_at(x, y, c));
+        squares += static_cast<std::uint64_t>(difference * difference);
+        largest = std::max(largest, difference);
+      }
+      if (largest > tolerance) {
+        ++result.pixels;
+        if (!result.first) result.first = {x, y};
+      }
+      if (largest > result.largest) {
+        result.largest = largest;
+        result.largest_at = {x, y};
+      }
+    }
+  }
+  const double values = 3.0 * (box.x1 - box.x0) * (box.y1 - box.y0);
+  if (squares > 0) result.psnr = psnr_of(static_cast<double>(squares) / values, 255);
+  return result;
+}
+
+}  // namespace
+
+ImageDifference image_difference(const Image& a, const Image& b, const std::optional<PixelBox>& box,
+                                 int tolerance) {
+  return difference_in(box.value_or(box_of(a)), tolerance,
+                       [&](int x, int y, int c) { return difference_8bit(a, b, x, y, c); });
+}
+
+ImageDifference image_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
+                                 int width, const PixelBox& box) {
+  return difference_in(box, 0, [&](int x, int y, int c) {
+    const auto at = static_cast<std::size_t>(4 * (std::int64_t{y} * width + x) + c);
+    return a[at] - b[at];
+  });
+}
+
+int difference_8bit(const Image& a, const Image& b, int x, int y, int channel) {
+  return std::abs(to_8bit(a.at(x, y, channel)) - to_8bit(b.at(x, y, channel)));
+}
+
+Image amplified_difference(const Image& a, const Image& b, const PixelBox& box, int amplification) {
+  Image result(box.x1 - box.x0, box.y1 - box.y0, 3);
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const int amplified = amplification * difference_8bit(a, b, x, y, c);
+        result.at(x - box.x0, y - box.y0, c) = std::min(1.0f, static_cast<float>(amplified) / 255);
+      }
+    }
+  }
+  return result;
+}
+
+int amplification_for(int largest_difference) {
+  return std::clamp(255 / std::max(largest_difference, 1), 1, 64);
+}
+
+PixelBox box_of(const Image& image) { return {0, 0, image.width, image.height}; }
+
+Image read_reference(const std::filesystem::path& path, int width, int height) {
+  Image image = read_image(path);
+  if (image.width != width || image.height != height) {
+    fail("{}: is {} x {} pixels, but the frame is {} x {}", path.string(), image.width,
+         image.height, width, height);
+  }
+  if (image.channels >= 3) return image;
+  Image rgb(width, height, 3);  // the file has gray values, with or without alpha
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, 0);
+    }
+  }
+  return rgb;
+}
+
+std::filesystem::path difference_path(const std::filesystem::path& output) {
+  std::filesystem::path result = output;
+  return result.replace_extension("").concat(".difference.png");
+}
+
+}  // namespace qs

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+//
+// How two images of one view differ. Compared are 8-bit RGB values, as a PNG file or a display
+// holds them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <glm/vec2.hpp>
+
+#include "raster/renderer.h"
+
+namespace qs {
+
+struct ImageDifference {
+  double psnr = std::numeric_limits<double>::infinity();  ///< dB over all RGB values, peak 255
+  int largest = 0;                                        ///< largest difference of an 8-bit value
+  glm::ivec2 largest_at{-1};        ///< the first pixel, row by row, that has it
+  std::uint64_t pixels = 0;         ///< pixels that differ by more than the tolerance
+  std::optional<glm::ivec2> first;  ///< the first of them, row by row
+};
+
+/// Compares the pixels of `box`, default: of the whole image. Both images have the same size and at
+/// least three channels.
+ImageDifference image_difference(const Image& a, const Image& b,
+                                 const std::optional<PixelBox>& box = {}, int tolerance = 0);
+
+/// The same for RGBA images with 8 bits per channel and rows of `width` pixels. Alpha is ignored.
+ImageDifference image_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
+                                 int width, const PixelBox& box);
+
+/// |a - b| of one 8-bit value.
+int difference_8bit(const Image& a, const Image& b, int x, int y, int channel);
+
+/// A picture of |a - b| inside the box, times `amplification` and at most 1.
+Image amplified_difference(const Image& a, const Image& b, const PixelBox& box, int amplification);
+
+/// The largest factor, 1 to 64, by which a difference can be amplified without clipping.
+int amplification_for(int largest_difference);
+
+/// All pixels of the image.
+PixelBox box_of(const Image& image);
+
+/// Reads a picture of this size as RGB. Throws Error(input), also for another size.
+Image read_reference(const std::filesystem::path& path, int width, int height);
+
+/// OUT.png -> OUT.difference.png; always a PNG.
+std::filesystem::path difference_path(const std::filesystem::path& output);
+
+}  // namespace qs

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/image_difference.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace qs {
+namespace {
+
+TEST(ImageDifference, names_the_first_pixel_with_the_largest_difference_and_compares_only_the_box) {
+  constexpr int kWidth = 4, kHeight = 3;
+  std::vector<std::uint8_t> a(4 * kWidth * kHeight, 100), b = a;
+  const auto value = [&](int x, int y, int c) -> std::uint8_t& {
+    return b[static_cast<std::size_t>(4 * (y * kWidth + x) + c)];
+  };
+  const PixelBox all{0, 0, kWidth, kHeight};
+  EXPECT_EQ(image_difference(a, b, kWidth, all).pixels, 0u);
+  EXPECT_TRUE(std::isinf(image_difference(a, b, kWidth, all).psnr));
+  EXPECT_EQ(image_difference(a, b, kWidth, all).largest_at, glm::ivec2(-1));
+
+  value(3, 0, 1) = 97;
+  value(1, 2, 0) = 105;
+  value(2, 2, 2) = 95;
+  value(0, 1, 3) = 0;  // opacity is no colour
+  const ImageDifference whole = image_difference(a, b, kWidth, all);
+  EXPECT_EQ(whole.largest, 5);
+  EXPECT_EQ(whole.largest_at, glm::ivec2(1, 2));
+  EXPECT_EQ(whole.pixels, 3u);
+  EXPECT_NEAR(whole.psnr, 10 * std::log10(255.0 * 255.0 / ((9.0 + 25 + 25) / (3 * 12))), 1e-12);
+
+  const ImageDifference row = image_difference(a, b, kWidth, {0, 0, kWidth, 1});
+  EXPECT_EQ(row.largest, 3);
+  EXPECT_EQ(row.pixels, 1u);
+  EXPECT_NEAR(row.psnr, 10 * std::log10(255.0 * 255.0 / (9.0 / (3 * 4))), 1e-12);
+}
+
+TEST(ImageDifference, is_amplified_up_to_white) {
+  Image truth(4, 1, 3), other = truth;
+  other.at(1, 0, 0) = 2.0f / 255;
+  other.at(2, 0, 0) = 1;
+  const Image difference = amplified_difference(other, truth, {1, 0, 4, 1}, 16);
+  EXPECT_FLOAT_EQ(difference.at(0, 0, 0), 32.0f / 255);
+  EXPECT_FLOAT_EQ(difference.at(1, 0, 0), 1);
+  EXPECT_EQ(difference.at(2, 0, 0), 0);
+}
+
+}  // namespace
+}  // namespace qs

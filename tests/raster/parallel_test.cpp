@@ -10,7 +10,7 @@
 namespace qs {
 namespace {
 
-TEST(ThreadPool, visits_every_index_once_whatever_the_grain) {
+TEST(ThreadPool, visits_every_index_once_for_every_grain) {
   for (const int threads : {1, 2, 5}) {
     ThreadPool pool(threads);
     EXPECT_EQ(pool.size(), threads);

@@ -64,12 +64,12 @@ TEST(TileSize, smaller_tiles_give_more_pairs) {
   }
 }
 
-TEST(TileSize, an_unknown_one_is_refused_with_a_sentence) {
+TEST(TileSize, an_unsupported_size_is_refused_with_a_sentence) {
   try {
     render(test::random_cloud(10, 0, 1), test::front_camera(32, 32), kDefaultMode, 12);
     FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "backend cpu: tiles of 12 pixels: it knows 8, 16 and 32");
+    EXPECT_STREQ(error.what(), "backend cpu: cannot use tiles of 12 pixels, only 8, 16 or 32");
   }
 }
 

@@ -35,7 +35,7 @@ class CpuRenderer final : public Renderer {
       fail(ErrorKind::device, "backend cpu: it renders only into host memory");
     }
     if (std::find(kTileSizes.begin(), kTileSizes.end(), settings.tile_px) == kTileSizes.end()) {
-      fail(ErrorKind::device, "backend cpu: tiles of {} pixels: it supports 8, 16 and 32",
+      fail(ErrorKind::device, "backend cpu: cannot use tiles of {} pixels, only 8, 16 or 32",
            settings.tile_px);
     }
     const bool reference = settings.mode == kReferenceMode;

@@ -41,9 +41,9 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
       Block& block = blocks[b];
       for (std::size_t lane = 0; lane < kBlock; ++lane) {
         const std::size_t i = b * kBlock + lane;
-        const ActiveGaussian nobody{glm::vec3(NAN), {}, 0};
+        const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
         if (i + kPrefetch < order.size()) prefetch(cloud, order[i + kPrefetch]);
-        const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : nobody;
+        const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
         block.gaussian[lane] = i < order.size() ? order[i] : 0;
         block.x[lane] = g.position.x;
         block.y[lane] = g.position.y;
@@ -70,11 +70,11 @@ Harmonics make_harmonics(const GaussianCloud& cloud, std::span<const std::uint32
 
   // Calls store(group, values of each member) for all groups. Members after the last Gaussian are
   // 0.
-  const std::vector<float> nobody(stride, 0.0f);
+  const std::vector<float> padding(stride, 0.0f);
   const auto for_each_group = [&](const auto& store) {
     pool.for_chunks(groups, 256, [&](std::size_t begin, std::size_t end, int) {
       const auto member = [&](std::size_t i) {
-        return i < order.size() ? &cloud.sh.data()->x + order[i] * stride : nobody.data();
+        return i < order.size() ? &cloud.sh.data()->x + order[i] * stride : padding.data();
       };
       for (std::size_t group = begin; group < end; ++group) {
         const float* members[kGroup];

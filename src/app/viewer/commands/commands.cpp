@@ -163,16 +163,18 @@ std::vector<KeyCommand> make_commands() {
       held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode),
   };
   for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
-  rows.insert(rows.end(), {panel(GLFW_KEY_C, 0, mode, "Split: beside another mode", &Panels::split),
-                           row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view),
-                           row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split),
+  const std::vector<KeyCommand> last_rows = {
+      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode", &Panels::split),
+      row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view),
+      row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split),
 
-                           row(GLFW_KEY_Z, 0, measure, "Record a zoom", toggle_zoom_recorder),
-                           job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
-                           job_row(GLFW_KEY_0, 0, measure, "Compare with the reference",
-                                   job::compare_with_reference),
-                           job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
-                                   job::compare_around_cursor)});
+      row(GLFW_KEY_Z, 0, measure, "Record a zoom", toggle_zoom_recorder),
+      job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
+      job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
+      job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
+              job::compare_around_cursor),
+  };
+  rows.insert(rows.end(), last_rows.begin(), last_rows.end());
   return rows;
 }
 

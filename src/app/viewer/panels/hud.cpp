@@ -14,12 +14,6 @@
 namespace qs {
 namespace {
 
-void right_aligned(const std::string& text) {
-  const float shift = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
-  if (shift > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + shift);
-  ImGui::TextUnformatted(text.c_str());
-}
-
 double stage_sum(const BenchRow& row) {
   double sum = 0;
   for (const double ms : stages_of(row)) sum += ms;
@@ -101,16 +95,12 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
       actions.push_back(call(action::set_mode, row.mode));
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(row.mode).summary);
     ImGui::PushStyleColor(ImGuiCol_Text, current ? palette::kText : palette::kFaint);
-    for (const std::string* text :
-         {&row.ms, &row.fps, &row.pairs, &row.per_visible, &row.unused, &row.speedup}) {
+    std::vector<std::string> cells = {row.ms,          row.fps,    row.pairs,
+                                      row.per_visible, row.unused, row.speedup};
+    if (other) cells.insert(cells.end(), {row.other_ms, row.other_speedup});
+    for (const std::string& text : cells) {
       ImGui::TableNextColumn();
-      right_aligned(*text);
-    }
-    if (other) {
-      for (const std::string* text : {&row.other_ms, &row.other_speedup}) {
-        ImGui::TableNextColumn();
-        right_aligned(*text);
-      }
+      right_aligned(text);
     }
     ImGui::PopStyleColor();
     ImGui::TableNextColumn();

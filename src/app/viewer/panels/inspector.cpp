@@ -16,9 +16,7 @@ namespace {
 
 void cell(const std::string& text) {
   ImGui::TableNextColumn();
-  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
-  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0f, room));
-  ImGui::TextUnformatted(text.c_str());
+  right_aligned(text);
 }
 
 void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions) {

@@ -23,6 +23,11 @@ ImVec2 to_screen(glm::dvec2 pixel, const Camera& camera) {
           static_cast<float>((pixel.y + 0.5) / camera.height) * display.y};
 }
 
+// The place of a point in view space, in front of the camera.
+ImVec2 projected(const Camera& camera, glm::dvec3 point) {
+  return to_screen(glm::dvec2(point) / point.z * camera.focal_px + camera.center_px, camera);
+}
+
 // A line between two points of the world, clipped at the near plane.
 void draw_line(const Camera& camera, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
   glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);
@@ -31,10 +36,7 @@ void draw_line(const Camera& camera, glm::dvec3 from, glm::dvec3 to, ImU32 color
   if (a.z < near_depth && b.z < near_depth) return;
   if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
   if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
-  const auto pixel = [&](glm::dvec3 p) {
-    return to_screen(glm::dvec2(p) / p.z * camera.focal_px + camera.center_px, camera);
-  };
-  ImGui::GetBackgroundDrawList()->AddLine(pixel(a), pixel(b), color, width);
+  ImGui::GetBackgroundDrawList()->AddLine(projected(camera, a), projected(camera, b), color, width);
 }
 
 void draw_frustum(const Camera& view, const Camera& camera, double depth, ImU32 color,
@@ -71,8 +73,7 @@ void draw_photograph(const Viewer& viewer, const PanelState& state) {
 void draw_pivot(const Viewer& viewer) {
   const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
   if (at.z <= viewer.camera.near_depth) return;
-  const ImVec2 screen = to_screen(
-      glm::dvec2(at) / at.z * viewer.camera.focal_px + viewer.camera.center_px, viewer.camera);
+  const ImVec2 screen = projected(viewer.camera, at);
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.AddCircle(screen, 7, IM_COL32(0, 0, 0, 160), 24, 3.5f);
   draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);

@@ -17,6 +17,12 @@ std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, i
   return static_cast<std::size_t>(at.y * columns + at.x);
 }
 
+void right_aligned(const std::string& text) {
+  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0f, room));
+  ImGui::TextUnformatted(text.c_str());
+}
+
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   draw_overlay(viewer, state);
   draw_heat_legend(viewer);

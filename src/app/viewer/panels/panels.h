@@ -34,6 +34,9 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions);
 std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows);
 
+/// Text at the right end of a table's cell.
+void right_aligned(const std::string& text);
+
 // ---- one file each -----------------------------------------------------------------------------
 float draw_menu_bar(const Viewer& viewer, Actions& actions);  ///< its height
 void draw_hud(const Viewer& viewer, Actions& actions, float top);

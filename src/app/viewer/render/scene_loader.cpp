@@ -40,21 +40,21 @@ bool is_camera_path(const fs::path& path) {
   return read_text_file(path, kMaxCamerasBytes).find("\"time\"") != std::string::npos;
 }
 
-bool has_scene(const fs::path& path) {
+template <class Read>
+bool succeeds(Read read) {
   try {
-    find_scene_file(path);
-    return true;
+    return read();
   } catch (const Error&) {
     return false;
   }
 }
 
-bool has_cameras(const fs::path& folder) {
-  try {
-    return !read_cameras(folder).empty();
-  } catch (const Error&) {
-    return false;
-  }
+// A folder without a scene in it may hold the cameras of a data set.
+bool is_cameras_folder(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_directory(folder, error) &&
+         !succeeds([&] { return find_scene_file(folder), true; }) &&
+         succeeds([&] { return !read_cameras(folder).empty(); });
 }
 
 }  // namespace
@@ -138,13 +138,11 @@ void SceneLoader::read_photograph(const fs::path& path) {
 
 void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) {
   const fs::path& path = request.path;
-  std::error_code error;
-  const bool folder = fs::is_directory(path, error);
   if (is_json(path) && is_camera_path(path)) {
     reports_.report(action::set_keyframes, read_camera_path(path));
     return reports_.report(action::end_progress);
   }
-  if (is_json(path) || (folder && !has_scene(path) && has_cameras(path))) {
+  if (is_json(path) || is_cameras_folder(path)) {
     const std::vector<Camera> cameras = read_cameras(path);
     reports_.report(action::cameras_opened, cameras, path, find_photographs(path, cameras));
     return reports_.report(action::end_progress);

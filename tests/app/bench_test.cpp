@@ -151,17 +151,25 @@ TEST(ZoomPath, distances_shrink_by_one_ratio_and_end_where_asked) {
   EXPECT_NEAR(distance(8), 0.05 * distance(0), 1e-9);
 }
 
-TEST(ZoomPath, the_target_is_the_opaque_gaussian_under_the_centre) {
+TEST(ZoomPath, the_target_is_the_opaque_gaussian_under_the_centre_for_every_tile_size) {
   const auto renderer = make_renderer(Backend::cpu);
   renderer->upload(test::single_gaussian({0, 0, 3}, 0.2f, {1, 1, 1}, 8), {});
-  const Camera camera = test::front_camera(64, 48);
-  Outputs outputs;
-  outputs.trace = true;
-  const auto depth =
-      pixel_depth(renderer->render(camera, {}, outputs).trace, camera, center_pixel(camera));
-  ASSERT_TRUE(depth.has_value());
-  EXPECT_NEAR(*depth, 3, 1e-5);
-  EXPECT_NEAR(point_at(camera, glm::dvec2(center_pixel(camera)), *depth).z, 3, 1e-5);
+  const Camera camera = test::front_camera(96, 80);
+  for (const int tile_px : kTileSizes) {
+    SCOPED_TRACE(tile_px);
+    RenderSettings settings;
+    settings.tile_px = tile_px;
+    const auto point = find_point(*renderer, camera, settings, {48, 40});
+    ASSERT_TRUE(point.has_value());
+    EXPECT_NEAR(point->z, 3, 1e-5);
+    EXPECT_EQ(find_point(*renderer, camera, settings, {0, 0}), std::nullopt);
+    EXPECT_EQ(find_point(*renderer, camera, settings, {96, 40}), std::nullopt);
+  }
+}
+
+TEST(ZoomPath, the_centre_pixel_is_right_of_and_below_the_middle) {
+  EXPECT_EQ(center_pixel(test::front_camera(64, 48)), glm::ivec2(32, 24));
+  EXPECT_EQ(center_pixel(test::front_camera(7, 5)), glm::ivec2(3, 2));
 }
 
 TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {

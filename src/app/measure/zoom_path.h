@@ -17,9 +17,9 @@ namespace qs {
 /// distance away from the target.
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest);
 
-/// View depth at which light of a pixel is half absorbed, from a frame's trace; empty when it never
-/// is or the pixel is outside.
-std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel);
+/// View depth at which the transmittance of a pixel falls to one half. `frame` is a frame of
+/// `camera` with its trace. Empty if the pixel is outside the image or stays more transparent.
+std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm::ivec2 pixel);
 
 /// The pixel that stands for the image's centre.
 glm::ivec2 center_pixel(const Camera& camera);

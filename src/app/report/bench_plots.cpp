@@ -23,15 +23,15 @@ std::vector<std::string> different(const std::vector<ModeMean>& means,
   return words;
 }
 
-// One block per mode: a line "scene values..." per scene.
+// One block per mode, and per pipeline if there are several: a line "scene values..." per scene.
 template <class Values>
 std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
   std::string text;
-  const std::vector<std::string> modes = different(means, &ModeMean::mode);
-  for (std::size_t i = 0; i < modes.size(); ++i) {
+  const std::vector<std::string> labels = different(means, &ModeMean::label);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
     text += fmt::format("$mode{} << END\n", i);
     for (const ModeMean& mean : means) {
-      if (mean.mode == modes[i]) text += fmt::format("{} {}\n", quoted(mean.scene), values(mean));
+      if (mean.label == labels[i]) text += fmt::format("{} {}\n", quoted(mean.scene), values(mean));
     }
     text += "END\n";
   }
@@ -41,11 +41,12 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
 // plot $mode0 HOW linecolor ... title "3dgs", $mode1 ...; a "{}" in `how` is the mode's marker.
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::string text = "plot ";
-  const std::vector<std::string> modes = different(means, &ModeMean::mode);
-  for (std::size_t i = 0; i < modes.size(); ++i) {
+  const std::vector<std::string> labels = different(means, &ModeMean::label);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const std::string mode = separated(labels[i]).front();
     text += fmt::format("{}$mode{} {} linecolor rgb {} title {}", i == 0 ? "" : ", \\\n  ", i,
-                        fmt::format(fmt::runtime(how), mode_marker(modes[i])),
-                        quoted(mode_color(modes[i])), quoted(modes[i]));
+                        fmt::format(fmt::runtime(how), mode_marker(mode)), quoted(mode_color(mode)),
+                        quoted(labels[i]));
   }
   return text;
 }
@@ -84,8 +85,8 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     text += fmt::format("$scene{} << END\n", s);
     for (const ModeMean& mean : means) {
       if (mean.scene != scenes[s]) continue;
-      text += fmt::format("{} {} {} {} {}\n", quoted(mean.mode), mean.stage_ms[0], mean.stage_ms[1],
-                          mean.stage_ms[2], mean.stage_ms[3]);
+      text += fmt::format("{} {} {} {} {}\n", quoted(mean.label), mean.stage_ms[0],
+                          mean.stage_ms[1], mean.stage_ms[2], mean.stage_ms[3]);
     }
     text += "END\n";
     plots += fmt::format("{}newhistogram {}", s == 0 ? "" : ", \\\n  ", quoted(scenes[s]));

@@ -34,9 +34,6 @@ std::string format_bench_json(const BenchReport& report);
 /// The report that format_bench_json() wrote. Throws json::exception.
 BenchReport parse_bench_report(const nlohmann::ordered_json& json);
 
-/// Reads bench.json. Throws Error(input) naming the file.
-BenchReport read_bench_json(const std::filesystem::path& path);
-
 /// "NVIDIA H200" on CUDA, the CPU's model otherwise: what a caption says.
 std::string measured_on(const nlohmann::ordered_json& environment);
 

@@ -8,18 +8,10 @@
 #include "app/session/camera_control.h"
 
 namespace qs {
+namespace {
 
-std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
-  assert(steps >= 2 && closest > 0);
-  const glm::dvec3 away = start.position() - target;
-  std::vector<Camera> cameras;
-  for (int step = 0; step < steps; ++step) {
-    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
-    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
-  }
-  return cameras;
-}
-
+// View depth at which the transmittance of a pixel falls to one half. `frame` has a trace. Empty if
+// the pixel is outside the image or stays more transparent.
 std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm::ivec2 pixel) {
   const Trace& trace = frame.trace;
   const int x = pixel.x, y = pixel.y;
@@ -43,6 +35,19 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
     if (transmittance <= 0.5) return static_cast<double>(trace.depths[slot]);
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
+  assert(steps >= 2 && closest > 0);
+  const glm::dvec3 away = start.position() - target;
+  std::vector<Camera> cameras;
+  for (int step = 0; step < steps; ++step) {
+    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
+    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
+  }
+  return cameras;
 }
 
 glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }

@@ -67,7 +67,7 @@ ordered_json environment_json(const Session& session) {
                        {"utc", environment.utc}};
   if (session.backend == Backend::cuda) {
     const GpuReport report = gpu_report();
-    const auto index = static_cast<std::size_t>(session.device);
+    const auto index = static_cast<std::size_t>(session.options.device);
     json["gpu"] = index < report.gpus.size() ? report.gpus[index].name : "unknown";
     json["cuda_of_driver"] = report.driver;
   }

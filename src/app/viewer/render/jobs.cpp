@@ -20,10 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Progress upload_progress(RenderContext& context, const Scene& scene) {
+  return loading_progress(scene.path, "uploading", context.stop, context.report);
+}
+
 std::unique_ptr<Renderer> uploaded(RenderContext& context, const Scene& scene, Backend backend) {
   auto renderer = make_renderer(backend, context.options);
-  renderer->upload(scene.cloud,
-                   loading_progress(scene.path, "uploading", context.stop, context.report));
+  renderer->upload(scene.cloud, upload_progress(context, scene));
   return renderer;
 }
 
@@ -43,12 +46,9 @@ ViewPlan bench_plan(Backend backend) {
 
 Renderer& renderer_on(RenderContext& context, Backend backend) {
   Session& session = context.session;
-  if (backend == session.backend) return *session.renderer;
-  if (!context.second) {
-    const ReportAtEnd end(context, action::SetLoading{});
-    context.second = uploaded(context, session.scene, backend);
-  }
-  return *context.second;
+  if (backend == session.backend || session.second) return renderer_on(session, backend);
+  const ReportAtEnd end(context, action::SetLoading{});
+  return renderer_on(session, backend, upload_progress(context, session.scene));
 }
 
 fs::path free_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
@@ -67,12 +67,12 @@ Job open_scene(LoadedScene loaded, Backend backend, RenderSettings settings, boo
     if (!keep_background)
       settings.background = glm::vec3(loaded.facts.white_background ? 1.0f : 0.0f);
     Session& session = context.session;
-    context.second.reset();
+    session.second.reset();
     context.reference.reset();
     session.renderer = std::move(renderer);
     session.scene = std::move(loaded.scene);
     session.backend = backend;
-    session.device = context.options.device;
+    session.options = context.options;
     session.settings = settings;
     context.report(action::SceneOpened{std::move(loaded.facts), settings, backend});
   };
@@ -82,7 +82,7 @@ Job switch_backend(Backend backend) {
   return [backend](RenderContext& context) {
     const ReportAtEnd end(context, action::SetLoading{});
     Session& session = context.session;
-    context.second.reset();
+    session.second.reset();
     session.renderer = uploaded(context, session.scene, backend);
     session.backend = backend;
     context.report(action::BackendChanged{backend});

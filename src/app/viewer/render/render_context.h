@@ -39,7 +39,6 @@ struct ReferenceImage {
 
 struct RenderContext {
   Session session;                          ///< renderer null until the first scene
-  std::unique_ptr<Renderer> second;         ///< the scene on the other backend, once it was needed
   std::optional<ReferenceImage> reference;  ///< the last that was computed
   RendererOptions options;
   std::stop_token stop;

@@ -109,6 +109,17 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
   EXPECT_EQ(run_quadsplat({}).exit_code, kExitUsage);
 }
 
+TEST_F(Program, heat_maps_of_lists_need_a_mode_with_lists) {
+  for (const char* quantity : {"pairs", "false-positive", "missed"}) {
+    expect_failure(
+        render({"--cull", "quadbox,reference", "--heatmap", quantity, "--output", path("a.png")}),
+        kExitUsage, std::string("--heatmap ") + quantity + ": mode reference has no tile lists");
+  }
+  const ProgramRun run =
+      render({"--cull", "reference", "--heatmap", "evaluated", "--output", path("a.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+}
+
 TEST_F(Program, bad_input_ends_with_2) {
   expect_failure(run_quadsplat({"info", path("none.ply")}), kExitInput, "none.ply");
   std::ofstream(folder_ / "broken.ply") << "ply\nnonsense";

@@ -41,11 +41,11 @@ std::vector<std::string> heatmap_names() {
 }
 
 void check(const RenderCommand& command) {
-  if (command.heatmap == HeatQuantity::missed) {
-    for (const CullMode mode : command.frame.modes) {
-      if (mode == kReferenceMode)
-        fail(ErrorKind::usage, "render: --heatmap missed: mode reference has no tile lists");
-    }
+  const std::vector<CullMode>& modes = command.frame.modes;
+  if (command.heatmap && command.heatmap != HeatQuantity::evaluated &&
+      std::count(modes.begin(), modes.end(), kReferenceMode) > 0) {
+    fail(ErrorKind::usage, "render: --heatmap {}: mode reference has no tile lists",
+         heatmap_row(*command.heatmap).name);
   }
   if (!command.output && !command.stats && !command.measures() && !command.reference) {
     fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");

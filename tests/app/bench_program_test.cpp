@@ -28,6 +28,10 @@ using test::run_quadsplat;
 using testing::HasSubstr;
 using testing::Not;
 
+BenchReport read_bench_json(const std::filesystem::path& path) {
+  return parse_bench_report(nlohmann::ordered_json::parse(std::ifstream(path)));
+}
+
 class BenchProgram : public testing::Test {
  protected:
   void SetUp() override {

@@ -3,6 +3,8 @@
 // Moving the camera by plain functions.
 #include "app/session/camera_control.h"
 
+#include <cmath>
+
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
@@ -44,6 +46,34 @@ TEST(CameraControl, orbiting_follows_the_cursor) {
   EXPECT_GT((yawed.view_from_world * glm::dvec4(near_side, 1)).x, 0.01);
   EXPECT_GT((pitched.view_from_world * glm::dvec4(near_side, 1)).y, 0.01);
   EXPECT_LT(pitched.position().y, -0.1);  // lifted: up is -y
+}
+
+TEST(CameraControl, moves_by_exact_angles_and_steps) {
+  const double s = std::sin(0.1), c = std::cos(0.1);
+  const Camera camera = look_at({0, 0, -3}, {0, 0, 0}, kUp, 1, 100, 100);
+  expect_near(orbited(camera, {}, kUp, 0.1, 0).position(), {-3 * s, 0, -3 * c});
+  expect_near(orbited(camera, {}, kUp, 0, 0.1).position(), {0, -3 * s, -3 * c});
+  expect_near(view_axes(turned(camera, kUp, 0.1, 0)).forward, {s, 0, c});
+  expect_near(view_axes(turned(camera, kUp, 0, 0.1)).forward, {0, -s, c});
+  expect_near(view_axes(rolled(camera, 0.1)).right, {c, s, 0});  // clockwise: down is +y
+  expect_near(moved_to(camera, {1, 2, 3}).position(), {1, 2, 3});
+  const Camera other = some_camera();
+  const ViewAxes axes = view_axes(other);
+  expect_near(stepped(other, {1, 2, 3}).position(),
+              other.position() + axes.right + 2.0 * axes.down + 3.0 * axes.forward);
+  expect_near(point_at(camera, camera.center_px, 2), {0, 0, -1});
+  EXPECT_NEAR(depth_of(camera, {5, 5, -1}), 2, 1e-12);
+}
+
+TEST(CameraControl, a_pitch_may_come_within_two_degrees_of_a_pole) {
+  const Camera camera = look_at({0, 0, 0}, {0, 0, 1}, kUp, 1, 100, 100);
+  const auto height = [&](double degrees) {
+    return -view_axes(turned(camera, kUp, 0, glm::radians(degrees))).forward.y;
+  };
+  EXPECT_NEAR(height(87.5), std::sin(glm::radians(87.5)), 1e-9);
+  EXPECT_NEAR(height(88.5), 0, 1e-9);
+  EXPECT_NEAR(height(-87.5), -std::sin(glm::radians(87.5)), 1e-9);
+  EXPECT_NEAR(height(-88.5), 0, 1e-9);
 }
 
 TEST(CameraControl, no_pitch_crosses_a_pole) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/command.h"
+#include "app/report/eval_report.h"
 #include "app/run_program.h"
 #include "app/session/photographs.h"
 #include "io/camera/cameras.h"
@@ -173,19 +174,38 @@ TEST_F(Eval, wrong_use_ends_with_one_sentence) {
     EXPECT_THAT(run.err, HasSubstr(part));
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   };
-  expect_failure(run_quadsplat({"eval", path("scene.ply")}), kExitUsage, "--images is missing");
+  expect_failure(run_quadsplat({"eval", path("scene.ply")}), kExitUsage, "--images is required");
   expect_failure(eval({"--holdout", "0"}), kExitUsage, "--holdout");
   expect_failure(eval({"--csv", "-", "--json", "-"}), kExitUsage, "cannot both go to stdout");
   expect_failure(eval({"--images", path("nowhere")}), kExitInput, "nowhere: not a folder");
   expect_failure(eval({"--cameras", path("nowhere")}), kExitInput, "nowhere: cannot be read");
   std::filesystem::create_directories(folder_ / "empty");
   const ProgramRun none = eval({"--images", path("empty")});
-  expect_failure(none, kExitInput, path("empty") + ": none of the 9 views of");
+  expect_failure(none, kExitInput,
+                 path("empty") + ": holds no photograph named like one of the 9 views of");
   EXPECT_THAT(none.err, HasSubstr(path("cameras.json")));
   write_image(Image(60, 30, 3), photograph(4));
-  expect_failure(eval({}), kExitInput, "view4.pfm: 60 x 30 pixels are not the shape of its camera");
+  expect_failure(eval({}), kExitInput,
+                 "view4.pfm: 60 x 30 pixels do not have the aspect ratio of its camera");
   std::filesystem::remove(folder_ / "cameras.json");
   expect_failure(eval({}), kExitInput, "name their file with --cameras");
+}
+
+TEST(EvalReport, every_number_stands_in_its_column) {
+  EvalReport report;
+  report.environment = {{"backend", "cpu"}};
+  report.scene = {{"file", "a/plush.ply"}, {"gaussians", 400}};
+  Camera camera = test::front_camera(60, 40);
+  camera.name = "left";
+  report.rows = {{camera, "left.png", 30, 20, find_culler("3dgs"), 31.5, 0.75, 0},
+                 {camera, "left.png", 30, 20, find_culler("3dgs"), 32.5, 0.25, 1},
+                 {camera, "left.png", 30, 20, find_culler("adr"), 40, 0.5, 1}};
+  EXPECT_THAT(format_eval_csv(report),
+              EndsWith("\nplush.ply,left,adr,cpu,400,60,40,30,20,40.000000,0.50000000\n"));
+  const std::string table = format_eval_table(report);
+  EXPECT_THAT(table, HasSubstr("\nleft       3dgs             31.50  0.7500\n"));
+  EXPECT_THAT(table, HasSubstr("\nmean of 2  3dgs             32.00  0.5000\n"));
+  EXPECT_THAT(table, EndsWith("\nmean of 1  adr              40.00  0.5000\n"));
 }
 
 TEST(Photographs, are_found_by_name_with_fewer_and_fewer_folders) {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
 namespace qs {
@@ -60,6 +61,24 @@ TEST(Framing, shows_scenes_of_any_size_whole) {
 TEST(Framing, near_plane_is_small_in_small_scenes_and_the_reference_s_in_large_ones) {
   EXPECT_LT(frame_scene(cube(0.1f, {}), "", 640, 480).near_depth, 0.003);
   EXPECT_EQ(frame_scene(cube(1000, {}), "", 640, 480).near_depth, 0.2);
+}
+
+TEST(Framing, distance_and_height_follow_from_the_box) {
+  const SceneBox box{{0, 0, 0}, {2, 4, 4}};  // its diagonal is 6
+  const glm::dvec3 up(0, -1, 0), center(1, 2, 2);
+  const Camera wide = frame_box(box, 1, up, 800, 400);
+  const glm::dvec3 eye = wide.position() - center;
+  EXPECT_NEAR(glm::length(eye), 1.15 * 3 / std::sin(glm::radians(30.0)), 1e-9);
+  EXPECT_NEAR(glm::dot(eye, up), glm::length(eye) * std::sin(glm::radians(15.0)), 1e-9);
+  EXPECT_NEAR(wide.focal_px.y, 200 / std::tan(glm::radians(30.0)), 1e-9);
+  EXPECT_NEAR(wide.near_depth, 0.01 * 2 * 1.15 * 3, 1e-9);
+  const Camera tall = frame_box(box, 1, up, 400, 800);
+  const double half_width = std::atan(0.5 * std::tan(glm::radians(30.0)));
+  EXPECT_NEAR(glm::length(tall.position() - center), 1.15 * 3 / std::sin(half_width), 1e-9);
+  EXPECT_NEAR(glm::length(frame_box(box, 10, up, 800, 400).position() - center), 23, 1e-9);
+  GaussianCloud cloud = cube(1, {}, 3);
+  cloud.log_scales = {{-9, -1, -9}, {-2, -9, -9}, {-9, -9, -3}};
+  EXPECT_NEAR(smallest_framing(cloud), 3 * std::exp(-2.0f), 1e-6);
 }
 
 TEST(Framing, ignores_one_far_outlier) {

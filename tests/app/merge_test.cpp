@@ -168,16 +168,18 @@ TEST_P(Merge, folders_without_a_report_and_damaged_reports_are_told) {
 INSTANTIATE_TEST_SUITE_P(Commands, Merge, testing::ValuesIn(kSharded),
                          [](const auto& sharded) { return std::string(sharded.param.command); });
 
-ReportPart part(const char* commit, const char* hash, int view) {
+ReportPart part(const char* commit, const char* hash, int view, const char* pipeline = "fast") {
   return {commit,
-          {{"environment", {{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", commit}}},
+          {{"environment",
+            {{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", commit}, {"pipeline", pipeline}}},
            {"scene", {{"hash", hash}}},
            {"view_count", 20},
            {"rows", ordered_json::array({{{"view", view}, {"mode", "exact"}}})}}};
 }
 
-TEST(MergeReports, refuse_other_commits_and_scenes_unless_mixed_which_names_all) {
-  for (const ReportPart& other : {part("def", "1", 2), part("abc", "2", 2)}) {
+TEST(MergeReports, refuse_other_commits_scenes_and_pipelines_unless_mixed_which_names_all) {
+  for (const ReportPart& other :
+       {part("def", "1", 2), part("abc", "2", 2), part("abc", "1", 2, "classic")}) {
     const std::array parts = {part("abc", "1", 0), other};
     EXPECT_THROW(merge_reports(parts, "rows", false), Error);
     EXPECT_EQ(merge_reports(parts, "rows", true)["rows"].size(), 2u);

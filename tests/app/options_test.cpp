@@ -2,6 +2,7 @@
 #include "app/cli/options.h"
 
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include <gmock/gmock.h>
@@ -33,8 +34,8 @@ struct Values {
 
   Options options() {
     Options o("try", "tries");
-    o.positional("IN", in, "in");
-    o.positional("OUT", out, "out");
+    o.positional("IN", in, "in", {"a"});
+    o.positional("OUT", out, "out", {"b"});
     o.flag("--json", json, "json");
     o.integer("--count", "N", 0, 10, count, "count");
     o.real("--scale", "X", 0, 5, scale, "scale");
@@ -76,15 +77,52 @@ TEST(Options, name_what_is_wrong) {
   };
   EXPECT_THAT(message({"x", "y", "--bogus", "5"}), HasSubstr("try: unknown option '--bogus'"));
   EXPECT_THAT(message({"x", "y", "-z"}), HasSubstr("unknown option '-z'"));
-  EXPECT_THAT(message({"x"}), HasSubstr("OUT is missing"));
+  EXPECT_THAT(message({"x"}), HasSubstr("try: OUT is required (see 'quadsplat try --help')"));
   EXPECT_THAT(message({"x", "y", "z"}), HasSubstr("unexpected argument 'z'"));
-  EXPECT_THAT(message({"x", "y", "--count"}), HasSubstr("--count needs a value"));
+  EXPECT_THAT(message({"x", "y", "--count"}), HasSubstr("try: --count needs a value"));
+  EXPECT_THAT(message({"x", "y", "--json=maybe"}), HasSubstr("--json"));
   EXPECT_THAT(message({"x", "y", "--count", "11"}),
               HasSubstr("--count: '11' is not a whole number from 0 to 10"));
   EXPECT_THAT(message({"x", "y", "--count", "3x"}), HasSubstr("'3x'"));
   EXPECT_THAT(message({"x", "y", "--scale", "nan"}),
               HasSubstr("--scale: 'nan' is not a number from 0 to 5"));
   EXPECT_THAT(message({"x", "y", "--mode", "c"}), HasSubstr("--mode: 'c' is none of a, b"));
+}
+
+TEST(Options, that_are_required_must_be_given) {
+  std::filesystem::path folder;
+  Options options("try", "tries");
+  options.text("--images", "DIR", folder, "pictures", {"images"});
+  options.required();
+  EXPECT_THAT(usage_error([&] { options.parse({}); }), HasSubstr("try: --images is required"));
+  const std::vector<std::string> words = {"--images", "a"};
+  EXPECT_TRUE(options.parse(words));
+  EXPECT_EQ(folder, "a");
+}
+
+TEST(Options, positionals_take_the_rest) {
+  std::vector<std::filesystem::path> files;
+  bool json = false;
+  Options options("try", "tries");
+  options.positionals("FILE", files, 1, "files", {"a"});
+  options.flag("--json", json, "json");
+  EXPECT_THAT(usage_error([&] { options.parse({}); }), HasSubstr("FILE is required"));
+  const std::vector<std::string> words = {"a", "--json", "b", "--", "--c"};
+  EXPECT_TRUE(options.parse(words));
+  EXPECT_THAT(files, testing::ElementsAre("a", "b", "--c"));
+  EXPECT_TRUE(json);
+}
+
+TEST(Options, flags_can_be_switched_off_by_value) {
+  Values v;
+  v.parse({"x", "y", "--json=false"});
+  EXPECT_FALSE(v.json);
+}
+
+TEST(Options, help_is_printed_although_words_are_missing) {
+  testing::internal::CaptureStdout();
+  EXPECT_FALSE(Values().parse({"--help"}));
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("usage: quadsplat try IN OUT"));
 }
 
 TEST(Options, help_shows_every_option_and_example) {
@@ -109,6 +147,26 @@ TEST(Text, sizes_and_colors_are_strict) {
   }
 }
 
+TEST(Text, bounds_are_inclusive) {
+  EXPECT_EQ(parse_integer("-n", "-3", -3, 5), -3);
+  EXPECT_EQ(parse_integer("-n", "5", -3, 5), 5);
+  EXPECT_THROW(parse_integer("-n", "-4", -3, 5), Error);
+  EXPECT_EQ(parse_real("-x", "0.5", 0.5, 1), 0.5);
+  EXPECT_EQ(parse_real("-x", "1", 0.5, 1), 1);
+  EXPECT_THROW(parse_real("-x", "0.4999", 0.5, 1), Error);
+  EXPECT_EQ(parse_size("-s", "32768x1"), glm::ivec2(32768, 1));
+  EXPECT_THROW(parse_size("-s", "32769x1"), Error);
+}
+
+TEST(Text, cells_with_separators_are_quoted) {
+  EXPECT_EQ(csv_field("plain"), "plain");
+  EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
+  EXPECT_EQ(csv_field("a \"b\""), "\"a \"\"b\"\"\"");
+  EXPECT_THAT(separated("a,,b"), testing::ElementsAre("a", "", "b"));
+  EXPECT_THAT(separated(""), testing::ElementsAre(""));
+  EXPECT_EQ(joined(separated("a,b,c"), " + "), "a + b + c");
+}
+
 TEST(Text, numbers_are_grouped_for_people) {
   EXPECT_EQ(grouped(0), "0");
   EXPECT_EQ(grouped(999), "999");
@@ -116,6 +174,13 @@ TEST(Text, numbers_are_grouped_for_people) {
   EXPECT_EQ(grouped(18446744073709551615u), "18,446,744,073,709,551,615");
   EXPECT_EQ(bytes_text(18039653), "18.0 MB");
   EXPECT_EQ(bytes_text(12), "12 bytes");
+  EXPECT_EQ(bytes_text(999), "999 bytes");
+  EXPECT_EQ(bytes_text(1000), "1.0 kB");
+  EXPECT_EQ(bytes_text(999'949), "999.9 kB");
+  EXPECT_EQ(bytes_text(999'950), "1.0 MB");
+  EXPECT_EQ(bytes_text(2'500'000'000'000), "2.5 TB");
+  EXPECT_EQ(decibels(40.126), "40.13");
+  EXPECT_EQ(decibels(std::numeric_limits<double>::infinity()), "inf");
 }
 
 }  // namespace

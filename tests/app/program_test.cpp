@@ -14,7 +14,8 @@
 #include "io/picture/image_file.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
-#include "raster/kernel/cull/modes.h"
+#include "raster/renderer.h"
+#include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -107,6 +108,17 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
       render({"--output", path("a.png"), "--all-cameras", "--shard", "1/2", "--heatmap", "pairs"}),
       kExitUsage, "needs --heatmap-max");
   EXPECT_EQ(run_quadsplat({}).exit_code, kExitUsage);
+}
+
+TEST_F(Program, heat_maps_of_lists_need_a_mode_with_lists) {
+  for (const char* quantity : {"pairs", "false-positive", "missed"}) {
+    expect_failure(
+        render({"--cull", "quadbox,reference", "--heatmap", quantity, "--output", path("a.png")}),
+        kExitUsage, std::string("--heatmap ") + quantity + ": mode reference has no tile lists");
+  }
+  const ProgramRun run =
+      render({"--cull", "reference", "--heatmap", "evaluated", "--output", path("a.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
 }
 
 TEST_F(Program, bad_input_ends_with_2) {
@@ -219,9 +231,19 @@ TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
   EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(kCullerCount));
   EXPECT_EQ(stats["scene"]["gaussians"], 500);
   EXPECT_EQ(stats["environment"]["backend"].get<std::string>().empty(), false);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(read_scene(scene_).cloud, {});
   for (const json& frame : stats["frames"]) {
-    EXPECT_GT(frame["tile_pairs"], 0);
-    EXPECT_GT(frame["visible"], 0);
+    RenderSettings settings;
+    settings.mode = find_culler(frame["mode"].get<std::string>());
+    const RenderStats& expected = renderer->render(test::front_camera(64, 48), settings).stats;
+    EXPECT_EQ(frame["tile_pairs"], expected.tile_pairs);
+    EXPECT_EQ(frame["visible"], expected.visible);
+    EXPECT_EQ(frame["max_pairs_in_a_tile"], expected.max_pairs_in_a_tile);
+    EXPECT_EQ(frame["pairs_per_visible"],
+              static_cast<double>(expected.tile_pairs) / expected.visible);
+    EXPECT_EQ(frame["width"], 64);
+    EXPECT_EQ(frame["height"], 48);
     EXPECT_GT(frame["frame_ms"], 0);
     EXPECT_TRUE(frame["stage_ms"].contains("blend"));
     EXPECT_EQ(parse_camera(frame["camera"].dump(), "stats").width, 64);

@@ -3,21 +3,20 @@
 // quadsplat bench: scenes x views x culling modes -> a table, CSV, JSON, Markdown and plots.
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/view_choice.h"
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
-#include "app/measure/shard.h"
 #include "app/report/markdown.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/framing.h"
 #include "app/session/progress_bar.h"
-#include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -41,51 +40,6 @@ std::vector<int> parse_indices(const std::string& text) {
     indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
   return indices;
 }
-
-bool parse(BenchCommand& command, Arguments arguments) {
-  command.frame.modes.clear();
-  Options options("bench", "measures the culling modes on scenes and views");
-  options.positionals("SCENE", command.scenes, "splat files or model folders");
-  declare_common_options(options, command.frame);
-  options.value("--camera-index", "N,..", "cameras of the file (default: all of them)",
-                [&](const std::string& text) { command.camera_indices = parse_indices(text); });
-  options.text("--camera-path", "FILE", command.camera_path, "keyframes: measures along the path");
-  options.integer("--path-steps", "N", 2, 100000, command.path_steps, "views along the path");
-  options.integer("--frames", "N", 1, 100000, command.plan.frames,
-                  "measured frames per mode and view (default: 100)");
-  options.integer("--warmup", "N", 0, 100000, command.plan.warmup,
-                  "frames before them (default: 20)");
-  options.integer("--rounds", "N", 1, 1000, command.plan.rounds,
-                  "repeats everything and tells how far the rounds' medians differ");
-  options.flag("--load", command.load, "measures reading the scenes instead, by stages");
-  options.flag("--psnr", command.psnr, "adds PSNR against mode reference (seconds per view)");
-  options.value(
-      "--replicate", "NxM", "lays copies of each scene on a grid",
-      [&](const std::string& text) { command.replicate = parse_size("--replicate", text); });
-  options.integer("--scaling", "N", 2, 100, command.scaling,
-                  "measures grids of 1x1, 2x2, .. NxN copies, framed, and plots cost against size");
-  options.value("--shard", "I/N", "measures every N-th view from the I-th; see quadsplat merge",
-                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
-  options.text("--out-dir", "DIR", command.out_dir, "bench.csv, .json, .md and plots");
-  options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
-                  "all modes on every camera of a scene");
-  options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
-                  "two modes on two views of two scenes, three times");
-  if (!options.parse(arguments)) return false;
-  if (command.frame.modes.empty()) command.frame.modes = all_modes();
-  if (command.scaling > 0 && (command.replicate || command.camera_path)) {
-    fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
-  }
-  if (command.camera_path && !command.camera_indices.empty()) {
-    fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
-  }
-  return true;
-}
-
-struct View {
-  Camera camera;
-  std::string name;
-};
 
 int run_load_bench(const BenchCommand& command) {
   std::vector<LoadTimes> rows;
@@ -114,10 +68,9 @@ class Bench {
     report_.view_count = view_;
     fmt::print("{}", format_markdown(report_));
     if (const std::string noise = noise_sentence(report_.rows); !noise.empty())
-      fmt::print(stderr, "quadsplat: warning: {}\n", noise);
+      warn("warning: " + noise);
     if (command_.out_dir) {
-      const std::string problem = write_report(report_, *command_.out_dir);
-      if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
+      warn(write_report(report_, *command_.out_dir));
       fmt::print(stderr, "wrote {}\n", command_.out_dir->string());
     }
     return kExitOk;
@@ -136,7 +89,7 @@ class Bench {
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
     if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
     report_.scenes.push_back(scene_facts(*session.scene, name));
-    const std::vector<View> views = choose_views(frame, *session.scene);
+    const std::vector<Shot> views = choose_views(frame, *session.scene);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
@@ -150,7 +103,7 @@ class Bench {
     }
   }
 
-  void one_view(Session& session, const std::string& name, const View& view,
+  void one_view(Session& session, const std::string& name, const Shot& view,
                 const Progress& progress) {
     const std::vector<CullMode>& modes = command_.frame.modes;
     std::vector<BenchRow> rows = measure_view(session, modes, view.camera, command_.plan, progress);
@@ -158,47 +111,35 @@ class Bench {
         command_.psnr ? psnr_per_mode(session, view.camera) : std::vector<double>();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       rows[i].scene = name;
-      rows[i].camera = view.name;
+      rows[i].camera =
+          view.number < 0 || command_.camera_path ? view.origin : fmt::format("{}", view.number);
       rows[i].view = view_;
       if (command_.psnr) rows[i].psnr_vs_reference = psnrs[i];
       report_.rows.push_back(rows[i]);
     }
   }
 
-  std::vector<View> choose_views(const FrameOptions& frame, const Scene& scene) const {
-    constexpr glm::ivec2 kFramingSize{1280, 720};
-    std::vector<View> views;
-    if (command_.scaling > 0) {
-      const glm::ivec2 size = frame.size.value_or(kFramingSize);
-      return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), "framing"}};
-    }
+  std::vector<Shot> choose_views(const FrameOptions& frame, const Scene& scene) const {
+    if (command_.scaling > 0) return {framing_shot(frame, scene)};
     CameraChoice choice;
     choice.path = command_.camera_path;
     choice.frames = command_.path_steps;
-    const auto add = [&] {
-      for (const Shot& shot : choose_shots(choice, frame, scene)) {
-        const bool of_file = shot.number >= 0 && !choice.path;
-        views.push_back({shot.camera, of_file ? fmt::format("{}", shot.number) : shot.origin});
-      }
-    };
+    if (command_.camera_indices.empty()) {
+      choice.all = !choice.path && has_cameras(frame, scene);
+      return choose_shots(choice, frame, scene);
+    }
+    std::vector<Shot> views;
     for (const int index : command_.camera_indices) {
       choice.index = index;
-      add();
-    }
-    if (command_.camera_indices.empty()) {
-      choice.all = !choice.path && (frame.cameras || find_cameras_file(scene.path));
-      add();
+      views.push_back(choose_shots(choice, frame, scene).front());
     }
     return views;
   }
 
-  // Of images that were not measured: the measured ones never leave the device.
+  // Renders again, because measured images stay on the device.
   std::vector<double> psnr_per_mode(Session& session, const Camera& camera) const {
+    const Image truth = reference_image(session, camera);
     RenderSettings settings = session.settings;
-    settings.mode = kReferenceMode;
-    std::unique_ptr<Renderer> oracle;
-    if (session.backend != Backend::cpu) oracle = upload_scene(session, Backend::cpu);
-    const Image truth = (oracle ? *oracle : *session.renderer).render(camera, settings).color;
     std::vector<double> psnrs;
     for (const CullMode mode : command_.frame.modes) {
       settings.mode = mode;
@@ -207,7 +148,7 @@ class Bench {
     return psnrs;
   }
 
-  // Rows are grouped by the scene's name, and two files may have one name.
+  // Rows are grouped by the scene's name, but two files may have the same name.
   bool is_taken(const std::string& name) const {
     return std::any_of(report_.scenes.begin(), report_.scenes.end(),
                        [&](const auto& scene) { return scene["name"] == name; });
@@ -230,12 +171,52 @@ class Bench {
   std::size_t parts_ = 0;  // scenes to load
 };
 
+int run(const BenchCommand& command, Arguments arguments) {
+  if (command.scaling > 0 && (command.replicate || command.camera_path))
+    fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
+  if (command.camera_path && !command.camera_indices.empty())
+    fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
+  return command.load ? run_load_bench(command) : Bench(command, arguments).run();
+}
+
 }  // namespace
 
-int run_bench(Arguments arguments) {
-  BenchCommand command;
-  if (!parse(command, arguments)) return kExitOk;
-  return command.load ? run_load_bench(command) : Bench(command, arguments).run();
+Action bench_command(Options& options) {
+  const auto command = std::make_shared<BenchCommand>();
+  BenchCommand* const c = command.get();
+  c->frame.modes = all_modes();
+  options.positionals("SCENE", c->scenes, 1, "splat files or model folders", kSceneSamples);
+  declare_common_options(options, c->frame);
+  options.value("--camera-index", "N,..", "cameras of the cameras file (default: all of them)",
+                {"0", "1,0"},
+                [c](const std::string& text) { c->camera_indices = parse_indices(text); });
+  options.text("--camera-path", "FILE", c->camera_path,
+               "measures views along the spline through the cameras of FILE", {"cameras.json"});
+  options.integer("--path-steps", "N", 2, 100000, c->path_steps,
+                  "views along --camera-path (default: 32)");
+  options.integer("--frames", "N", 1, 100000, c->plan.frames,
+                  "measured frames per mode and view (default: 100)");
+  options.integer("--warmup", "N", 0, 100000, c->plan.warmup,
+                  "warm-up frames per mode and view (default: 20)");
+  options.integer(
+      "--rounds", "N", 1, 1000, c->plan.rounds,
+      "measures everything N times and reports how far the medians differ (default: 1)");
+  options.flag("--load", c->load, "measures the stages of reading the scenes instead");
+  options.flag("--psnr", c->psnr, "adds the PSNR against mode reference (seconds per view)");
+  options.value("--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
+                [c](const std::string& text) { c->replicate = parse_size("--replicate", text); });
+  options.integer(
+      "--scaling", "N", 2, 100, c->scaling,
+      "measures grids of 1x1, 2x2, .. NxN copies in a view of the whole grid, and plots "
+      "time against size");
+  declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
+  options.text("--out-dir", "DIR", c->out_dir,
+               "folder of bench.csv, bench.json, bench.md and plots", {"out"});
+  options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
+                  "all modes on every camera of a scene");
+  options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
+                  "two modes on two views of two scenes, three times");
+  return [command](Arguments arguments) { return run(*command, arguments); };
 }
 
 }  // namespace qs

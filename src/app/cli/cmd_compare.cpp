@@ -2,23 +2,22 @@
 //
 // quadsplat compare: one view in several modes, pipelines and backends, side by side.
 #include <cstdio>
-#include <map>
+#include <memory>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/view_choice.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
-#include "app/session/progress_bar.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 namespace {
 
-constexpr int kTolerance = 2;  // of 8-bit values, before the oracle names a pixel
+constexpr int kTolerance = 2;  // difference of 8-bit values above which the oracle names a pixel
 
 struct CompareCommand {
   FrameOptions frame;
@@ -39,37 +38,6 @@ std::optional<PixelBox> parse_crop(const std::string& text) {
     numbers[i] =
         parse_integer("--crop", words[static_cast<std::size_t>(i)], i < 2 ? 0 : 1, 1'000'000);
   return PixelBox{numbers[0], numbers[1], numbers[0] + numbers[2], numbers[1] + numbers[3]};
-}
-
-bool parse(CompareCommand& command, Arguments arguments) {
-  command.frame.modes.clear();
-  Options options("compare", "draws crops and differences of modes side by side");
-  declare_frame_options(options, command.frame);
-  declare_camera_choice(options, command.cameras);
-  options.value("--against", "NAME",
-                "the mode that judges (default: reference, which takes seconds)",
-                [&](const std::string& text) {
-                  command.against = find_culler(text);
-                  if (command.against < 0)
-                    fail(ErrorKind::usage, "--against: '{}' is no mode, see --cull", text);
-                });
-  options.value("--crop", "X,Y,W,H",
-                "part to show, or auto: where they differ most (default: auto)",
-                [&](const std::string& text) { command.crop = parse_crop(text); });
-  options.integer("--amplify", "N", 1, 128, command.amplification,
-                  "of the differences (default: 16)");
-  options.flag("--everywhere", command.everywhere,
-               "every mode on every backend and pipeline that works here");
-  options.text("--output", "FILE", command.output, "picture of all of them");
-  options.example("quadsplat compare plush.spz --cull 3dgs,dualbox,quadbox --output compare.png",
-                  "three modes against the fp64 reference, where they differ most");
-  options.example("quadsplat compare plush.spz --cull quadbox --everywhere --against quadbox",
-                  "do all backends and pipelines draw the same?");
-  if (!options.parse(arguments)) return false;
-  if (command.frame.modes.empty()) command.frame.modes = all_modes();
-  if (command.cameras.several())
-    fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
-  return true;
 }
 
 class Compare {
@@ -94,9 +62,9 @@ class Compare {
     fmt::print("{}, {} x {}, {}", shot_.origin, shot_.camera.width, shot_.camera.height,
                format_comparison(view));
     if (!command_.output) return kExitOk;
-    const std::string where =
-        fmt::format("{} \u00b7 {}", scene_name(session_.scene->path), shot_.origin);
-    write_image(draw_comparison(view, command_.amplification, where, *session_.pool),
+    write_image(draw_comparison(view, command_.amplification,
+                                picture_title(session_.scene->path, shot_.origin),
+                                *session_.pool),
                 *command_.output,
                 frame_metadata(session_.scene->path, shot_.camera, command_.against, {}));
     fmt::print(stderr, "wrote {}\n", command_.output->string());
@@ -104,20 +72,11 @@ class Compare {
   }
 
  private:
-  Renderer& renderer_on(Backend backend) {
-    if (backend == session_.backend) return *session_.renderer;
-    std::unique_ptr<Renderer>& other = others_[backend];
-    if (!other) other = upload_scene(session_, backend);
-    return *other;
-  }
-
   Image truth() {
-    const bool reference = command_.against == kReferenceMode;
+    if (command_.against == kReferenceMode) return reference_image(session_, shot_.camera);
     RenderSettings settings = session_.settings;
     settings.mode = command_.against;
-    return renderer_on(reference ? Backend::cpu : session_.backend)
-        .render(shot_.camera, settings)
-        .color;
+    return session_.renderer->render(shot_.camera, settings).color;
   }
 
   void add_variants(CullMode mode, ViewComparison& view) {
@@ -135,32 +94,62 @@ class Compare {
 
   void add_one(Backend backend, const RenderSettings& settings, const std::string& name,
                ViewComparison& view) {
-    view.variants.push_back(
-        draw_variant(renderer_on(backend), shot_.camera, settings, name, view.truth));
+    Renderer& renderer = renderer_on(session_, backend);
+    view.variants.push_back(draw_variant(renderer, shot_.camera, settings, name, view.truth));
     ViewVariant& variant = view.variants.back();
     const bool judged = command_.against == kReferenceMode && settings.mode != kReferenceMode;
     if (!judged || variant.largest <= kTolerance) return;
     Outputs outputs;
     outputs.trace = true;
-    const Frame& frame = renderer_on(backend).render(shot_.camera, settings, outputs);
-    const ReferenceCheck verdict =
-        check_against_reference(renderer_on(Backend::cpu), shot_.camera, settings, frame,
+    const Frame& frame = renderer.render(shot_.camera, settings, outputs);
+    const ReferenceCheck check =
+        check_against_reference(renderer_on(session_, Backend::cpu), shot_.camera, settings, frame,
                                 view.truth, std::nullopt, kTolerance, {});
-    variant.remark = check_sentence(verdict, kTolerance);
+    variant.remark = check_sentence(check, kTolerance);
   }
 
   const CompareCommand& command_;
   Session session_;
   Shot shot_;
-  std::map<Backend, std::unique_ptr<Renderer>> others_;
 };
+
+int run(const CompareCommand& command) {
+  if (command.cameras.several())
+    fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
+  return Compare(command).run();
+}
 
 }  // namespace
 
-int run_compare(Arguments arguments) {
-  CompareCommand command;
-  if (!parse(command, arguments)) return kExitOk;
-  return Compare(command).run();
+Action compare_command(Options& options) {
+  const auto command = std::make_shared<CompareCommand>();
+  command->frame.modes = all_modes();
+  declare_frame_options(options, command->frame);
+  declare_camera_choice(options, command->cameras);
+  options.value(
+      "--against", "NAME",
+      "mode to compare with (default: reference, the fp64 reference, which takes seconds)",
+      {"reference", "exact"}, [command = command.get()](const std::string& text) {
+        command->against = find_culler(text);
+        if (command->against < 0)
+          fail(ErrorKind::usage, "--against: '{}' is no mode, see --cull", text);
+      });
+  options.value(
+      "--crop", "X,Y,W,H",
+      "part to show in pixels, or auto: where the modes differ most (default: auto)",
+      {"auto", "0,0,8,8", "40,24,8,8"},
+      [command = command.get()](const std::string& text) { command->crop = parse_crop(text); });
+  options.integer("--amplify", "N", 1, 128, command->amplification,
+                  "factor on the drawn differences (default: 16)");
+  options.flag("--everywhere", command->everywhere,
+               "draws every mode on every backend and pipeline that works here");
+  options.text("--output", "FILE", command->output, "picture of all crops and differences",
+               {"sheet.png"});
+  options.example("quadsplat compare plush.spz --cull 3dgs,dualbox,quadbox --output compare.png",
+                  "three modes against the fp64 reference, where they differ most");
+  options.example("quadsplat compare plush.spz --cull quadbox --everywhere --against quadbox",
+                  "do all backends and pipelines draw the same?");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

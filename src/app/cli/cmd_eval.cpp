@@ -6,16 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
-#include "app/cli/view_choice.h"
-#include "app/measure/shard.h"
 #include "app/report/eval_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
+#include "app/session/shot.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
@@ -26,7 +26,8 @@ namespace {
 
 struct EvalCommand {
   FrameOptions frame;
-  std::optional<std::filesystem::path> images, save, csv, json, out_dir;
+  std::filesystem::path images;
+  std::optional<std::filesystem::path> save, csv, json, out_dir;
   Shard shard;
   int holdout = 0, images_scale = 1;
   std::string save_format = "png";
@@ -38,49 +39,14 @@ struct View {
   std::filesystem::path photograph;
 };
 
-// The views of a run, and where they come from.
+// The views of a run and the cameras file they come from.
 struct Views {
   std::filesystem::path cameras;
   std::vector<View> list;
   std::size_t skipped = 0;  ///< cameras without a photograph
 };
 
-bool parse(EvalCommand& command, Arguments arguments) {
-  static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
-  Options options("eval", "measures PSNR and SSIM against photographs");
-  declare_frame_options(options, command.frame);
-  options.text("--images", "DIR", command.images,
-               "the photographs, named as the cameras; any picture format");
-  options.integer("--holdout", "N", 1, 1'000'000, command.holdout,
-                  "only test views: every Nth by name, from the first (3DGS: 8; default: all)");
-  options.integer("--images-scale", "N", 1, 64, command.images_scale,
-                  "compares at 1/N of the photographs' size");
-  options.text("--out-dir", "DIR", command.out_dir, "folder for eval.csv and eval.json");
-  options.text("--csv", "FILE", command.csv, "one row per view and mode; - = stdout");
-  options.text("--json", "FILE", command.json,
-               "means, views, method and environment; - = stdout. LPIPS is not among them: the "
-               "weights of its network cannot be shipped");
-  options.value("--shard", "I/N", "evaluates every N-th view from the I-th; see quadsplat merge",
-                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
-  options.text("--save", "DIR", command.save,
-               "writes every render, and the photographs as they were compared");
-  options.choice(
-      "--save-format", {std::begin(kSaveFormats), std::end(kSaveFormats)},
-      [&](int chosen) { command.save_format = kSaveFormats[chosen]; },
-      "of --save (default: png); pfm keeps values exactly");
-  options.example("quadsplat eval garden/ --images garden/images_4 --holdout 8",
-                  "a trained model on its test views");
-  options.example("quadsplat eval plush.spz --images plush/images --cull all --csv quality.csv",
-                  "what the culling modes cost in quality");
-  if (!options.parse(arguments)) return false;
-  if (!command.images)
-    fail(ErrorKind::usage, "eval: --images is missing (see 'quadsplat eval --help')");
-  if (command.csv == "-" && command.json == "-")
-    fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
-  return true;
-}
-
-// The views to evaluate, by name.
+// The views to evaluate, sorted by name.
 Views choose_views(const EvalCommand& command) {
   const auto file =
       command.frame.cameras
@@ -93,7 +59,7 @@ Views choose_views(const EvalCommand& command) {
   std::vector<Camera> cameras = read_cameras(*file);
   std::stable_sort(cameras.begin(), cameras.end(),
                    [](const Camera& a, const Camera& b) { return a.name < b.name; });
-  const Photographs photographs(*command.images);
+  const Photographs photographs(command.images);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
   Views views{*file, {}, 0};
   for (std::size_t i = 0; i < cameras.size(); i += step) {
@@ -106,19 +72,21 @@ Views choose_views(const EvalCommand& command) {
     }
   }
   if (views.list.empty()) {
-    fail("{}: none of the {} views of {} has a photograph of its name there",
-         command.images->string(), views.skipped, file->string());
+    fail("{}: holds no photograph named like one of the {} views of {}", command.images.string(),
+         views.skipped, file->string());
   }
   return views;
 }
 
-// Photographs may be smaller or larger, but show the same picture: equal up to rounded sizes.
+// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio, up
+// to rounded sizes. Otherwise it was cropped or rotated.
 void require_same_shape(const Image& photograph, const View& view) {
   const double scale = static_cast<double>(photograph.width) / view.camera.width;
   const double height = scale * view.camera.height;
   if (std::abs(height - photograph.height) <= 1 + scale) return;
-  fail("{}: {} x {} pixels are not the shape of its camera, {} x {}", view.photograph.string(),
-       photograph.width, photograph.height, view.camera.width, view.camera.height);
+  fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}",
+       view.photograph.string(), photograph.width, photograph.height, view.camera.width,
+       view.camera.height);
 }
 
 class Run {
@@ -128,8 +96,8 @@ class Run {
   void all_views() {
     const Views views = choose_views(command_);
     if (views.skipped > 0) {
-      fmt::print(stderr, "quadsplat: {} view{} without a photograph {} left out\n", views.skipped,
-                 views.skipped == 1 ? "" : "s", views.skipped == 1 ? "is" : "are");
+      warn(fmt::format("{} view{} without a photograph {} left out", views.skipped,
+                       views.skipped == 1 ? "" : "s", views.skipped == 1 ? "is" : "are"));
     }
     session_ = open_session(command_.frame);
     report_ = {environment_json(session_),
@@ -157,7 +125,7 @@ class Run {
   nlohmann::ordered_json method(const Views& views) const {
     return {
         {"cameras", views.cameras.string()},
-        {"images", command_.images->string()},
+        {"images", command_.images.string()},
         {"holdout", command_.holdout},
         {"images_scale", command_.images_scale},
         {"views_without_photograph", views.skipped},
@@ -197,11 +165,43 @@ class Run {
 
 }  // namespace
 
-int run_eval(Arguments arguments) {
-  EvalCommand command;
-  if (!parse(command, arguments)) return kExitOk;
-  Run(command).all_views();
-  return kExitOk;
+Action eval_command(Options& options) {
+  static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
+  const auto command = std::make_shared<EvalCommand>();
+  declare_frame_options(options, command->frame);
+  options.text("--images", "DIR", command->images,
+               "folder of the photographs, named as the cameras; any picture format",
+               {"images", "missing"});
+  options.required();
+  options.integer("--holdout", "N", 1, 1'000'000, command->holdout,
+                  "only the test views: every N-th by name, from the first; 3DGS uses 8 (default: "
+                  "all views)");
+  options.integer("--images-scale", "N", 1, 64, command->images_scale,
+                  "compares at 1/N of the photographs' size (default: 1)");
+  options.text("--out-dir", "DIR", command->out_dir, "folder of eval.csv and eval.json", {"out"});
+  options.text("--csv", "FILE", command->csv, "one row per view and mode; - = stdout",
+               {"-", "eval.csv"});
+  options.text("--json", "FILE", command->json,
+               "means, views, method and environment; - = stdout. Without LPIPS: the weights of "
+               "its network cannot be shipped",
+               {"-", "eval.json"});
+  declare_shard_option(options, command->shard, "evaluates every N-th view, from the I-th");
+  options.text("--save", "DIR", command->save,
+               "writes every rendered image, and the photographs as they were compared", {"saved"});
+  options.choice(
+      "--save-format", {std::begin(kSaveFormats), std::end(kSaveFormats)},
+      [command = command.get()](int chosen) { command->save_format = kSaveFormats[chosen]; },
+      "of --save; pfm keeps values exactly (default: png)");
+  options.example("quadsplat eval garden/ --images garden/images_4 --holdout 8",
+                  "a trained model on its test views");
+  options.example("quadsplat eval plush.spz --images plush/images --cull all --csv quality.csv",
+                  "what the culling modes cost in quality");
+  return [command](Arguments) {
+    if (command->csv == "-" && command->json == "-")
+      fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
+    Run(*command).all_views();
+    return kExitOk;
+  };
 }
 
 }  // namespace qs

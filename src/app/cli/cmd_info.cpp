@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+//
+// quadsplat info: facts of scene files, as text or JSON.
+#include <memory>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,33 +11,40 @@
 #include "app/report/scene_report.h"
 
 namespace qs {
+namespace {
 
-int run_info(Arguments arguments) {
+struct InfoCommand {
   std::vector<std::filesystem::path> files;
-  bool json = false;
-  Options options("info", "tells what is in scene files");
-  options.positionals("FILE", files, "splat files or model folders");
   std::string axes;
-  declare_axes_option(options, axes);
-  options.flag("--json", json, "a JSON list with one object per file");
-  options.example("quadsplat info garden/ plush.spz",
-                  "format, size, extents and ranges of two scenes");
-  if (!options.parse(arguments)) return kExitOk;
+  bool json = false;
+};
 
+int run(const InfoCommand& command) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const std::filesystem::path& file : files) {
-    const Scene scene = load_scene(file, -1, axes);
+  for (const std::filesystem::path& file : command.files) {
+    const Scene scene = load_scene(file, -1, command.axes);
     const SceneReport report = make_report(scene.cloud);
-    if (json) {
+    if (command.json) {
       list.push_back(report_json(scene, report));
     } else {
       fmt::print("{}", report_text(scene, report));
     }
   }
-  if (json) {
+  if (command.json)
     fmt::print("{}\n", list.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-  }
   return kExitOk;
+}
+
+}  // namespace
+
+Action info_command(Options& options) {
+  const auto command = std::make_shared<InfoCommand>();
+  options.positionals("FILE", command->files, 1, "splat files or model folders", kSceneSamples);
+  declare_axes_option(options, command->axes);
+  options.flag("--json", command->json, "prints a JSON list with one object per file");
+  options.example("quadsplat info garden/ plush.spz",
+                  "format, size, extents and value ranges of two scenes");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

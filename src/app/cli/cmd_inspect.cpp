@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat inspect: a pixel's Gaussians, and one of them under the magnifier.
+// quadsplat inspect: the Gaussians of a pixel, and the tiles that the modes list one of them in.
 #include <cstdio>
+#include <memory>
 
 #include <nlohmann/json.hpp>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/view_choice.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
@@ -33,31 +34,16 @@ glm::ivec2 parse_pixel(const std::string& text) {
           parse_integer("--pixel", words[1], 0, 1'000'000)};
 }
 
-bool parse(InspectCommand& command, Arguments arguments) {
-  Options options("inspect", "shows which Gaussians make a pixel, and how the modes cover one");
-  declare_frame_options(options, command.frame);
-  declare_camera_choice(options, command.cameras);
-  options.value("--pixel", "X,Y",
-                "counted from the top left (default: the middle of --gaussian or of the picture)",
-                [&](const std::string& text) { command.pixel = parse_pixel(text); });
-  options.integer("--gaussian", "N", 0, 2'147'483'647, command.gaussian,
-                  "the one to pick (default: the pixel's heaviest)");
-  options.flag("--json", command.json, "everything as JSON on stdout, instead of tables");
-  options.text("--picture", "FILE", command.picture,
-               "draws ellipse, boxes and every mode's tiles to scale");
-  options.example("quadsplat inspect plush.spz --camera-index 0 --pixel 800,600 --picture why.png",
-                  "what is seen in the middle, and the construction of its heaviest Gaussian");
-  if (!options.parse(arguments)) return false;
+void check(const InspectCommand& command) {
   if (command.cameras.several() || command.frame.modes.size() > 1) {
     fail(ErrorKind::usage, "inspect: it looks at one picture: choose one camera and one mode");
   }
   if (command.frame.modes.front() == kReferenceMode) {
-    fail(ErrorKind::usage, "inspect: mode reference has no tiles: choose another one");
+    fail(ErrorKind::usage, "inspect: mode reference has no tiles: choose another mode");
   }
-  return true;
 }
 
-/// The middle of the Gaussian where the picture shows it, else of the picture.
+// The pixel at the Gaussian's mean if the Gaussian is visible, else the middle of the picture.
 glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
                          const std::optional<std::uint32_t>& gaussian) {
   const auto slot = gaussian ? slot_of(frame.trace, *gaussian) : std::nullopt;
@@ -66,11 +52,8 @@ glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
   return {clamp_to_int(mean.x + 0.5f, size.x - 1), clamp_to_int(mean.y + 0.5f, size.y - 1)};
 }
 
-}  // namespace
-
-int run_inspect(Arguments arguments) {
-  InspectCommand command;
-  if (!parse(command, arguments)) return kExitOk;
+int run(const InspectCommand& command) {
+  check(command);
   Session session = open_session(command.frame);
   const Shot shot = choose_shots(command.cameras, command.frame, *session.scene).front();
   const Frame& frame =
@@ -93,15 +76,35 @@ int run_inspect(Arguments arguments) {
   }
   if (!command.picture) return kExitOk;
   if (!inspection.gaussian) {
-    fail("inspect: pixel {},{} shows no Gaussian, so there is none to draw: choose another pixel",
-         pixel.x, pixel.y);
+    fail("inspect: pixel {},{} shows no Gaussian to draw: choose another pixel", pixel.x, pixel.y);
   }
-  const std::string where =
-      fmt::format("{} \u00b7 {}", scene_name(session.scene->path), shot.origin);
-  write_image(draw_construction({inspection, frame.color, frame.grid, where}), *command.picture,
+  write_image(draw_construction({inspection, frame.color, frame.grid,
+                                 picture_title(session.scene->path, shot.origin)}),
+              *command.picture,
               frame_metadata(session.scene->path, shot.camera, session.settings.mode, frame.stats));
   fmt::print(stderr, "wrote {}\n", command.picture->string());
   return kExitOk;
+}
+
+}  // namespace
+
+Action inspect_command(Options& options) {
+  const auto command = std::make_shared<InspectCommand>();
+  declare_frame_options(options, command->frame);
+  declare_camera_choice(options, command->cameras);
+  options.value(
+      "--pixel", "X,Y",
+      "counted from the top left (default: the centre of --gaussian, else of the picture)",
+      {"0,0", "24,16", "47,31", "48,0"},
+      [command = command.get()](const std::string& text) { command->pixel = parse_pixel(text); });
+  options.integer("--gaussian", "N", 0, 2'147'483'647, command->gaussian,
+                  "the Gaussian to explain (default: the one that contributes most to the pixel)");
+  options.flag("--json", command->json, "prints everything as JSON instead of tables");
+  options.text("--picture", "FILE", command->picture,
+               "draws the ellipse, its boxes and the tiles of every mode to scale", {"why.png"});
+  options.example("quadsplat inspect plush.spz --camera-index 0 --pixel 800,600 --picture why.png",
+                  "what a pixel shows, and the construction of its heaviest Gaussian");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

@@ -2,11 +2,11 @@
 //
 // quadsplat merge: the shards of one sweep -> the reports that one run would have written.
 #include <cstdio>
+#include <memory>
 
 #include <fmt/format.h>
 
 #include "app/cli/command.h"
-#include "app/cli/options.h"
 #include "app/report/eval_report.h"
 #include "app/report/merge.h"
 #include "app/report/stats_file.h"
@@ -19,8 +19,14 @@ namespace {
 using nlohmann::ordered_json;
 using std::filesystem::path;
 
-// What a folder may hold, and how the whole is written; a sentence when something is lacking. To
-// add a report: a row here; its JSON is laid out as merge.h says.
+struct MergeCommand {
+  std::vector<path> folders;
+  path out_dir = ".";
+  bool mixed = false;
+};
+
+// A report that a folder may hold. write(merged, folder) returns a warning or "". To add a report:
+// a row in kKinds; its JSON has the layout of merge.h.
 struct ReportKind {
   const char* file;
   const char* rows;
@@ -46,7 +52,7 @@ constexpr ReportKind kKinds[] = {{"bench.json", "rows", write_bench},
                                  {"eval.json", "views", write_eval},
                                  {"stats.json", "frames", write_render}};
 
-// The parts of a kind: in all folders or in none.
+// The reports of one kind: either every folder holds one or none does.
 std::vector<ReportPart> read_parts(const ReportKind& kind, const std::vector<path>& folders) {
   std::vector<ReportPart> parts;
   for (const path& folder : folders) {
@@ -55,45 +61,48 @@ std::vector<ReportPart> read_parts(const ReportKind& kind, const std::vector<pat
   }
   for (const path& folder : folders) {
     if (!parts.empty() && !std::filesystem::exists(folder / kind.file))
-      fail("merge: {}: holds no {}, as {} is one", folder.string(), kind.file, parts[0].from);
+      fail("merge: {}: holds no {} to join with {}", folder.string(), kind.file, parts[0].from);
   }
   return parts;
 }
 
-// False when the folders hold no such report.
-bool merge_kind(const ReportKind& kind, const std::vector<path>& folders, bool mixed,
-                const path& out_dir) try {
-  const std::vector<ReportPart> parts = read_parts(kind, folders);
+// Returns false if the folders hold no report of this kind.
+bool merge_kind(const ReportKind& kind, const MergeCommand& command) try {
+  const std::vector<ReportPart> parts = read_parts(kind, command.folders);
   if (parts.empty()) return false;
-  const ordered_json merged = merge_reports(parts, kind.rows, mixed);
+  const ordered_json merged = merge_reports(parts, kind.rows, command.mixed);
   for (const std::string& sentence :
-       {missing_views(merged, kind.rows), kind.write(merged, out_dir)}) {
-    if (!sentence.empty()) fmt::print(stderr, "quadsplat: {}: {}\n", kind.file, sentence);
+       {missing_views(merged, kind.rows), kind.write(merged, command.out_dir)}) {
+    if (!sentence.empty()) warn(fmt::format("{}: {}", kind.file, sentence));
   }
-  fmt::print(stderr, "wrote {}\n", (out_dir / kind.file).string());
+  fmt::print(stderr, "wrote {}\n", (command.out_dir / kind.file).string());
   return true;
 } catch (const nlohmann::json::exception& error) {
   fail("merge: {}: is damaged: {}", kind.file, error.what());
 }
 
-}  // namespace
-
-int run_merge(Arguments arguments) {
-  std::vector<path> folders;
-  path out_dir = ".";
-  bool mixed = false;
-  Options options("merge", "joins the reports of bench, eval and render --shard");
-  options.positionals("DIR", folders, "folders with a bench.json, eval.json or stats.json");
-  options.text("--out-dir", "DIR", out_dir, "folder of the joined reports (default: this one)");
-  options.flag("--mixed", mixed, "joins although GPUs, CPUs, commits or scenes differ");
-  options.example("quadsplat merge shard1 shard2 --out-dir results", "two halves of a sweep");
-  if (!options.parse(arguments)) return kExitOk;
+int run(const MergeCommand& command) {
   bool any = false;
-  for (const ReportKind& kind : kKinds) any = merge_kind(kind, folders, mixed, out_dir) || any;
+  for (const ReportKind& kind : kKinds) any = merge_kind(kind, command) || any;
   if (!any) {
-    fail("merge: {}: holds none of bench.json, eval.json, stats.json", folders.front().string());
+    fail("merge: {}: holds none of bench.json, eval.json, stats.json",
+         command.folders.front().string());
   }
   return kExitOk;
+}
+
+}  // namespace
+
+Action merge_command(Options& options) {
+  const auto command = std::make_shared<MergeCommand>();
+  options.positionals("DIR", command->folders, 1,
+                      "folders with a bench.json, eval.json or stats.json", {"shard1", "shard2"});
+  options.text("--out-dir", "DIR", command->out_dir,
+               "folder of the joined reports (default: the current folder)", {"merged"});
+  options.flag("--mixed", command->mixed,
+               "joins reports of different GPUs, CPUs, pipelines, commits or scenes too");
+  options.example("quadsplat merge shard1 shard2 --out-dir results", "joins two halves of a sweep");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

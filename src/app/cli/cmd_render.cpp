@@ -3,14 +3,12 @@
 // quadsplat render: views x culling modes -> pictures, a mode table, statistics, a comparison.
 #include <algorithm>
 #include <cstdio>
-#include <utility>
+#include <memory>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
-#include "app/cli/view_choice.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/measure.h"
-#include "app/measure/shard.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
 #include "app/report/stats_file.h"
@@ -42,48 +40,12 @@ std::vector<std::string> heatmap_names() {
   return names;
 }
 
-bool parse(RenderCommand& command, Arguments arguments) {
-  Options options("render", "renders a scene to picture files");
-  declare_frame_options(options, command.frame);
-  declare_camera_choice(options, command.cameras);
-  options.text("--output", "FILE", command.output, "picture: .png, .ppm, .pfm, .exr, .jpg, ...");
-  options.choice(
-      "--heatmap", heatmap_names(),
-      [&](int chosen) { command.heatmap = static_cast<HeatQuantity>(chosen); },
-      "draws what the frame cost, wasted or lost over it, with a scale");
-  options.integer("--heatmap-max", "N", 1, 1'000'000'000, command.heatmap_max,
-                  "end of the scale (default: from the first frame)");
-  options.text("--stats", "FILE", command.stats, "the frames' statistics as JSON; - = stdout");
-  options.integer(
-      "--repeats", "N", 1, 100000, command.repeats,
-      "measured frames per picture, after one that warms up (default with several modes: 3)");
-  options.flag("--psnr", command.psnr,
-               "adds each mode's PSNR against mode reference (slow) to the table");
-  options.text("--reference", "FILE", command.reference,
-               "picture to compare with; writes OUT.difference.png");
-  options.real("--reference-threshold", "DB", 0, 1000, command.reference_threshold,
-               "ends with exit code 4 when the PSNR is lower");
-  options.value("--shard", "I/N",
-                "renders every N-th picture of --all-cameras or --camera-path from the I-th; see "
-                "quadsplat merge",
-                [&](const std::string& text) { command.shard = parse_shard("--shard", text); });
-  options.example("quadsplat render garden/ --camera-index 0 --output garden.png",
-                  "one view of a trained model");
-  options.example("quadsplat render plush.spz --cull all --psnr --output plush.png",
-                  "compares the culling modes on one view");
-  options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
-                  "where the tile pairs are");
-  options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
-                  "the pictures of a flight: f_0000.png to f_0239.png");
-  return options.parse(arguments);
-}
-
 void check(const RenderCommand& command) {
-  if (command.heatmap == HeatQuantity::missed) {
-    for (const CullMode mode : command.frame.modes) {
-      if (mode == kReferenceMode)
-        fail(ErrorKind::usage, "render: --heatmap missed: mode reference has no lists to miss any");
-    }
+  const std::vector<CullMode>& modes = command.frame.modes;
+  if (command.heatmap && command.heatmap != HeatQuantity::evaluated &&
+      std::count(modes.begin(), modes.end(), kReferenceMode) > 0) {
+    fail(ErrorKind::usage, "render: --heatmap {}: mode reference has no tile lists",
+         heatmap_row(*command.heatmap).name);
   }
   if (!command.output && !command.stats && !command.measures() && !command.reference) {
     fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
@@ -98,16 +60,16 @@ void check(const RenderCommand& command) {
   if (command.cameras.frames && !command.cameras.path) {
     fail(
         ErrorKind::usage,
-        "render: --frames counts the pictures along a --camera-path, and there is none; to measure "
-        "a picture several times use --repeats");
+        "render: --frames needs a --camera-path; to measure a picture several times use --repeats");
   }
   if (command.shard && !command.cameras.several()) {
-    fail(ErrorKind::usage,
-         "render: --shard shares the pictures of --all-cameras or --camera-path: give one of them");
+    fail(
+        ErrorKind::usage,
+        "render: --shard divides the pictures of --all-cameras or --camera-path: give one of them");
   }
   if (command.shard && command.heatmap && !command.heatmap_max) {
     fail(ErrorKind::usage,
-         "render: --shard with --heatmap needs --heatmap-max, so that all shards have one scale");
+         "render: --shard with --heatmap needs --heatmap-max, so that all shards use one scale");
   }
 }
 
@@ -138,7 +100,7 @@ class Run {
     const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : Outputs();
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
     const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
-    const Image truth = command_.psnr ? reference_image(shot) : Image();
+    const Image truth = command_.psnr ? reference_image(session_, shot.camera) : Image();
     const std::size_t first_record = records_.size();
     std::vector<double> psnrs;
     std::vector<ModeResult> results =
@@ -151,7 +113,7 @@ class Run {
                       });
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (command_.psnr) results[i].psnr = psnrs[i];
-      if (command_.stats && session_.backend != Backend::cpu) {  // the CPU has them always
+      if (command_.stats && session_.backend != Backend::cpu) {  // the CPU always measures stages
         mark_stages(*session_.renderer, shot.camera, session_.settings, results[i]);
       }
       records_[first_record + i].result = results[i];
@@ -164,17 +126,7 @@ class Run {
     }
   }
 
-  // The fp64 image of this view; the CPU renders it whatever the session's backend.
-  Image reference_image(const Shot& shot) {
-    if (session_.backend != Backend::cpu && !oracle_) {
-      oracle_ = upload_scene(session_, Backend::cpu);
-    }
-    RenderSettings settings = session_.settings;
-    settings.mode = kReferenceMode;
-    return (oracle_ ? *oracle_ : *session_.renderer).render(shot.camera, settings).color;
-  }
-
-  // Writes the frame's picture; returns its path, empty without --output.
+  // Writes the frame's picture. Returns its path, or "" without --output.
   std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
     if (!command_.output) return {};
     const char* name = mode_name(mode);
@@ -214,31 +166,68 @@ class Run {
                  amplification);
     }
     if (difference.psnr < command_.reference_threshold) {
-      fmt::print(stderr, "quadsplat: the PSNR of {} dB is below the threshold of {} dB\n",
-                 decibels(difference.psnr), command_.reference_threshold);
+      warn(fmt::format("the PSNR of {} dB is below the threshold of {} dB",
+                       decibels(difference.psnr), command_.reference_threshold));
       exit_code_ = kExitComparison;
     }
   }
 
-  // Where text for people goes: stdout, unless the statistics take it.
+  // Where tables go: stdout, unless --stats writes JSON there.
   std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
 
   const RenderCommand& command_;
   Session session_;
-  std::unique_ptr<Renderer> oracle_;
   std::optional<HeatmapMaker> heatmaps_;  // of the current view
-  std::optional<Scale> scale_;  // of the first heat map, so that all of a run can be compared
+  std::optional<Scale> scale_;  // of the first heat map; all heat maps of a run share it
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;
 };
 
 }  // namespace
 
-int run_render(Arguments arguments) {
-  RenderCommand command;
-  if (!parse(command, arguments)) return kExitOk;
-  check(command);
-  return Run(command).all_shots();
+Action render_command(Options& options) {
+  const auto command = std::make_shared<RenderCommand>();
+  declare_frame_options(options, command->frame);
+  declare_camera_choice(options, command->cameras);
+  options.text("--output", "FILE", command->output,
+               "picture file OUT: .png, .ppm, .pfm, .exr, .jpg, ...; several pictures are "
+               "OUT_NUMBER_NAME_MODE",
+               {"out.png", "out.pfm"});
+  options.choice(
+      "--heatmap", heatmap_names(),
+      [command = command.get()](int chosen) {
+        command->heatmap = static_cast<HeatQuantity>(chosen);
+      },
+      "draws this quantity over the picture, with a colour scale");
+  options.integer("--heatmap-max", "N", 1, 1'000'000'000, command->heatmap_max,
+                  "largest value of the colour scale (default: that of the first picture)");
+  options.text("--stats", "FILE", command->stats,
+               "writes the statistics of the frames as JSON; - = stdout", {"stats.json", "-"});
+  options.integer("--repeats", "N", 1, 100000, command->repeats,
+                  "measured frames per picture, after one warm-up frame (default: 1, or 3 with "
+                  "several modes)");
+  options.flag("--psnr", command->psnr,
+               "adds each mode's PSNR against mode reference to the table (seconds per view)");
+  options.text("--reference", "FILE", command->reference,
+               "prints the PSNR against this picture and writes OUT.difference.png",
+               {"reference.pfm", "missing.png"});
+  options.real("--reference-threshold", "DB", 0, 1000, command->reference_threshold,
+               "ends with exit code 4 if the PSNR is lower");
+  declare_shard_option(
+      options, command->shard,
+      "renders every N-th picture of --all-cameras or --camera-path, from the I-th");
+  options.example("quadsplat render garden/ --camera-index 0 --output garden.png",
+                  "one view of a trained model");
+  options.example("quadsplat render plush.spz --cull all --psnr --output plush.png",
+                  "compares the culling modes on one view");
+  options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
+                  "where the tile pairs are");
+  options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
+                  "the pictures of a flight: f_0000.png to f_0239.png");
+  return [command](Arguments) {
+    check(*command);
+    return Run(*command).all_shots();
+  };
 }
 
 }  // namespace qs

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat report: a page that explains where a scene's work is, and which modes avoid it.
+// quadsplat report: a page that shows what a scene costs to render and which modes save work.
 #include <cstdio>
+#include <memory>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/view_choice.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
@@ -14,7 +15,6 @@
 #include "app/report/write_report.h"
 #include "app/session/environment.h"
 #include "app/session/progress_bar.h"
-#include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -26,36 +26,14 @@ constexpr int kPictureWidth = 800;
 struct ReportCommand {
   FrameOptions frame;
   CameraChoice cameras;
-  std::optional<std::filesystem::path> output;
+  std::filesystem::path output;
   int views = 4;
 };
 
-bool parse(ReportCommand& command, Arguments arguments) {
-  Options options("report", "writes a page that explains a scene's costs");
-  declare_frame_options(options, command.frame);
-  declare_camera_choice(options, command.cameras);
-  options.integer("--views", "N", 1, 100000, command.views,
-                  "at most so many of the cameras, evenly spread (default: 4)");
-  options.text("--output", "DIR|FILE.html", command.output, "the page; DIR gets a report.html");
-  options.example("quadsplat report plush.spz --cameras plush/cameras.json --output plush.html",
-                  "what the Gaussians of a scene look like, and what they cost");
-  if (!options.parse(arguments)) return false;
-  if (!command.output) {
-    fail(ErrorKind::usage, "report: --output is missing (see 'quadsplat report --help')");
-  }
-  if (command.frame.backend == Backend::cuda) {
-    fail(ErrorKind::usage,
-         "report: it studies several tile sizes, which runs with --backend cpu only");
-  }
-  command.frame.backend = Backend::cpu;
-  return true;
-}
-
 std::vector<Shot> choose_views(const ReportCommand& command, const Scene& scene) {
   CameraChoice choice = command.cameras;
-  const bool chosen = choice.index || choice.json || choice.several();
-  const bool has_file = command.frame.cameras || find_cameras_file(scene.path);
-  if (!chosen && has_file) choice.all = true;
+  if (!choice.index && !choice.json && !choice.several())
+    choice.all = has_cameras(command.frame, scene);
   const std::vector<Shot> all = choose_shots(choice, command.frame, scene);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
   std::vector<Shot> shots;
@@ -63,7 +41,7 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Scene& scene)
   return shots;
 }
 
-/// The page's file. Found out before the work is done, which takes a minute.
+// The page's file. Checked before the work, which takes a minute.
 std::filesystem::path output_file(const std::filesystem::path& output) {
   if (output.extension() != ".html") {
     make_folder(output);
@@ -80,7 +58,7 @@ class Report {
  public:
   explicit Report(const ReportCommand& command)
       : command_(command),
-        path_(output_file(*command.output)),
+        path_(output_file(command.output)),
         session_(open_session(command.frame)),
         shots_(choose_views(command, *session_.scene)) {}
 
@@ -95,7 +73,7 @@ class Report {
                          pictures(), example(study), made_with()};
     std::string problem;
     const std::string html = format_study_page(page, problem);
-    if (!problem.empty()) fmt::print(stderr, "quadsplat: report: no plots: {}\n", problem);
+    if (!problem.empty()) warn("report: no plots: " + problem);
     write_stats(path_, html);
     fmt::print(stderr, "wrote {} ({})\n", path_.string(), bytes_text(html.size()));
     return kExitOk;
@@ -170,9 +148,8 @@ class Report {
                            clamp_to_int(mean.y + 0.5f, size.y - 1));
     const Inspection inspection =
         inspect(frame, size, pixel, session_.settings.background, study.example.gaussian);
-    const std::string where =
-        fmt::format("{} \u00b7 {}", scene_name(session_.scene->path), shot.origin);
-    return {{draw_construction({inspection, frame.color, frame.grid, where}),
+    const std::string title = picture_title(session_.scene->path, shot.origin);
+    return {{draw_construction({inspection, frame.color, frame.grid, title}),
              "Its ellipse, the boxes of the modes, and the tiles that each mode lists."}};
   }
 
@@ -192,12 +169,29 @@ class Report {
   std::vector<Shot> shots_;
 };
 
+int run(ReportCommand& command) {
+  if (command.frame.backend == Backend::cuda) {
+    fail(ErrorKind::usage,
+         "report: it studies several tile sizes, which runs with --backend cpu only");
+  }
+  command.frame.backend = Backend::cpu;
+  return Report(command).run();
+}
+
 }  // namespace
 
-int run_report(Arguments arguments) {
-  ReportCommand command;
-  if (!parse(command, arguments)) return kExitOk;
-  return Report(command).run();
+Action report_command(Options& options) {
+  const auto command = std::make_shared<ReportCommand>();
+  declare_frame_options(options, command->frame);
+  declare_camera_choice(options, command->cameras);
+  options.integer("--views", "N", 1, 100000, command->views,
+                  "studies at most N of the cameras, evenly spread (default: 4)");
+  options.text("--output", "DIR|FILE.html", command->output,
+               "the page, or a folder for report.html", {"page.html", "out"});
+  options.required();
+  options.example("quadsplat report plush.spz --cameras plush/cameras.json --output plush.html",
+                  "what the Gaussians of a scene look like and what they cost");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

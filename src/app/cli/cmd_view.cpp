@@ -1,57 +1,73 @@
 // SPDX-License-Identifier: MIT
 //
 // quadsplat [view]: the window.
+#include <memory>
 #include <system_error>
 
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
-#include "app/cli/options.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/view_loop.h"
 #include "raster/base/fail.h"
 
 namespace qs {
+namespace {
 
-int run_view(Arguments arguments) {
+struct ViewCommand {
   ViewOptions view;
   std::vector<std::filesystem::path> scenes;
   std::optional<std::filesystem::path> settings;
   bool no_vsync = false, no_interop = false;
-  Options options("view", "opens a scene in a window; the command when none is named");
-  options.optional_positional("SCENE", scenes, "splat file or model folder");
-  declare_common_options(options, view.frame);
-  options.text(
-      "--beside", "NAME", view.beside,
-      "splits the window, beside it: a culling mode, reference, or \"exact, cuda classic\"");
-  options.flag("--no-vsync", no_vsync, "does not wait for the display");
-  options.flag("--no-interop", no_interop, "CUDA frames pass the host on their way to the window");
-  options.text("--settings", "FILE", settings,
-               "where the window's settings are kept (default: in ~/.config); - = nowhere");
-  options.text("--input", "FILE", view.script, "plays an input script, see docs/viewer.md");
-  options.text("--out-dir", "DIR", view.out_dir,
-               "screenshots, zooms and benches go below it (default: this folder)");
-  options.example("quadsplat garden/", "opens a trained model");
-  options.example("quadsplat view plush.spz --cameras cameras.json --cull exact --size 1600x1200",
-                  "with its cameras, in another mode");
-  if (!options.parse(arguments)) return kExitOk;
-  if (!scenes.empty()) {
+};
+
+int run(ViewCommand& command) {
+  ViewOptions& view = command.view;
+  if (!command.scenes.empty()) {
+    view.frame.scene = command.scenes.front();
     std::error_code error;
-    if (!std::filesystem::exists(scenes.front(), error)) {
+    if (!std::filesystem::exists(view.frame.scene, error)) {
       fail(ErrorKind::usage, "'{}' is neither a command nor a file (see 'quadsplat --help')",
-           scenes.front().string());
+           view.frame.scene.string());
     }
-    if (scenes.size() > 1) fail(ErrorKind::usage, "view: one scene at a time");
-    view.frame.scene = scenes.front();
+    if (command.scenes.size() > 1)
+      fail(ErrorKind::usage, "view: the window shows one scene: name only one");
   }
   if (view.frame.tile_px != kTileSize) {
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
          view.frame.tile_px, kTileSize);
   }
-  view.vsync = !no_vsync;
-  view.interop = !no_interop;
-  if (settings != "-") view.settings = settings.value_or(preferences_file());
+  view.vsync = !command.no_vsync;
+  view.interop = !command.no_interop;
+  if (command.settings != "-") view.settings = command.settings.value_or(preferences_file());
   run_viewer(view);
   return kExitOk;
+}
+
+}  // namespace
+
+Action view_command(Options& options) {
+  const auto command = std::make_shared<ViewCommand>();
+  ViewOptions& view = command->view;
+  options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);
+  declare_common_options(options, view.frame);
+  options.text("--beside", "NAME", view.beside,
+               "splits the window and draws this beside the scene: a culling mode, reference, or "
+               "for example \"exact, cuda classic\"",
+               {"3dgs", "reference"});
+  options.flag("--no-vsync", command->no_vsync, "draws without waiting for the display's refresh");
+  options.flag("--no-interop", command->no_interop,
+               "copies CUDA frames to the window through the host");
+  options.text("--settings", "FILE", command->settings,
+               "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
+               {"-", "settings.json"});
+  options.text("--input", "FILE", view.script, "plays an input script, see docs/viewer.md",
+               {"missing.txt"});
+  options.text("--out-dir", "DIR", view.out_dir,
+               "folder of screenshots, zooms and benches (default: the current folder)", {"out"});
+  options.example("quadsplat garden/", "opens a trained model");
+  options.example("quadsplat view plush.spz --cameras cameras.json --cull exact --size 1600x1200",
+                  "starts with its cameras, in another culling mode");
+  return [command](Arguments) { return run(*command); };
 }
 
 }  // namespace qs

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat zoom: cost of the culling modes while a camera dollies towards a target, kept in a
+// quadsplat zoom: measures the culling modes while the camera moves towards a target, and writes a
 // folder that can be replayed.
-#include <algorithm>
 #include <cstdio>
+#include <memory>
 
+#include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
-#include "app/cli/view_choice.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
 #include "app/report/stats_file.h"
@@ -43,42 +43,10 @@ std::optional<glm::dvec3> parse_target(const std::string& text) {
   return target;
 }
 
-bool parse(ZoomCommand& command, Arguments arguments) {
-  command.frame.modes.clear();
-  Options options("zoom", "measures the culling modes while zooming in");
-  options.optional_positional("SCENE", command.scenes, "splat file or model folder");
-  declare_common_options(options, command.frame);
-  options.integer("--from-camera", "N", 0, 1'000'000'000, command.from_camera,
-                  "camera of the file to start from (default: 0, or a framing)");
-  options.value("--target", "X,Y,Z|auto",
-                "where to go (default: auto, what is seen at the image's centre)",
-                [&](const std::string& text) { command.target = parse_target(text); });
-  options.integer("--steps", "N", 2, 100000, command.steps, "views on the way (default: 32)");
-  options.real("--closest", "X", 1e-4, 0.999, command.closest,
-               "last distance over the first (default: 0.05)");
-  options.integer("--frames", "N", 1, 100000, command.plan.frames,
-                  "measured frames per mode and step (default: 20)");
-  options.integer("--warmup", "N", 0, 100000, command.plan.warmup,
-                  "frames before them (default: 3)");
-  options.text("--out-dir", "DIR", command.out_dir,
-               "zoom.csv, zoom.json, plots, pictures of the first, middle and last step");
-  options.text("--replay", "DIR", command.replay,
-               "renders the zoom kept in DIR again; ends with exit code 4 when counts differ");
-  options.example("quadsplat zoom plush.spz --from-camera 0 --out-dir zoom",
-                  "curves of all modes towards what camera 0 looks at");
-  options.example("quadsplat zoom --replay zoom", "the same counts on another machine?");
-  if (!options.parse(arguments)) return false;
-  if (command.scenes.size() != (command.replay ? 0u : 1u)) {
-    fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
-  }
-  if (command.frame.modes.empty()) command.frame.modes = all_modes();
-  return true;
-}
-
-// What lies under the image's centre, by the trace of one frame.
+// The world position seen at the image's centre.
 glm::dvec3 find_target(Session& session, const Camera& camera) {
   const auto target = find_point(*session.renderer, camera, session.settings, center_pixel(camera));
-  if (!target) fail("zoom: nothing is under the image's centre: name a point with --target X,Y,Z");
+  if (!target) fail("zoom: the image's centre shows no Gaussian: name a point with --target X,Y,Z");
   return *target;
 }
 
@@ -88,8 +56,7 @@ std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const 
 }
 
 void save(Session& session, const ZoomBundle& bundle, const std::filesystem::path& folder) {
-  const std::string problem = save_zoom(session, bundle, folder);
-  if (!problem.empty()) fmt::print(stderr, "quadsplat: {}\n", problem);
+  warn(save_zoom(session, bundle, folder));
   fmt::print(stderr, "wrote {}\n", folder.string());
 }
 
@@ -102,8 +69,8 @@ int replay(const ZoomCommand& command) {
   session.settings = bundle.settings;
   const std::string hash = file_hash(session.scene->path);
   if (hash != bundle.scene_hash) {
-    fail("{}: its content is not what the zoom was measured on ({}, now {})",
-         session.scene->path.string(), bundle.scene_hash, hash);
+    fail("{}: has changed since the zoom was measured ({}, now {})", session.scene->path.string(),
+         bundle.scene_hash, hash);
   }
   std::vector<BenchRow> rows =
       measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1});
@@ -111,7 +78,7 @@ int replay(const ZoomCommand& command) {
   fmt::print("{} steps, {} modes: {}\n", bundle.steps, bundle.modes.size(),
              differences.empty() ? "all pair counts are equal"
                                  : fmt::format("{} counts differ", differences.size()));
-  for (const std::string& sentence : differences) fmt::print(stderr, "quadsplat: {}\n", sentence);
+  for (const std::string& sentence : differences) warn(sentence);
   if (command.out_dir) {
     bundle.rows = std::move(rows);
     bundle.environment = environment_json(session);
@@ -120,11 +87,10 @@ int replay(const ZoomCommand& command) {
   return differences.empty() ? kExitOk : kExitComparison;
 }
 
-}  // namespace
-
-int run_zoom(Arguments arguments) {
-  ZoomCommand command;
-  if (!parse(command, arguments)) return kExitOk;
+int run(ZoomCommand& command, Arguments arguments) {
+  if (command.scenes.size() != (command.replay ? 0u : 1u)) {
+    fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
+  }
   if (command.replay) return replay(command);
   command.frame.scene = command.scenes.front();
   Session session = open_session(command.frame);
@@ -138,9 +104,46 @@ int run_zoom(Arguments arguments) {
   bundle.modes = command.frame.modes;
   bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
   bundle.rows = measure(session, bundle, command.plan);
-  fmt::print("{}", command.out_dir ? "" : format_csv(bundle.rows));
-  if (command.out_dir) save(session, bundle, *command.out_dir);
+  if (command.out_dir) {
+    save(session, bundle, *command.out_dir);
+  } else {
+    fmt::print("{}", format_csv(bundle.rows));
+  }
   return kExitOk;
+}
+
+}  // namespace
+
+Action zoom_command(Options& options) {
+  const auto command = std::make_shared<ZoomCommand>();
+  command->frame.modes = all_modes();
+  options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);
+  declare_common_options(options, command->frame);
+  options.integer("--from-camera", "N", 0, 1'000'000'000, command->from_camera,
+                  "camera of the cameras file to start from (default: 0, or a view that frames the "
+                  "scene)");
+  options.value(
+      "--target", "X,Y,Z|auto",
+      "point to approach (default: auto, the one seen at the image's centre)", {"auto", "0.1,0,4"},
+      [command = command.get()](const std::string& text) { command->target = parse_target(text); });
+  options.integer("--steps", "N", 2, 100000, command->steps, "views along the way (default: 32)");
+  options.real("--closest", "X", 1e-4, 0.999, command->closest,
+               "last distance to the target divided by the first (default: 0.05)");
+  options.integer("--frames", "N", 1, 100000, command->plan.frames,
+                  "measured frames per mode and step (default: 20)");
+  options.integer("--warmup", "N", 0, 100000, command->plan.warmup,
+                  "warm-up frames per mode and step (default: 3)");
+  options.text("--out-dir", "DIR", command->out_dir,
+               "folder of zoom.csv, zoom.json, plots, and pictures of the first, middle and last "
+               "step",
+               {"out"});
+  options.text("--replay", "DIR", command->replay,
+               "renders the zoom stored in DIR again; ends with exit code 4 if counts differ",
+               {"zoom"});
+  options.example("quadsplat zoom plush.spz --from-camera 0 --out-dir zoom",
+                  "curves of all modes towards the point that camera 0 looks at");
+  options.example("quadsplat zoom --replay zoom", "the same counts on another machine?");
+  return [command](Arguments arguments) { return run(*command, arguments); };
 }
 
 }  // namespace qs

@@ -2,8 +2,8 @@
 #include "app/cli/command.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,22 +12,31 @@
 #include "raster/renderer.h"
 #include "version.h"
 
+// One row per command, in the order of the help: NAME_command() is in cmd_NAME.cpp.
+#define QS_COMMANDS(ROW)                                                      \
+  ROW(view, "opens a scene in a window; the default command")                 \
+  ROW(render, "renders a scene to picture files")                             \
+  ROW(eval, "measures PSNR and SSIM against photographs")                     \
+  ROW(inspect, "lists the Gaussians of a pixel and the tiles of one of them") \
+  ROW(compare, "draws crops and differences of culling modes side by side")   \
+  ROW(report, "writes a page that explains what a scene costs to render")     \
+  ROW(bench, "measures the culling modes on scenes and views")                \
+  ROW(zoom, "measures the culling modes while the camera approaches a point") \
+  ROW(merge, "joins the reports of bench, eval and render that used --shard") \
+  ROW(info, "prints format, size and value ranges of scene files")            \
+  ROW(convert, "writes a scene in another format")
+
 namespace qs {
+
+#define QS_DECLARE(name, summary) Action name##_command(Options& options);
+QS_COMMANDS(QS_DECLARE)
+#undef QS_DECLARE
+
 namespace {
 
-constexpr std::array kCommands = {
-    Command{"view", "opens a scene in a window; the command when none is named", run_view},
-    Command{"render", "renders a scene to picture files", run_render},
-    Command{"eval", "measures PSNR and SSIM against photographs", run_eval},
-    Command{"inspect", "shows a pixel's Gaussians and how the modes cover one", run_inspect},
-    Command{"compare", "draws crops and differences of modes side by side", run_compare},
-    Command{"report", "writes a page that explains a scene's costs", run_report},
-    Command{"bench", "measures the culling modes on scenes and views", run_bench},
-    Command{"zoom", "measures the culling modes while zooming in", run_zoom},
-    Command{"merge", "joins the reports of bench, eval and render --shard", run_merge},
-    Command{"info", "tells what is in scene files", run_info},
-    Command{"convert", "writes a scene in another format", run_convert},
-};
+#define QS_ROW(name, summary) Command{#name, summary, name##_command},
+constexpr Command kCommands[] = {QS_COMMANDS(QS_ROW)};
+#undef QS_ROW
 
 std::string program_help() {
   std::string text =
@@ -38,11 +47,12 @@ std::string program_help() {
     text += fmt::format("  {:10}{}\n", command.name, command.summary);
   text +=
       "\n  quadsplat COMMAND --help   options and examples of a command\n"
-      "  quadsplat --list-gpus      GPUs that can render, or why none can\n"
+      "  quadsplat --list-gpus      the GPUs that can render, or why none can\n"
       "  quadsplat --list-formats   scene formats that are read and written\n"
       "  quadsplat --version        version, commit and build\n\n"
       "SCENE is a splat file or the folder of a trained model.\n"
-      "Exit codes: 0 good, 1 wrong command line, 2 bad input, 3 no device or memory, 4 comparison "
+      "Exit codes: 0 success, 1 wrong command line, 2 bad input, 3 no device or memory, 4 "
+      "comparison "
       "failed.\n";
   return text;
 }
@@ -79,25 +89,26 @@ int run_program(Arguments arguments) {
     return kExitUsage;
   }
   const std::string& first = arguments.front();
-  if (first == "--help" || first == "-h") {
-    fmt::print("{}", program_help());
+  constexpr std::pair<const char*, std::string (*)()> kTexts[] = {{"--help", program_help},
+                                                                  {"-h", program_help},
+                                                                  {"--list-gpus", gpu_list},
+                                                                  {"--list-formats", format_list},
+                                                                  {"--version", version_text}};
+  for (const auto& [name, text] : kTexts) {
+    if (first != name) continue;
+    fmt::print("{}", text());
     return kExitOk;
   }
-  if (first == "--list-gpus") {
-    fmt::print("{}", gpu_list());
-    return kExitOk;
+  const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
+                                        [&](const Command& row) { return first == row.name; });
+  if (command == std::end(kCommands)) {
+    command = kCommands;  // view
+  } else {
+    arguments = arguments.subspan(1);
   }
-  if (first == "--list-formats") {
-    fmt::print("{}", format_list());
-    return kExitOk;
-  }
-  if (first == "--version") {
-    fmt::print("{}", version_text());
-    return kExitOk;
-  }
-  const auto command = std::find_if(kCommands.begin(), kCommands.end(),
-                                    [&](const Command& row) { return first == row.name; });
-  return command == kCommands.end() ? run_view(arguments) : command->run(arguments.subspan(1));
+  Options options(command->name, command->summary);
+  const Action action = command->declare(options);
+  return options.parse(arguments) ? action(arguments) : kExitOk;
 }
 
 }  // namespace qs

@@ -15,7 +15,7 @@ std::string mode_names() {
   return joined(names, ", ");
 }
 
-// "all" (modes 1-6), a name, or several names with commas.
+// "all" (modes 1 to 6), a name, or several names separated by commas.
 std::vector<CullMode> parse_modes(const std::string& text) {
   if (text == "all") return all_modes();
   std::vector<CullMode> modes;
@@ -30,50 +30,57 @@ std::vector<CullMode> parse_modes(const std::string& text) {
 }  // namespace
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
-  options.positional("SCENE", frame.scene, "splat file or model folder");
+  options.positional("SCENE", frame.scene, "splat file or model folder", kSceneSamples);
   declare_common_options(options, frame);
 }
 
 void declare_common_options(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
-                  "of a model folder: point_cloud/iteration_N (default: the highest)");
+                  "reads point_cloud/iteration_N of a model folder (default: the highest N)");
   declare_axes_option(options, frame.axes);
-  options.text("--cameras", "FILE", frame.cameras,
-               "cameras.json, transforms.json or a COLMAP folder (default: beside the scene)");
-  options.value("--size", "WxH", "picture size; keeps the vertical field of view",
+  options.text(
+      "--cameras", "FILE", frame.cameras,
+      "cameras.json, transforms.json or a COLMAP folder (default: the one beside the scene)",
+      {"cameras.json", "missing.json"});
+  options.value("--size", "WxH",
+                "picture size in pixels; keeps the vertical field of view (default: the camera's)",
+                {"48x32", "17x33"},
                 [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
-  options.value("--cull", "NAME", "tile culling: " + mode_names() + ", all",
+  options.value("--cull", "NAME", "tile culling modes, with commas: " + mode_names() + ", all",
+                {"3dgs", "all", "reference", "quadbox,dualbox"},
                 [&frame](const std::string& text) { frame.modes = parse_modes(text); });
   options.choice(
       "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
       [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
-      "what renders (default: the best that works here)");
+      "what renders (default: cuda where it works, else cpu)");
   options.choice(
       "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
       [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
-      fmt::format("how CUDA draws: as published or as fast as it can; on the CPU classic is plain "
-                  "code to compare with (default: {})",
+      fmt::format("implementation: classic follows the published 3DGS code, fast is optimised; "
+                  "both draw the same images (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
   options.integer("--device", "N", 0, 1024, frame.device,
-                  "GPU of the CUDA backend, see quadsplat --list-gpus");
-  options.integer("--threads", "N", 0, 1024, frame.threads, "of the CPU backend (default: all)");
+                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
+  options.integer("--threads", "N", 0, 1024, frame.threads,
+                  "CPU threads (default: 0, one per hardware thread)");
   options.choice(
       "--tile-size", {"8", "16", "32"},
       [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
-      "side of a tile in pixels, on the CPU backend (default: 16)");
+      "side of a tile in pixels; 8 and 32 need the CPU backend (default: 16)");
   options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
-                  "highest degree of view-dependent colour");
+                  "highest degree of view-dependent colour (default: the scene's)");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
-               "factor on every Gaussian's size");
-  options.value(
-      "--background", "R,G,B", "each 0..1 (default: the model's, else black)",
-      [&frame](const std::string& text) { frame.background = parse_color("--background", text); });
+               "factor on the size of every Gaussian (default: 1)");
+  options.value("--background", "R,G,B", "each 0..1 (default: the model's background, else black)",
+                {"1,0.5,0"}, [&frame](const std::string& text) {
+                  frame.background = parse_color("--background", text);
+                });
   options.choice(
       "--antialiased", {"on", "off", "auto"},
       [&frame](int chosen) {
         frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
-      "opacity compensation (default: auto, as the scene was trained)");
+      "opacity compensation of small Gaussians (default: auto, as the scene was trained)");
 }
 
 void declare_axes_option(Options& options, std::string& axes) {
@@ -81,7 +88,7 @@ void declare_axes_option(Options& options, std::string& axes) {
   options.choice(
       "--axes", names,
       [&axes, names](int chosen) { axes = names[static_cast<std::size_t>(chosen)]; },
-      "where x, y, z of the file point (left, right, down, up, back, forward), whatever it says");
+      "directions of x, y, z: Right/Left, Down/Up, Back/Forward (default: what the file declares)");
 }
 
 }  // namespace qs

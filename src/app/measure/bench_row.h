@@ -10,7 +10,7 @@
 
 namespace qs {
 
-/// Times in milliseconds. Members have the names of the columns.
+/// Times in milliseconds. The members are named like the columns.
 struct BenchRow {
   std::string scene, camera, mode, pipeline = "classic", backend;
   int width = 0, height = 0;
@@ -21,8 +21,9 @@ struct BenchRow {
   double ms_median = 0, ms_p05 = 0, ms_p95 = 0, fps_median = 0;
   double frame_ms = 0, preprocess_ms = 0, bin_ms = 0, sort_ms = 0, blend_ms = 0;  ///< marked pass
   std::optional<double> psnr_vs_reference;                                        ///< dB
-  std::optional<std::uint64_t> false_positives;  ///< pairs that no pixel used, in an untimed frame
-  std::optional<double> false_positive_share;    ///< of the pairs, 0..1
+  std::optional<std::uint64_t>
+      false_positives;                         ///< pairs that no pixel uses, from an untimed frame
+  std::optional<double> false_positive_share;  ///< of the pairs, 0..1
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
@@ -58,7 +59,7 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("false_positive_share", row.false_positive_share);
 }
 
-/// What only bench.json holds.
+/// The members that only bench.json contains.
 template <class Row, class Visit>
 void for_each_detail(Row& row, Visit&& visit) {
   visit("view", row.view);

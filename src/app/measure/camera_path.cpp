@@ -14,7 +14,7 @@
 namespace qs {
 namespace {
 
-// What is interpolated: all at the keyframe's own size.
+// The interpolated values of a keyframe.
 struct Pose {
   glm::dvec3 position;
   glm::dquat rotation;  // world_from_view
@@ -26,8 +26,8 @@ Pose pose_of(const Camera& camera) {
           glm::log(camera.focal_px), camera.center_px};
 }
 
-// The cubic through b (t = 0) and c (t = span) with the slopes that a, b, c, d suggest; `before`
-// and `after` are the lengths of the neighbouring intervals, 0 at an end of the path.
+// The cubic through b (t = 0) and c (t = span) with the Catmull-Rom slopes of a, b, c, d. `before`
+// and `after` are the durations of the neighbouring intervals, 0 at an end of the path.
 template <class V>
 V spline(V a, V b, V c, V d, double before, double span, double after, double t) {
   const V slope_b = (before > 0 ? (c - a) / (before + span) : (c - b) / span) * span;
@@ -37,7 +37,7 @@ V spline(V a, V b, V c, V d, double before, double span, double after, double t)
          slope_c * (u3 - u2);
 }
 
-// q and -q turn alike; the spline needs the one nearer to its neighbour.
+// q and -q are the same rotation; the spline needs the one nearer to its neighbour.
 glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
   return glm::dot(rotation, neighbour) < 0 ? -rotation : rotation;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A smooth camera path through keyframes: a Catmull-Rom spline in time for position, rotation and
-// logarithm of the focal length, so the path passes through every keyframe and its speed never
-// jumps. A path file is a list of cameras in the layout of cameras.json, each with an optional
-// "time" in seconds (default: one second apart); so every cameras.json is a path.
+// the logarithm of the focal length. The path passes through every keyframe with continuous speed.
+// A path file is a list of cameras in the layout of cameras.json, each with an optional "time" in
+// seconds (default: one second apart), so every cameras.json is a path.
 #pragma once
 
 #include <filesystem>
@@ -19,13 +19,13 @@ struct Keyframe {
   Camera camera;
 };
 
-/// At least two, with times that rise. Throws Error(input).
+/// Reads at least two keyframes with increasing times. Throws Error(input).
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path);
 
-/// What read_camera_path() reads back exactly.
+/// The text of a path file; read_camera_path() restores the keyframes exactly.
 std::string format_camera_path(const std::vector<Keyframe>& keyframes);
 
-/// The camera at `time`, clamped to the path; size and near plane are the first keyframe's.
+/// The camera at `time`, clamped to the path, with the size and near plane of the first keyframe.
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time);
 
 /// `count` cameras at equal time steps from the first keyframe to the last, both included.

@@ -32,7 +32,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Into one small buffer, again and again, as cat does.
+// Reads the file block by block into one small buffer, as cat does.
 void copy_file(const std::filesystem::path& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              std::fclose);

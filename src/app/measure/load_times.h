@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// `bench --load`: how long reading scenes takes, and what the same bytes cost without a reader: a
-// plain copy of the file into memory and, for gzip data, zlib's own inflate on one thread.
+// `bench --load`: the time to read scenes, compared with a plain copy of the file into memory and,
+// for gzip data, with zlib's inflate on one thread.
 #pragma once
 
 #include <filesystem>
@@ -10,19 +10,19 @@
 
 namespace qs {
 
-/// Medians over the rounds, in milliseconds, from a warm page cache.
+/// Medians over the rounds in milliseconds, with a warm page cache.
 struct LoadTimes {
   std::string file, format;
   std::size_t gaussians = 0;
   std::uint64_t file_bytes = 0;
   double total_ms = 0;
-  double unpack_ms = 0;   ///< until values could be filled in: headers, decompression, memory
-  double fill_ms = 0;     ///< values into the cloud, checked and turned
+  double unpack_ms = 0;   ///< headers, decompression and allocation
+  double fill_ms = 0;     ///< checking, converting and storing the values
   double copy_ms = 0;     ///< read() of the file into memory, as `cat` does
   double inflate_ms = 0;  ///< zlib alone; 0 for other data
 };
 
-/// Reads `path` rounds + 1 times; the first time does not count. Throws Error.
+/// Reads `path` rounds + 1 times; the first is a warm-up. Throws Error.
 LoadTimes measure_loading(const std::filesystem::path& path, int rounds);
 
 /// A Markdown table.

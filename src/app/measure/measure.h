@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Measures culling modes on one view: modes are interleaved (A B C A B C ...) so that a drifting
-// clock or a busy machine hits all of them alike.
+// Measures culling modes on one view. Modes are interleaved (A B C A B C ...), so that a drifting
+// clock or a busy machine affects all of them equally.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ struct ModeResult {
   CullMode mode = kDefaultMode;
   RenderStats stats;             ///< of the frame with the median time
   std::vector<double> frame_ms;  ///< of every measured frame, in order
-  float marked_frame_ms = 0;     ///< median of mark_stages()' frames, 0 without
+  float marked_frame_ms = 0;     ///< median frame time of mark_stages(), 0 if it did not run
   std::optional<double> psnr;    ///< dB against mode `reference`
 };
 
@@ -29,23 +29,23 @@ struct MeasurePlan {
   Progress progress;
 };
 
-/// Renders the rounds; the last one's frames go to visit(mode, frame). Results are parallel to the
-/// modes. Throws Cancelled when plan.progress.stop is triggered.
+/// Renders all rounds and calls visit(mode, frame) with the frames of the last one. Returns one
+/// result per mode. Throws Cancelled if plan.progress.stop is triggered.
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit);
 
-/// Takes `result`'s stage times (medians) from frames of their own, because measuring stages may
-/// slow a frame.
+/// Sets the stage times of `result` to the medians of extra frames, because measuring stages may
+/// slow a frame down.
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
                  ModeResult& result, int frames = 1, const Target& target = HostImage{},
                  std::stop_token stop = {});
 
-/// The table that people read: one line per mode, and what the mode is.
+/// A table with one line per mode: time, FPS, pairs, speed-up and a summary of the mode.
 std::string format_mode_table(std::span<const ModeResult> results);
 
-/// Pairs per visible Gaussian; 0 when nothing is visible.
+/// Tile pairs per visible Gaussian; 0 if none is visible.
 double pairs_per_visible(const RenderStats& stats);
 
 }  // namespace qs

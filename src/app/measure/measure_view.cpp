@@ -38,7 +38,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   return row;
 }
 
-/// In a frame of its own, so that counting slows nothing that is timed.
+/// Renders an extra frame, so that counting does not slow the timed frames down.
 void count_false_positives(Session& session, const Camera& camera, CullMode mode,
                            const Target& target, std::stop_token stop, BenchRow& row) {
   RenderSettings settings = session.settings;
@@ -55,11 +55,12 @@ void count_false_positives(Session& session, const Camera& camera, CullMode mode
                                                          static_cast<double>(stats.tile_pairs);
 }
 
-}  // namespace
-
+// Images stay in the backend's own memory.
 Target bench_target(Backend backend) {
   return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
 }
+
+}  // namespace
 
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
@@ -82,7 +83,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
   }
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    // The CPU measures stages always, and at no cost.
+    // The CPU always measures stages, at no cost.
     results[i].marked_frame_ms = results[i].stats.frame_ms;
     if (session.backend != Backend::cpu)
       mark_stages(*session.renderer, camera, session.settings, results[i],

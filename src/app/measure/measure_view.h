@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Measures all modes on one view the way every benchmark does: interleaved, with warm-up, images
-// left where they are drawn, then stage times in a marked pass.
+// Measures modes on one view as every benchmark does: interleaved, after a warm-up, without copying
+// images to the host. Stage times come from extra frames.
 #pragma once
 
 #include <vector>
@@ -16,10 +16,7 @@ struct ViewPlan {
   int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
 };
 
-/// Where a benchmark's images go: nowhere but the backend's own memory.
-Target bench_target(Backend backend);
-
-/// One row per mode, in the modes' order; scene, camera and view are left to the caller.
+/// One row per mode, in the order of `modes`. The caller sets scene, camera and view of the rows.
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress);

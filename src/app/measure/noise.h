@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which rows of a benchmark should not be published, and why: their times drifted while they were
-// measured, or the medians of their rounds differ.
+// Finds rows of a benchmark that are too noisy to publish: their times drifted during the
+// measurement, or the medians of their rounds differ.
 #pragma once
 
 #include <string>
@@ -11,17 +11,16 @@
 
 namespace qs {
 
-inline constexpr double kNoiseTolerance = 0.03;  ///< of drift and of the rounds' medians
+inline constexpr double kNoiseTolerance = 0.03;  ///< largest acceptable noise()
 
-/// How far a row is from being at rest: the larger of its drift, without sign, and its
-/// round_spread.
+/// The larger of the row's absolute drift and its round_spread.
 double noise(const BenchRow& row);
 
-/// One sentence: how many rows are noisier than the tolerance, the worst of them and what it may
-/// come from. Empty when none is.
+/// One sentence: the number of noisy rows, the worst of them and its likely cause. Empty if no row
+/// is noisy.
 std::string noise_sentence(const std::vector<BenchRow>& rows);
 
-/// The same as a section of Markdown, with a table of the noisy rows; empty when there is none.
+/// The same as a Markdown section with a table of the noisy rows; empty if no row is noisy.
 std::string noise_markdown(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

@@ -37,4 +37,8 @@ std::string scene_name(const std::filesystem::path& scene_file) {
   return file.parent_path().parent_path().parent_path().filename().string();
 }
 
+std::string picture_title(const std::filesystem::path& scene_file, const std::string& view) {
+  return fmt::format("{} \u00b7 {}", scene_name(scene_file), view);
+}
+
 }  // namespace qs

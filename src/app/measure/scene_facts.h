@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which scene was measured: enough to notice that a file is not the one that an old result is of.
+// Which scene was measured, with a hash that shows whether a file is still the measured one.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,10 @@ std::string file_hash(const std::filesystem::path& path);
 /// Name, file, hash, bytes and number of Gaussians.
 nlohmann::ordered_json scene_facts(const Scene& scene, const std::string& name);
 
-/// What to call a scene: its file's stem, or for point_cloud.ply its model's folder.
+/// The name of a scene: its file's stem, or for point_cloud.ply the name of its model folder.
 std::string scene_name(const std::filesystem::path& scene_file);
+
+/// The line above a picture of a scene: "plush · camera 3".
+std::string picture_title(const std::filesystem::path& scene_file, const std::string& view);
 
 }  // namespace qs

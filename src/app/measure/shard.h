@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// One of several processes that share the views of a sweep: of every `count` consecutive views,
-// shard i takes the i-th. `--shard 1/4` to `--shard 4/4` together do what one run does.
+// Divides the views of a sweep among processes: of every `count` consecutive views, shard i takes
+// the i-th. `--shard 1/4` to `--shard 4/4` together measure what one run measures.
 #pragma once
 
 #include <cstddef>

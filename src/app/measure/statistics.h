@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a list of frame times comes down to. Medians and percentiles interpolate linearly between
-// the two nearest of the sorted values, so that they do not jump with the number of frames.
+// Statistics of frame times. Medians and percentiles interpolate linearly between the two nearest
+// sorted values, so that they do not jump with the number of frames.
 #pragma once
 
 #include <span>
@@ -14,15 +14,15 @@ struct Summary {
   double drift = 0;  ///< median of the later half over that of the earlier half, minus 1
 };
 
-/// Of at least one value; `fraction` is 0..1.
+/// The percentile at `fraction` (0..1) of at least one value.
 double percentile(std::span<const double> values, double fraction);
 
 inline double median(std::span<const double> values) { return percentile(values, 0.5); }
 
-/// `values` in the order they were measured.
+/// `values` are in the order of measurement.
 Summary summarise(std::span<const double> values);
 
-/// Largest minus smallest value over the median; 0 for fewer than two.
+/// Largest minus smallest value, divided by the median; 0 for fewer than two values.
 double relative_spread(std::span<const double> values);
 
 }  // namespace qs

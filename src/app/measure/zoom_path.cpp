@@ -8,23 +8,15 @@
 #include "app/session/camera_control.h"
 
 namespace qs {
+namespace {
 
-std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
-  assert(steps >= 2 && closest > 0);
-  const glm::dvec3 away = start.position() - target;
-  std::vector<Camera> cameras;
-  for (int step = 0; step < steps; ++step) {
-    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
-    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
-  }
-  return cameras;
-}
-
-std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel) {
-  const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
+// View depth at which the transmittance of a pixel falls to one half. `frame` has a trace. Empty if
+// the pixel is outside the image or stays more transparent.
+std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm::ivec2 pixel) {
+  const Trace& trace = frame.trace;
   const int x = pixel.x, y = pixel.y;
   if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return std::nullopt;
-  const auto tile = static_cast<std::size_t>(y / kTileSize * grid.columns + x / kTileSize);
+  const auto tile = static_cast<std::size_t>(frame.grid.tile_of(x, y));
   double transmittance = 1;
   for (std::uint64_t i = trace.tile_begin[tile]; i < trace.tile_begin[tile + 1]; ++i) {
     const auto found = std::lower_bound(trace.gaussians.begin(), trace.gaussians.end(),
@@ -45,6 +37,19 @@ std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm:
   return std::nullopt;
 }
 
+}  // namespace
+
+std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
+  assert(steps >= 2 && closest > 0);
+  const glm::dvec3 away = start.position() - target;
+  std::vector<Camera> cameras;
+  for (int step = 0; step < steps; ++step) {
+    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
+    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
+  }
+  return cameras;
+}
+
 glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }
 
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
@@ -53,8 +58,8 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
   outputs.color = false;
   outputs.trace = true;
   settings.mode = kDefaultMode;
-  const Trace& trace = renderer.render(camera, settings, outputs).trace;
-  const std::optional<double> depth = pixel_depth(trace, camera, pixel);
+  const std::optional<double> depth =
+      pixel_depth(renderer.render(camera, settings, outputs), camera, pixel);
   if (!depth) return std::nullopt;
   return point_at(camera, glm::dvec2(pixel), *depth);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A dolly towards a target: the camera keeps its direction of sight and moves along the line to the
+// A camera path towards a target: the camera keeps its orientation and moves along the line to the
 // target, so that the distance shrinks by the same factor at every step.
 #pragma once
 
@@ -17,14 +17,11 @@ namespace qs {
 /// distance away from the target.
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest);
 
-/// View depth at which light of a pixel is half absorbed, from a frame's trace; empty when it never
-/// is or the pixel is outside.
-std::optional<double> pixel_depth(const Trace& trace, const Camera& camera, glm::ivec2 pixel);
-
-/// The pixel that stands for the image's centre.
+/// The pixel at the image's centre.
 glm::ivec2 center_pixel(const Camera& camera);
 
-/// The world position that is seen at a pixel, by the trace of one frame without an image.
+/// The world position seen at a pixel, from the trace of one frame. Empty if the pixel is outside
+/// the image or mostly transparent.
 std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
                                      RenderSettings settings, glm::ivec2 pixel);
 

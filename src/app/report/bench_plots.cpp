@@ -23,15 +23,15 @@ std::vector<std::string> different(const std::vector<ModeMean>& means,
   return words;
 }
 
-// A data block per mode: a line "scene values..." per scene.
+// A data block per mode, and per pipeline if there are several: a line "scene values..." per scene.
 template <class Values>
 std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& values) {
   std::string text;
-  const std::vector<std::string> modes = different(means, &ModeMean::mode);
-  for (std::size_t i = 0; i < modes.size(); ++i) {
+  const std::vector<std::string> labels = different(means, &ModeMean::label);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
     std::vector<std::string> lines;
     for (const ModeMean& mean : means) {
-      if (mean.mode == modes[i])
+      if (mean.label == labels[i])
         lines.push_back(fmt::format("{} {}", quoted(mean.scene), values(mean)));
     }
     text += data_block(fmt::format("mode{}", i), lines);
@@ -42,10 +42,11 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
 // Draws the blocks of blocks_per_mode(); a "{}" in `how` is the mode's marker.
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::vector<std::string> curves;
-  for (const std::string& mode : different(means, &ModeMean::mode)) {
+  for (const std::string& label : different(means, &ModeMean::label)) {
+    const std::string mode = separated(label).front();
     curves.push_back(fmt::format("$mode{} {} {}", curves.size(),
                                  fmt::format(fmt::runtime(how), mode_marker(mode)),
-                                 mode_options(mode)));
+                                 mode_options(mode, label)));
   }
   return plot_command(curves);
 }
@@ -84,7 +85,7 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
     std::vector<std::string> lines;
     for (const ModeMean& mean : means) {
       if (mean.scene != scenes[s]) continue;
-      std::string& line = lines.emplace_back(quoted(mean.mode));
+      std::string& line = lines.emplace_back(quoted(mean.label));
       for (const double ms : mean.stage_ms) line += fmt::format(" {}", ms);
     }
     text += data_block(fmt::format("scene{}", s), lines);

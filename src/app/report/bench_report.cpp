@@ -6,9 +6,9 @@
 #include <limits>
 #include <type_traits>
 
+#include <fmt/format.h>
+
 #include "app/session/text.h"
-#include "io/bytes/json_text.h"
-#include "raster/base/fail.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -105,12 +105,6 @@ std::string format_bench_json(const BenchReport& report) {
 BenchReport parse_bench_report(const ordered_json& json) {
   return {json.at("environment"), json.at("scenes"), json.at("view_count").get<std::size_t>(),
           read_rows(json.at("rows"))};
-}
-
-BenchReport read_bench_json(const std::filesystem::path& path) try {
-  return parse_bench_report(ordered_json::parse(read_text_file(path, kMaxReportBytes)));
-} catch (const nlohmann::json::exception& error) {
-  fail("{}: is not a benchmark's bench.json: {}", path.string(), error.what());
 }
 
 std::string measured_on(const ordered_json& environment) {

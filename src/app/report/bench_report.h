@@ -34,9 +34,6 @@ std::string format_bench_json(const BenchReport& report);
 /// Parses the result of format_bench_json(). Throws json::exception.
 BenchReport parse_bench_report(const nlohmann::ordered_json& json);
 
-/// Reads bench.json. Throws Error(input) naming the file.
-BenchReport read_bench_json(const std::filesystem::path& path);
-
 /// The device that captions name: the GPU on CUDA, else the model of the CPU.
 std::string measured_on(const nlohmann::ordered_json& environment);
 

@@ -26,7 +26,8 @@ double sort_bytes(const BenchRow& row) {
 ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   ModeMean mean;
   mean.scene = rows.front()->scene;
-  mean.mode = rows.front()->mode;
+  mean.mode = mean.label = rows.front()->mode;
+  mean.pipeline = rows.front()->pipeline;
   const double weight = 1.0 / static_cast<double>(rows.size());
   double psnr = 0;
   bool all_have_psnr = true;
@@ -52,7 +53,7 @@ std::string table(const std::vector<ModeMean>& means) {
       "|---|---:|---:|---:|---:|---:|---:|---:|\n";
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
-    text += fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.mode,
+    text += fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.label,
                         grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
                         mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
                         mean.speedup ? fmt::format("{:.2f}x", *mean.speedup) : "-", grouped(pairs),
@@ -66,13 +67,13 @@ std::string table(const std::vector<ModeMean>& means) {
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const ModeMean& first : means) {
-    const auto same = [&](const ModeMean& other) { return other.mode == first.mode; };
+    const auto same = [&](const ModeMean& other) { return other.label == first.label; };
     if (std::any_of(result.begin(), result.end(), same)) continue;
     const double weight =
         1.0 / static_cast<double>(std::count_if(means.begin(), means.end(), same));
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
-    mean.mode = first.mode;
+    mean.label = first.label;
     double psnr = 0, log_speedup = 0;
     bool all_psnr = true, all_speedup = true;
     for (const ModeMean& row : means) {
@@ -98,15 +99,20 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows) {
   std::vector<std::vector<const BenchRow*>> groups;
   for (const BenchRow& row : rows) {
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
-      return members.front()->scene == row.scene && members.front()->mode == row.mode;
+      const BenchRow& other = *members.front();
+      return other.scene == row.scene && other.mode == row.mode && other.pipeline == row.pipeline;
     });
     (group == groups.end() ? groups.emplace_back() : *group).push_back(&row);
   }
   std::vector<ModeMean> means;
   for (const auto& group : groups) means.push_back(mean_of(group));
+  const bool several = std::any_of(rows.begin(), rows.end(), [&](const BenchRow& row) {
+    return row.pipeline != rows.front().pipeline;
+  });
   for (ModeMean& mean : means) {
+    if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);
     const auto base = std::find_if(means.begin(), means.end(), [&](const ModeMean& other) {
-      return other.scene == mean.scene && other.mode == "3dgs";
+      return other.scene == mean.scene && other.mode == "3dgs" && other.pipeline == mean.pipeline;
     });
     if (base != means.end()) mean.speedup = base->ms / mean.ms;
   }

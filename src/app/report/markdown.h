@@ -11,14 +11,15 @@
 
 namespace qs {
 
-/// A scene and mode, averaged over the cameras.
+/// One mode of one pipeline on one scene, averaged over the cameras.
 struct ModeMean {
-  std::string scene, mode;
+  std::string scene, mode, pipeline;
+  std::string label;  ///< the mode, followed by its pipeline if the rows have several pipelines
   double gaussians = 0, pairs = 0, sort_bytes = 0;
   double ms = 0, ms_p05 = 0, ms_p95 = 0;  ///< means of the cameras' medians and percentiles
   double stage_ms[4] = {};                ///< index = Stage
   std::optional<double> psnr;             ///< mean over the cameras, if all have one
-  std::optional<double> speedup;          ///< ms of 3dgs / ms, if 3dgs was measured
+  std::optional<double> speedup;          ///< ms of the pipeline's 3dgs / ms, if it was measured
   double fps() const { return 1000 / ms; }
 };
 

@@ -41,6 +41,7 @@ struct Fact {
 constexpr Fact kFacts[] = {
     {"device", [](const ordered_json& r) { return measured_on(r.at("environment")); }, "gpu"},
     {"backend", [](const ordered_json& r) { return environment_word(r, "backend"); }, "backend"},
+    {"pipeline", [](const ordered_json& r) { return environment_word(r, "pipeline"); }, "pipeline"},
     {"commit", [](const ordered_json& r) { return environment_word(r, "commit"); }, "commit"},
     {"scenes", scene_words, nullptr},
     {"number of views", [](const ordered_json& r) { return r.at("view_count").dump(); }, nullptr},

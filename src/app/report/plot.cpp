@@ -107,8 +107,8 @@ std::string mode_color_option(const std::string& mode) {
   return fmt::format("linecolor rgb {}", quoted(hex_text(mode_color(find_culler(mode)))));
 }
 
-std::string mode_options(const std::string& mode) {
-  return fmt::format("{} title {}", mode_color_option(mode), quoted(mode));
+std::string mode_options(const std::string& mode, const std::string& title) {
+  return fmt::format("{} title {}", mode_color_option(mode), quoted(title));
 }
 
 int mode_marker(const std::string& mode) {

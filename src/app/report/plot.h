@@ -33,8 +33,8 @@ std::string plot_command(const std::vector<std::string>& curves);
 /// `linecolor rgb "#0072B2"` with the mode's colour.
 std::string mode_color_option(const std::string& mode);
 
-/// The same with the mode's name as the curve's title.
-std::string mode_options(const std::string& mode);
+/// The same with the curve's title.
+std::string mode_options(const std::string& mode, const std::string& title);
 
 /// Number of the gnuplot point type that marks a mode's curve.
 int mode_marker(const std::string& mode);

@@ -34,7 +34,7 @@ std::string bars_per_mode(const char* block, const Take& take) {
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
     if (take(mode))
       curves.push_back(
-          fmt::format("${} using {}:xtic(1) {}", block, mode + 2, mode_options(name_of(mode))));
+          fmt::format("${} using {}:xtic(1) {}", block, mode + 2, mode_options(name_of(mode), name_of(mode))));
   }
   return plot_command(curves);
 }
@@ -120,7 +120,7 @@ Plot loads_plot(const SceneStudy& study, const std::string& caption) {
     }
     text += data_block(fmt::format("mode{}", mode), lines);
     curves.push_back(fmt::format("$mode{} using 1:2 with lines linewidth 2 {}", mode,
-                                 mode_options(name_of(mode))));
+                                 mode_options(name_of(mode), name_of(mode))));
   }
   return {"loads", "Distribution of the pairs over the tiles", caption,
           text +

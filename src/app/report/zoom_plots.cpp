@@ -43,7 +43,7 @@ std::string curves(const ZoomBundle& bundle, int column, bool band) {
         fmt::format("$mode{} using {}:{} with linespoints linewidth {} pointtype {} pointsize 1.3 "
                     "pointinterval {} {}",
                     m, static_cast<int>(kZoom), column, mode == "quadbox-naive" ? 4.0 : 1.8,
-                    mode_marker(mode), std::max(1, bundle.steps / 8), mode_options(mode)));
+                    mode_marker(mode), std::max(1, bundle.steps / 8), mode_options(mode, mode)));
   }
   if (band) lines.insert(lines.begin(), bands.begin(), bands.end());
   return plot_command(lines);

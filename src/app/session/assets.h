@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Finds the files that come with the program: ../share/quadsplat beside an installed executable,
-// else the source tree.
+// Finds files that are shipped with the program: in ../share/quadsplat of an installed executable,
+// else in the source tree.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,8 @@
 
 namespace qs {
 
-/// For example "assets/fonts/Roboto-Regular.ttf", "shaders/present.vert".
+/// `name`: for example "assets/fonts/Roboto-Regular.ttf" or "shaders/present.vert". Empty if
+/// missing.
 std::optional<std::filesystem::path> find_asset(std::string_view name);
 
 }  // namespace qs

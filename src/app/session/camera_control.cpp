@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kNearestToPole = glm::radians(2.0);
 
-// The camera with its pose turned by `rotation` (of the world) around `center`.
+// Rotates the camera's pose by `rotation`, in world space, around `center`.
 Camera rotated_about(const Camera& camera, const glm::dmat3& rotation, glm::dvec3 center) {
   const glm::dmat3 view = glm::dmat3(camera.view_from_world) * glm::transpose(rotation);
   const glm::dvec3 position = center + rotation * (camera.position() - center);
   Camera result = camera;
-  // Orthonormal again, so that a thousand drags do not shear the view.
+  // Orthonormalised, so that rounding does not accumulate to a sheared view.
   glm::dvec3 right = glm::normalize(glm::dvec3(view[0][0], view[1][0], view[2][0]));
   glm::dvec3 down(view[0][1], view[1][1], view[2][1]);
   down = glm::normalize(down - glm::dot(down, right) * right);
@@ -39,8 +39,7 @@ double to_pole(glm::dvec3 forward, glm::dvec3 up) {
   return std::min(angle, glm::pi<double>() - angle);
 }
 
-// Yaw around `up`, then pitch around the camera's own right axis, unless that ends at a pole or
-// beyond it.
+// Pitch around the camera's right axis, unless it ends near or beyond a pole, then yaw around `up`.
 glm::dmat3 yaw_and_pitch(const Camera& camera, glm::dvec3 up, double yaw, double pitch) {
   const ViewAxes axes = view_axes(camera);
   const glm::dmat3 lift = turn(axes.right, pitch);

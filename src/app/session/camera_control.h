@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// How a camera moves: plain functions from a camera to the moved one. Angles are radians, `up` is a
-// unit vector that points up in the world. Nothing here ever looks straight up or down: a pitch
-// that would is left out, a yaw never is.
+// Camera movements: each function returns the moved camera. Angles are in radians, `up` is a unit
+// vector that points up in the world. A pitch that would end within 2 degrees of straight up or
+// down is ignored; the yaw of the same call is applied.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -12,36 +12,36 @@
 
 namespace qs {
 
-/// World directions of the view axes.
+/// Unit vectors of the view axes in world space.
 struct ViewAxes {
   glm::dvec3 right{1, 0, 0}, down{0, 1, 0}, forward{0, 0, 1};
 };
 ViewAxes view_axes(const Camera& camera);
 
-/// The same camera somewhere else.
+/// The same camera at another position.
 Camera moved_to(const Camera& camera, glm::dvec3 position);
 
-/// Around the pivot: positive yaw swings the camera to the left, so that the scene follows a cursor
-/// to the right; positive pitch lifts it.
+/// Rotates around the pivot. Positive yaw moves the camera to its left, so that the scene follows a
+/// cursor that moves right; positive pitch raises the camera.
 Camera orbited(const Camera& camera, glm::dvec3 pivot, glm::dvec3 up, double yaw, double pitch);
 
-/// On the spot: positive yaw looks right, positive pitch looks up.
+/// Rotates in place: positive yaw looks right, positive pitch looks up.
 Camera turned(const Camera& camera, glm::dvec3 up, double yaw, double pitch);
 
-/// By a step in view axes (right, down, forward), world units.
+/// Moves by a step in view axes (right, down, forward), in world units.
 Camera stepped(const Camera& camera, glm::dvec3 step);
 
-/// The step in view axes that makes what lies at `depth` follow the cursor by `pixels`.
+/// The step in view axes that moves points at `depth` by `pixels` (right, down) in the image.
 glm::dvec3 pan_step(const Camera& camera, double depth, glm::dvec2 pixels);
 
-/// Clockwise around the line of sight.
+/// Rotates clockwise around the viewing direction.
 Camera rolled(const Camera& camera, double angle);
 
-/// The vertical field of view in radians, and the camera with another one (0.5 to 170 degrees).
+/// The vertical field of view, and the camera with another one, clamped to 0.5 .. 170 degrees.
 double vertical_fov(const Camera& camera);
 Camera with_vertical_fov(const Camera& camera, double fov);
 
-/// Depth of a point along the line of sight; the world point under a pixel at a depth.
+/// The depth of a point along the viewing direction, and the world point under a pixel at a depth.
 double depth_of(const Camera& camera, glm::dvec3 point);
 glm::dvec3 point_at(const Camera& camera, glm::dvec2 pixel, double depth);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Where and by which build a number was measured; goes into every report.
+// The machine and the build that measured a report's numbers.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace qs {
 
 struct Environment {
   std::string version, commit, build_type, sanitizers, cuda_toolkit;
-  std::string cpu;  ///< model name, "unknown" when the system does not tell
+  std::string cpu;  ///< model name, "unknown" if /proc/cpuinfo lacks it
   int hardware_threads = 0;
   std::string utc;  ///< 2026-11-21T12:34:56Z
 };

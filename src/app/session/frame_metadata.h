@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What every picture of a scene says about itself: enough to render it again.
+// Metadata of every picture of a scene: enough to render it again.
 #pragma once
 
 #include "io/picture/image_file.h"

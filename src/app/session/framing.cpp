@@ -11,10 +11,10 @@ namespace qs {
 namespace {
 
 constexpr double kVerticalFov = glm::radians(60.0);
-constexpr double kMargin = 1.15;  // what lies outside of the core extents shows too
+constexpr double kMargin = 1.15;  // shows some of what is outside the core box
 constexpr double kElevation = glm::radians(15.0);
 
-// Horizontal direction of sight: along the world's forward axis of RDF (z), or y where z points up.
+// The horizontal viewing direction: z, the forward axis of RDF, or y if z points up.
 glm::dvec3 horizontal_forward(glm::dvec3 up) {
   return up.z == 0 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
 }

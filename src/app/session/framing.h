@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The view of a scene that nobody gave a camera for: upright, a little from above, as large as
-// fits. The camera is turned to the world's up; data is never turned.
+// The default view of a scene without cameras: upright, slightly from above, as large as fits. The
+// camera is oriented to the world's up direction; the scene is not rotated.
 #pragma once
 
 #include <string_view>
@@ -13,17 +13,17 @@
 
 namespace qs {
 
-/// Up of the world for what a file calls its vertical axis ("y", "-z", "Z", "+x"); -Y when it says
-/// nothing or something else, as in scenes trained from photographs (RDF).
+/// The world's up direction for the vertical axis named in a file ("y", "-z", "Z", "+x"). Any other
+/// text gives -Y, as in scenes trained from photographs (RDF).
 glm::dvec3 world_up(std::string_view vertical_axis);
 
-/// A camera that shows `box` whole at width x height with a vertical field of view of 60 degrees.
-/// `smallest` is the radius shown at least (a box may have size 0). Its near plane is
+/// A camera that shows the whole box at width x height with a vertical field of view of 60 degrees.
+/// `smallest` is the least radius to show, because a box may have size 0. The near plane is at
 /// min(0.2, 0.01 x the box's longest side).
 Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height);
 
-/// What frame_box() should show at least of this scene: three standard deviations of a typical
-/// Gaussian, so that a scene of one is framed too; world units, > 0.
+/// The least radius that frame_box() should show of this scene: three standard deviations of the
+/// median Gaussian, so that a scene with one Gaussian is framed too. World units, > 0.
 float smallest_framing(const GaussianCloud& cloud);
 
 /// frame_box() of the scene's core extents.

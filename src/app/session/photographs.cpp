@@ -37,13 +37,13 @@ Photographs::Photographs(const std::filesystem::path& folder) {
   const auto options = fs::directory_options::skip_permission_denied;
   for (auto entry = fs::recursive_directory_iterator(folder, options, error);
        !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code unreachable;  // as a broken link is
+    std::error_code unreachable;  // for example a broken link
     if (!entry->is_regular_file(unreachable)) continue;
     const std::string file = entry->path().lexically_relative(folder).generic_string();
     const std::string name = photograph_name(file);
     if (name == file) continue;  // not the ending of a picture
     const auto [place, added] = files_.emplace(name, entry->path());
-    // Of several endings the first in the alphabet, whatever the order of the folder.
+    // Of several endings the first in the alphabet, because folders are listed in any order.
     if (!added && entry->path() < place->second) place->second = entry->path();
   }
   if (error) fail("{}: cannot be listed: {}", folder.string(), error.message());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Photographs of a folder and below, found by the names of cameras. Names are compared without
-// endings; when a camera's name begins with folders that the photograph's path lacks, they are left
-// out one by one ("images/left/7" finds left/7.jpg, then 7.jpg).
+// Photographs in a folder and its subfolders, found by the names of cameras. Names are compared
+// without endings. Leading folders of a camera's name are dropped one by one until a photograph
+// matches: "images/left/7" finds left/7.jpg, else 7.jpg.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ namespace qs {
 
 class Photographs {
  public:
-  /// Lists the folder; reads no picture. Throws Error(input) when it is none.
+  /// Lists the folder without reading pictures. Throws Error(input) if it is not a folder.
   explicit Photographs(const std::filesystem::path& folder);
 
   std::optional<std::filesystem::path> find(const std::string& camera_name) const;
@@ -28,8 +28,8 @@ class Photographs {
   std::map<std::string, std::filesystem::path> files_;  // by path in the folder, without ending
 };
 
-/// RGB, gray repeated, transparency laid over the background; area-averaged to 1 / `divisor` of its
-/// size, rounded. Throws Error.
+/// Reads a photograph as RGB, blended over the background where it is transparent, and
+/// area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A progress bar on stderr for work of one label. It appears only when stderr is a terminal and the
-// work takes longer than 0.3 s, and is wiped when the object ends, so that no log ever holds one.
+// A progress bar on stderr. It appears only if stderr is a terminal and the work takes longer than
+// 0.3 s, and is erased by the destructor, so logs never contain one.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// What to hand to the work; must not outlive the bar.
+  /// Reports to this bar; must not outlive it.
   Progress progress();
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How large a scene is: the box of all centres, and the box without stray Gaussians far out.
+// The extents of a scene: the box of all centres, and the core box without outliers.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -16,11 +16,11 @@ struct SceneBox {
   glm::vec3 size() const { return high - low; }
 };
 
-/// Per axis, from the `low`th to the `high`th quantile (0..1) of the centres; (0, 1) = all of them.
-/// An empty cloud gives a box of size 0 at the origin.
+/// Per axis, from the `low` to the `high` quantile (0..1) of the centres. (0, 1) covers all
+/// centres. An empty cloud gives a box of size 0 at the origin.
 SceneBox scene_box(const GaussianCloud& cloud, double low = 0, double high = 1);
 
-/// Without the outermost 5 % on each side of each axis: what framing and speeds go by.
+/// Without the outermost 5 % at each end of each axis. Sets the view and the speed of movements.
 inline SceneBox core_box(const GaussianCloud& cloud) { return scene_box(cloud, 0.05, 0.95); }
 
 }  // namespace qs

@@ -29,6 +29,14 @@ Backend choose_backend(const FrameOptions& frame) {
   return *frame.backend;
 }
 
+std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
+                                 const std::optional<Progress>& progress) {
+  ProgressBar bar("uploading");
+  auto renderer = make_renderer(backend, *session.pool, session.device);
+  renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
+  return renderer;
+}
+
 }  // namespace
 
 std::vector<CullMode> all_modes() {
@@ -43,6 +51,10 @@ const char* pipeline_name(const Session& session) {
   return kPipelineNames[static_cast<int>(session.settings.pipeline)];
 }
 
+std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene) {
+  return {scene, &scene->cloud};
+}
+
 Scene load_scene(const std::filesystem::path& path, int iteration, const std::string& axes) {
   ProgressBar bar("reading");
   ReadOptions options;
@@ -50,20 +62,8 @@ Scene load_scene(const std::filesystem::path& path, int iteration, const std::st
   options.axes = axes;
   options.progress = bar.progress();
   Scene scene = read_scene(path, options);
-  for (const std::string& warning : scene.warnings)
-    fmt::print(stderr, "quadsplat: warning: {}\n", warning);
+  for (const std::string& warning : scene.warnings) warn("warning: " + warning);
   return scene;
-}
-
-std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene) {
-  return {scene, &scene->cloud};
-}
-
-std::unique_ptr<Renderer> upload_scene(const Session& session, Backend backend) {
-  ProgressBar bar("uploading");
-  auto renderer = make_renderer(backend, *session.pool, session.device);
-  renderer->upload(cloud_of(session.scene), bar.progress());
-  return renderer;
 }
 
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
@@ -74,7 +74,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   Scene scene = load_scene(frame.scene, frame.iteration, frame.axes);
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
-  session.renderer = upload_scene(session, session.backend);
+  session.renderer = upload(session, session.backend, {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings.mode = frame.modes.front();
   session.settings.pipeline = frame.pipeline;
@@ -84,6 +84,22 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.settings.antialiased = frame.antialiased;
   session.settings.tile_px = frame.tile_px;
   return session;
+}
+
+Renderer& renderer_on(Session& session, Backend backend, const std::optional<Progress>& progress) {
+  if (backend == session.backend) return *session.renderer;
+  if (!session.second) session.second = upload(session, backend, progress);
+  return *session.second;
+}
+
+Image reference_image(Session& session, const Camera& camera) {
+  RenderSettings settings = session.settings;
+  settings.mode = kReferenceMode;
+  return renderer_on(session, Backend::cpu).render(camera, settings).color;
+}
+
+void warn(const std::string& sentence) {
+  if (!sentence.empty()) fmt::print(stderr, "quadsplat: {}\n", sentence);
 }
 
 }  // namespace qs

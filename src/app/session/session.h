@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A scene that was read and uploaded to a renderer, and the choices it was opened with.
+// A scene that was read and uploaded to a renderer, and the options it was opened with.
 #pragma once
 
 #include <filesystem>
@@ -21,50 +21,59 @@ namespace qs {
 /// The choices that every rendering command offers; cli/frame_options.h declares their options.
 struct FrameOptions {
   std::filesystem::path scene;
-  int iteration = -1;
-  std::string axes;  ///< one of kAxes, overrules the file; empty: it is right
-  std::optional<std::filesystem::path> cameras;
-  std::optional<glm::ivec2> size;
+  int iteration = -1;  ///< of a model folder; -1: the highest
+  std::string axes;    ///< overrides the axes declared by the file, one of kAxes; empty: trust it
+  std::optional<std::filesystem::path> cameras;  ///< unset: those beside the scene
+  std::optional<glm::ivec2> size;                ///< unset: the camera's
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
-  int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
-  int device = 0;                  ///< index into GpuReport::gpus
+  int threads = 0;  ///< of the session's pool; 0 = one per hardware thread
+  int device = 0;   ///< index into GpuReport::gpus
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;
-  std::optional<glm::vec3> background;  ///< unset: white when the model says so, else black
-  std::optional<bool> antialiased;
+  std::optional<glm::vec3> background;  ///< unset: white if the model was trained so, else black
+  std::optional<bool> antialiased;      ///< unset: as the scene was trained
   int tile_px = kTileSize;
 };
 
 /// Modes 1 to 6: the meaning of `--cull all`.
 std::vector<CullMode> all_modes();
 
-/// A scene uploaded to a renderer. The session and its renderers share the scene and the pool.
+/// A scene and the renderers it was uploaded to, which share the scene and the pool.
 struct Session {
   std::shared_ptr<const Scene> scene;
   std::unique_ptr<ThreadPool> pool;  ///< for all work of this session on the CPU
   Backend backend = Backend::cpu;
-  int device = 0;           ///< index into GpuReport::gpus
-  RenderSettings settings;  ///< mode: the first of the chosen ones
-  std::unique_ptr<Renderer> renderer;
+  int device = 0;                      ///< index into GpuReport::gpus
+  RenderSettings settings;             ///< mode: the first of FrameOptions::modes
+  std::unique_ptr<Renderer> renderer;  ///< of `backend`
+  std::unique_ptr<Renderer> second;    ///< of another backend, see renderer_on()
 };
 
-/// Name of the pipeline that draws: the CPU backend's only one is called "cpu".
+/// The name of the pipeline in reports: "cpu" for the default pipeline of the CPU backend.
 const char* pipeline_name(const Session& session);
 
-/// Reads and uploads, with progress bars; warnings about the file go to stderr. Throws Error.
-/// `change` may alter the scene before it is uploaded.
+/// Reads and uploads a scene with progress bars; warnings about the file go to stderr.
+/// change(scene) may alter the scene before it is uploaded. Throws Error.
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change = {});
 
-/// Another renderer with the session's scene uploaded. It uses the session's pool.
-std::unique_ptr<Renderer> upload_scene(const Session& session, Backend backend);
+/// The session's renderer of a backend. The first call for another backend than the session's
+/// uploads the scene, with a progress bar if no `progress` is given. Throws Error and Cancelled.
+Renderer& renderer_on(Session& session, Backend backend,
+                      const std::optional<Progress>& progress = {});
+
+/// The fp64 reference image of a view, which the CPU renders. Takes seconds.
+Image reference_image(Session& session, const Camera& camera);
 
 /// The scene's cloud; keeps the scene alive.
 std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene);
 
-/// Reads a scene with a progress bar; warnings go to stderr.
+/// Reads a scene with a progress bar; warnings go to stderr. Parameters as in FrameOptions.
 Scene load_scene(const std::filesystem::path& path, int iteration = -1,
                  const std::string& axes = {});
+
+/// Prints "quadsplat: SENTENCE" to stderr unless it is empty.
+void warn(const std::string& sentence);
 
 }  // namespace qs

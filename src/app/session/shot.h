@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A view that a command renders, and the names of the files made from it.
+// A view that a command renders, and the names of its files.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,14 @@ namespace qs {
 
 struct Shot {
   Camera camera;
-  int number = -1;     ///< position in the cameras file or on the path, -1 when it has none
-  std::string origin;  ///< for people: "camera 3 (IMG_0004)", "path 0003", "framing"
+  int number = -1;     ///< position in the cameras file or on the path, -1 if it has none
+  std::string origin;  ///< shown to users: "camera 3 (IMG_0004)", "path 0003", "framing"
 };
 
 /// OUT.png -> OUT_0003_NAME.png for a numbered shot, OUT.png for others.
 std::filesystem::path with_shot(const std::filesystem::path& path, const Shot& shot);
 
-/// Replaces characters that are trouble in file names by '_'.
+/// Replaces ASCII characters other than letters, digits, '-', '.', '_' by '_'.
 std::string safe_file_name(std::string name);
 
 /// OUT.png -> OUT_WORD.png, with a safe_file_name().

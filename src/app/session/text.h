@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Text from the command line to values and values to text for people. What a person typed is named
-// in every complaint; numbers are plain decimals, whatever the locale.
+// Converts words of the command line to values, and values to text. Every error message quotes the
+// word; numbers are plain decimals in every locale.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace qs {
 
-/// All throw Error(usage) "WHAT: 'TEXT' is not ..."; `what` is the option's name.
+/// These throw Error(usage) "WHAT: 'TEXT' is not ..."; `what` is the option's name.
 int parse_integer(std::string_view what, std::string_view text, int low, int high);
 double parse_real(std::string_view what, std::string_view text, double low, double high);
 glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
@@ -24,10 +24,10 @@ glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B
 /// "a", "b" -> "a, b".
 std::string joined(std::span<const std::string> words, std::string_view separator);
 
-/// "a,b" -> "a", "b"; "" -> one empty word.
+/// "a,b" -> "a", "b". An empty text gives one empty word.
 std::vector<std::string> separated(std::string_view text, char separator = ',');
 
-/// A cell of a CSV file: in quotes when it holds a comma, a quote or a line's end.
+/// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
 /// 1796342 -> "1,796,342".
@@ -36,7 +36,7 @@ std::string grouped(std::uint64_t number);
 /// 18039653 -> "18.0 MB".
 std::string bytes_text(std::uint64_t bytes);
 
-/// dB with two digits, "inf" for equal pictures.
+/// dB with two decimals; "inf" for infinity, the PSNR of equal pictures.
 std::string decibels(double psnr);
 
 }  // namespace qs

@@ -12,7 +12,7 @@ void action::change_backend(Viewer& viewer, Host& host, Backend backend) {
   host.run([backend](RenderContext& context) {
     const auto end = hide_progress_at_end(context);
     Session& session = context.session;
-    context.second.reset();
+    session.second.reset();
     session.renderer = upload_to(context, session.scene, backend);
     session.backend = backend;
     context.report(action::backend_changed, backend);

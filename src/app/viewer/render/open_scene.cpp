@@ -5,22 +5,22 @@
 
 namespace qs {
 
+Progress upload_progress(RenderContext& context, const Scene& scene) {
+  return shown_progress(scene.path, "uploading", context.stop, context.reports);
+}
+
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend) {
   auto renderer = make_renderer(backend, *context.session.pool, context.session.device);
-  renderer->upload(cloud_of(scene),
-                   shown_progress(scene->path, "uploading", context.stop, context.reports));
+  renderer->upload(cloud_of(scene), upload_progress(context, *scene));
   return renderer;
 }
 
 Renderer& renderer_on(RenderContext& context, Backend backend) {
   Session& session = context.session;
-  if (backend == session.backend) return *session.renderer;
-  if (!context.second) {
-    const auto end = hide_progress_at_end(context);
-    context.second = upload_to(context, session.scene, backend);
-  }
-  return *context.second;
+  if (backend == session.backend || session.second) return renderer_on(session, backend);
+  const auto end = hide_progress_at_end(context);
+  return renderer_on(session, backend, upload_progress(context, *session.scene));
 }
 
 Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSettings settings,
@@ -32,7 +32,7 @@ Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSetti
     if (!keep_background)
       settings.background = glm::vec3(loaded->facts.white_background ? 1.0f : 0.0f);
     Session& session = context.session;
-    context.second.reset();
+    session.second.reset();
     context.reference.reset();
     session.renderer = std::move(renderer);
     session.scene = scene;

@@ -44,7 +44,6 @@ struct RenderContext {
   std::function<void(const FrameRequest&)> show;  ///< draws into the window from within a job
 
   Session session = {};                   ///< scene and renderer are null at first
-  std::unique_ptr<Renderer> second = {};  ///< renderer_on() of the other backend, null at first
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;

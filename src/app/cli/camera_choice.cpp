@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/cli/view_choice.h"
+#include "app/cli/camera_choice.h"
 
 #include "app/measure/camera_path.h"
 #include "app/session/framing.h"
@@ -17,7 +17,7 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
 }
 
-// At a fixed time step, from the first keyframe to the last.
+// `count` views at equal time steps, from the first keyframe to the last.
 std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
   std::vector<Shot> shots;
   for (const Camera& camera : sample_path(read_camera_path(file), count)) {
@@ -43,7 +43,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     }
     const int index = choice.index.value_or(0);
     if (index >= count) {
-      fail("{}: there is no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
+      fail("{}: has no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
     }
     return {numbered_shot(cameras, index)};
   }
@@ -53,22 +53,33 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
         "--cameras",
         scene.path.string());
   }
-  const glm::ivec2 size = frame.size.value_or(kFramingSize);
-  return {{frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), -1, "framing"}};
+  return {framing_shot(frame, scene)};
 }
 
 }  // namespace
 
+bool has_cameras(const FrameOptions& frame, const Scene& scene) {
+  return frame.cameras || find_cameras_file(scene.path);
+}
+
+Shot framing_shot(const FrameOptions& frame, const Scene& scene) {
+  const glm::ivec2 size = frame.size.value_or(kFramingSize);
+  return {frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), -1, "framing"};
+}
+
 void declare_camera_choice(Options& options, CameraChoice& choice) {
   options.integer("--camera-index", "N", 0, 1'000'000'000, choice.index,
-                  "camera N of the file, counted from 0");
-  options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json");
-  options.flag("--all-cameras", choice.all, "every camera; OUT gets its number and name inserted");
+                  "camera N of the cameras file, counted from 0 (default: 0)");
+  options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json",
+               {"{}", format_camera(look_at({0, 0, -2}, {0, 0, 1}, {0, -1, 0}, 1, 40, 24))});
+  options.flag("--all-cameras", choice.all,
+               "every camera of the file; its number and name are inserted into file names");
   options.text("--camera-path", "FILE", choice.path,
-               "keyframes: pictures OUT_0000, OUT_0001, .. along the spline through them");
-  options.integer(
-      "--frames", "N", 1, 1'000'000, choice.frames,
-      fmt::format("pictures along --camera-path, at a fixed time step (default: {})", kPathFrames));
+               "views along the spline through the cameras of FILE", {"cameras.json"});
+  options.integer("--frames", "N", 1, 1'000'000, choice.frames,
+                  fmt::format("number of views along --camera-path, at equal time steps "
+                              "(default: {})",
+                              kPathFrames));
 }
 
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,

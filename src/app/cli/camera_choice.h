@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which views a command renders: cameras of a file, one given as JSON, steps along a camera path,
-// or a framing of the scene.
+// Which views a command renders: cameras of a file, one camera given as JSON, steps along a camera
+// path, or a view that frames the scene.
 #pragma once
 
 #include <optional>
@@ -27,9 +27,15 @@ inline constexpr int kPathFrames = 32;
 
 void declare_camera_choice(Options& options, CameraChoice& choice);
 
-/// At least one shot, at the size asked for. Without a choice: the first camera of the cameras
-/// file, or a framing of the scene when there is no file. Throws Error.
+/// At least one shot, resized to frame.size. Without a choice: the first camera of the cameras
+/// file, or a view that frames the scene if there is no file. Throws Error.
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Scene& scene);
+
+/// Whether the scene has a cameras file: given with --cameras or found beside it.
+bool has_cameras(const FrameOptions& frame, const Scene& scene);
+
+/// The view that frames the scene, at frame.size or 1280 x 720.
+Shot framing_shot(const FrameOptions& frame, const Scene& scene);
 
 }  // namespace qs

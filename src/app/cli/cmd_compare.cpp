@@ -63,8 +63,7 @@ class Compare {
                format_comparison(view));
     if (!command_.output) return kExitOk;
     write_image(draw_comparison(view, command_.amplification,
-                                picture_title(session_.scene->path, shot_.origin),
-                                *session_.pool),
+                                picture_title(session_.scene->path, shot_.origin), *session_.pool),
                 *command_.output,
                 frame_metadata(session_.scene->path, shot_.camera, command_.against, {}));
     fmt::print(stderr, "wrote {}\n", command_.output->string());

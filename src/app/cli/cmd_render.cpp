@@ -178,7 +178,7 @@ class Run {
   const RenderCommand& command_;
   Session session_;
   std::optional<HeatmapMaker> heatmaps_;  // of the current view
-  std::optional<Scale> scale_;  // of the first heat map; all heat maps of a run share it
+  std::optional<Scale> scale_;            // of the first heat map; all heat maps of a run share it
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;
 };

@@ -33,8 +33,8 @@ std::string bars_per_mode(const char* block, const Take& take) {
   std::vector<std::string> curves;
   for (std::size_t mode = 0; mode < kCullerCount; ++mode) {
     if (take(mode))
-      curves.push_back(
-          fmt::format("${} using {}:xtic(1) {}", block, mode + 2, mode_options(name_of(mode), name_of(mode))));
+      curves.push_back(fmt::format("${} using {}:xtic(1) {}", block, mode + 2,
+                                   mode_options(name_of(mode), name_of(mode))));
   }
   return plot_command(curves);
 }

@@ -27,8 +27,8 @@ struct FrameOptions {
   std::optional<glm::ivec2> size;                ///< unset: the camera's
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
-  int threads = 0;  ///< of the session's pool; 0 = one per hardware thread
-  int device = 0;   ///< index into GpuReport::gpus
+  int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
+  int device = 0;                  ///< index into GpuReport::gpus
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;

@@ -43,7 +43,7 @@ struct RenderContext {
   ActionQueue& reports;
   std::function<void(const FrameRequest&)> show;  ///< draws into the window from within a job
 
-  Session session = {};                   ///< scene and renderer are null at first
+  Session session = {};                          ///< scene and renderer are null at first
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;

@@ -16,6 +16,7 @@
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
@@ -48,8 +49,9 @@ TEST(Formats, names_and_endings_are_told_apart) {
 }
 
 TEST(Formats, loading_is_measured_by_stages) {
+  ThreadPool pool(2);
   const LoadTimes times =
-      measure_loading(committed_corpus() / "valid/spz_v3_ext_coordsys_rdf.spz", 1);
+      measure_loading(committed_corpus() / "valid/spz_v3_ext_coordsys_rdf.spz", pool, 1);
   EXPECT_EQ(times.gaussians, 1873u);
   EXPECT_GT(times.fill_ms, 0);
   EXPECT_GT(times.inflate_ms, 0);

@@ -13,6 +13,7 @@
 #include "app/viewer/render/jobs.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -31,7 +32,7 @@ class RenderThreadTest : public testing::Test {
     LoadedScene loaded;
     loaded.scene.cloud = test::random_cloud(300, 1, 5);
     loaded.scene.path = scenes_ / "random.ply";
-    write_scene(loaded.scene.cloud, loaded.scene.path);
+    test::write_scene(loaded.scene.cloud, loaded.scene.path);
     loaded.facts.name = "random";
     loaded.facts.path = loaded.scene.path;
     thread_.run(open_scene(std::move(loaded), Backend::cpu, {}, false));

@@ -50,10 +50,11 @@ void check(const Scene& scene) {
 }
 
 void read(const ReaderRow& reader, std::span<const std::byte> content) {
+  static ThreadPool pool(1);
   Scene scene;
   scene.path = path_for(reader.name);
   try {
-    reader.read(content, scene.path, {}, scene);
+    reader.read(content, scene.path, pool, {}, scene);
     check(scene);
   } catch (const Error& error) {
     const std::string_view sentence = error.what();

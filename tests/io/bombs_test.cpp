@@ -17,6 +17,7 @@
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
+#include "support/scene_files.h"
 #include "support/temporary_folder.h"
 
 namespace qs::test {
@@ -34,8 +35,9 @@ std::string codebooks() {
 TEST(Bombs, in_gzip_are_refused_before_memory_is_taken) {
   Bytes plain = gunzip(file_bytes(committed_corpus() / "broken/spz_frac0.spz"));
   plain[11] = std::byte{0x17};  // 386 million Gaussians
+  ThreadPool pool(2);
   Scene scene;
-  EXPECT_THROW(read_spz(gzip(plain, 1), "bomb", {}, scene), Error);
+  EXPECT_THROW(read_spz(gzip(plain, 1), "bomb", pool, {}, scene), Error);
   EXPECT_TRUE(scene.cloud.empty());
 }
 

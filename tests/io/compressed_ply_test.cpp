@@ -10,6 +10,7 @@
 
 #include "io/scene/writer.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -24,7 +25,8 @@ constexpr std::size_t kCount = 20, kDegree3 = 15, kDegree4 = 24;  // values per 
 Scene read(const std::vector<std::byte>& bytes) {
   Scene scene;
   scene.path = "test.compressed.ply";
-  read_compressed_ply(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_compressed_ply(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

@@ -16,6 +16,7 @@
 #include "raster/base/error.h"
 #include "raster/kernel/constants.h"
 #include "support/oracle.h"
+#include "support/scene_files.h"
 #include "support/shared.h"
 
 namespace qs::test {

@@ -16,6 +16,7 @@
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -48,7 +49,8 @@ void expect_sound(const Bytes& bytes) {
     expect_sound("damaged: ", bytes.size() * 1032, [&] {
       Scene scene;
       scene.path = "damaged";
-      reader.read(bytes, scene.path, {}, scene);
+      ThreadPool pool(1);
+      reader.read(bytes, scene.path, pool, {}, scene);
       return scene;
     });
   }
@@ -92,7 +94,8 @@ TEST(Damage, ply_with_lists_survives) {
   const Bytes bytes = to_bytes(header + row + row + row);
   expect_damage_is_survived(bytes);
   Scene scene;
-  readers()[0].read(bytes, "ascii", {}, scene);
+  ThreadPool pool(2);
+  readers()[0].read(bytes, "ascii", pool, {}, scene);
   EXPECT_EQ(scene.cloud.size(), 3u);
   EXPECT_EQ(scene.cloud.positions[2], glm::vec3(0.5f, 1, 2));
 }
@@ -149,7 +152,8 @@ TEST(Damage, ksplat_survives) {
   put(kHeaders, 2u);
   for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(kHeaders + at, 1.0f);
   Scene scene;
-  read_ksplat(bytes, "damaged", {}, scene);
+  ThreadPool pool(2);
+  read_ksplat(bytes, "damaged", pool, {}, scene);
   EXPECT_EQ(scene.cloud.size(), 5u);
   expect_damage_is_survived(bytes);
   // The section's header lies beyond the first 512 bytes.

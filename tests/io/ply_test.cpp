@@ -63,7 +63,8 @@ Scene read(const std::string& text) {
   const auto bytes = to_bytes(text);
   Scene scene;
   scene.path = "test.ply";
-  read_ply(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_ply(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

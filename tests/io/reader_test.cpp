@@ -4,6 +4,7 @@
 // about everything that is no splat file.
 #include "io/scene/reader.h"
 
+#include <iterator>
 #include <stop_token>
 #include <string>
 
@@ -13,6 +14,7 @@
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -126,6 +128,26 @@ TEST(Reader, sog_names_that_leave_the_folder_are_refused) {
   std::filesystem::remove(folder / "inner/meta.json");
   write_bytes(folder / "inner/meta.json", to_bytes(meta));
   EXPECT_THAT(error_of(folder / "inner/meta.json"), HasSubstr("unsafe file name"));
+}
+
+std::ptrdiff_t threads_of_this_process() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+}
+
+TEST(Reader, readers_and_writers_start_no_threads) {
+  const TemporaryFolder folder;
+  ThreadPool pool(1);
+  const std::ptrdiff_t before = threads_of_this_process();
+  const Progress progress{[&](float) { EXPECT_EQ(threads_of_this_process(), before); }, {}};
+  for (const CorpusFile& file : corpus_files(committed_corpus())) {
+    SCOPED_TRACE(file.name);
+    if (file.valid()) qs::read_scene(file.path, pool, {.progress = progress});
+  }
+  for (const WriterRow& writer : writers()) {
+    SCOPED_TRACE(writer.name);
+    const auto path = folder / (std::string("a") + writer.extension);
+    qs::write_scene(random_cloud(40000, 1, 1), path, pool, progress, writer.name);
+  }
 }
 
 TEST(Reader, stopping_cancels) {

@@ -29,7 +29,8 @@ std::string header(char version, char sh_degree, char fractional_bits, char flag
 Scene read(const std::vector<std::byte>& bytes) {
   Scene scene;
   scene.path = "test.spz";
-  read_spz(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_spz(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

@@ -18,6 +18,7 @@
 #include "io/scene/sh_degree.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 

@@ -11,6 +11,7 @@
 #include "io/scene/reader.h"
 #include "raster/cpu/fast/blocks.h"
 #include "support/gpu.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -89,7 +90,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
 
 TEST_P(CpuPipeline, decide_and_draw_alike_on_the_bundled_scene) {
   const auto renderer = make_renderer(Backend::cpu);
-  renderer->upload(read_scene(test::source_path("assets/plush.ply")).cloud, {});
+  renderer->upload(test::read_scene(test::source_path("assets/plush.ply")).cloud, {});
   const auto cameras = read_cameras(test::source_path("assets/cameras.json"));
   for (const char* mode : {"3dgs", "quadbox", "exact"}) {
     RenderSettings settings;

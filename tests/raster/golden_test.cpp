@@ -11,6 +11,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
+#include "support/scene_files.h"
 #include "support/shared.h"
 
 namespace qs {
@@ -26,7 +27,7 @@ Renderer& renderer_of(const std::filesystem::path& scene) {
   auto& renderer = renderers[scene];
   if (!renderer) {
     renderer = make_renderer(Backend::cpu);
-    renderer->upload(read_scene(scene).cloud, {});
+    renderer->upload(test::read_scene(scene).cloud, {});
   }
   return *renderer;
 }

@@ -52,14 +52,15 @@ int run_convert(Arguments arguments) {
                   "a small file of a large model");
   if (!options.parse(arguments)) return kExitOk;
 
-  Scene scene = load_scene(input, -1, axes);
+  ThreadPool pool;
+  Scene scene = load_scene(input, pool, -1, axes);
   scene.cloud = with_sh_degree(std::move(scene.cloud), degree);
   if (largest > 0) {
     scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(largest));
   }
   const WriterRow& written = [&]() -> const WriterRow& {
     ProgressBar bar("writing");
-    return write_scene(scene.cloud, output, bar.progress(), format);
+    return write_scene(scene.cloud, output, pool, bar.progress(), format);
   }();
   std::error_code error;
   const auto bytes = std::filesystem::file_size(output, error);

@@ -21,8 +21,9 @@ int run_info(Arguments arguments) {
   if (!options.parse(arguments)) return kExitOk;
 
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  ThreadPool pool;
   for (const std::filesystem::path& file : files) {
-    const Scene scene = load_scene(file, -1, axes);
+    const Scene scene = load_scene(file, pool, -1, axes);
     const SceneReport report = make_report(scene.cloud);
     if (json) {
       list.push_back(report_json(scene, report));

@@ -43,13 +43,14 @@ const char* pipeline_name(const Session& session) {
   return kPipelineNames[static_cast<int>(session.settings.pipeline)];
 }
 
-Scene load_scene(const std::filesystem::path& path, int iteration, const std::string& axes) {
+Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration,
+                 const std::string& axes) {
   ProgressBar bar("reading");
   ReadOptions options;
   options.iteration = iteration;
   options.axes = axes;
   options.progress = bar.progress();
-  Scene scene = read_scene(path, options);
+  Scene scene = read_scene(path, pool, options);
   for (const std::string& warning : scene.warnings)
     fmt::print(stderr, "quadsplat: warning: {}\n", warning);
   return scene;
@@ -66,7 +67,8 @@ std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backe
 Session open_session(const FrameOptions& frame, const std::function<void(Scene&)>& change) {
   Session session;
   session.backend = choose_backend(frame);
-  session.scene = load_scene(frame.scene, frame.iteration, frame.axes);
+  ThreadPool pool(frame.renderer.threads);
+  session.scene = load_scene(frame.scene, pool, frame.iteration, frame.axes);
   session.device = frame.renderer.device;
   if (change) change(session.scene);
   session.renderer = upload_scene(session.scene.cloud, session.backend, frame.renderer);

@@ -60,7 +60,7 @@ std::unique_ptr<Renderer> upload_scene(const GaussianCloud& cloud, Backend backe
                                        const RendererOptions& options);
 
 /// Reads a scene with a progress bar; warnings go to stderr.
-Scene load_scene(const std::filesystem::path& path, int iteration = -1,
+Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration = -1,
                  const std::string& axes = {});
 
 }  // namespace qs

@@ -127,7 +127,7 @@ bool recognises_compressed_ply(std::span<const std::byte> content, const std::fi
 }
 
 void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-                         const ReadOptions& options, Scene& scene) {
+                         ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const std::string name = path.string();
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, options.progress);
@@ -185,7 +185,6 @@ void read_compressed_ply(std::span<const std::byte> content, const std::filesyst
       }
     }
   };
-  ThreadPool pool;
   const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
   fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) fill(i);

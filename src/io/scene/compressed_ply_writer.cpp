@@ -110,7 +110,7 @@ void put(std::ostream& file, const std::vector<T>& values) {
 }  // namespace
 
 void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
-                          const Progress& progress) {
+                          ThreadPool&, const Progress& progress) {
   const auto order = morton_order(cloud);
   const std::size_t chunk_count = (cloud.size() + kChunkSize - 1) / kChunkSize;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);

@@ -6,12 +6,13 @@
 
 #include <filesystem>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
 void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
-                          const Progress& progress);
+                          ThreadPool& pool, const Progress& progress);
 
 }  // namespace qs

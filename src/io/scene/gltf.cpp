@@ -39,8 +39,9 @@ const tinygltf::Value* member(const tinygltf::Value* object, const std::string& 
 
 class GltfScene {
  public:
-  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, Scene& scene)
-      : path_(path), source_(path.string()), scene_(scene), file_(content, path) {
+  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, ThreadPool& pool,
+            Scene& scene)
+      : path_(path), source_(path.string()), pool_(pool), scene_(scene), file_(content, path) {
     for (const PlacedMesh& placed : placed_meshes(file_.model(), source_)) add_mesh(placed);
     if (instances_.empty()) complain_about_nothing();
     warn_of_the_others();
@@ -53,8 +54,7 @@ class GltfScene {
     for (const Instance& instance : instances_) degree = std::max(degree, instance.splats->degree);
     scene_.cloud = make_cloud(parts_.count(), degree);
     GltfClamped clamped;
-    ThreadPool pool;
-    fill_cloud(scene_, pool, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
+    fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
       parts_.for_range(
           begin, end,
           [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
@@ -174,7 +174,7 @@ class GltfScene {
     }
     Scene unpacked;
     unpacked.path = path_;
-    read_spz(content, path_, {}, unpacked);
+    read_spz(content, path_, pool_, {}, unpacked);
     if (unpacked.format != "spz, version 2") {
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
     }
@@ -236,6 +236,7 @@ class GltfScene {
 
   std::filesystem::path path_;
   std::string source_;
+  ThreadPool& pool_;
   Scene& scene_;
   GltfFile file_;
   std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const GltfSplats>> splats_;
@@ -255,8 +256,8 @@ bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::
 }
 
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               const ReadOptions& options, Scene& scene) {
-  GltfScene gltf(content, path, scene);
+               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  GltfScene gltf(content, path, pool, scene);
   options.progress.update(0.1f);
   scene.axes = "LUF";
   scene.format = gltf.file().is_binary() ? "glb" : "gltf";

@@ -15,6 +15,6 @@ namespace qs {
 
 bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               const ReadOptions& options, Scene& scene);
+               ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

@@ -240,11 +240,10 @@ bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem
 }
 
 void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
-                 const ReadOptions& options, Scene& scene) {
+                 ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const KsplatFile file(content, path.string());
   scene.format = fmt::format("ksplat, level {}", file.header().level);
   scene.cloud = make_cloud(file.count(), file.degree());
-  ThreadPool pool;
   fill_cloud(scene, pool, options.progress, 0,
              [&](std::size_t begin, std::size_t end) { file.fill(scene.cloud, begin, end); });
   if (file.bytes_left() > 0) {

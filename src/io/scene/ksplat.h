@@ -16,6 +16,6 @@ namespace qs {
 
 bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
-                 const ReadOptions& options, Scene& scene);
+                 ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

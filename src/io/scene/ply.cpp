@@ -227,7 +227,7 @@ bool recognises_ply(std::span<const std::byte> content, const std::filesystem::p
 }
 
 void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene) {
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const PlyHeader header = parse_ply_header(content, path);
   refuse_other_contents(header, path.string());
   PlyBody body(content, header, path, options.progress);
@@ -242,7 +242,6 @@ void read_ply(std::span<const std::byte> content, const std::filesystem::path& p
   scene.cloud = make_cloud(rows.count, degree);
   apply_ply_comments(header, scene);
 
-  ThreadPool pool;
   const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
   fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     switch (degree) {

@@ -18,7 +18,7 @@ namespace qs {
 
 bool recognises_ply(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene);
+              ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 /// SH coefficients per channel beyond DC of a file with `values` of them for all channels together:
 /// 0, 3, 8, 15 or 24; -1 when the number fits no degree.

@@ -7,12 +7,13 @@
 
 #include <filesystem>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
-void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
 }  // namespace qs

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -51,7 +52,7 @@ struct ReaderRow {
   const char* limits;      ///< what is refused, what is lost
   bool (*recognises)(std::span<const std::byte> content, const std::filesystem::path& path);
   void (*read)(std::span<const std::byte> content, const std::filesystem::path& path,
-               const ReadOptions& options, Scene& scene);
+               ThreadPool& pool, const ReadOptions& options, Scene& scene);
 };
 
 /// All readable formats; content decides, the extension breaks ties.
@@ -60,7 +61,8 @@ std::span<const ReaderRow> readers();
 /// Reads a splat file, or of a model directory its highest (or chosen)
 /// point_cloud/iteration_*/point_cloud.ply. Throws Error(input) with one sentence "path: what" and
 /// Cancelled.
-Scene read_scene(const std::filesystem::path& path, const ReadOptions& options = {});
+Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
+                 const ReadOptions& options = {});
 
 /// Turns the scene as if its file had said that its values are in `axes`, one of kAxes: some
 /// writers lie about that, or do not say it. Throws Error(usage) for another name.

@@ -55,7 +55,7 @@ bool recognises_splat(std::span<const std::byte> content, const std::filesystem:
 }
 
 void read_splat(std::span<const std::byte> content, const std::filesystem::path& path,
-                const ReadOptions& options, Scene& scene) {
+                ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const std::size_t count = content.size() / kRowBytes, rest = content.size() % kRowBytes;
   if (count == 0) {
     fail("{}: cut off: {} bytes, one Gaussian needs {}", path.string(), content.size(), kRowBytes);
@@ -86,7 +86,6 @@ void read_splat(std::span<const std::byte> content, const std::filesystem::path&
           make_quat(component(row, 0), component(row, 1), component(row, 2), component(row, 3));
     }
   };
-  ThreadPool pool;
   fill_cloud(scene, pool, options.progress, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) fill(i);
   });

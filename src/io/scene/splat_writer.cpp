@@ -38,7 +38,7 @@ Row row_of(const GaussianCloud& cloud, std::size_t i) {
 
 }  // namespace
 
-void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                  const Progress& progress) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;
   const auto order = largest_first(cloud);

@@ -147,8 +147,7 @@ bool recognises_spz(std::span<const std::byte> content, const std::filesystem::p
 }
 
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene) {
-  ThreadPool pool;
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kUnpacked = 0.5f;  // of the progress
   SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked);
   const std::size_t frame = stored_frame(spz);

@@ -165,7 +165,7 @@ class Deflater {
 
 }  // namespace
 
-void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                const Progress& progress) {
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
@@ -184,7 +184,7 @@ void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
   progress.update(1);
 }
 
-void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                   const Progress& progress) {
   constexpr int kLevel = 9;
   constexpr std::uint32_t kHeaderBytes = 32;

@@ -59,9 +59,9 @@ const WriterRow& choose_writer(const std::filesystem::path& path, std::string_vi
 std::span<const WriterRow> writers() { return kWriters; }
 
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                             const Progress& progress, std::string_view format) {
+                             ThreadPool& pool, const Progress& progress, std::string_view format) {
   const WriterRow& writer = choose_writer(path, format);
-  writer.write(cloud, path, progress);
+  writer.write(cloud, path, pool, progress);
   return writer;
 }
 

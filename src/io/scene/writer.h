@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -21,7 +22,7 @@ struct WriterRow {
   const char* axes;    ///< of its values: "RDF"
   int max_sh_degree;   ///< that it can hold
   const char* losses;  ///< what is lost
-  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path,
+  void (*write)(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                 const Progress& progress);
 };
 
@@ -31,6 +32,7 @@ std::span<const WriterRow> writers();
 /// which one that was; the file appears whole or not at all. Throws Error(usage) for an unknown
 /// extension or name, Error(input) when the file cannot be written.
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                             const Progress& progress = {}, std::string_view format = {});
+                             ThreadPool& pool, const Progress& progress = {},
+                             std::string_view format = {});
 
 }  // namespace qs

@@ -19,6 +19,7 @@
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "test_paths.h"
 
@@ -117,7 +118,7 @@ double now_ms() {
 /// The way of a file to its first frame, step by step; `renderer` then holds the scene.
 void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>& renderer) {
   const double begin = now_ms();
-  const GaussianCloud cloud = read_scene(file).cloud;
+  const GaussianCloud cloud = test::read_scene(file).cloud;
   const double read = now_ms();
   renderer = make_renderer(Backend::cuda);
   const double made = now_ms();

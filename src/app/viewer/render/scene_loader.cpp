@@ -160,7 +160,8 @@ void SceneLoader::read(const fs::path& path, int iteration,
   options.progress =
       loading_progress(path, "reading", stop, [this](Action action) { report(std::move(action)); });
   LoadedScene loaded;
-  loaded.scene = read_scene(path, options);
+  ThreadPool pool(threads_);
+  loaded.scene = read_scene(path, pool, options);
   loaded.facts = view_facts(loaded.scene, cameras_file);
   loaded.facts.axes = axes;
   for (const std::string& warning : loaded.scene.warnings) report(action::Say{warning});

@@ -33,8 +33,10 @@ std::map<int, std::filesystem::path> find_photographs(const std::filesystem::pat
 
 class SceneLoader {
  public:
-  /// `wake` is called from the loader's thread when poll() has something new.
-  explicit SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
+  /// `wake` is called from the loader's thread when poll() has something new. `threads` is the size
+  /// of the pool that reads: 0 means one per hardware thread.
+  explicit SceneLoader(std::function<void()> wake, int threads = 0)
+      : wake_(std::move(wake)), threads_(threads) {}
 
   /// Starts reading; what was being read is cancelled.
   void start(const std::filesystem::path& path, int iteration = -1,
@@ -55,6 +57,7 @@ class SceneLoader {
   void report(Action action);
 
   std::function<void()> wake_;
+  int threads_;
   std::mutex mutex_;  // of the next three
   bool reading_ = false;
   Actions reports_;

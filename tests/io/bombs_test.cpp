@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Small files that stand for much memory: what they announce, unpack to or name again and again.
+// Small files that claim much memory: by the sizes they announce, by compression, or by naming data
+// repeatedly.
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -41,7 +42,7 @@ TEST(Bombs, in_gzip_are_refused_before_memory_is_taken) {
   EXPECT_TRUE(scene.cloud.empty());
 }
 
-// Fewer than 20 bytes of JSON may not stand for the whole file once more.
+// Otherwise 20 bytes of JSON would stand for the whole file once more.
 TEST(Bombs, buffers_that_name_one_file_share_it) {
   const TemporaryFolder folder;
   const std::size_t big = 8 << 20;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Cut-off and changed files end in a scene or an Error within the limits of io/limits.h, nothing
-// else: no crash, no hang, no read beyond the end (run with the asan preset).
+// Truncated and changed files lead to a scene or an Error within the limits of io/limits.h: no
+// crash, no hang, and under the asan preset no read beyond the end.
 #include <algorithm>
 #include <cstring>
 #include <functional>
@@ -25,8 +25,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// What may come of damaged files: a scene of at most `max_count` Gaussians, or an Error about
-// `path`.
+// The allowed outcomes: a scene of at most `max_count` Gaussians, or an Error that names `path`.
 void expect_sound(const std::filesystem::path& path, std::size_t max_count,
                   const std::function<Scene()>& read) {
   expect_within_limits([&]() -> std::size_t {
@@ -42,7 +41,7 @@ void expect_sound(const std::filesystem::path& path, std::size_t max_count,
   });
 }
 
-// `bytes` have exactly their own size: the address sanitizer sees every read beyond the end.
+// `bytes` has exactly its own size, so AddressSanitizer detects every read beyond the end.
 void expect_sound(const Bytes& bytes) {
   for (const ReaderRow& reader : readers()) {
     if (!reader.recognises(bytes, "damaged")) continue;
@@ -62,7 +61,7 @@ void expect_sound_scene(const std::filesystem::path& path, std::size_t max_count
 
 Bytes pass_through(const Bytes& bytes) { return bytes; }
 
-// `repack` turns the damaged bytes into a file, so that damage reaches below a checksum.
+// `repack` makes a file of the damaged bytes, to damage data below a checksum.
 void expect_damage_is_survived(const Bytes& bytes, Bytes (*repack)(const Bytes&) = pass_through) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     SCOPED_TRACE("cut to " + std::to_string(size));
@@ -183,7 +182,7 @@ TEST(Damage, sog_folder_survives) {
       write_bytes(entry.path(), damaged);
       expect_sound_scene(scene_file, 16000 * 8);
     };
-    const bool is_text = entry.path() == scene_file;  // pictures guard themselves
+    const bool is_text = entry.path() == scene_file;  // pictures have checksums
     for (std::size_t at = 0; at < std::min<std::size_t>(bytes.size(), 512); at += is_text ? 1 : 8) {
       read(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(at)), at);
       Bytes damaged = bytes;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the corpus has no small file for: node transforms, the draft's logarithms, quantised
-// numbers, repeated meshes.
+// Cases that are not in the corpus: node transforms, the draft's logarithms, quantised values,
+// repeated meshes.
 #include "io/scene/gltf.h"
 
 #include <cmath>

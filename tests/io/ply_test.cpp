@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Variants of .ply that the corpus does not have, written here byte by byte.
+// Variants of .ply that are not in the corpus, written here byte by byte.
 #include "io/scene/ply.h"
 
 #include <algorithm>

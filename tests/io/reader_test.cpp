@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// From a path to the right reader: model directories, recognition by content, and what is said
-// about everything that is no splat file.
+// Choice of the reader for a path: model directories, recognition by content, and messages about
+// files that are not splat files.
 #include "io/scene/reader.h"
 
 #include <iterator>
@@ -77,7 +77,7 @@ TEST(Reader, content_decides_over_the_extension) {
   EXPECT_EQ(read_scene(folder / "c.PLY").format, "compressed.ply, binary little endian");
 }
 
-TEST(Reader, what_is_no_splat_file_is_said_in_one_sentence) {
+TEST(Reader, files_without_splats_get_a_message_of_one_sentence) {
   const TemporaryFolder folder;
   write_bytes(folder / "empty.ply", {});
   write_bytes(folder / "notes.txt", to_bytes("some text"));

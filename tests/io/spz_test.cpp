@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the corpus has no file for: .spz version 1, SH degree 4, every coordinate system.
+// Cases that are not in the corpus: .spz version 1, SH degree 4, every coordinate system.
 #include "io/scene/spz.h"
 
 #include <string>

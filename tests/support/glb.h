@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Takes a .glb apart and builds one, for tests that change its description.
+// Splits a .glb and builds one, for tests that change its JSON.
 #pragma once
 
 #include <cstddef>

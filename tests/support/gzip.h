@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Packs and unpacks bytes for tests of readers that inflate.
+// Compresses and decompresses bytes for tests of readers that inflate.
 #pragma once
 
 #include <zlib.h>
@@ -29,7 +29,7 @@ Bytes gzip(const Bytes& plain, int level) {
   return packed;
 }
 
-/// What the gzip member `packed` holds, which is at most 1 MiB.
+/// The content of the gzip member `packed`, at most 1 MiB.
 template <class Bytes>
 Bytes gunzip(const Bytes& packed) {
   z_stream stream{};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes compressed .ply, see compressed_ply.h. Gaussians are put in Morton order, so that the 256
-// of a chunk lie close together and their values are stored finely.
+// Writes compressed .ply, see compressed_ply.h. Gaussians are sorted in Morton order: the 256 of a
+// chunk are then close together, so that their bounds are tight and quantisation is fine.
 #pragma once
 
 #include <filesystem>

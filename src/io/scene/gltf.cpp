@@ -32,7 +32,7 @@ std::string attribute_name(const std::string& name) {
   return fmt::format("{}:{}", kExtension, name);
 }
 
-// Null when there is none.
+// nullptr if `object` has no such member.
 const tinygltf::Value* member(const tinygltf::Value* object, const std::string& key) {
   return object != nullptr && object->IsObject() && object->Has(key) ? &object->Get(key) : nullptr;
 }
@@ -73,10 +73,10 @@ class GltfScene {
  private:
   struct Instance {
     std::shared_ptr<const GltfSplats> splats;
-    std::shared_ptr<const Transform> transform;  // null: none
+    std::shared_ptr<const Transform> transform;  // nullptr: identity
   };
 
-  // Appends `sentence`, in which {} stands for the count, unless that is 0.
+  // Appends `sentence` with {} replaced by the count, unless the count is 0.
   void warn(std::size_t count, fmt::format_string<std::size_t&> sentence) {
     if (count > 0) scene_.warnings.push_back(fmt::format(sentence, count));
   }
@@ -96,7 +96,8 @@ class GltfScene {
       if (!transform && placed.world_from_mesh != glm::dmat4(1)) {
         transform = transform_of(placed);
       }
-      // Many nodes may show one mesh: few bytes, many Gaussians.
+      // Limits amplification: many nodes may show one mesh, so few bytes can stand for many
+      // Gaussians.
       constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
       parts_.add(splats->count);
       if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes())) {

@@ -13,8 +13,8 @@
 
 #include "io/bytes/replace_file.h"
 #include "io/scene/axes.h"
-#include "io/scene/quantised.h"
 #include "raster/base/fail.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {

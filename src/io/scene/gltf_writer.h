@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes binary glTF with KHR_gaussian_splatting as ratified: one mesh of points, all values
-// floats, linear scales, in glTF's frame. Lossless but for the roundings between logarithms and
-// values.
+// floats, linear scales, in glTF's frame. Lossless except for rounding when logarithms are
+// converted to values and back.
 #pragma once
 
 #include <filesystem>

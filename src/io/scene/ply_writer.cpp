@@ -21,7 +21,7 @@ std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
   for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);
   names += " opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ";
 
-  // INRIA's own viewer takes the third line for the element: comments come after it.
+  // INRIA's viewer expects the element in the third line, so comments come after it.
   std::string header =
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.size());
   for (std::size_t begin = 0; begin < names.size();) {

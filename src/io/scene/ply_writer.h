@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes what INRIA's trainer writes, so that every viewer reads it: binary little endian floats
-// x y z nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Nothing
-// is lost: reading the file again gives the same cloud bit by bit.
+// Writes the layout of INRIA's trainer, which every viewer reads: binary little endian floats x y z
+// nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Lossless:
+// reading the file returns the same cloud bit by bit.
 #pragma once
 
 #include <filesystem>

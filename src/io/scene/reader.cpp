@@ -62,8 +62,8 @@ bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
   return false;
 }
 
-// Content decides; of several rows that recognise it, one with the file's extension. A file that
-// nobody recognises goes to the reader of its extension, which says what is wrong.
+// Chooses by content; if several rows recognise it, the one with the file's extension. If none
+// does, the reader of the extension is chosen, whose message says what is wrong.
 const ReaderRow& choose_reader(std::span<const std::byte> content,
                                const std::filesystem::path& path) {
   const ReaderRow* chosen = nullptr;

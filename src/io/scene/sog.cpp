@@ -69,7 +69,7 @@ bool looks_like_json(std::string_view text) {
   return start != std::string_view::npos && text[start] == '{';
 }
 
-// A leaf's part of its finest level.
+// The part of the finest level that a leaf refers to.
 struct Leaf {
   std::uint64_t file, offset, count;
 };
@@ -117,7 +117,7 @@ class Tree {
     if (!entry.has("lods")) return;
     const json& levels = object(node["lods"]);
     if (levels.empty()) return;
-    // Keys come sorted; the first one is the finest level, 0 as a rule.
+    // Keys are sorted; the first one is the finest level, usually 0.
     const json& finest = object(levels.begin().value());
     leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
     if (leaves.back().file >= files.size())
@@ -128,7 +128,7 @@ class Tree {
   json root_;
 };
 
-// Opens the SOG scenes of a tree, each once, when they are first needed.
+// Opens each SOG scene of a tree once, when it is first needed.
 class SceneFiles {
  public:
   SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)

@@ -31,7 +31,7 @@ int rotation_square(const std::byte* row) {
   return square;
 }
 
-// Bytes of any other origin hardly ever look like a unit quaternion behind finite numbers.
+// Other data rarely looks like a unit quaternion after finite floats.
 bool is_plausible(const std::byte* row) {
   constexpr float kMaxPosition = 1e9f, kMaxScale = 1e6f;
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes .splat, see splat.h: the largest Gaussians first, as viewers that show a file while it
-// arrives expect. View-dependent colour is lost, base colours are clamped to 0..1.
+// Writes .splat, see splat.h: the largest Gaussians first, as viewers that draw a file while
+// downloading it expect. View-dependent colour is lost; base colours are clamped to 0..1.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The formats as people see them: the table in the docs, the fuzzers, `convert` and `--axes`.
+// The formats as people see them: the table in the docs, `convert` and `--axes`.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -34,11 +34,6 @@ std::string text_of(const std::filesystem::path& path) {
 TEST(Formats, documentation_has_the_table_of_readers_and_writers) {
   EXPECT_THAT(text_of(source_path("docs/formats.md")),
               HasSubstr("<!-- formats -->\n" + format_list() + "<!-- /formats -->"));
-}
-
-TEST(Formats, every_reader_has_a_fuzzer) {
-  const std::string list = text_of(source_path("tests/fuzz/CMakeLists.txt"));
-  for (const ReaderRow& row : readers()) EXPECT_THAT(list, HasSubstr(row.name));
 }
 
 TEST(Formats, names_and_endings_are_told_apart) {

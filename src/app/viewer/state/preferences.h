@@ -27,6 +27,11 @@ std::filesystem::path preferences_file();
 /// A missing file gives the defaults. A damaged one too, and `problem` gets a sentence.
 Preferences read_preferences(const std::filesystem::path& file, std::string& problem);
 
+/// The same from the text of the file `source`.
+Preferences parse_preferences(const std::string& text, const std::string& source,
+                              std::string& problem);
+std::string format_preferences(const Preferences& preferences);
+
 /// Makes the folder if needed. Throws Error(input).
 void write_preferences(const std::filesystem::path& file, const Preferences& preferences);
 

@@ -16,6 +16,7 @@
 #include "app/run_program.h"
 #include "io/camera/cameras.h"
 #include "io/scene/writer.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -35,7 +36,7 @@ BenchReport read_bench_json(const std::filesystem::path& path) {
 class BenchProgram : public testing::Test {
  protected:
   void SetUp() override {
-    write_scene(test::random_cloud(300, 1, 11), scene_);
+    test::write_scene(test::random_cloud(300, 1, 11), scene_);
     json cameras = json::array();
     for (int i = 0; i < 2; ++i)
       cameras.push_back(json::parse(format_camera(test::front_camera(64 + 16 * i, 48))));

@@ -20,6 +20,7 @@
 #include "raster/renderer.h"
 #include "raster/scene/image_metrics.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -39,7 +40,7 @@ class Eval : public testing::Test {
   // Nine cameras, not in the order of their names, and their renders as exact pictures.
   void SetUp() override {
     const GaussianCloud cloud = test::random_cloud(400, 1, 5);
-    write_scene(cloud, folder_ / "scene.ply");
+    test::write_scene(cloud, folder_ / "scene.ply");
     std::filesystem::create_directories(folder_ / "images");
     const auto renderer = make_renderer(Backend::cpu, test::pool());
     renderer->upload(cloud, {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The formats as people see them: the table in the docs, the fuzzers, `convert` and `--axes`.
+// The formats as people see them: the table in the docs, `convert` and `--axes`.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -16,6 +16,7 @@
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
@@ -35,11 +36,6 @@ TEST(Formats, documentation_has_the_table_of_readers_and_writers) {
               HasSubstr("<!-- formats -->\n" + format_list() + "<!-- /formats -->"));
 }
 
-TEST(Formats, every_reader_has_a_fuzzer) {
-  const std::string list = text_of(source_path("tests/fuzz/CMakeLists.txt"));
-  for (const ReaderRow& row : readers()) EXPECT_THAT(list, HasSubstr(row.name));
-}
-
 TEST(Formats, names_and_endings_are_told_apart) {
   std::set<std::string> names;
   for (const ReaderRow& row : readers()) EXPECT_TRUE(names.insert(row.name).second) << row.name;
@@ -48,8 +44,9 @@ TEST(Formats, names_and_endings_are_told_apart) {
 }
 
 TEST(Formats, loading_is_measured_by_stages) {
+  ThreadPool pool(2);
   const LoadTimes times =
-      measure_loading(committed_corpus() / "valid/spz_v3_ext_coordsys_rdf.spz", 1);
+      measure_loading(committed_corpus() / "valid/spz_v3_ext_coordsys_rdf.spz", pool, 1);
   EXPECT_EQ(times.gaussians, 1873u);
   EXPECT_GT(times.fill_ms, 0);
   EXPECT_GT(times.inflate_ms, 0);
@@ -66,7 +63,7 @@ TEST(Formats, convert_writes_every_format_and_keeps_the_largest) {
     const ProgramRun run = run_quadsplat({"convert", input, output.string(), "--format", row.name,
                                           "--keep-largest", "100", "--sh-degree", "1"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    const Scene scene = read_scene(output);
+    const Scene scene = test::read_scene(output);
     EXPECT_EQ(scene.cloud.size(), 100u);
     EXPECT_EQ(scene.cloud.sh_degree, std::min(row.max_sh_degree, 1));
     EXPECT_THAT(run.err, HasSubstr(row.max_sh_degree == 0 ? "SH degree 0" : "SH degree 1"));

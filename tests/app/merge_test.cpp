@@ -18,6 +18,7 @@
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
 #include "raster/renderer.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -57,7 +58,7 @@ class Merge : public testing::TestWithParam<Sharded> {
  protected:
   void SetUp() override {
     const GaussianCloud cloud = test::random_cloud(300, 1, 11);
-    write_scene(cloud, folder_ / "scene.ply");
+    test::write_scene(cloud, folder_ / "scene.ply");
     std::filesystem::create_directories(folder_ / "images");
     ordered_json cameras = ordered_json::array();
     for (int i = 0; i < kViews; ++i) {

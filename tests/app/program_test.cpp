@@ -16,6 +16,7 @@
 #include "io/scene/writer.h"
 #include "raster/renderer.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -32,7 +33,7 @@ using testing::StartsWith;
 class Program : public testing::Test {
  protected:
   void SetUp() override {
-    write_scene(test::random_cloud(500, 3, 11), scene_);
+    test::write_scene(test::random_cloud(500, 3, 11), scene_);
     json cameras = json::array();
     for (const char* name : {"first", "second one", ""}) {
       Camera camera = test::front_camera(64, 48);
@@ -232,7 +233,7 @@ TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
   EXPECT_EQ(stats["scene"]["gaussians"], 500);
   EXPECT_EQ(stats["environment"]["backend"].get<std::string>().empty(), false);
   const auto renderer = make_renderer(Backend::cpu, test::pool());
-  renderer->upload(read_scene(scene_).cloud, {});
+  renderer->upload(test::read_scene(scene_).cloud, {});
   for (const json& frame : stats["frames"]) {
     RenderSettings settings;
     settings.mode = find_culler(frame["mode"].get<std::string>());
@@ -303,7 +304,7 @@ TEST_F(Program, convert_writes_a_scene_of_the_degree_asked_for) {
   const ProgramRun run = run_quadsplat({"convert", scene_, path("small.ply"), "--sh-degree", "1"});
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;
   EXPECT_EQ(run.out, "");
-  const Scene before = read_scene(scene_), after = read_scene(folder_ / "small.ply");
+  const Scene before = test::read_scene(scene_), after = test::read_scene(folder_ / "small.ply");
   EXPECT_EQ(after.cloud.sh_degree, 1);
   ASSERT_EQ(after.cloud.size(), before.cloud.size());
   EXPECT_EQ(after.cloud.positions, before.cloud.positions);

@@ -19,6 +19,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "support/recording_host.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -43,7 +44,7 @@ class RenderThreadTest : public testing::Test, protected test::RecordingHost {
     auto loaded = std::make_shared<LoadedScene>();
     loaded->scene.cloud = test::random_cloud(300, 1, 5);
     loaded->scene.path = scenes_ / "random scene.ply";
-    write_scene(loaded->scene.cloud, loaded->scene.path);
+    test::write_scene(loaded->scene.cloud, loaded->scene.path);
     loaded->facts.name = "random";
     loaded->facts.path = loaded->scene.path;
     loaded->facts.core = {glm::vec3(-1), glm::vec3(1)};

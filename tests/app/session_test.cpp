@@ -10,6 +10,7 @@
 #include "app/session/shot.h"
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -20,7 +21,7 @@ class SessionTest : public testing::Test {
  protected:
   SessionTest() {
     frame_.scene = folder_ / "scene.ply";
-    write_scene(test::random_cloud(60, 1, 3), frame_.scene);
+    test::write_scene(test::random_cloud(60, 1, 3), frame_.scene);
   }
 
   TemporaryFolder folder_;

@@ -22,6 +22,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -71,7 +72,7 @@ class Sweep : public testing::TestWithParam<Command> {
     cloud.positions[0] = {0, 0, 3};  // an opaque Gaussian in the middle of the picture
     cloud.log_scales[0] = glm::vec3(-1);
     cloud.opacity_logits[0] = 8;
-    write_scene(cloud, "scene.ply");
+    test::write_scene(cloud, "scene.ply");
     std::filesystem::create_directories("model/point_cloud/iteration_1");
     std::filesystem::copy("scene.ply", "model/point_cloud/iteration_1/point_cloud.ply");
     std::filesystem::create_directories("images");

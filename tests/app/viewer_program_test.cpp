@@ -18,6 +18,7 @@
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "raster/kernel/cull/modes.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -42,7 +43,7 @@ class ViewerProgram : public testing::Test {
     if (!display().runs()) GTEST_SKIP() << "Xvfb is not installed";
     GaussianCloud cloud = test::random_cloud(400, 0, 3);
     test::append(cloud, test::single_gaussian({0, 0, 4}, 0.5f, {0.9f, 0.4f, 0.1f}, 5));
-    write_scene(cloud, path("scene.ply"));
+    test::write_scene(cloud, path("scene.ply"));
     json cameras = json::array();
     for (const double x : {0.0, 0.3}) {
       Camera camera = test::front_camera(320, 240);

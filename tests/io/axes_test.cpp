@@ -62,6 +62,16 @@ TEST(Axes, flipping_twice_changes_nothing) {
   }
 }
 
+TEST(Axes, the_letters_of_a_frame_give_its_signs) {
+  for (std::size_t number = 0; number < kAxes.size(); ++number) {
+    const std::string_view name = kAxes[number];
+    const AxisSigns signs = signs_to_rdf(number);
+    EXPECT_EQ(signs.x, name[0] == 'R' ? 1 : -1) << name;
+    EXPECT_EQ(signs.y, name[1] == 'D' ? 1 : -1) << name;
+    EXPECT_EQ(signs.z, name[2] == 'F' ? 1 : -1) << name;
+  }
+}
+
 TEST(Axes, only_the_given_range_is_touched) {
   const GaussianCloud cloud = random_cloud(3, 0, 3);
   GaussianCloud flipped = cloud;

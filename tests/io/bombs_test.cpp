@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Small files that stand for much memory: what they announce, unpack to or name again and again.
+// Small files that claim much memory: by the sizes they announce, by compression, or by naming data
+// repeatedly.
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
+#include "support/scene_files.h"
 #include "support/temporary_folder.h"
 
 namespace qs::test {
@@ -34,12 +36,13 @@ std::string codebooks() {
 TEST(Bombs, in_gzip_are_refused_before_memory_is_taken) {
   Bytes plain = gunzip(file_bytes(committed_corpus() / "broken/spz_frac0.spz"));
   plain[11] = std::byte{0x17};  // 386 million Gaussians
+  ThreadPool pool(2);
   Scene scene;
-  EXPECT_THROW(read_spz(gzip(plain, 1), "bomb", {}, scene), Error);
+  EXPECT_THROW(read_spz(gzip(plain, 1), "bomb", pool, {}, scene), Error);
   EXPECT_TRUE(scene.cloud.empty());
 }
 
-// Fewer than 20 bytes of JSON may not stand for the whole file once more.
+// Otherwise 20 bytes of JSON would stand for the whole file once more.
 TEST(Bombs, buffers_that_name_one_file_share_it) {
   const TemporaryFolder folder;
   const std::size_t big = 8 << 20;

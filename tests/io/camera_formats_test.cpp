@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bundled cameras, written as COLMAP text, COLMAP binary and transforms.json, read back.
+// The bundled cameras, written as COLMAP text, COLMAP binary and transforms.json, and read back.
 #include "io/camera/camera_formats.h"
 
 #include <array>
@@ -60,7 +60,8 @@ std::string colmap_text_lenses(const std::vector<Camera>& cameras) {
 
 std::string colmap_text_images(const std::vector<Camera>& cameras) {
   std::string text = "# Image list\r\n#   with two lines of data per image\n";
-  for (std::size_t i = cameras.size(); i-- > 0;) {  // in no order, as COLMAP does
+  for (std::size_t i = cameras.size();
+       i-- > 0;) {  // in reverse order, because COLMAP guarantees none
     const Camera& c = cameras[i];
     const glm::dquat q = quaternion(c);
     const glm::dvec3 t = c.view_from_world[3];
@@ -191,7 +192,7 @@ TEST(CameraFormats, a_blender_file_takes_its_size_from_the_photograph) {
   EXPECT_NEAR(cameras[0].focal_px.x, 40, 1e-9);
   EXPECT_EQ(cameras[0].focal_px.x, cameras[0].focal_px.y);
   EXPECT_EQ(cameras[0].center_px, glm::dvec2(19.5, 14.5));
-  // It looks along -z with y up: a point below and before it is below the image centre.
+  // The camera looks along -z with y up: a point below the axis appears below the image centre.
   const glm::dvec3 seen = cameras[0].view_from_world * glm::dvec4(5, 4, 3, 1);
   EXPECT_LT(glm::distance(seen, glm::dvec3(0, 2, 4)), 1e-12);
   std::filesystem::remove(folder / "r_0.png");
@@ -267,7 +268,7 @@ TEST(CameraFormats, colmap_binary_that_claims_too_much_is_an_error) {
   std::string images = colmap_binary_images(cameras);
   const TemporaryFolder folder;
   write(folder / "cameras.bin", lenses);
-  // 2^61 + 1 points of 24 bytes are 24 bytes in 64 bits, and those are there.
+  // The bytes of 2^61 + 1 points overflow to 24 bytes in 64 bits, and the file has that many.
   const std::uint64_t points = (std::uint64_t{1} << 61) + 1;
   images.replace(images.size() - 8, 8, reinterpret_cast<const char*>(&points), 8);
   images.append(24, 'x');

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the corpus has no file for: SH of degree 4.
+// A case that is not in the corpus: SH of degree 4.
 #include "io/scene/compressed_ply.h"
 
 #include <string>
@@ -10,6 +10,7 @@
 
 #include "io/scene/writer.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -24,7 +25,8 @@ constexpr std::size_t kCount = 20, kDegree3 = 15, kDegree4 = 24;  // values per 
 Scene read(const std::vector<std::byte>& bytes) {
   Scene scene;
   scene.path = "test.compressed.ply";
-  read_compressed_ply(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_compressed_ply(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 
@@ -34,7 +36,7 @@ std::vector<std::byte> written() {
   return file_bytes(folder / "a.compressed.ply");
 }
 
-// The same with nine more values per channel.
+// The same file with nine more values per channel.
 std::vector<std::byte> with_degree_4(const std::vector<std::byte>& bytes) {
   std::string file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::string rows = file.substr(file.size() - kCount * 3 * kDegree3);

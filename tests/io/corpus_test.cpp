@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Every file of the corpora, valid and broken, has the outcome that is listed for it.
+// Every file of the corpora, valid or broken, has the outcome listed for it.
 #include "support/corpus.h"
 
 #include <cmath>
@@ -16,6 +16,7 @@
 #include "raster/base/error.h"
 #include "raster/kernel/constants.h"
 #include "support/oracle.h"
+#include "support/scene_files.h"
 #include "support/shared.h"
 
 namespace qs::test {
@@ -121,8 +122,8 @@ void expect_valid_files_read_as_listed(const std::filesystem::path& corpus) {
   EXPECT_GT(read, 10);
 }
 
-// Of `expect` in expected.json: "REJECT ...", "ACCEPT ...", "EITHER ..." and "A or B". Returns the
-// bytes of the scene, 0 when there is none.
+// Checks `expect` of expected.json: "REJECT ...", "ACCEPT ...", "EITHER ..." or "A or B". Returns
+// the bytes of the scene, 0 if it was refused.
 std::size_t expect_listed_outcome(const CorpusFile& file) {
   std::size_t decoded = 0;
   const auto expect = file.expected.at("expect").get<std::string>();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Cut-off and changed files end in a scene or an Error within the limits of io/limits.h, nothing
-// else: no crash, no hang, no read beyond the end (run with the asan preset).
+// Truncated and changed files lead to a scene or an Error within the limits of io/limits.h: no
+// crash, no hang, and under the asan preset no read beyond the end.
 #include <algorithm>
 #include <cstring>
 #include <functional>
@@ -16,6 +16,7 @@
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -24,8 +25,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// What may come of damaged files: a scene of at most `max_count` Gaussians, or an Error about
-// `path`.
+// The allowed outcomes: a scene of at most `max_count` Gaussians, or an Error that names `path`.
 void expect_sound(const std::filesystem::path& path, std::size_t max_count,
                   const std::function<Scene()>& read) {
   expect_within_limits([&]() -> std::size_t {
@@ -41,14 +41,15 @@ void expect_sound(const std::filesystem::path& path, std::size_t max_count,
   });
 }
 
-// `bytes` have exactly their own size: the address sanitizer sees every read beyond the end.
+// `bytes` has exactly its own size, so AddressSanitizer detects every read beyond the end.
 void expect_sound(const Bytes& bytes) {
   for (const ReaderRow& reader : readers()) {
     if (!reader.recognises(bytes, "damaged")) continue;
     expect_sound("damaged: ", bytes.size() * 1032, [&] {
       Scene scene;
       scene.path = "damaged";
-      reader.read(bytes, scene.path, {}, scene);
+      ThreadPool pool(1);
+      reader.read(bytes, scene.path, pool, {}, scene);
       return scene;
     });
   }
@@ -60,7 +61,7 @@ void expect_sound_scene(const std::filesystem::path& path, std::size_t max_count
 
 Bytes pass_through(const Bytes& bytes) { return bytes; }
 
-// `repack` turns the damaged bytes into a file, so that damage reaches below a checksum.
+// `repack` makes a file of the damaged bytes, to damage data below a checksum.
 void expect_damage_is_survived(const Bytes& bytes, Bytes (*repack)(const Bytes&) = pass_through) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     SCOPED_TRACE("cut to " + std::to_string(size));
@@ -92,7 +93,8 @@ TEST(Damage, ply_with_lists_survives) {
   const Bytes bytes = to_bytes(header + row + row + row);
   expect_damage_is_survived(bytes);
   Scene scene;
-  readers()[0].read(bytes, "ascii", {}, scene);
+  ThreadPool pool(2);
+  readers()[0].read(bytes, "ascii", pool, {}, scene);
   EXPECT_EQ(scene.cloud.size(), 3u);
   EXPECT_EQ(scene.cloud.positions[2], glm::vec3(0.5f, 1, 2));
 }
@@ -149,7 +151,8 @@ TEST(Damage, ksplat_survives) {
   put(kHeaders, 2u);
   for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(kHeaders + at, 1.0f);
   Scene scene;
-  read_ksplat(bytes, "damaged", {}, scene);
+  ThreadPool pool(2);
+  read_ksplat(bytes, "damaged", pool, {}, scene);
   EXPECT_EQ(scene.cloud.size(), 5u);
   expect_damage_is_survived(bytes);
   // The section's header lies beyond the first 512 bytes.
@@ -179,7 +182,7 @@ TEST(Damage, sog_folder_survives) {
       write_bytes(entry.path(), damaged);
       expect_sound_scene(scene_file, 16000 * 8);
     };
-    const bool is_text = entry.path() == scene_file;  // pictures guard themselves
+    const bool is_text = entry.path() == scene_file;  // pictures have checksums
     for (std::size_t at = 0; at < std::min<std::size_t>(bytes.size(), 512); at += is_text ? 1 : 8) {
       read(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(at)), at);
       Bytes damaged = bytes;

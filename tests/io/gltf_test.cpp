@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the corpus has no small file for: node transforms, the draft's logarithms, quantised
-// numbers, repeated meshes.
+// Cases that are not in the corpus: node transforms, the draft's logarithms, quantised values,
+// repeated meshes.
 #include "io/scene/gltf.h"
 
 #include <cmath>
@@ -15,6 +15,7 @@
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/glb.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -38,7 +39,8 @@ Scene read(const Glb& glb) {
   const auto bytes = make_glb(glb);
   Scene scene;
   scene.path = "test.glb";
-  read_gltf(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_gltf(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

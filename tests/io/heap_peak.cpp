@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Counts the heap: malloc and its relatives are replaced by ones that count and pass on to glibc's.
-// Sanitizers replace malloc themselves and have hooks for this.
+// Measures heap use: malloc and its relatives are replaced by functions that count and call
+// glibc's. Sanitizers replace malloc themselves and offer hooks instead.
 #include <atomic>
 #include <cerrno>
 
@@ -11,7 +11,7 @@
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define QS_SANITIZED 1
-// As in <sanitizer/allocator_interface.h>, which Debian's GCC comes without.
+// As in <sanitizer/allocator_interface.h>, which Debian's GCC does not include.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
                                                                              std::size_t),
                                                          void (*free_hook)(const volatile void*));
@@ -78,7 +78,7 @@ void free(void* memory) {
 void* realloc(void* memory, std::size_t bytes) {
   const std::size_t before = malloc_usable_size(memory);
   void* const moved = __libc_realloc(memory, bytes);
-  if (moved == nullptr && bytes > 0) return nullptr;  // `memory` lives on
+  if (moved == nullptr && bytes > 0) return nullptr;  // `memory` is still valid
   remove(before);
   return counted(moved);
 }

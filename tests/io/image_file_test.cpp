@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/picture/image_file.h"
 
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -9,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/picture/picture_formats.h"
 #include "raster/base/error.h"
 #include "support/temporary_folder.h"
 
@@ -184,6 +186,24 @@ TEST_F(ImageFile, a_failed_write_keeps_the_old_file) {
   write_content(folder_ / "picture.ppm", "old");
   EXPECT_THROW(write_image(random_image(2, 2, 2), folder_ / "picture.ppm"), Error);
   EXPECT_EQ(content_of(folder_ / "picture.ppm"), "old");
+}
+
+TEST_F(ImageFile, encoding_to_memory_gives_the_bytes_of_the_file) {
+  const Image image = random_image(13, 7, 3);
+  const ImageMetadata metadata = {{"key", "value"}, {"umlaut", "\xc3\xa4"}};
+  write_image(image, folder_ / "a.png", metadata);
+  EXPECT_EQ(encode_png(image, metadata), content_of(folder_ / "a.png"));
+}
+
+TEST_F(ImageFile, sizes_are_accepted_up_to_their_limits) {
+  EXPECT_NO_THROW(check_picture_size("a", 65535, 1, 4));
+  EXPECT_NO_THROW(check_picture_size("a", 1, 65535, 1));
+  EXPECT_NO_THROW(check_picture_size("a", 32768, 16384, 1));  // 2^29 values
+  EXPECT_THROW(check_picture_size("a", 32768, 16385, 1), Error);
+  for (const auto& [width, height, channels] :
+       {std::array{65536, 1, 1}, {1, 65536, 1}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}, {1, 1, 5}}) {
+    EXPECT_THROW(check_picture_size("a", width, height, channels), Error);
+  }
 }
 
 }  // namespace

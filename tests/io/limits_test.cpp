@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The watch over the heap sees what it has to see; otherwise Damage.* and Corpus.* could not fail.
+// Checks that the measurement of the heap works; otherwise Damage.* and Corpus.* could never fail.
 #include "io/limits.h"
 
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 
-// Compilers leave out memory that nobody looks at.
+// Prevents the compiler from removing unused allocations.
 template <class T>
 T* used(T* memory) {
   asm volatile("" : "+r"(memory) : : "memory");
@@ -56,7 +56,7 @@ TEST(Limits, heap_of_libraries_is_counted) {
   const auto picture = file_bytes(committed_corpus() / "valid/sog_v1_folder/sh0.webp");
   const HeapPeak peak;
   const std::size_t pixels = decode_webp(picture, "picture").size();
-  EXPECT_GT(peak.bytes(), pixels + pixels / 2);  // libwebp keeps the pixels once more
+  EXPECT_GT(peak.bytes(), pixels + pixels / 2);  // libwebp holds a second copy of the pixels
 }
 
 TEST(Limits, more_than_a_gibibyte_beyond_the_scene_fails) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Variants of .ply that the corpus does not have, written here byte by byte.
+// Variants of .ply that are not in the corpus, written here byte by byte.
 #include "io/scene/ply.h"
 
 #include <algorithm>
@@ -63,7 +63,8 @@ Scene read(const std::string& text) {
   const auto bytes = to_bytes(text);
   Scene scene;
   scene.path = "test.ply";
-  read_ply(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_ply(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// From a path to the right reader: model directories, recognition by content, and what is said
-// about everything that is no splat file.
+// Choice of the reader for a path: model directories, recognition by content, and messages about
+// files that are not splat files.
 #include "io/scene/reader.h"
 
+#include <iterator>
 #include <stop_token>
 #include <string>
 
@@ -13,6 +14,7 @@
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -75,7 +77,7 @@ TEST(Reader, content_decides_over_the_extension) {
   EXPECT_EQ(read_scene(folder / "c.PLY").format, "compressed.ply, binary little endian");
 }
 
-TEST(Reader, what_is_no_splat_file_is_said_in_one_sentence) {
+TEST(Reader, files_without_splats_get_a_message_of_one_sentence) {
   const TemporaryFolder folder;
   write_bytes(folder / "empty.ply", {});
   write_bytes(folder / "notes.txt", to_bytes("some text"));
@@ -126,6 +128,26 @@ TEST(Reader, sog_names_that_leave_the_folder_are_refused) {
   std::filesystem::remove(folder / "inner/meta.json");
   write_bytes(folder / "inner/meta.json", to_bytes(meta));
   EXPECT_THAT(error_of(folder / "inner/meta.json"), HasSubstr("unsafe file name"));
+}
+
+std::ptrdiff_t threads_of_this_process() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+}
+
+TEST(Reader, readers_and_writers_start_no_threads) {
+  const TemporaryFolder folder;
+  ThreadPool pool(1);
+  const std::ptrdiff_t before = threads_of_this_process();
+  const Progress progress{[&](float) { EXPECT_EQ(threads_of_this_process(), before); }, {}};
+  for (const CorpusFile& file : corpus_files(committed_corpus())) {
+    SCOPED_TRACE(file.name);
+    if (file.valid()) qs::read_scene(file.path, pool, {.progress = progress});
+  }
+  for (const WriterRow& writer : writers()) {
+    SCOPED_TRACE(writer.name);
+    const auto path = folder / (std::string("a") + writer.extension);
+    qs::write_scene(random_cloud(40000, 1, 1), path, pool, progress, writer.name);
+  }
 }
 
 TEST(Reader, stopping_cancels) {

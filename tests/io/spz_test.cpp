@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the corpus has no file for: .spz version 1, SH degree 4, every coordinate system.
+// Cases that are not in the corpus: .spz version 1, SH degree 4, every coordinate system.
 #include "io/scene/spz.h"
 
 #include <string>
@@ -29,7 +29,8 @@ std::string header(char version, char sh_degree, char fractional_bits, char flag
 Scene read(const std::vector<std::byte>& bytes) {
   Scene scene;
   scene.path = "test.spz";
-  read_spz(bytes, scene.path, {}, scene);
+  ThreadPool pool(2);
+  read_spz(bytes, scene.path, pool, {}, scene);
   return scene;
 }
 

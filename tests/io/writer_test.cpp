@@ -18,6 +18,7 @@
 #include "io/scene/sh_degree.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
 
@@ -75,7 +76,7 @@ TEST(Writer, every_row_of_the_table_writes_a_file_that_is_read_again) {
   }
 }
 
-// Largest errors that a format's steps allow for ordinary_cloud().
+// Largest errors that a format's quantisation allows for ordinary_cloud().
 struct Precision {
   const char* format;
   double position, log_scale, degrees, opacity, dc, sh;
@@ -89,7 +90,7 @@ constexpr Precision kPrecisions[] = {
     {"glb", 0, 1e-6, 0.1, 1e-6, 0, 0},
 };
 
-// Values that every format can hold.
+// Values in the range that every format stores.
 GaussianCloud ordinary_cloud(std::size_t count, int sh_degree) {
   std::mt19937 engine(11);
   const auto number = [&engine](float low, float high) {
@@ -198,34 +199,6 @@ TEST(Writer, antialiased_training_is_kept_where_the_format_can) {
     write_scene(cloud, folder / name);
     EXPECT_TRUE(read_scene(folder / name).cloud.antialiased) << name;
   }
-}
-
-TEST(CloudOrder, the_largest_are_kept_in_their_order) {
-  GaussianCloud cloud = ordinary_cloud(5, 0);
-  const float sizes[] = {-3, -1, -5, -2, -4};
-  for (std::size_t i = 0; i < 5; ++i) {
-    cloud.log_scales[i] = glm::vec3(sizes[i], sizes[i], -INFINITY);  // flat
-    cloud.opacity_logits[i] = 0;
-  }
-  cloud.opacity_logits[1] = -INFINITY;
-  const GaussianCloud kept = keep_largest(cloud, 2);
-  ASSERT_EQ(kept.size(), 2u);
-  EXPECT_EQ(kept.positions[0], cloud.positions[0]);
-  EXPECT_EQ(kept.positions[1], cloud.positions[3]);
-  EXPECT_EQ(keep_largest(cloud, 99).size(), 5u);
-}
-
-TEST(CloudOrder, neighbours_on_the_curve_are_neighbours_in_space) {
-  const GaussianCloud cloud = ordinary_cloud(4000, 0);
-  const GaussianCloud sorted = select(cloud, morton_order(cloud));
-  const auto mean_step = [](const GaussianCloud& of) {
-    double sum = 0;
-    for (std::size_t i = 1; i < of.size(); ++i) {
-      sum += glm::distance(of.positions[i], of.positions[i - 1]);
-    }
-    return sum / static_cast<double>(of.size());
-  };
-  EXPECT_LT(mean_step(sorted), 0.3 * mean_step(cloud));
 }
 
 TEST(Writer, properties_are_in_the_order_of_the_original_trainer) {

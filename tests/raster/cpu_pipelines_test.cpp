@@ -15,6 +15,7 @@
 #include "raster/kernel/composite.h"
 #include "support/gpu.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -93,7 +94,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
 
 TEST_P(CpuPipeline, decide_and_draw_alike_on_the_bundled_scene) {
   const auto renderer = make_renderer(Backend::cpu, test::pool());
-  renderer->upload(read_scene(test::source_path("assets/plush.ply")).cloud, {});
+  renderer->upload(test::read_scene(test::source_path("assets/plush.ply")).cloud, {});
   const auto cameras = read_cameras(test::source_path("assets/cameras.json"));
   for (const char* mode : {"3dgs", "quadbox", "exact"}) {
     RenderSettings settings;

@@ -3,6 +3,7 @@
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "support/gpu.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -99,7 +100,7 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
 }
 
 TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu_on_the_bundled_scene) {
-  const GaussianCloud cloud = read_scene(test::source_path("assets/plush.ply")).cloud;
+  const GaussianCloud cloud = test::read_scene(test::source_path("assets/plush.ply")).cloud;
   const Camera camera =
       read_cameras(test::source_path("assets/cameras.json")).front().resized(80, 60);
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);

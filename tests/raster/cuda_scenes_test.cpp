@@ -11,6 +11,7 @@
 #include "io/scene/reader.h"
 #include "support/gpu.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -27,7 +28,7 @@ struct Pair {
     static std::map<std::string, Pair> pairs;
     Pair& pair = pairs[scene];
     if (!pair.gpu) {
-      const GaussianCloud cloud = read_scene(test::shared_path(scene)).cloud;
+      const GaussianCloud cloud = test::read_scene(test::shared_path(scene)).cloud;
       pair.cpu = make_renderer(Backend::cpu, test::pool());
       pair.gpu = make_renderer(Backend::cuda, test::pool());
       pair.cpu->upload(cloud, {});
@@ -131,7 +132,7 @@ TEST_P(CudaScenes, draw_the_published_images) {
 TEST_P(CudaScenes, are_within_80_db_of_the_reference_between_the_steps_of_storage_too) {
   QS_NEEDS_SHARED("scenes/plush.spz");
   const GaussianCloud noisy =
-      test::with_storage_noise(read_scene(test::shared_path("scenes/plush.spz")).cloud, 2026);
+      test::with_storage_noise(test::read_scene(test::shared_path("scenes/plush.spz")).cloud, 2026);
   const auto cpu = renderer_of(Backend::cpu, noisy), gpu = renderer_of(Backend::cuda, noisy);
   double worst = 1000;
   for (const std::size_t index : {0u, 16u, 32u, 48u, 64u, 88u}) {

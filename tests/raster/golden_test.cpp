@@ -13,6 +13,7 @@
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/shared.h"
 
 namespace qs {
@@ -28,7 +29,7 @@ Renderer& renderer_of(const std::filesystem::path& scene) {
   auto& renderer = renderers[scene];
   if (!renderer) {
     renderer = make_renderer(Backend::cpu, test::pool());
-    renderer->upload(read_scene(scene).cloud, {});
+    renderer->upload(test::read_scene(scene).cloud, {});
   }
   return *renderer;
 }

@@ -6,6 +6,7 @@
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -95,7 +96,7 @@ TEST(UsedPairs, sum_up_in_the_statistics_and_are_at_most_the_listed_ones) {
 
 TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
   QS_NEEDS_SHARED("scenes/plush.spz");
-  const GaussianCloud cloud = read_scene(test::shared_path("scenes/plush.spz")).cloud;
+  const GaussianCloud cloud = test::read_scene(test::shared_path("scenes/plush.spz")).cloud;
   const Camera camera = read_cameras(test::shared_path("scenes/plush/cameras.json")).front();
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(cloud, {});

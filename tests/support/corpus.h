@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Splat files for tests of readers, with their expected contents: those in tests/data/corpus and
-// the larger corpus of the shared folder.
+// The splat files for tests of readers: those in tests/data/corpus and the larger corpus of the
+// shared folder, each with its expected outcome.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct CorpusFile {
 
 std::filesystem::path committed_corpus();
 
-/// The files of a corpus folder, and its subfolders that are one scene each.
+/// The files of a corpus folder, and the subfolders that are one scene.
 std::vector<CorpusFile> corpus_files(const std::filesystem::path& folder);
 
 std::vector<std::byte> file_bytes(const std::filesystem::path& path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Splits a .glb and assembles one, for tests that change its JSON.
+// Splits a .glb and builds one, for tests that change its JSON.
 #pragma once
 
 #include <cstddef>

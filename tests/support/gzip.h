@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Compresses and decompresses bytes for tests of readers.
+// Compresses and decompresses bytes for tests of readers that inflate.
 #pragma once
 
 #include <zlib.h>
@@ -29,7 +29,7 @@ Bytes gzip(const Bytes& plain, int level) {
   return packed;
 }
 
-/// The contents of the gzip member `packed`, at most 1 MiB.
+/// The content of the gzip member `packed`, at most 1 MiB.
 template <class Bytes>
 Bytes gunzip(const Bytes& packed) {
   z_stream stream{};

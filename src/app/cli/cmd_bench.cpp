@@ -43,8 +43,9 @@ std::vector<int> parse_indices(const std::string& text) {
 
 int run_load_bench(const BenchCommand& command) {
   std::vector<LoadTimes> rows;
+  ThreadPool pool(command.frame.threads);
   for (const std::filesystem::path& path : command.scenes) {
-    rows.push_back(measure_loading(path, std::max(command.plan.rounds, 5)));
+    rows.push_back(measure_loading(path, pool, std::max(command.plan.rounds, 5)));
   }
   fmt::print("{}", format_load_times(rows));
   return kExitOk;

@@ -36,14 +36,15 @@ std::vector<std::string> written(const char* WriterRow::*column) {
 }
 
 int run(const ConvertCommand& command) {
-  Scene scene = load_scene(command.input, -1, command.axes);
+  ThreadPool pool(0);
+  Scene scene = load_scene(command.input, pool, -1, command.axes);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
   if (command.largest > 0) {
     scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(command.largest));
   }
   const WriterRow& format = [&]() -> const WriterRow& {
     ProgressBar bar("writing");
-    return write_scene(scene.cloud, command.output, bar.progress(), command.format);
+    return write_scene(scene.cloud, command.output, pool, bar.progress(), command.format);
   }();
   std::error_code error;
   const auto bytes = std::filesystem::file_size(command.output, error);

@@ -21,8 +21,9 @@ struct InfoCommand {
 
 int run(const InfoCommand& command) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  ThreadPool pool(0);
   for (const std::filesystem::path& file : command.files) {
-    const Scene scene = load_scene(file, -1, command.axes);
+    const Scene scene = load_scene(file, pool, -1, command.axes);
     const SceneReport report = make_report(scene.cloud);
     if (command.json) {
       list.push_back(report_json(scene, report));

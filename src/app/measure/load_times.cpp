@@ -56,12 +56,12 @@ bool is_gzip_file(const std::filesystem::path& path) { return is_gzip(MappedFile
 
 }  // namespace
 
-LoadTimes measure_loading(const std::filesystem::path& path, int rounds) {
+LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds) {
   LoadTimes times;
   std::vector<double> total, unpack, fill, copy, inflate;
   for (int round = 0; round <= rounds; ++round) {
     Scene scene;
-    const double read_ms = milliseconds([&] { scene = read_scene(path); });
+    const double read_ms = milliseconds([&] { scene = read_scene(path, pool); });
     times.file = path.filename().string();
     times.format = scene.format;
     times.gaussians = scene.cloud.size();

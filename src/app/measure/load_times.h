@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "raster/base/parallel.h"
+
 namespace qs {
 
 /// Medians over the rounds in milliseconds, with a warm page cache.
@@ -23,7 +25,7 @@ struct LoadTimes {
 };
 
 /// Reads `path` rounds + 1 times; the first is a warm-up. Throws Error.
-LoadTimes measure_loading(const std::filesystem::path& path, int rounds);
+LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds);
 
 /// A Markdown table.
 std::string format_load_times(const std::vector<LoadTimes>& rows);

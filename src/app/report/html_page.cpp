@@ -2,12 +2,11 @@
 #include "app/report/html_page.h"
 
 #include <cctype>
-#include <cstdint>
 
 #include <fmt/format.h>
 
 #include "app/picture/palette.h"
-#include "app/report/work_folder.h"
+#include "io/bytes/base64.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
 
@@ -53,21 +52,6 @@ std::string html_escaped(const std::string& text) {
   return result;
 }
 
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string result;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      word = word << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      result += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return result;
-}
-
 void HtmlPage::heading(const std::string& text) {
   body_ += fmt::format("<h2>{}</h2>\n", html_escaped(text));
 }
@@ -95,9 +79,7 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
 }
 
 void HtmlPage::picture(const Image& image, const std::string& caption, bool half) {
-  const WorkFolder folder;
-  write_image(image, folder.path() / "picture.png", {});
-  picture_file(folder.path() / "picture.png", caption, half);
+  figure(encode_png(image), caption, half);
 }
 
 void HtmlPage::picture_file(const std::filesystem::path& png, const std::string& caption,

@@ -14,8 +14,6 @@ namespace qs {
 /// Escapes <, >, & and double quotes.
 std::string html_escaped(const std::string& text);
 
-std::string base64(const std::string& bytes);
-
 class HtmlPage {
  public:
   explicit HtmlPage(std::string title) : title_(std::move(title)) {}

@@ -55,13 +55,14 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
   return {scene, &scene->cloud};
 }
 
-Scene load_scene(const std::filesystem::path& path, int iteration, const std::string& axes) {
+Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration,
+                 const std::string& axes) {
   ProgressBar bar("reading");
   ReadOptions options;
   options.iteration = iteration;
   options.axes = axes;
   options.progress = bar.progress();
-  Scene scene = read_scene(path, options);
+  Scene scene = read_scene(path, pool, options);
   for (const std::string& warning : scene.warnings) warn("warning: " + warning);
   return scene;
 }
@@ -71,7 +72,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
   session.device = frame.device;
-  Scene scene = load_scene(frame.scene, frame.iteration, frame.axes);
+  Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
   session.renderer = upload(session, session.backend, {});

@@ -70,7 +70,7 @@ Image reference_image(Session& session, const Camera& camera);
 std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene);
 
 /// Reads a scene with a progress bar; warnings go to stderr. Parameters as in FrameOptions.
-Scene load_scene(const std::filesystem::path& path, int iteration = -1,
+Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration = -1,
                  const std::string& axes = {});
 
 /// Prints "quadsplat: SENTENCE" to stderr unless it is empty.

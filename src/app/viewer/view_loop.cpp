@@ -31,7 +31,7 @@ class ViewLoop final : public Host {
       : options_(options),
         store_(initial_viewer(options, first_size_)),
         window_(first_size_),
-        loader_(Window::wake) {
+        loader_(Window::wake, options.frame.threads) {
     if (options.script) script_ = ScriptPlayer(*options.script);
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);

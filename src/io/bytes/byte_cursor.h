@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Reading numbers from bytes that anybody may have written. Every read is checked against the bytes
-// left, in 64 bits; loads work at any alignment. Files are little-endian unless said otherwise, and
-// so is every machine this program runs on.
+// Reads numbers from untrusted bytes. Every read is checked against the bytes left, in 64 bits;
+// loads work at any alignment. Files are little-endian unless documented otherwise, as is every
+// machine this program runs on.
 #pragma once
 
 #include <bit>
@@ -32,7 +32,7 @@ constexpr bool fits(std::uint64_t count, std::uint64_t item_bytes, std::uint64_t
   return item_bytes == 0 || count <= available / item_bytes;
 }
 
-/// Walks through `bytes` from the front. Messages begin with `source` and name what was read.
+/// Reads `bytes` from the front. Messages begin with `source` and name the value that was read.
 class ByteCursor {
  public:
   ByteCursor(std::span<const std::byte> bytes, std::string source)

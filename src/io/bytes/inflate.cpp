@@ -10,14 +10,14 @@
 namespace qs {
 namespace {
 
-// zlib counts in 32 bits; files are longer.
+// zlib counts in 32 bits, and files may be longer.
 constexpr std::size_t kPiece = 1u << 30;
 
 }  // namespace
 
 Inflater::Inflater(std::span<const std::byte> compressed, std::string source)
     : compressed_(compressed), source_(std::move(source)) {
-  constexpr int kGzipWindow = 15 + 16;  // 32 KiB, and a gzip header is expected
+  constexpr int kGzipWindow = 15 + 16;  // a window of 32 KiB, with a gzip header
   if (inflateInit2(&stream_, kGzipWindow) != Z_OK) throw std::bad_alloc();
 }
 

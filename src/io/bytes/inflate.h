@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Takes a gzip member apart into buffers whose sizes the caller has decided on: a small file can
-// never make this program hold more than it asked for. The checksum is verified at the end.
+// Decompresses a gzip member into buffers of sizes that the caller chose, so that a small file
+// cannot make the program allocate more than the caller allows. The checksum is verified at the
+// end.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +14,7 @@
 
 namespace qs {
 
-/// Deflate never expands data by more than this; a claim beyond it is a lie.
+/// The highest compression ratio of deflate; a header that implies more is wrong.
 constexpr std::uint64_t kMaxInflation = 1032;
 
 class Inflater {
@@ -24,19 +25,19 @@ class Inflater {
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  /// Fills `out` as far as the member goes and returns the number of bytes. Throws Error(input)
-  /// when the data is damaged or ends before the member does.
+  /// Fills `out` up to the end of the member and returns the number of bytes. Throws Error(input)
+  /// if the data is damaged or ends before the member does.
   std::size_t read(std::span<std::byte> out);
 
-  /// The same without throwing: stops where the data is damaged. problem() then is not empty.
+  /// The same without throwing: stops where the data is damaged, and problem() is not empty.
   std::size_t try_read(std::span<std::byte> out);
   const std::string& problem() const { return problem_; }
 
-  /// Compressed bytes that were not needed so far.
+  /// Compressed bytes that were not consumed so far.
   std::uint64_t left() const { return compressed_.size() + stream_.avail_in; }
 
  private:
-  std::span<const std::byte> compressed_;  // not handed to zlib yet
+  std::span<const std::byte> compressed_;  // not passed to zlib yet
   std::string source_;
   z_stream stream_{};
   bool ended_ = false;

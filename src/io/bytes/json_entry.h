@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads fields of one JSON object that anybody may have written. `where` names file and record;
-// every complaint is one sentence "where: key ..." and an Error(input). Numbers are finite.
+// Reads fields of one untrusted JSON object. `where` names file and record; every error is one
+// sentence "where: key ..." as Error(input). Numbers are finite.
 #pragma once
 
 #include <cmath>
@@ -40,7 +40,7 @@ struct JsonEntry {
     return value;
   }
 
-  /// Pixels of a picture's side.
+  /// Width or height of a picture, pixels.
   int side(const char* key) const {
     constexpr int kMaxSide = 65535;
     const double value = number(get(key), key);

@@ -17,7 +17,7 @@ constexpr int kMaxDepth = 64;
 
 struct Shape {
   int depth = 0;           // deepest nesting of brackets
-  std::size_t values = 0;  // at least as many as there are: commas and opening brackets
+  std::size_t values = 0;  // an upper bound: commas and opening brackets
 };
 
 Shape shape_of(std::string_view text) {

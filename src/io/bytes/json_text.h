@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// JSON from files that anybody may have written: size and nesting are limited, and what is wrong is
-// said in one sentence.
+// Parses untrusted JSON: size and nesting are limited, and errors are one sentence.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +12,7 @@
 
 namespace qs {
 
-/// Most values that a file is allowed to have unless its reader says otherwise; each takes 16 bytes
-/// and more.
+/// The default limit of values in a file; each takes at least 16 bytes of memory.
 inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 25;
 
 /// Throws Error(input) "source: not valid JSON: ..." for damaged text, more than 64 nested levels

@@ -24,7 +24,7 @@ struct Descriptor {
 }  // namespace
 
 MappedFile::MappedFile(const std::filesystem::path& path) {
-  // O_NONBLOCK: opening a named pipe must not wait for a writer.
+  // O_NONBLOCK: opening a named pipe must not block until it has a writer.
   const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.number < 0) fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
   struct stat status = {};
@@ -36,7 +36,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   void* const memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number, 0);
   if (memory == MAP_FAILED) fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
   content_ = {static_cast<const std::byte*>(memory), size};
-  madvise(memory, size, MADV_WILLNEED);  // advice only: starts reading ahead from a slow disk
+  madvise(memory, size, MADV_WILLNEED);  // only a hint: starts reading ahead
 }
 
 MappedFile::~MappedFile() {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A file's content as memory, read-only and without a copy. The content must not shrink while it is
-// mapped: another program that truncates the file in that moment ends this one (SIGBUS), which is
-// the price of not copying a gigabyte.
+// Maps a file into memory, read-only. The file must not shrink while it is mapped: if another
+// program truncates it, this program is killed (SIGBUS). That is the price of not copying
+// gigabytes.
 #pragma once
 
 #include <cstddef>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Where the running program lies, so that an installed tree can be moved anywhere.
+// Finds the folder of the running program, so that an installed tree can be moved.
 #pragma once
 
 #include <filesystem>
 
 namespace qs {
 
-/// Folder of the executable; empty when the system does not tell.
+/// Folder of the executable; empty if the system does not report it.
 std::filesystem::path program_folder();
 
 }  // namespace qs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes a file so that it appears whole or not at all: the content goes to a hidden temporary file
-// in the same folder, with the same extension, which is renamed at the end and removed when
-// anything fails.
+// Writes a file so that it appears whole or not at all: the content is written to a hidden
+// temporary file in the same folder with the same extension, which is renamed at the end, and
+// removed on failure.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace qs {
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// The same for a binary stream: throws Error(input) also when it cannot be opened or the disk is
+/// The same for a binary stream. Also throws Error(input) if it cannot be opened or the disk is
 /// full.
 void write_file(const std::filesystem::path& path,
                 const std::function<void(std::ostream& stream)>& write);

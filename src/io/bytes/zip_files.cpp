@@ -13,8 +13,8 @@ namespace qs {
 namespace {
 
 constexpr std::int64_t kMaxEntries = 65536;
-// Pictures are compressed already: what is unpacked is little more than the archive, but for the
-// description.
+// Most entries are compressed pictures, so unpacked entries are little larger than the archive,
+// except for the description.
 constexpr std::uint64_t kMaxInflation = 16, kAlwaysAllowed = 8u << 20;
 
 struct Discard {
@@ -62,7 +62,8 @@ class ZipFiles : public FileSource {
     allowed_ -= stat.size;
     const std::unique_ptr<zip_file_t, Close> file(zip_fopen_index(archive_.get(), entry, 0));
     if (!file) fail("{}: {}: {}", path_, full, zip_strerror(archive_.get()));
-    // One byte more than announced shows a lie, and reaching the end checks the sum.
+    // Reading one byte more than announced detects a wrong size, and reaching the end verifies the
+    // checksum.
     Array<std::byte> bytes(stat.size + 1);
     std::uint64_t filled = 0;
     while (filled < bytes.size()) {
@@ -89,7 +90,9 @@ class ZipFiles : public FileSource {
     for (zip_int64_t i = 0; i < entries; ++i) {
       const char* const text = zip_get_name(archive_.get(), static_cast<zip_uint64_t>(i), 0);
       const std::string_view name = text != nullptr ? text : "";
-      if (!name.ends_with(root) || name[name.size() - root.size() - 1] != '/') continue;
+      if (name.size() <= root.size() || !name.ends_with(root) ||
+          name[name.size() - root.size() - 1] != '/')
+        continue;
       prefix_ = name.substr(0, name.size() - root.size());
       ++found;
     }
@@ -99,7 +102,7 @@ class ZipFiles : public FileSource {
 
   std::string path_;
   std::string prefix_;
-  std::uint64_t allowed_;  // bytes to unpack
+  std::uint64_t allowed_;  // bytes that may still be unpacked
   std::unique_ptr<zip_t, Discard> archive_;
 };
 

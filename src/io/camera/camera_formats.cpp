@@ -34,7 +34,7 @@ std::string start_of(const std::filesystem::path& file) {
   return start;
 }
 
-// The file that a folder stands for: the data set's folder, its `sparse`, or one model inside.
+// The file to read for a folder: the data set's folder, its `sparse`, or one model inside.
 std::filesystem::path file_in(const std::filesystem::path& folder) {
   std::error_code error;
   for (const CameraFormat& format : kFormats) {
@@ -60,7 +60,7 @@ std::vector<Camera> read_cameras(const std::filesystem::path& path) {
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
     return row.recognises(file, start);
   });
-  // What nobody recognises is taken for cameras.json, whose reader says what is wrong with it.
+  // An unrecognised file is passed to the reader of cameras.json, whose message says what is wrong.
   return format == kFormats.end() ? read_cameras_json(file) : format->read(file);
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// The formats of dataset cameras that read_cameras() accepts, one row each in camera_formats.cpp.
-// A data set is named by the file in `place`; a folder stands for the first of those files in it.
-// To add a format: write NAME.cpp with a recognise and a read function, declare them here, add the
-// row and a test that reads the same cameras from it and from cameras.json.
+// The formats of dataset cameras that read_cameras() accepts; camera_formats.cpp has one row per
+// format. A data set is identified by the file `place`; for a folder, the first existing one of
+// these files is read. To add a format: write NAME.cpp with a recognise and a read function,
+// declare them here, add the row and a test that reads the same cameras from it and from
+// cameras.json.
 #pragma once
 
 #include <filesystem>
@@ -20,13 +21,13 @@ namespace qs {
 
 struct CameraFormat {
   const char* name;
-  const char* place;  ///< the file that names it, seen from the data set's folder
-  /// Whether `file` is of this format; `start` are its first bytes, at most 4096.
+  const char* place;  ///< the identifying file, relative to the data set's folder
+  /// True if `file` has this format; `start` holds its first bytes, at most 4096.
   bool (*recognises)(const std::filesystem::path& file, std::string_view start);
   std::vector<Camera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
 };
 
-/// In the order in which they are looked for.
+/// In search order.
 std::span<const CameraFormat> camera_formats();
 
 /// INRIA's cameras.json: a list.
@@ -34,7 +35,7 @@ bool recognises_cameras_json(const std::filesystem::path& file, std::string_view
 std::vector<Camera> read_cameras_json(const std::filesystem::path& file);
 
 /// COLMAP's images.bin or images.txt (or cameras.*) with its sibling, sorted by image name because
-/// COLMAP keeps its images in no order.
+/// COLMAP writes images in arbitrary order.
 bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view start);
 bool recognises_colmap_text(const std::filesystem::path& file, std::string_view start);
 std::vector<Camera> read_colmap_binary(const std::filesystem::path& file);
@@ -44,11 +45,11 @@ std::vector<Camera> read_colmap_text(const std::filesystem::path& file);
 bool recognises_transforms_json(const std::filesystem::path& file, std::string_view start);
 std::vector<Camera> read_transforms_json(const std::filesystem::path& file);
 
-/// The name without its ending when that is one of a picture, else the whole name.
+/// The name without its extension if that is one of a picture, else the whole name.
 std::string photograph_name(const std::string& file_name);
 
-/// How far the matrix is from a rotation: the largest deviation of its product with its transpose
-/// from 1, and of its determinant. Files are accepted up to kMaxRotationError.
+/// Deviation of the matrix from a rotation: the largest deviation of its product with its transpose
+/// from the identity, and of its determinant from 1. Files are accepted up to kMaxRotationError.
 double rotation_error(const glm::dmat3& matrix);
 inline constexpr double kMaxRotationError = 1e-3;
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // cameras.json, see cameras.h. Keys beyond INRIA's layout: cx, cy, near, and the exact values
-// "translation" and "center_px", which format_camera() adds because a camera's position and cx are
-// computed from them and lose the last bits. They count only as long as they agree with position
-// and cx, cy, so that editing those by hand does what it looks like.
+// "translation" and "center_px". format_camera() adds these two because computing them from
+// position and cx loses the last bits. They are ignored if they disagree with position and cx, cy,
+// so that editing those by hand works.
 #include "io/camera/cameras.h"
 
 #include <cmath>

@@ -2,8 +2,9 @@
 //
 // Reads dataset cameras: cameras.json, COLMAP (text, binary), transforms.json; see
 // camera_formats.h. cameras.json is INRIA's layout: a list of objects with position (camera
-// centre), rotation (world_from_view, rows), fx, fy, width, height, img_name; the principal point
-// is centred unless cx, cy are given (COLMAP's, pixel corners: our centre is cx - 0.5).
+// centre), rotation (world_from_view, rows), fx, fy, width, height, img_name. The principal point
+// is the picture's centre unless cx, cy are given, which count from pixel corners as in COLMAP: our
+// centre is cx - 0.5.
 #pragma once
 
 #include <filesystem>
@@ -16,12 +17,12 @@
 
 namespace qs {
 
-/// All cameras of a file, or of the one that a folder stands for (a data set, COLMAP's `sparse` or
-/// `sparse/0`), in file order; COLMAP's by name. Throws Error(input) naming file, camera and field.
+/// All cameras of a file or folder (a data set, COLMAP's `sparse` or `sparse/0`), in file order;
+/// COLMAP's by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
-/// cameras.json beside the scene file or in up to three parent folders; else in the same folders
-/// COLMAP's sparse/0, then transforms.json.
+/// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
+/// folders; else, in the same folders, COLMAP's sparse/0, then transforms.json.
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file);
 
 /// One camera from JSON text: an object in the layout of cameras.json. `source` names it in
@@ -31,7 +32,7 @@ Camera parse_camera(std::string_view json, std::string_view source);
 /// The camera as one line of JSON that parse_camera() reads back exactly.
 std::string format_camera(const Camera& camera);
 
-/// Background colour white when the model's cfg_args (same search as cameras.json) says so.
+/// True if the model's cfg_args (searched like cameras.json) requests a white background.
 bool model_wants_white_background(const std::filesystem::path& scene_file);
 
 }  // namespace qs

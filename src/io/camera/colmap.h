@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// What COLMAP's text and binary models have in common: a list of lenses (cameras.*), a list of
-// images that use them (images.*), and how both become our cameras. Lenses must not distort; our
-// principal point is COLMAP's minus 0.5, because its pixels begin, and ours have their centre, at
-// whole coordinates.
+// The parts that COLMAP's text and binary models share: a list of lenses (cameras.*), a list of
+// images that use them (images.*), and the conversion of both to our cameras. Lenses must not
+// distort. Our principal point is COLMAP's minus 0.5: COLMAP counts from pixel corners, we count
+// from pixel centres.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct ColmapModel {
   bool pinhole;  ///< when its distortion is 0
 };
 
-/// Nullptr when there is no such model.
+/// nullptr if there is no such model.
 const ColmapModel* find_colmap_model(int id);
 const ColmapModel* find_colmap_model(std::string_view name);
 

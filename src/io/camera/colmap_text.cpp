@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kSpace = " \t\r";
 
-// One line as words; complaints name file and line.
+// One line, split into words; errors name file and line.
 class Line {
  public:
   Line(std::string_view text, std::string where) : rest_(text), where_(std::move(where)) {
@@ -46,7 +46,7 @@ class Line {
     return value;
   }
 
-  /// What is left, with spaces inside: a file name.
+  /// The rest of the line, which may contain spaces: a file name.
   std::string_view all(const char* what) {
     if (rest_.empty()) fail("{}: {} is missing", where_, what);
     return rest_.substr(0, rest_.find_last_not_of(kSpace) + 1);
@@ -110,7 +110,8 @@ ColmapImage read_image_line(Line& line) {
   return image;
 }
 
-// The second line of an image. Files whose second lines were lost would yield every other image.
+// Skips the second line of an image. If a file had lost these lines, every other image would be
+// skipped silently, so the line is checked.
 void skip_points(Line line) {
   int words = 0;
   for (; !line.empty(); ++words) line.word("a point");

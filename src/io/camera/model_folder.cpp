@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What lies beside a trained model: its cameras and cfg_args, next to the scene file or in one of
-// the three folders above it (MODEL/point_cloud/iteration_N/point_cloud.ply).
+// Finds files of a trained model, cameras and cfg_args: next to the scene file or in one of the
+// three folders above it (MODEL/point_cloud/iteration_N/point_cloud.ply).
 #include <system_error>
 
 #include "io/bytes/json_text.h"

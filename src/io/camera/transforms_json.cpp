@@ -2,8 +2,9 @@
 //
 // NeRF's transforms.json as written for instant-ngp, nerfcontext and the Blender scenes. A frame's
 // transform_matrix is world_from_view by rows, with OpenGL's view axes (x right, y up, z back).
-// Intrinsics stand in the file or, with precedence, in the frame: fl_x, fl_y or camera_angle_x, _y;
-// cx, cy at pixel corners; w, h, or else the size of the first frame's photograph.
+// Intrinsics are given for the file or, with precedence, for the frame: fl_x, fl_y or
+// camera_angle_x, _y; cx, cy from pixel corners; w, h, or else the size of the first frame's
+// photograph.
 #include <cmath>
 
 #include <glm/mat3x3.hpp>
@@ -24,7 +25,7 @@ constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 constexpr double kMaxAngle = 3.1;       // just below pi
 constexpr double kNoDistortion = 1e-6;  // under 0.01 px at the edge of a 10,000 px picture
 
-// A frame's object, laid over the file's: what the frame does not say, the file does.
+// A frame's values, with the file's values as defaults.
 struct FrameEntry {
   const JsonEntry frame, file;
 
@@ -77,7 +78,7 @@ std::filesystem::path photograph_of(const JsonEntry& frame, const std::filesyste
   return file.parent_path() / frame.text("file_path");
 }
 
-// Blender's files do not say how large their photographs are, which are .png without saying so.
+// Blender's files give neither the size of their photographs nor their extension, .png.
 glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& file) {
   std::filesystem::path path = photograph_of(frame, file);
   std::error_code error;
@@ -101,7 +102,7 @@ std::vector<Camera> read_transforms_json(const std::filesystem::path& path) {
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
   std::vector<Camera> cameras;
-  glm::ivec2 size(0);  // of photographs, once one was looked at
+  glm::ivec2 size(0);  // of the photographs; 0 until one is read
   for (const json& object : file["frames"]) {
     const std::string where = fmt::format("{}: frame {}", source, cameras.size());
     if (!object.is_object()) fail("{}: not a JSON object", where);

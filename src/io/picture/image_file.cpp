@@ -2,6 +2,7 @@
 #include "io/picture/image_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cctype>
 #include <system_error>
@@ -13,6 +14,15 @@
 namespace qs {
 namespace {
 
+constexpr std::array kFormats = {
+    PictureFormat{".png", read_png, write_png},
+    PictureFormat{".ppm", read_ppm, write_ppm},
+    PictureFormat{".pfm", read_pfm, write_pfm},
+};
+
+// The fallback for all other extensions.
+constexpr PictureFormat kModule{"", read_with_module, write_with_module};
+
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -20,7 +30,17 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
+const PictureFormat& format_of(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PictureFormat& row) {
+    return extension == row.extension;
+  });
+  return found == kFormats.end() ? kModule : *found;
+}
+
 }  // namespace
+
+std::span<const PictureFormat> picture_formats() { return kFormats; }
 
 void check_picture_size(const std::filesystem::path& path, std::int64_t width, std::int64_t height,
                         std::int64_t channels) {
@@ -42,27 +62,18 @@ Image read_image(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) fail("{}: no such file", path.string());
   if (!std::filesystem::is_regular_file(path, error)) fail("{}: not a file", path.string());
-  const std::string extension = lower_extension(path);
-  if (extension == ".png") return read_png(path);
-  if (extension == ".ppm") return read_ppm(path);
-  if (extension == ".pfm") return read_pfm(path);
-  return read_with_module(path);
+  return format_of(path).read(path);
 }
 
 void write_image(const Image& image, const std::filesystem::path& path,
                  const ImageMetadata& metadata) {
   assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
-  const std::string extension = lower_extension(path);
-  if (extension.empty()) {
+  if (path.extension().empty()) {
     fail(ErrorKind::usage, "{}: the name needs an ending such as .png that tells the format",
          path.string());
   }
   replace_file(path, [&](const std::filesystem::path& temporary) {
-    const PictureTarget target{temporary, path};
-    if (extension == ".png") return write_png(image, target, metadata);
-    if (extension == ".ppm") return write_ppm(image, target);
-    if (extension == ".pfm") return write_pfm(image, target);
-    write_with_module(image, target, metadata);
+    format_of(path).write(image, {temporary, path}, metadata);
   });
 }
 

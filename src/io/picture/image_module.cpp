@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Loads the OpenImageIO module when it is first needed and keeps it for the rest of the process. It
-// is looked for beside the executable (a build tree) and in ../lib/quadsplat (an installed one).
+// Loads the OpenImageIO module on first use and keeps it until the process ends. It is searched
+// beside the executable (a build tree) and in ../lib/quadsplat (an installed one).
 #include <memory>
 #include <string>
 #include <system_error>

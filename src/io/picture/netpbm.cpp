@@ -47,7 +47,7 @@ Header read_header(std::string_view content, const std::filesystem::path& path) 
     word = content.substr(begin, at - begin);
   }
   if (at >= content.size()) fail("{}: the picture's header is incomplete", path.string());
-  header.end = at + 1;  // exactly one white space before the pixels
+  header.end = at + 1;  // exactly one whitespace character precedes the pixels
   return header;
 }
 
@@ -122,7 +122,7 @@ Image read_ppm(const std::filesystem::path& path) {
   return image;
 }
 
-void write_ppm(const Image& image, const PictureTarget& target) {
+void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&) {
   require_opaque(image, target);
   std::ofstream file = open_for_writing(target);
   file << (image.channels == 3 ? "P6\n" : "P5\n") << image.width << ' ' << image.height
@@ -155,7 +155,7 @@ Image read_pfm(const std::filesystem::path& path) {
   return image;
 }
 
-void write_pfm(const Image& image, const PictureTarget& target) {
+void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&) {
   require_opaque(image, target);
   std::ofstream file = open_for_writing(target);
   file << (image.channels == 3 ? "PF\n" : "Pf\n") << image.width << ' ' << image.height

@@ -1,32 +1,43 @@
 // SPDX-License-Identifier: MIT
 //
-// The picture formats that image_file.cpp dispatches to. Readers get a path that exists; writers
-// write to a path that may already be a temporary one, and name `shown` in their messages. Whatever
-// a header claims is checked by check_picture_size() before pixels are allocated.
+// The picture formats behind image_file.h. Readers get a path that exists. Writers may get a
+// temporary path and name `shown` in their messages. Sizes in headers are checked by
+// check_picture_size() before pixels are allocated.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 
 #include "io/picture/image_file.h"
 
 namespace qs {
 
-/// Where to write, and the name of the file that the user asked for.
+/// The path to write to, and the file name that the user gave.
 struct PictureTarget {
   const std::filesystem::path& file;
   const std::filesystem::path& shown;
 };
 
+/// A built-in format; image_file.cpp has one row per format. To add one: write NAME.cpp with both
+/// functions, declare them here, add the row.
+struct PictureFormat {
+  const char* extension;  ///< ".png", lower case
+  Image (*read)(const std::filesystem::path& path);
+  void (*write)(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
+};
+
+std::span<const PictureFormat> picture_formats();
+
 Image read_png(const std::filesystem::path& path);
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
 
 Image read_ppm(const std::filesystem::path& path);
-void write_ppm(const Image& image, const PictureTarget& target);
+void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&);
 Image read_pfm(const std::filesystem::path& path);
-void write_pfm(const Image& image, const PictureTarget& target);
+void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&);
 
-/// Every other format, through the OpenImageIO module.
+/// Every other format, with the OpenImageIO module.
 Image read_with_module(const std::filesystem::path& path);
 void write_with_module(const Image& image, const PictureTarget& target,
                        const ImageMetadata& metadata);

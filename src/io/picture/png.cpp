@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// PNG through libpng. libpng reports errors by longjmp, so every function that calls setjmp here
-// holds no object with a destructor: what must be freed lives in the structs of its caller.
+// PNG with libpng. libpng reports errors by longjmp, so functions that call setjmp have no objects
+// with destructors: resources are owned by structs of their callers.
 #include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -46,12 +47,12 @@ struct Reader {
   ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-// Reads up to the pixels and asks for gray, gray-alpha, RGB or RGBA of 8 bits or 16 bits in host
+// Reads the header and requests gray, gray-alpha, RGB or RGBA in 8 bits, or in 16 bits in host byte
 // order.
 bool read_header(Reader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_init_io(reader.png, file);
-  png_set_user_limits(reader.png, 0x7fffffff, 0x7fffffff);  // check_picture_size() is the judge
+  png_set_user_limits(reader.png, 0x7fffffff, 0x7fffffff);  // check_picture_size() sets the limits
   png_read_info(reader.png, reader.info);
   png_set_expand(reader.png);
   if constexpr (std::endian::native == std::endian::little) png_set_swap(reader.png);
@@ -103,7 +104,7 @@ bool write_all(Writer& writer, std::FILE* file, Pixels& pixels) {
   return true;
 }
 
-// tEXt holds Latin-1, iTXt UTF-8: the plain one is enough for ASCII.
+// tEXt holds Latin-1, iTXt UTF-8. ASCII is stored as tEXt.
 png_text make_text(std::string& key, std::string& value) {
   png_text text{};
   const bool ascii = std::all_of(value.begin(), value.end(), [](char c) { return c >= 0; });
@@ -113,6 +114,22 @@ png_text make_text(std::string& key, std::string& value) {
   text.text_length = ascii ? value.size() : 0;
   text.itxt_length = ascii ? 0 : value.size();
   return text;
+}
+
+// Returns an error message, or an empty string.
+std::string encode(const Image& image, std::FILE* file, const ImageMetadata& metadata) {
+  std::vector<png_byte> bytes(image.values.size());
+  std::transform(image.values.begin(), image.values.end(), bytes.begin(), to_8bit);
+  std::vector<std::pair<std::string, std::string>> entries(metadata.begin(), metadata.end());
+  Pixels pixels{image.width, image.height, image.channels, {}, {}};
+  const std::size_t row_bytes = static_cast<std::size_t>(image.width * image.channels);
+  for (int y = 0; y < image.height; ++y) {
+    pixels.rows.push_back(bytes.data() + static_cast<std::size_t>(y) * row_bytes);
+  }
+  for (auto& [key, value] : entries) pixels.texts.push_back(make_text(key, value));
+  Writer writer;
+  if (!writer.info) throw std::bad_alloc();
+  return write_all(writer, file, pixels) ? "" : writer.message;
 }
 
 }  // namespace
@@ -130,7 +147,7 @@ Image read_png(const std::filesystem::path& path) {
   const int channels = png_get_channels(reader.png, reader.info);
   const bool wide = png_get_bit_depth(reader.png, reader.info) == 16;
   check_picture_size(path, width, height, channels);
-  // deflate expands at most 1,032 times; a 1-bit pixel may have become 32 bits of RGBA.
+  // Deflate expands at most 1,032 times, and a 1-bit pixel may become 32 bits of RGBA.
   const std::uint64_t row_bytes = png_get_rowbytes(reader.png, reader.info);
   if (row_bytes * height / (1032 * 32) > std::filesystem::file_size(path)) {
     fail("{}: claims {} x {} pixels, which its {} bytes cannot hold", path.string(), width, height,
@@ -157,25 +174,24 @@ Image read_png(const std::filesystem::path& path) {
   return image;
 }
 
+std::string encode_png(const Image& image, const ImageMetadata& metadata) {
+  char* bytes = nullptr;
+  std::size_t size = 0;
+  File memory(open_memstream(&bytes, &size));
+  if (!memory) throw std::bad_alloc();
+  const std::string problem = encode(image, memory.get(), metadata);
+  memory.reset();  // completes `bytes` and `size`
+  const std::unique_ptr<char, void (*)(void*)> owner(bytes, std::free);
+  if (!problem.empty()) fail(ErrorKind::device, "a PNG cannot be encoded: {}", problem);
+  return {bytes, size};
+}
+
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata) {
   const File file(std::fopen(target.file.c_str(), "wb"));
   if (!file) fail("{}: cannot be written", target.shown.string());
-  std::vector<png_byte> bytes(image.values.size());
-  std::transform(image.values.begin(), image.values.end(), bytes.begin(), to_8bit);
-  std::vector<std::pair<std::string, std::string>> entries(metadata.begin(), metadata.end());
-  Pixels pixels{image.width, image.height, image.channels, {}, {}};
-  const std::size_t row_bytes = static_cast<std::size_t>(image.width * image.channels);
-  for (int y = 0; y < image.height; ++y) {
-    pixels.rows.push_back(bytes.data() + static_cast<std::size_t>(y) * row_bytes);
-  }
-  for (auto& [key, value] : entries) pixels.texts.push_back(make_text(key, value));
-  Writer writer;
-  if (!writer.info) throw std::bad_alloc();
-  if (!write_all(writer, file.get(), pixels)) {
-    fail("{}: cannot be written: {}", target.shown.string(), writer.message);
-  }
-  if (std::fflush(file.get()) != 0)
-    fail("{}: cannot be written: the disk may be full", target.shown.string());
+  std::string problem = encode(image, file.get(), metadata);
+  if (problem.empty() && std::fflush(file.get()) != 0) problem = "the disk may be full";
+  if (!problem.empty()) fail("{}: cannot be written: {}", target.shown.string(), problem);
 }
 
 }  // namespace qs

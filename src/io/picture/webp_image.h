@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Lossless WebP pictures whose pixels are data, as SOG stores them: straight (not premultiplied)
-// RGBA. Size and kind are read from the header before memory is taken.
+// Decodes lossless WebP pictures whose pixels are data, as SOG stores them: straight (not
+// premultiplied) RGBA. Size and kind are read from the header before anything is allocated.
 #pragma once
 
 #include <cstddef>

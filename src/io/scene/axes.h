@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Moves Gaussians between frames whose axes are parallel, such as SPZ's RUB (x right, y up, z back)
-// and the cloud's RDF: position, rotation and SH together. A change of one sign mirrors the scene;
-// the formulas hold for that as well, because a Gaussian's covariance has no handedness.
+// Converts Gaussians between frames with parallel axes, such as SPZ's RUB (x right, y up, z back)
+// and the cloud's RDF: position, rotation and SH together. Flipping one sign mirrors the scene; the
+// formulas still hold, because a Gaussian's covariance has no handedness.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace qs {
 
-/// +1 or -1 per axis: what a coordinate is multiplied with.
+/// One factor per axis, +1 or -1.
 struct AxisSigns {
   float x = 1, y = 1, z = 1;
 
@@ -25,8 +25,9 @@ constexpr AxisSigns kTurnAboutX{1, -1, -1};
 /// The 180-degree turn about z: glTF's LUF to RDF and back.
 constexpr AxisSigns kTurnAboutZ{-1, -1, 1};
 
-/// Frames whose axes are parallel to the cloud's. The letters tell where x, y and z point: left or
-/// right, down or up, back or forward. In the order of SPZ's coordinate system extension, from 1.
+/// Frames with axes parallel to the cloud's. The letters say where x, y and z point: left or right,
+/// down or up, back or forward. The order is that of SPZ's coordinate system extension, which
+/// counts from 1.
 inline constexpr std::array<std::string_view, 8> kAxes = {"LDB", "RDB", "LUB", "RUB",
                                                           "LDF", "RDF", "LUF", "RUF"};
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Memory for big clouds. With huge pages the kernel hands out the 236 MB of a million Gaussians in
-// 2 MiB pieces; with 4 KiB pages the faults take about as long as reading the file.
+// Memory for large clouds. With huge pages the kernel hands out the 236 MB of a million Gaussians
+// in 2 MiB pages; faulting them in as 4 KiB pages takes about as long as reading the file.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,11 @@
 
 namespace qs {
 
-/// Asks for huge pages for memory that was not touched yet. Advice: nothing depends on it.
+/// Advises the kernel to use huge pages for memory that was not touched yet. Nothing depends on it.
 void prefer_huge_pages(void* memory, std::size_t bytes);
 
-/// A cloud of `count` uninitialised Gaussians. The caller has checked `count` against real bytes.
+/// A cloud of `count` uninitialised Gaussians. The caller has checked `count` against the file's
+/// size.
 GaussianCloud make_cloud(std::size_t count, int sh_degree);
 
 }  // namespace qs

@@ -10,6 +10,7 @@
 
 #include "io/scene/quantised.h"
 #include "raster/base/morton.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
@@ -46,7 +47,7 @@ std::vector<std::uint32_t> morton_order(const GaussianCloud& cloud) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const glm::dvec3 t = (glm::dvec3(cloud.positions[i]) - low) /
                          glm::max(high - low, glm::dvec3(std::numeric_limits<double>::min()));
-    const auto cell = [&t](int axis) { return whole(t[axis] * 0x1fffff, 0x1fffff); };
+    const auto cell = [&t](int axis) { return round_to_integer(t[axis] * 0x1fffff, 0x1fffff); };
     keys[i] = morton_code(cell(0), cell(1), cell(2));
   }
   return sorted_by(keys);

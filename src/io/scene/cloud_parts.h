@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A cloud that is put together from parts (sections, files, meshes), one behind the other.
+// A cloud assembled from consecutive parts (sections, files, meshes).
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@ namespace qs {
 
 class CloudParts {
  public:
-  /// The next part has `count` Gaussians. The caller keeps the sum far below 2^64.
+  /// Appends a part of `count` Gaussians. The caller keeps the sum far below 2^64.
   void add(std::uint64_t count) { ends_.push_back(this->count() + count); }
 
   std::uint64_t count() const { return ends_.empty() ? 0 : ends_.back(); }
 
-  /// Calls visit(part, offset, from, to) for the pieces of the cloud's range [begin, end): the
-  /// Gaussians [from, to) of the cloud are those from `offset` on of part number `part`.
+  /// Splits the cloud's range [begin, end) at part boundaries and calls visit(part, offset, from,
+  /// to) for each piece: Gaussian `from` of the cloud is Gaussian `offset` of the part.
   template <class Visit>
   void for_range(std::size_t begin, std::size_t end, const Visit& visit) const {
     auto part = static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), begin) -

@@ -45,7 +45,7 @@ Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::st
   const auto max_position = columns("max_x", "max_y", "max_z");
   const auto min_scale = columns("min_scale_x", "min_scale_y", "min_scale_z");
   const auto max_scale = columns("max_scale_x", "max_scale_y", "max_scale_z");
-  const bool has_color = rows.find("min_r") != nullptr;  // since 2024; before, colours span 0..1
+  const bool has_color = rows.find("min_r") != nullptr;  // since 2024; older files use 0..1
   Array<Chunk> chunks(count);
   for (std::uint64_t i = 0; i < count; ++i) {
     chunks[i] = {vector(i, min_position), vector(i, max_position), vector(i, min_scale),
@@ -61,8 +61,8 @@ Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::st
   return chunks;
 }
 
-// Ascii numbers can be anything. Binary ones of the usual types go without detours: there are 49 of
-// them per Gaussian.
+// Ascii numbers can have any value. Binary ones of the usual types take the fast path: a Gaussian
+// has 49 of them.
 std::uint32_t whole_number(const PlyRows& rows, std::uint64_t row, const PlyColumn& column,
                            std::uint32_t max, const std::string& path) {
   const std::byte* const at = rows.data + row * rows.row_bytes + column.offset;
@@ -102,7 +102,7 @@ glm::vec3 unpack_color(std::uint32_t packed, const Chunk& chunk) {
   return {(color - 0.5) / kSh0};
 }
 
-// The ends of the byte range stand for the ends of -4..4, the others for middles of 256 steps.
+// 0 and 255 mean -4 and 4, other bytes the middle of one of 256 steps between them.
 float unpack_sh(std::uint32_t byte) {
   const double t = byte == 0 ? 0 : byte == 255 ? 1 : (byte + 0.5) / 256;
   return static_cast<float>((t - 0.5) * 8);
@@ -127,7 +127,7 @@ bool recognises_compressed_ply(std::span<const std::byte> content, const std::fi
 }
 
 void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-                         const ReadOptions& options, Scene& scene) {
+                         ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const std::string name = path.string();
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, options.progress);
@@ -185,8 +185,7 @@ void read_compressed_ply(std::span<const std::byte> content, const std::filesyst
       }
     }
   };
-  ThreadPool pool;
-  const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
+  const float start = rows.decoded.empty() ? 0 : 0.5f;  // PlyBody has reported up to here
   fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) fill(i);
   });

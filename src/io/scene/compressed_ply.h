@@ -16,6 +16,6 @@ namespace qs {
 bool recognises_compressed_ply(std::span<const std::byte> content,
                                const std::filesystem::path& path);
 void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-                         const ReadOptions& options, Scene& scene);
+                         ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

@@ -16,6 +16,7 @@
 #include "io/scene/cloud_order.h"
 #include "io/scene/quantised.h"
 #include "raster/kernel/constants.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
@@ -78,24 +79,26 @@ Values values_of(const GaussianCloud& cloud, std::size_t i) {
 }
 
 std::uint32_t pack_11_10_11(const glm::dvec3& t) {
-  return whole(t.x * 2047, 2047) << 21 | whole(t.y * 1023, 1023) << 11 | whole(t.z * 2047, 2047);
+  return round_to_integer(t.x * 2047, 2047) << 21 | round_to_integer(t.y * 1023, 1023) << 11 |
+         round_to_integer(t.z * 2047, 2047);
 }
 
 std::uint32_t pack_rotation(const glm::quat& q) {
   const SmallestThree three = drop_largest({q.w, q.x, q.y, q.z});
   std::uint32_t packed = three.dropped;
   for (const double value : three.others) {
-    packed = packed << 10 | whole((value * std::sqrt(0.5) + 0.5) * 1023, 1023);
+    packed = packed << 10 | round_to_integer((value * std::sqrt(0.5) + 0.5) * 1023, 1023);
   }
   return packed;
 }
 
 std::uint32_t pack_color(const glm::dvec3& t, float opacity_logit) {
-  return whole(t.x * 255, 255) << 24 | whole(t.y * 255, 255) << 16 | whole(t.z * 255, 255) << 8 |
-         whole(opacity_of_logit(opacity_logit) * 255, 255);
+  return round_to_integer(t.x * 255, 255) << 24 | round_to_integer(t.y * 255, 255) << 16 |
+         round_to_integer(t.z * 255, 255) << 8 |
+         round_to_integer(opacity_of_logit(opacity_logit) * 255, 255);
 }
 
-// 256 steps over -4..4, whose middles are meant.
+// 256 steps over -4..4; readers use the middle of a step.
 std::uint8_t pack_sh(float value) {
   return static_cast<std::uint8_t>(
       std::clamp((static_cast<double>(value) / 8 + 0.5) * 256, 0.0, 255.0));
@@ -110,7 +113,7 @@ void put(std::ostream& file, const std::vector<T>& values) {
 }  // namespace
 
 void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
-                          const Progress& progress) {
+                          ThreadPool&, const Progress& progress) {
   const auto order = morton_order(cloud);
   const std::size_t chunk_count = (cloud.size() + kChunkSize - 1) / kChunkSize;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);

@@ -15,14 +15,14 @@
 namespace qs {
 namespace {
 
-// Bounds beyond which squares no longer fit a float. Trained scenes stay far inside: logarithms of
-// scales in -20..0, colours in -5..5.
+// Limits beyond which squares overflow a float. Trained scenes stay far inside: log scales in
+// -20..0, colours in -5..5.
 constexpr float kMaxPosition = 1e19f;
 constexpr float kMaxLogScale = 40;
 constexpr float kMaxColor = 1e6f;
-// Logit of 1/255: nothing below is ever drawn.
+// Logit of 1/255, below which nothing is drawn.
 constexpr float kFaintestLogit = -5.5373f;
-// A handful of Gaussians may well look odd together; more do not by chance.
+// A few Gaussians may look odd by chance; this many do not.
 constexpr std::size_t kEnoughToJudge = 64;
 
 constexpr std::array<const char*, 5> kFlawNames = {
@@ -49,7 +49,7 @@ class Sieve {
  public:
   explicit Sieve(GaussianCloud& cloud) : cloud_(cloud) {}
 
-  // Looks at the Gaussians [begin, end) right after they were filled, while they are in the cache.
+  // Checks the Gaussians [begin, end) right after they were filled, while they are in the cache.
   // May be called from several threads for disjoint ranges.
   void inspect(std::size_t begin, std::size_t end);
 
@@ -74,8 +74,9 @@ class Sieve {
   bool all_transparent_ = true;
 };
 
-// In double, where neither the square of 1e-30 vanishes nor that of 1e30 overflows. Quaternions of
-// unit length up to float rounding stay as they are: writing and reading again is exact.
+// In double precision, in which the square of 1e-30 does not underflow and that of 1e30 does not
+// overflow. Quaternions that are unit length up to float rounding are not changed: writing and
+// reading them is exact.
 bool Sieve::normalise_rotations(std::size_t begin, std::size_t end) {
   bool sound = true;
   for (std::size_t i = begin; i < end; ++i) {
@@ -125,7 +126,7 @@ void Sieve::inspect(std::size_t begin, std::size_t end) {
   std::vector<Dropped> found;
   if (!sound) find_flaws(begin, end, found);
 
-  // The first counterexample of a usual scene comes at once.
+  // In most scenes these loops end at the first element.
   const bool scales_positive =
       std::all_of(scales, scales + 3 * count, [](float value) { return value > 0; });
   const bool transparent =
@@ -188,8 +189,9 @@ void Sieve::finish(Scene& scene) {
   }
 }
 
-// Which chunk comes next. Each worker has a stretch of its own and then helps with the others': two
-// threads in neighbouring chunks would both clear the same new page of 2 MiB, and one in vain.
+// Hands out chunks. Each worker first takes the chunks of its own contiguous stretch, then helps
+// with the others: if two threads filled neighbouring chunks, both would clear the same new 2 MiB
+// page.
 class Stretches {
  public:
   Stretches(std::size_t chunks, std::size_t workers) : stretches_(workers) {
@@ -199,7 +201,7 @@ class Stretches {
     }
   }
 
-  // To be called once per chunk: then there always is one.
+  // Must be called exactly once per chunk, so that one is always left.
   std::size_t take(std::size_t worker) {
     for (;; worker = (worker + 1) % stretches_.size()) {
       const std::size_t chunk = stretches_[worker].next.fetch_add(1);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Which file a path stands for. A training run leaves
-// MODEL/point_cloud/iteration_N/point_cloud.ply; the model, its point_cloud folder or one
-// iteration's folder may be given.
+// Finds the scene file for a path. A training run writes
+// MODEL/point_cloud/iteration_N/point_cloud.ply; the path may be the model, its point_cloud folder
+// or one iteration's folder.
 #include <algorithm>
 #include <charconv>
 #include <map>
@@ -34,7 +34,7 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
-// By number, so that 30000 comes after 7000.
+// Ordered by number: 30000 comes after 7000.
 std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder) {
   std::map<int, std::filesystem::path> found;
   std::error_code error;

@@ -32,15 +32,16 @@ std::string attribute_name(const std::string& name) {
   return fmt::format("{}:{}", kExtension, name);
 }
 
-// Null when there is none.
+// nullptr if `object` has no such member.
 const tinygltf::Value* member(const tinygltf::Value* object, const std::string& key) {
   return object != nullptr && object->IsObject() && object->Has(key) ? &object->Get(key) : nullptr;
 }
 
 class GltfScene {
  public:
-  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, Scene& scene)
-      : path_(path), source_(path.string()), scene_(scene), file_(content, path) {
+  GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, ThreadPool& pool,
+            Scene& scene)
+      : path_(path), source_(path.string()), pool_(pool), scene_(scene), file_(content, path) {
     for (const PlacedMesh& placed : placed_meshes(file_.model(), source_)) add_mesh(placed);
     if (instances_.empty()) complain_about_nothing();
     warn_of_the_others();
@@ -53,8 +54,7 @@ class GltfScene {
     for (const Instance& instance : instances_) degree = std::max(degree, instance.splats->degree);
     scene_.cloud = make_cloud(parts_.count(), degree);
     GltfClamped clamped;
-    ThreadPool pool;
-    fill_cloud(scene_, pool, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
+    fill_cloud(scene_, pool_, progress, 0.1f, [&](std::size_t begin, std::size_t end) {
       parts_.for_range(
           begin, end,
           [&](std::size_t part, std::uint64_t offset, std::size_t from, std::size_t to) {
@@ -73,10 +73,10 @@ class GltfScene {
  private:
   struct Instance {
     std::shared_ptr<const GltfSplats> splats;
-    std::shared_ptr<const Transform> transform;  // null: none
+    std::shared_ptr<const Transform> transform;  // nullptr: identity
   };
 
-  // Appends `sentence`, in which {} stands for the count, unless that is 0.
+  // Appends `sentence` with {} replaced by the count, unless the count is 0.
   void warn(std::size_t count, fmt::format_string<std::size_t&> sentence) {
     if (count > 0) scene_.warnings.push_back(fmt::format(sentence, count));
   }
@@ -96,7 +96,8 @@ class GltfScene {
       if (!transform && placed.world_from_mesh != glm::dmat4(1)) {
         transform = transform_of(placed);
       }
-      // Many nodes may show one mesh: few bytes, many Gaussians.
+      // Limits amplification: many nodes may show one mesh, so few bytes can stand for many
+      // Gaussians.
       constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
       parts_.add(splats->count);
       if (parts_.count() > std::max(kAlwaysAllowed, kPerByte * file_.buffer_bytes())) {
@@ -174,7 +175,7 @@ class GltfScene {
     }
     Scene unpacked;
     unpacked.path = path_;
-    read_spz(content, path_, {}, unpacked);
+    read_spz(content, path_, pool_, {}, unpacked);
     if (unpacked.format != "spz, version 2") {
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
     }
@@ -236,6 +237,7 @@ class GltfScene {
 
   std::filesystem::path path_;
   std::string source_;
+  ThreadPool& pool_;
   Scene& scene_;
   GltfFile file_;
   std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const GltfSplats>> splats_;
@@ -255,8 +257,8 @@ bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::
 }
 
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               const ReadOptions& options, Scene& scene) {
-  GltfScene gltf(content, path, scene);
+               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  GltfScene gltf(content, path, pool, scene);
   options.progress.update(0.1f);
   scene.axes = "LUF";
   scene.format = gltf.file().is_binary() ? "glb" : "gltf";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// glTF 2.0, binary or not, with KHR_gaussian_splatting (ratified: linear SCALE; the draft's
-// logarithms are detected) and KHR_gaussian_splatting_compression_spz_2. All Gaussians of the
-// default scene are read, moved by the transforms of their nodes.
+// Reads glTF 2.0 (.glb and .gltf) with KHR_gaussian_splatting (as ratified, with linear SCALE; the
+// logarithms of its draft are detected) and KHR_gaussian_splatting_compression_spz_2. Reads all
+// Gaussians of the default scene and applies the transforms of their nodes.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,6 @@ namespace qs {
 
 bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,
-               const ReadOptions& options, Scene& scene);
+               ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

@@ -59,7 +59,7 @@ Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
   return chunks;
 }
 
-// tinygltf takes a stride of 0 for none, which the specification forbids to write.
+// tinygltf treats a stride of 0 as no stride; the specification forbids it.
 void check_strides(const json& root, const std::string& path) {
   const auto views = root.find("bufferViews");
   if (views == root.end() || !views->is_array()) return;
@@ -125,7 +125,7 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
   if (root.contains("buffers")) buffers.swap(root["buffers"]);
   if (!buffers.is_array()) fail("{}: buffers is not a list", path_);
   buffer_bytes_ = chunks.binary.size();
-  // Many buffers may name one file: it is read once.
+  // Many buffers may name one file, which is read only once.
   std::map<std::string, std::span<const std::byte>> files;
   const auto keep = [this](Array<std::byte> bytes) {
     buffer_bytes_ += bytes.size();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// A glTF file taken apart: its description, parsed by tinygltf, and the bytes of its buffers, which
-// lie in the file itself, in base64 or beside it. Buffers, pictures and materials are taken out of
-// the description before tinygltf sees it: it opens no file and copies no buffer.
-// Every access to a buffer goes through view() and numbers(), which check it in 64 bits.
+// A parsed glTF file: its JSON, parsed by tinygltf, and the bytes of its buffers, which are in the
+// file itself, in base64 or in files beside it. Buffers, images and materials are removed from the
+// JSON before tinygltf parses it, so that tinygltf opens no file and copies no buffer. Every access
+// to a buffer goes through view() and numbers(), which check it in 64 bits.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace qs {
 
-/// Numbers of an accessor, converted to float one by one.
+/// The values of an accessor, converted to float on access.
 class GltfNumbers {
  public:
   std::uint64_t count = 0;  ///< elements
@@ -56,7 +56,8 @@ class GltfFile {
   /// The bytes of bufferView `index`. Throws Error(input).
   std::span<const std::byte> view(int index) const;
 
-  /// The numbers of accessor `index` of `components` components; `what` names it in messages.
+  /// The values of accessor `index`, which must have `components` components; `what` names it in
+  /// messages.
   GltfNumbers numbers(int index, std::size_t components, const std::string& what) const;
 
  private:
@@ -64,7 +65,7 @@ class GltfFile {
   bool is_binary_ = false;
   tinygltf::Model model_;
   std::vector<std::span<const std::byte>> buffers_;
-  std::list<Array<std::byte>> unpacked_;  // what some of buffers_ point to
+  std::list<Array<std::byte>> unpacked_;  // backing storage of some buffers_
   std::uint64_t buffer_bytes_ = 0, bytes_outside_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Where the meshes of a glTF scene stand.
+// The transforms of the meshes in a glTF scene.
 #pragma once
 
 #include <string>
@@ -13,13 +13,14 @@
 namespace qs {
 
 struct PlacedMesh {
-  std::size_t mesh = 0;  ///< exists in the model
+  std::size_t mesh = 0;  ///< a valid index into the model's meshes
   int node = -1;         ///< for messages
   glm::dmat4 world_from_mesh{1};
 };
 
-/// The meshes of the default scene, or else of all nodes, or else all meshes as they are. Nodes are
-/// walked without recursion. Throws Error(input) "source: ..." when they form no tree.
+/// The meshes of the default scene; without one, of all nodes; without nodes, all meshes
+/// untransformed. Nodes are walked without recursion. Throws Error(input) "source: ..." if they do
+/// not form a tree.
 std::vector<PlacedMesh> placed_meshes(const tinygltf::Model& model, const std::string& source);
 
 }  // namespace qs

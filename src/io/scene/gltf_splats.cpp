@@ -40,8 +40,8 @@ void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& 
   for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[k] = vector(splats.sh[k]);
 }
 
-// Of the draft, where most trained Gaussians are smaller than one unit: negative logarithms. Single
-// negative values are slips of a linear writer.
+// In the draft most scales of trained Gaussians are negative, because they are logarithms of
+// numbers below 1. A linear writer produces only occasional negative values.
 bool are_logarithms(const GltfNumbers& scales) {
   std::uint64_t negative = 0;
   for (std::uint64_t i = 0; i < scales.count; ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The Gaussians of one glTF primitive, from its accessors or unpacked, and their way into a cloud.
+// The Gaussians of one glTF primitive, from its accessors or from compressed data, and their
+// conversion into a cloud.
 #pragma once
 
 #include <atomic>
@@ -18,23 +19,24 @@ namespace qs {
 struct GltfSplats {
   std::uint64_t count = 0;
   int degree = 0;
-  std::shared_ptr<const GaussianCloud> cloud;  ///< of the compressed ones; the others have numbers
+  std::shared_ptr<const GaussianCloud>
+      cloud;  ///< set for compressed data; then the accessors below are empty
   GltfNumbers positions, rotations, scales, opacities;
   std::vector<GltfNumbers> sh;
   bool scales_are_logarithms = false;
 };
 
-/// What was wrong with single values, counted while the cloud is filled.
+/// Counts of values out of range, gathered while the cloud is filled.
 struct GltfClamped {
   std::atomic<std::size_t> scales = 0, opacities = 0;
 };
 
-/// Gaussian `from` of the primitive becomes `to` of the cloud, whose degree is at least as high.
-/// May be called from several threads.
+/// Writes Gaussian `from` of the primitive to position `to` of the cloud, whose degree is at least
+/// as high. May be called from several threads.
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
                    std::size_t to, GltfClamped& clamped);
 
-/// Whether these are the draft's logarithms instead of linear scales.
+/// True if these scales are logarithms, as in the extension's draft, instead of linear.
 bool are_logarithms(const GltfNumbers& scales);
 
 }  // namespace qs

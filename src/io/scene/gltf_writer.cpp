@@ -13,8 +13,8 @@
 
 #include "io/bytes/replace_file.h"
 #include "io/scene/axes.h"
-#include "io/scene/quantised.h"
 #include "raster/base/fail.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
@@ -119,7 +119,7 @@ void put_number(std::ostream& file, std::uint64_t number) {
 
 }  // namespace
 
-void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path,
+void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path, ThreadPool&,
                const Progress& progress) {
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
   GaussianCloud cloud = rdf_cloud;

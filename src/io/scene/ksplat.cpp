@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/gtc/packing.hpp>
+
 #include "io/bytes/byte_cursor.h"
 #include "io/scene/cloud_memory.h"
 #include "io/scene/cloud_parts.h"
@@ -54,9 +56,10 @@ struct Section {
   int degree = 0;
   std::uint64_t row_bytes = 0;
   std::span<const std::byte> rows;
-  // Positions of levels 1 and 2 lie in buckets: full ones first, then some with fewer rows.
+  // Positions of levels 1 and 2 are relative to buckets: full ones first, then some with fewer
+  // rows.
   std::uint64_t bucket_size = 1, full_buckets = 0;
-  std::vector<std::uint64_t> partial_ends;  // row behind the last one of each partial bucket
+  std::vector<std::uint64_t> partial_ends;  // end row of each partial bucket
   std::span<const std::byte> centers;
   float step = 0, range = 0;
 
@@ -175,7 +178,7 @@ class KsplatFile {
 
   float number(const std::byte* at, std::size_t i) const {
     return header_.level == 0 ? load<float>(at + 4 * i)
-                              : half_to_float(load<std::uint16_t>(at + 2 * i));
+                              : glm::unpackHalf1x16(load<std::uint16_t>(at + 2 * i));
   }
 
   float sh_value(const std::byte* at, std::size_t i) const {
@@ -211,7 +214,7 @@ class KsplatFile {
     for (int channel = 0; channel < 3; ++channel) {
       sh[0][channel] = static_cast<float>((static_cast<double>(color[channel]) / 255 - 0.5) / kSh0);
     }
-    // Band after band, in a band channel after channel.
+    // Ordered by band, within a band by channel.
     std::size_t value = 0;
     for (std::size_t l = 1; l <= static_cast<std::size_t>(section.degree); ++l) {
       for (int channel = 0; channel < 3; ++channel) {
@@ -240,11 +243,10 @@ bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem
 }
 
 void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
-                 const ReadOptions& options, Scene& scene) {
+                 ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const KsplatFile file(content, path.string());
   scene.format = fmt::format("ksplat, level {}", file.header().level);
   scene.cloud = make_cloud(file.count(), file.degree());
-  ThreadPool pool;
   fill_cloud(scene, pool, options.progress, 0,
              [&](std::size_t begin, std::size_t end) { file.fill(scene.cloud, begin, end); });
   if (file.bytes_left() > 0) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// .ksplat (GaussianSplats3D), version 0.1, compression levels 0 to 2: a header, section headers,
-// then per section the lengths and centres of its buckets and one row per Gaussian.
-// Every section's layout is computed from its header in 64 bits and checked against the file before
-// memory is taken.
+// Reads .ksplat (GaussianSplats3D), version 0.1, compression levels 0 to 2. Layout: a header and
+// section headers, then per section the lengths and centres of its buckets and one row per
+// Gaussian. Each section's layout is computed from its header in 64 bits and checked against the
+// file's size before anything is allocated.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +16,6 @@ namespace qs {
 
 bool recognises_ksplat(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_ksplat(std::span<const std::byte> content, const std::filesystem::path& path,
-                 const ReadOptions& options, Scene& scene);
+                 ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

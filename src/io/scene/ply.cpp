@@ -19,7 +19,7 @@
 namespace qs {
 namespace {
 
-// Every row is first brought into one order, that of the file format without normals: position, DC,
+// Every row is first brought into one order, that of INRIA's files without normals: position, DC,
 // the rest of the SH channel by channel, opacity, log scale, rotation (w, x, y, z).
 constexpr std::size_t kPosition = 0, kDc = 3, kRest = 6;
 constexpr std::size_t kValuesBesidesRest = 14;
@@ -93,7 +93,7 @@ class SplatRows {
     sources_.push_back({slot_++, *column});
   }
 
-  // Runs exist when every value is a float in this machine's byte order.
+  // Filled only if every value is a float in this machine's byte order.
   void find_runs() {
     const auto in_place = [](const Source& source) { return source.column.type == PlyType::f32; };
     if (rows_.swap_bytes || !std::all_of(sources_.begin(), sources_.end(), in_place)) return;
@@ -129,7 +129,7 @@ class SplatRows {
   Row row_;
 };
 
-// People open the point cloud or mesh that lies beside the splats.
+// Users sometimes open the point cloud or mesh that is stored beside the splats.
 void refuse_other_contents(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertices = header.find("vertex");
   const bool has_faces = header.find("face") != nullptr;
@@ -227,7 +227,7 @@ bool recognises_ply(std::span<const std::byte> content, const std::filesystem::p
 }
 
 void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene) {
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const PlyHeader header = parse_ply_header(content, path);
   refuse_other_contents(header, path.string());
   PlyBody body(content, header, path, options.progress);
@@ -242,8 +242,7 @@ void read_ply(std::span<const std::byte> content, const std::filesystem::path& p
   scene.cloud = make_cloud(rows.count, degree);
   apply_ply_comments(header, scene);
 
-  ThreadPool pool;
-  const float start = rows.decoded.empty() ? 0 : 0.5f;  // what PlyBody reported
+  const float start = rows.decoded.empty() ? 0 : 0.5f;  // PlyBody has reported up to here
   fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
     switch (degree) {
       case 0:

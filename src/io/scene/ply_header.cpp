@@ -13,7 +13,7 @@
 namespace qs {
 namespace {
 
-// Far above any header seen (40 KB of comments); bounds the search for end_header.
+// Far above any known header (40 KB of comments); bounds the search for end_header.
 constexpr std::size_t kMaxHeaderBytes = 8u << 20;
 
 struct TypeName {
@@ -153,7 +153,7 @@ class HeaderParser {
   }
 
   std::string_view text_;
-  bool whole_file_;  // text_ is all there is
+  bool whole_file_;  // text_ was not truncated
   std::string path_;
   std::size_t offset_ = 0;
   std::size_t line_number_ = 0;

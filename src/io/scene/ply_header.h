@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The header of a .ply file: what elements it has, in file order, and the names and types of their
-// properties. Nothing here is specific to splats. Counts are as the file claims them; ply_rows.h
-// holds them against the bytes that are there.
+// The header of a .ply file: its elements in file order, and the names and types of their
+// properties. Nothing here is specific to splats. Counts are as the file claims; ply_rows.h checks
+// them against the file's size.
 #pragma once
 
 #include <cstddef>
@@ -57,7 +57,7 @@ PlyHeader parse_ply_header(std::span<const std::byte> content, const std::filesy
 /// The start of a .ply file as text, up to end_header: enough to recognise a dialect.
 std::string_view ply_header_text(std::span<const std::byte> content);
 
-/// The text in quotes, short and printable, whatever the file holds.
+/// The text in quotes, shortened and with unprintable characters replaced.
 std::string quoted_for_message(std::string_view text);
 
 }  // namespace qs

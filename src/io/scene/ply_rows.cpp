@@ -46,8 +46,8 @@ std::string_view text_of(std::span<const std::byte> content) {
   return {reinterpret_cast<const char*>(content.data()), content.size()};
 }
 
-// The two encodings of a stream of numbers. number() and skip() are false when the bytes end or are
-// no number; `problem` then says what is wrong.
+// The two encodings of a stream of numbers. number() and skip() return false if the bytes end or
+// are not a number; `problem` then says what is wrong.
 struct BinaryNumbers {
   std::span<const std::byte> content;
   std::uint64_t offset;
@@ -72,7 +72,7 @@ struct AsciiNumbers {
   std::uint64_t offset;
   std::string problem = "the file ends";
 
-  // Line ends are blanks like any other: PLY's ascii body is a stream of words.
+  // Line ends count as blanks: the body of an ascii .ply is a stream of words.
   std::string_view word() {
     const auto is_blank = [&](std::uint64_t at) {
       return text[at] == ' ' || (text[at] >= '\t' && text[at] <= '\r');
@@ -98,9 +98,9 @@ struct AsciiNumbers {
   }
 };
 
-// Walks over the rows of an element, O(bytes) whatever the header claims: every row takes at least
-// one byte. Scalars go to `values` unless that is nullptr. Returns what is wrong with the rows, or
-// nothing.
+// Walks over the rows of an element. The time is O(bytes) for any count that the header claims,
+// because every row takes at least one byte. Stores scalars to `values` unless it is nullptr.
+// Returns what is wrong with the rows, or an empty string.
 template <class Numbers>
 std::string walk(const PlyElement& element, Numbers& numbers, double* values,
                  const Progress& progress) {
@@ -137,7 +137,7 @@ std::string announced(std::uint64_t rows, std::uint64_t row_bytes, std::uint64_t
 
 struct Walked {
   std::uint64_t end;    // where the element ends
-  std::string problem;  // empty when it is whole
+  std::string problem;  // empty if the element is complete
 };
 
 Walked walk(std::span<const std::byte> content, PlyFormat format, const PlyElement& element,
@@ -207,7 +207,7 @@ PlyRows PlyBody::rows(std::string_view name) {
     rows.swap_bytes = header_.format == PlyFormat::binary_big_endian;
     return rows;
   }
-  // A number takes at least one byte, in ascii a blank as well.
+  // A number takes at least one byte, and in ascii also a blank.
   const std::uint64_t row_bytes =
       element->properties.size() * (header_.format == PlyFormat::ascii ? 2 : 1);
   if (!fits(element->count, row_bytes, left + 1)) {

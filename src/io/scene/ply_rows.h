@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The rows of one element of a .ply file, in every encoding, as a table with a fixed row size.
-// Binary rows without lists stay where they are in the file; ascii rows and rows with lists are
-// walked once and their scalars decoded to doubles, so that readers see one kind of table. Every
-// count is held against the bytes that are there before anything is allocated or visited.
+// The rows of one element of a .ply file, in any encoding, as a table with a fixed row size. Binary
+// rows without lists are used in place; ascii rows and rows with lists are decoded to doubles
+// first. Every count is checked against the file's size before anything is allocated or visited.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +26,13 @@ struct PlyColumn {
 };
 
 struct PlyRows {
-  const std::byte* data = nullptr;  ///< count * row_bytes bytes, all there
+  const std::byte* data = nullptr;  ///< count * row_bytes bytes, all within the file
   std::uint64_t count = 0, row_bytes = 0;
   bool swap_bytes = false;  ///< values are big-endian
   std::vector<PlyColumn> columns;
-  Array<double> decoded;  ///< what `data` points to when the rows are not used in place
+  Array<double> decoded;  ///< backing storage of `data` if the rows are not used in place
 
-  /// nullptr when there is no such scalar property.
+  /// nullptr if no scalar property has this name.
   const PlyColumn* find(std::string_view column) const;
   double value(std::uint64_t row, const PlyColumn& column) const;
 };
@@ -45,12 +44,11 @@ class PlyBody {
           const std::filesystem::path& path, const Progress& progress)
       : content_(content), header_(header), path_(path.string()), progress_(progress) {}
 
-  /// Throws Error(input) when the element does not exist or its rows are cut off or damaged, and
+  /// Throws Error(input) if the element does not exist or its rows are cut off or damaged;
   /// Cancelled.
   PlyRows rows(std::string_view element);
 
-  /// What a person should know about the elements and bytes after the ones that were asked for:
-  /// whole sentences, usually none.
+  /// Warnings about trailing elements or bytes that were not read; usually empty.
   std::vector<std::string> leftovers();
 
  private:
@@ -61,7 +59,8 @@ class PlyBody {
   const PlyHeader& header_;
   std::string path_;
   const Progress& progress_;
-  std::vector<std::uint64_t> begins_;  // of the elements found so far and of the one after
+  std::vector<std::uint64_t>
+      begins_;  // start offsets of the elements found so far and of the next one
 };
 
 }  // namespace qs

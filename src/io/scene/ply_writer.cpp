@@ -21,7 +21,7 @@ std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
   for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);
   names += " opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ";
 
-  // INRIA's own viewer takes the third line for the element: comments come after it.
+  // INRIA's viewer expects the element in the third line, so comments come after it.
   std::string header =
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.size());
   for (std::size_t begin = 0; begin < names.size();) {
@@ -53,7 +53,8 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
   for (const float value : {q.w, q.x, q.y, q.z}) *row++ = value;
 }
 
-void write_rows(const GaussianCloud& cloud, const Progress& progress, std::ostream& file) {
+void write_rows(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+                std::ostream& file) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
@@ -62,7 +63,6 @@ void write_rows(const GaussianCloud& cloud, const Progress& progress, std::ostre
   file.write(header.data(), static_cast<std::streamsize>(header.size()));
 
   Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
-  ThreadPool pool;
   for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
     progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
     const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
@@ -79,9 +79,9 @@ void write_rows(const GaussianCloud& cloud, const Progress& progress, std::ostre
 
 }  // namespace
 
-void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {
-  write_file(path, [&](std::ostream& file) { write_rows(cloud, progress, file); });
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, pool, progress, file); });
 }
 
 }  // namespace qs

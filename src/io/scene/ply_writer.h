@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes what INRIA's trainer writes, so that every viewer reads it: binary little endian floats
-// x y z nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Nothing
-// is lost: reading the file again gives the same cloud bit by bit.
+// Writes the layout of INRIA's trainer, which every viewer reads: binary little endian floats x y z
+// nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Lossless:
+// reading the file returns the same cloud bit by bit.
 #pragma once
 
 #include <filesystem>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
-void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
 }  // namespace qs

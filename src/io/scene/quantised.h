@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What compressed formats have in common: opacity in a byte, half floats and quaternions without
-// their largest component; from numbers to floats and back.
+// Encodings that compressed formats share: opacity in one byte, and quaternions without their
+// largest component.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -20,21 +19,16 @@ inline float logit_of_byte(std::uint8_t byte) {
   return static_cast<float>(std::log(byte / (255.0 - byte)));
 }
 
-/// `value` as a whole number from 0 to `max`, rounded; NaN gives 0.
-inline std::uint32_t whole(double value, std::uint32_t max) {
+/// `value` rounded and clamped to 0..`max`; NaN gives 0.
+inline std::uint32_t round_to_integer(double value, std::uint32_t max) {
   return value > 0 ? static_cast<std::uint32_t>(std::min(value + 0.5, static_cast<double>(max)))
                    : 0;
 }
 
-/// The opacity of a logit, 0..1.
-inline double opacity_of_logit(float logit) {
-  return 1 / (1 + std::exp(-static_cast<double>(logit)));
-}
-
 /// A unit quaternion without its largest component.
 struct SmallestThree {
-  std::uint32_t dropped = 0;       ///< number of the largest, in the order of the argument
-  std::array<double, 3> others{};  ///< ascending, with signs as if the largest were positive
+  std::uint32_t dropped = 0;       ///< index of the largest component in the argument
+  std::array<double, 3> others{};  ///< in the argument's order, negated if the largest is negative
 };
 
 inline SmallestThree drop_largest(const std::array<double, 4>& q) {
@@ -49,8 +43,8 @@ inline SmallestThree drop_largest(const std::array<double, 4>& q) {
   return result;
 }
 
-/// The four components, in the format's order, of a unit quaternion whose largest one, number
-/// `dropped`, was left out; the other three are in ascending order. It counts as positive.
+/// Inverse of drop_largest(): the four components of a unit quaternion whose largest component, at
+/// index `dropped`, is positive and was left out.
 inline std::array<double, 4> restore_largest(std::array<double, 3> others, std::size_t dropped) {
   std::array<double, 4> q{};
   double square = 0;
@@ -61,18 +55,6 @@ inline std::array<double, 4> restore_largest(std::array<double, 3> others, std::
   }
   q[dropped] = std::sqrt(std::max(0.0, 1 - square));  // damaged files have more than 1
   return q;
-}
-
-/// The value of an IEEE half float.
-inline float half_to_float(std::uint16_t half) {
-  const int exponent = (half >> 10) & 31, mantissa = half & 1023;
-  const float sign = (half & 0x8000) != 0 ? -1.0f : 1.0f;
-  if (exponent == 31) {
-    return mantissa == 0 ? sign * std::numeric_limits<float>::infinity()
-                         : std::numeric_limits<float>::quiet_NaN();
-  }
-  if (exponent == 0) return sign * std::ldexp(static_cast<float>(mantissa), -24);
-  return sign * std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25);
 }
 
 inline glm::quat make_quat(double w, double x, double y, double z) {

@@ -62,8 +62,8 @@ bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
   return false;
 }
 
-// Content decides; of several rows that recognise it, one with the file's extension. A file that
-// nobody recognises goes to the reader of its extension, which says what is wrong.
+// Chooses by content; if several rows recognise it, the one with the file's extension. If none
+// does, the reader of the extension is chosen, whose message says what is wrong.
 const ReaderRow& choose_reader(std::span<const std::byte> content,
                                const std::filesystem::path& path) {
   const ReaderRow* chosen = nullptr;
@@ -97,7 +97,7 @@ void assume_axes(Scene& scene, std::string_view axes) {
   scene.axes = axes;
 }
 
-Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) {
+Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options) {
   Scene scene;
   scene.path = find_scene_file(path, options.iteration);
   const MappedFile file(scene.path);
@@ -107,7 +107,7 @@ Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) 
   options.progress.update(0);
   const auto start = std::chrono::steady_clock::now();
   try {
-    reader.read(file.content(), scene.path, options, scene);
+    reader.read(file.content(), scene.path, pool, options, scene);
   } catch (const std::bad_alloc&) {
     fail(ErrorKind::device, "{}: not enough memory for this scene", scene.path.string());
   }

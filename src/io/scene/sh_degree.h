@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Fewer spherical harmonics: less memory and faster drawing for less view dependence.
+// Reduces the SH degree: less memory and faster rendering, with less view dependence.
 #pragma once
 
 #include "raster/scene/gaussian_cloud.h"

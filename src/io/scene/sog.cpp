@@ -69,7 +69,7 @@ bool looks_like_json(std::string_view text) {
   return start != std::string_view::npos && text[start] == '{';
 }
 
-// A leaf's part of its finest level.
+// The part of the finest level that a leaf refers to.
 struct Leaf {
   std::uint64_t file, offset, count;
 };
@@ -117,7 +117,7 @@ class Tree {
     if (!entry.has("lods")) return;
     const json& levels = object(node["lods"]);
     if (levels.empty()) return;
-    // Keys come sorted; the first one is the finest level, 0 as a rule.
+    // Keys are sorted; the first one is the finest level, usually 0.
     const json& finest = object(levels.begin().value());
     leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
     if (leaves.back().file >= files.size())
@@ -128,7 +128,7 @@ class Tree {
   json root_;
 };
 
-// Opens the SOG scenes of a tree, each once, when they are first needed.
+// Opens each SOG scene of a tree once, when it is first needed.
 class SceneFiles {
  public:
   SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)
@@ -168,7 +168,7 @@ bool recognises_sog(std::span<const std::byte> content, const std::filesystem::p
 }
 
 void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene) {
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const bool zipped = is_zip(content);
   const auto files = zipped ? files_in_zip(content, path, kMetaFile) : files_beside(path);
   Array<std::byte> unpacked;
@@ -178,7 +178,6 @@ void read_sog(std::span<const std::byte> content, const std::filesystem::path& p
   }
   const std::string source = zipped ? path.string() + ": " + kMetaFile : path.string();
   if (content.size() > kMaxMetaBytes) fail("{}: too long for a SOG scene's description", source);
-  ThreadPool pool;
   SogDecoder decoder(text_of(content), source, *files, "", pool);
   options.progress.update(0.5f);
   if (files->is_folder()) scene.file_bytes += decoder.picture_bytes();
@@ -194,12 +193,11 @@ bool recognises_streamed_sog(std::span<const std::byte> content, const std::file
 }
 
 void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-                       const ReadOptions& options, Scene& scene) {
+                       ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const std::string source = path.string();
   if (content.size() > kMaxTreeBytes) fail("{}: too long for a tree of scenes", source);
   const Tree tree(text_of(content), source);
   const auto files = files_beside(path);
-  ThreadPool pool;
   SceneFiles scenes(*files, source, pool);
   std::vector<Part> parts;
   std::map<SogDecoder*, std::uint64_t> used;

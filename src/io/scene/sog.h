@@ -15,10 +15,10 @@ namespace qs {
 
 bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene);
+              ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
-                       const ReadOptions& options, Scene& scene);
+                       ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

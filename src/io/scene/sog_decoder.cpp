@@ -12,13 +12,13 @@
 namespace qs {
 namespace {
 
-// Real scenes need 5 bytes and more per Gaussian. Pictures of one colour could claim millions.
+// Real scenes need 5 bytes or more per Gaussian, but pictures of one colour could claim millions.
 constexpr std::uint64_t kMaxGaussiansPerByte = 8;
-// A picture has a rectangle's worth of texels: a bit more than there are Gaussians.
+// A picture is a rectangle, so it has a few more texels than there are Gaussians.
 constexpr std::uint64_t kSpareTexels = 65536;
 constexpr std::uint64_t kCentroidsPerRow = 64, kMaxCentroidTexels = 1024 * 960;
 
-// Lossless WebP of noise takes little more than the pixels themselves.
+// Upper bound: lossless WebP of noise is little larger than the pixels.
 constexpr std::uint64_t packed_bytes(std::uint64_t texels) { return 5 * texels + 65536; }
 
 struct Picture {
@@ -86,7 +86,7 @@ SogDecoder::SogDecoder(std::string_view meta, const std::string& source, FileSou
   });
 }
 
-// Centroids lie 64 in a row of texels, each as many texels as there are coefficients.
+// A row of the picture holds 64 centroids; each takes one texel per coefficient.
 const std::uint8_t* SogDecoder::coefficients_of(std::uint64_t label) const {
   const std::uint64_t rest = centroid_columns_ / kCentroidsPerRow;
   return &centroids_[4 * (label / kCentroidsPerRow * centroid_columns_ +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// One SOG scene in memory: its pictures, unpacked, and the way from their texels to Gaussians.
-// Before anything is unpacked, every picture's size is read from its header and checked against the
+// One SOG scene in memory: its decoded pictures, and the conversion of their texels into Gaussians.
+// Before anything is decoded, each picture's size is read from its header and checked against the
 // number of Gaussians, and that number against the bytes of all pictures.
 #pragma once
 
@@ -19,8 +19,8 @@ namespace qs {
 
 class SogDecoder {
  public:
-  /// `meta` is the text of meta.json, `source` its name in messages, `folder` what stands before
-  /// the names of its pictures in `files`. Throws Error(input).
+  /// `meta` is the text of meta.json, `source` its name in messages, `folder` the prefix of its
+  /// pictures' names in `files`. Throws Error(input).
   SogDecoder(std::string_view meta, const std::string& source, FileSource& files,
              const std::string& folder, ThreadPool& pool);
 
@@ -29,11 +29,11 @@ class SogDecoder {
   int sh_degree() const { return degree_; }
   std::uint64_t picture_bytes() const { return picture_bytes_; }
 
-  /// Gaussian `from` of this scene becomes `to` of the cloud, whose degree is at least ours. May be
-  /// called from several threads.
+  /// Writes Gaussian `from` of this scene to position `to` of the cloud, whose degree is at least
+  /// as high. May be called from several threads.
   void fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to);
 
-  /// Gaussians so far whose rotation is none, and whose SH label points nowhere.
+  /// Gaussians so far without a valid rotation, and with an SH label out of range.
   std::size_t unrotated() const { return unrotated_; }
   std::size_t unlabelled() const { return unlabelled_; }
 

@@ -12,7 +12,7 @@ namespace {
 
 using json = nlohmann::json;
 
-// Counts must stay exact as doubles and far from overflow.
+// Largest count that is exact as a double and far from overflow.
 constexpr double kMaxCount = 1e12;
 
 std::uint64_t whole_number(const json& value, const char* key, const std::string& where) {
@@ -51,7 +51,7 @@ ByteTable codebook(const json& part, const std::string& where) {
   return table;
 }
 
-// Version 1 has evenly spaced values instead of codebooks.
+// Version 1 has evenly spaced values instead of a codebook.
 ByteTable even_steps(double low, double high) {
   ByteTable table;
   for (std::size_t i = 0; i < table.size(); ++i) {

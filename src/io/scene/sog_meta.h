@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// meta.json of a SOG scene, versions 1 and 2, as what both mean: which pictures hold which values,
-// and what a byte of them stands for.
+// meta.json of a SOG scene in one form for versions 1 and 2: the picture that holds each value, and
+// the meaning of its bytes.
 #pragma once
 
 #include <array>

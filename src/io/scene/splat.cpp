@@ -31,7 +31,7 @@ int rotation_square(const std::byte* row) {
   return square;
 }
 
-// Bytes of any other origin hardly ever look like a unit quaternion behind finite numbers.
+// Other data rarely looks like a unit quaternion after finite floats.
 bool is_plausible(const std::byte* row) {
   constexpr float kMaxPosition = 1e9f, kMaxScale = 1e6f;
   for (int axis = 0; axis < 3; ++axis) {
@@ -55,7 +55,7 @@ bool recognises_splat(std::span<const std::byte> content, const std::filesystem:
 }
 
 void read_splat(std::span<const std::byte> content, const std::filesystem::path& path,
-                const ReadOptions& options, Scene& scene) {
+                ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   const std::size_t count = content.size() / kRowBytes, rest = content.size() % kRowBytes;
   if (count == 0) {
     fail("{}: cut off: {} bytes, one Gaussian needs {}", path.string(), content.size(), kRowBytes);
@@ -86,7 +86,6 @@ void read_splat(std::span<const std::byte> content, const std::filesystem::path&
           make_quat(component(row, 0), component(row, 1), component(row, 2), component(row, 3));
     }
   };
-  ThreadPool pool;
   fill_cloud(scene, pool, options.progress, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) fill(i);
   });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// .splat (antimatter15): rows of 32 bytes without a header: position and linear scale as floats,
-// colour and opacity as four bytes, the quaternion w, x, y, z as bytes (v - 128) / 128. Having no
-// magic number, it is recognised by values that only such rows have.
+// Reads .splat (antimatter15): rows of 32 bytes without a header: position and linear scale as
+// floats, colour and opacity as four bytes, the quaternion w, x, y, z as bytes (v - 128) / 128. The
+// format has no magic number; files are recognised by values that are plausible only as such rows.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,6 @@ namespace qs {
 
 bool recognises_splat(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_splat(std::span<const std::byte> content, const std::filesystem::path& path,
-                const ReadOptions& options, Scene& scene);
+                ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

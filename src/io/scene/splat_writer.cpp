@@ -10,6 +10,7 @@
 #include "io/scene/cloud_order.h"
 #include "io/scene/quantised.h"
 #include "raster/kernel/constants.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
@@ -25,20 +26,21 @@ Row row_of(const GaussianCloud& cloud, std::size_t i) {
       cloud.sh[i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree))];
   for (std::size_t c = 0; c < 3; ++c) {
     const double color = 0.5 + kSh0 * static_cast<double>(dc[static_cast<int>(c)]);
-    row[24 + c] = static_cast<std::uint8_t>(whole(color * 255, 255));
+    row[24 + c] = static_cast<std::uint8_t>(round_to_integer(color * 255, 255));
   }
-  row[27] = static_cast<std::uint8_t>(whole(opacity_of_logit(cloud.opacity_logits[i]) * 255, 255));
+  row[27] = static_cast<std::uint8_t>(
+      round_to_integer(opacity_of_logit(cloud.opacity_logits[i]) * 255, 255));
   const glm::quat& q = cloud.rotations[i];
   std::size_t at = 28;
   for (const float component : {q.w, q.x, q.y, q.z}) {
-    row[at++] = static_cast<std::uint8_t>(whole(component * 128.0 + 128, 255));
+    row[at++] = static_cast<std::uint8_t>(round_to_integer(component * 128.0 + 128, 255));
   }
   return row;
 }
 
 }  // namespace
 
-void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_splat(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                  const Progress& progress) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;
   const auto order = largest_first(cloud);

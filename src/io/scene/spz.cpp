@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <glm/gtc/packing.hpp>
+
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/inflate.h"
 #include "io/scene/axes.h"
@@ -18,8 +20,8 @@
 namespace qs {
 namespace {
 
-// The frame's number in kAxes. Extension records are a type, a length and that many bytes; unknown
-// ones are skipped. Numbers above 8 stand for exchanged axes, which no writer does.
+// Index in kAxes of the frame in the extension records. A record is a type, a length and that many
+// bytes; unknown ones are skipped. Frames above 8 exchange axes, which no known writer does.
 std::size_t stored_frame(SpzContent& content) {
   constexpr std::size_t kRub = 3;
   constexpr std::uint32_t kCoordinateSystem = 0xADBE0003;
@@ -65,8 +67,7 @@ glm::quat rotation_of_bytes(const std::byte* at) {
   return make_quat(q[3], q[0], q[1], q[2]);
 }
 
-// Version 3 and later: the number of the largest of x, y, z, w, then three times sign and
-// magnitude.
+// Version 3 and later: index of the largest of x, y, z, w, then three times sign and magnitude.
 glm::quat rotation_of_bits(std::uint32_t bits) {
   const auto component = [&](int shift) {
     const double magnitude = (bits >> shift & 511) / 511.0 * std::sqrt(0.5);
@@ -76,7 +77,7 @@ glm::quat rotation_of_bits(std::uint32_t bits) {
   return make_quat(q[3], q[0], q[1], q[2]);
 }
 
-// What each byte value stands for.
+// The decoded value of each byte.
 struct ByteTables {
   std::array<float, 256> logit, dc, log_scale, sh;
 
@@ -126,8 +127,9 @@ class SpzDecoder {
   }
   glm::vec3 position(const std::byte* at) const {
     if (content_.header.version == 1) {
-      return {half_to_float(load<std::uint16_t>(at)), half_to_float(load<std::uint16_t>(at + 2)),
-              half_to_float(load<std::uint16_t>(at + 4))};
+      return {glm::unpackHalf1x16(load<std::uint16_t>(at)),
+              glm::unpackHalf1x16(load<std::uint16_t>(at + 2)),
+              glm::unpackHalf1x16(load<std::uint16_t>(at + 4))};
     }
     return {fixed_point(at, step_), fixed_point(at + 3, step_), fixed_point(at + 6, step_)};
   }
@@ -141,14 +143,14 @@ class SpzDecoder {
 
 }  // namespace
 
-// Under its own extension also damaged gzip data is taken, for a message that says what is wrong.
+// Damaged gzip data is recognised by the extension, so that the reader's message says what is
+// wrong.
 bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path) {
   return is_spz(content) || (is_gzip(content) && path.extension() == ".spz");
 }
 
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene) {
-  ThreadPool pool;
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kUnpacked = 0.5f;  // of the progress
   SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked);
   const std::size_t frame = stored_frame(spz);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// .spz of Niantic, versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
+// Reads .spz (Niantic), versions 1 to 4: quantised attributes in six blocks, compressed as one gzip
 // member (1-3) or one zstd frame per block (4). Files store RUB axes unless an extension names
-// others; some writers store RDF without saying so, which nothing in the file can tell. Source:
-// README.md and load-spz.cc of nianticlabs/spz; the code is our own.
+// others; files that store RDF without declaring it cannot be detected. Source: README.md and
+// load-spz.cc of nianticlabs/spz; the code is our own.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +16,6 @@ namespace qs {
 
 bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-              const ReadOptions& options, Scene& scene);
+              ThreadPool& pool, const ReadOptions& options, Scene& scene);
 
 }  // namespace qs

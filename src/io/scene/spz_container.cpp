@@ -18,7 +18,7 @@ constexpr std::size_t kLegacyHeaderBytes = 16, kHeaderBytes = 32;
 // Known records have 4 to 12 bytes.
 constexpr std::size_t kMaxExtensionBytes = 1 << 16;
 
-// Magic to flags are the same in every version.
+// The fields from magic to flags are the same in every version.
 SpzHeader read_header(ByteCursor& cursor, const std::string& path) {
   SpzHeader header;
   if (cursor.read<std::uint32_t>("the header") != kMagic) {
@@ -62,7 +62,7 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   }
 }
 
-// In pieces, so that it can be stopped. Returns how many bytes there were.
+// Inflates in pieces, so that it can be cancelled. Returns the number of bytes.
 std::size_t inflate_into(std::span<std::byte> out, Inflater& inflater, const Progress& progress,
                          float end) {
   constexpr std::size_t kPiece = 1 << 20;  // a few milliseconds
@@ -91,7 +91,8 @@ SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
   if (inflate_into(content.bytes, inflater, progress, end) < content.bytes.size()) {
     fail("{}: cut off: too few bytes for its {} Gaussians", path, content.header.count);
   }
-  // One byte more than allowed shows that there is too much, and reaching the end checks the sum.
+  // Reading one byte more than allowed detects excess data, and reaching the end verifies the
+  // checksum.
   const bool extended = (content.header.flags & SpzHeader::kExtensions) != 0;
   const std::size_t allowed = extended ? kMaxExtensionBytes : 0;
   content.extensions.resize(allowed + 1);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// From an .spz file to its uncompressed blocks. The header's claims are checked against each other
-// and against the file's size before memory is taken, and nothing is decompressed beyond what they
-// imply.
+// Unpacks an .spz file into its uncompressed blocks. The header's claims are checked against each
+// other and against the file's size before anything is allocated, and no more is decompressed than
+// they imply.
 #pragma once
 
 #include <array>

@@ -19,6 +19,7 @@
 #include "io/scene/quantised.h"
 #include "io/scene/spz_container.h"
 #include "raster/base/fail.h"
+#include "raster/scene/activated_cloud.h"
 
 namespace qs {
 namespace {
@@ -29,7 +30,8 @@ using Blocks = std::array<Bytes, kSpzBlocks>;
 constexpr std::uint32_t kMagic = 0x5053474e;  // "NGSP"
 constexpr int kMaxFixedPoint = (1 << 23) - 1;
 
-// The most bits behind the point, up to Niantic's 12, with which every position fits 24 bits.
+// The largest number of fractional bits, up to Niantic's 12, with which every position fits 24
+// bits.
 int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
   float largest = 0;
   for (const glm::vec3& p : cloud.positions) {
@@ -44,7 +46,7 @@ int fractional_bits(const GaussianCloud& cloud, const std::string& path) {
   return bits;
 }
 
-std::uint8_t byte(double value) { return static_cast<std::uint8_t>(whole(value, 255)); }
+std::uint8_t byte(double value) { return static_cast<std::uint8_t>(round_to_integer(value, 255)); }
 
 void put_position(const glm::vec3& position, int bits, Bytes& out) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -54,18 +56,18 @@ void put_position(const glm::vec3& position, int bits, Bytes& out) {
   }
 }
 
-// The number of the largest of x, y, z, w, then three times sign and 9 bits of magnitude.
+// Index of the largest of x, y, z, w, then three times sign and 9 bits of magnitude.
 void put_rotation(const glm::quat& q, Bytes& out) {
   const SmallestThree three = drop_largest({q.x, q.y, q.z, q.w});
   std::uint32_t packed = three.dropped;
   for (const double value : three.others) {
-    packed =
-        packed << 10 | (value < 0 ? 512u : 0u) | whole(std::abs(value) * std::sqrt(2.0) * 511, 511);
+    packed = packed << 10 | (value < 0 ? 512u : 0u) |
+             round_to_integer(std::abs(value) * std::sqrt(2.0) * 511, 511);
   }
   for (const int shift : {0, 8, 16, 24}) out.push_back(static_cast<std::uint8_t>(packed >> shift));
 }
 
-// Multiples of `step` from 0: few different bytes pack well. 128 stands for 0.
+// Rounds to multiples of `step` from 0, because few distinct bytes compress well. 128 stands for 0.
 std::uint8_t sh_byte(float value, int step) {
   const int exact = static_cast<int>(std::lround(std::clamp(value, -2.0f, 2.0f) * 128)) + 128;
   return static_cast<std::uint8_t>(std::clamp((exact + step / 2) / step * step, 0, 255));
@@ -77,7 +79,7 @@ Blocks make_blocks(const GaussianCloud& cloud, int bits, const Progress& progres
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   for (std::size_t first = 0; first < cloud.size(); first += kStep) {
     progress.update(0.5f * static_cast<float>(first) / static_cast<float>(cloud.size()));
-    // RUB, a part at a time.
+    // Converts to RUB in parts, to save memory.
     const std::size_t count = std::min(kStep, cloud.size() - first);
     GaussianCloud part;
     part.resize(count, cloud.sh_degree);
@@ -109,7 +111,7 @@ void put(std::string& header, T value) {
   header.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Magic to flags are the same in every version.
+// The fields from magic to flags are the same in every version.
 std::string start_of_header(const GaussianCloud& cloud, std::uint32_t version, int bits) {
   std::string header;
   put(header, kMagic);
@@ -165,7 +167,7 @@ class Deflater {
 
 }  // namespace
 
-void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                const Progress& progress) {
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
@@ -184,7 +186,7 @@ void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
   progress.update(1);
 }
 
-void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
+void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                   const Progress& progress) {
   constexpr int kLevel = 9;
   constexpr std::uint32_t kHeaderBytes = 32;
@@ -193,7 +195,7 @@ void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
   const std::size_t streams = cloud.sh_degree == 0 ? kSpzSh : kSpzBlocks;
   std::string header = start_of_header(cloud, 4, bits);
   put(header, static_cast<std::uint8_t>(streams));
-  put(header, kHeaderBytes);  // where the table of streams begins
+  put(header, kHeaderBytes);  // offset of the table of streams
   header.resize(kHeaderBytes);
   std::vector<Bytes> packed(streams);
   float done = 0.5f;

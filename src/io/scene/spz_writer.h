@@ -7,17 +7,18 @@
 
 #include <filesystem>
 
+#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
-/// Version 3, one gzip stream: what nearly every reader takes.
-void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path,
+/// Version 3, one gzip stream: the version that nearly every reader supports.
+void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
-/// Version 4, zstd streams that are read in parallel.
-void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path,
+/// Version 4, zstd streams that can be read in parallel.
+void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                   const Progress& progress);
 
 }  // namespace qs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// tinygltf.h with its implementation, which needs <fstream> without including it, and would include
-// nlohmann's JSON with its symbols hidden from our own uses.
+// The implementation of tinygltf. It needs <fstream> without including it; nlohmann's JSON is
+// included first because tinygltf would include it with hidden symbols.
 #include <fstream>
 
 #include <nlohmann/json.hpp>

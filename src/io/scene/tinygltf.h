@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// tinygltf, a library of one header, without its access to files and pictures. Include this instead
-// of <tiny_gltf.h>: the choices must be the same everywhere. tinygltf.cpp compiles it, so that
-// sanitizers and fuzzers see into it.
+// tinygltf (header-only) without its access to files and images. Include this instead of
+// <tiny_gltf.h>, because the options must be the same in every file. tinygltf.cpp compiles the
+// implementation, so that it is covered by sanitizers and fuzzing.
 #pragma once
 
 #define TINYGLTF_NO_STB_IMAGE

@@ -36,7 +36,7 @@ std::array<double, 16> sh_basis(const glm::dvec3& d) {
 }
 
 // Calls visit(direction, weight) for a quadrature of the sphere that is exact for products of two
-// functions of degree 3: Gauss-Legendre in z, equal steps around.
+// functions of degree 3: Gauss-Legendre in z, equal steps in azimuth.
 template <class Visit>
 void integrate_sphere(const Visit& visit) {
   constexpr std::array kZ = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Moves Gaussians by an affine transform, such as a glTF node's: positions, covariances and SH
-// together. Turning and uniform scaling keep every Gaussian's shape; anything else gives each a new
-// one, whose covariance is the transformed one. SH turn with the rotation (and mirroring) in the
-// transform, its polar part.
+// Applies an affine transform, such as a glTF node's, to Gaussians: positions, covariances and SH.
+// A similarity keeps every Gaussian's shape; any other transform recomputes scale and rotation from
+// the transformed covariance. SH are rotated by the transform's polar part.
 #pragma once
 
 #include <array>
@@ -20,13 +19,13 @@ namespace qs {
 
 class Transform {
  public:
-  /// The last row of `matrix` must be 0 0 0 1, and is_invertible() hold.
+  /// The last row of `matrix` must be 0 0 0 1, and is_invertible(matrix) must hold.
   explicit Transform(const glm::dmat4& matrix);
 
   static bool is_invertible(const glm::dmat4& matrix);
 
   bool is_identity() const { return matrix_ == glm::dmat4(1); }
-  /// Rotations and uniform scaling only.
+  /// True if the transform consists of rotation, translation and uniform scaling.
   bool is_similarity() const { return is_similarity_; }
 
   /// Applies it to Gaussian `i`.

@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-// Longer extensions before those they end in.
+// An extension precedes those that are its suffixes.
 constexpr std::array kWriters = {
     WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
               "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",
@@ -59,9 +59,9 @@ const WriterRow& choose_writer(const std::filesystem::path& path, std::string_vi
 std::span<const WriterRow> writers() { return kWriters; }
 
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
-                             const Progress& progress, std::string_view format) {
+                             ThreadPool& pool, const Progress& progress, std::string_view format) {
   const WriterRow& writer = choose_writer(path, format);
-  writer.write(cloud, path, progress);
+  writer.write(cloud, path, pool, progress);
   return writer;
 }
 

@@ -16,6 +16,7 @@
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/shared.h"
 
@@ -29,7 +30,7 @@ struct Subject {
 };
 
 Subject open(const std::filesystem::path& scene, const std::filesystem::path& cameras) {
-  return {read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
+  return {test::read_scene(scene).cloud, read_cameras(cameras).front().resized(800, 600)};
 }
 
 /// The middle of the view, 1 / factor of its width and height, at the same size in pixels.
@@ -39,7 +40,7 @@ Subject zoomed(Subject subject, double factor) {
 }
 
 Subject biker() {
-  return {read_scene(test::shared_path("corpus/valid/biker.compressed.ply")).cloud,
+  return {test::read_scene(test::shared_path("corpus/valid/biker.compressed.ply")).cloud,
           look_at({-0.4, -1.5, -2.6}, {-0.1, -1.5, 0}, {0, -1, 0}, 0.9, 800, 600)};
 }
 

@@ -21,6 +21,7 @@
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/pool.h"
+#include "support/scene_files.h"
 #include "support/scenes.h"
 #include "test_paths.h"
 
@@ -119,7 +120,7 @@ double now_ms() {
 /// Prints the times of the steps from a file to its first frame. `renderer` then has the scene.
 void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>& renderer) {
   const double begin = now_ms();
-  const GaussianCloud cloud = read_scene(file).cloud;
+  const GaussianCloud cloud = test::read_scene(file).cloud;
   const double read = now_ms();
   renderer = make_renderer(Backend::cuda, test::pool());
   const double made = now_ms();

@@ -152,7 +152,8 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   options.axes = request.axes;
   options.progress = shown_progress(path, "reading", stop, reports_);
   const auto loaded = std::make_shared<LoadedScene>();
-  loaded->scene = read_scene(path, options);
+  ThreadPool pool(threads_);
+  loaded->scene = read_scene(path, pool, options);
   loaded->facts = view_facts(loaded->scene, request.cameras_file);
   loaded->facts.axes = request.axes;
   for (const std::string& warning : loaded->scene.warnings)

@@ -36,8 +36,10 @@ struct OpenRequest {
 
 class SceneLoader {
  public:
-  /// `wake` is called on the loader's threads after every report.
-  explicit SceneLoader(std::function<void()> wake) : reports_(std::move(wake)) {}
+  /// `wake` is called on the loader's threads after every report. Scenes are read by `threads`
+  /// threads; 0 = one per hardware thread.
+  SceneLoader(std::function<void()> wake, int threads)
+      : reports_(std::move(wake)), threads_(threads) {}
 
   /// Starts reading, and cancels what is being read.
   void open(const OpenRequest& request);
@@ -54,6 +56,7 @@ class SceneLoader {
   void read(const OpenRequest& request, const std::stop_token& stop);
 
   ActionQueue reports_;
+  int threads_;
   std::atomic<int> reading_ = 0;  // threads
   std::jthread thread_, photograph_thread_;
 };

@@ -20,6 +20,12 @@ std::filesystem::path preferences_file();
 std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
                              glm::ivec2& window_size);
 
+/// Sets what the text of a file holds. Throws std::exception and changes nothing if it is damaged.
+void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& window_size);
+
+/// The text that parse_preferences() reads.
+std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size);
+
 /// Makes the folder if needed. Throws Error(input).
 void write_preferences(const std::filesystem::path& file, const Viewer& viewer,
                        glm::ivec2 window_size);

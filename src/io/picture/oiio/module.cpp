@@ -15,7 +15,7 @@
 namespace qs {
 namespace {
 
-// Keeps the first line, without the full stop that a caller's sentence brings itself.
+// Copies the first line of `text`.
 void say(OiioMessage* message, std::string text) {
   text = text.substr(0, text.find('\n'));
   std::snprintf(message->text, sizeof message->text, "%s",
@@ -63,7 +63,7 @@ int write(const char* path, const OiioPicture* picture, const OiioText* texts, i
           OiioMessage* message) try {
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) {
-    OIIO::geterror();  // names the temporary file; taken away unseen
+    OIIO::geterror();  // discards a message that would name the temporary file
     say(message, "no picture format has this ending");
     return 0;
   }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The interface of the OpenImageIO module, a shared library that the program loads with dlopen when
-// the first picture in a format of its own is read or written (image_module.cpp). Plain C at the
-// border: no exception, no C++ type and no memory ownership crosses it. Functions return 0 when
-// something failed and leave a clause without the file's name in `message`. kOiioModuleVersion
-// changes with every change here; the loader refuses another one.
+// The interface of the OpenImageIO module, a shared library that image_module.cpp loads with dlopen
+// when a format needs it. The interface is plain C: no exception, C++ type or ownership of memory
+// crosses it. On failure functions return 0 and set `message` to a clause without the file's name.
+// Every change here must change kOiioModuleVersion; the loader refuses other versions.
 #pragma once
 
 namespace qs {
@@ -17,7 +16,7 @@ struct OiioMessage {
   char text[400];
 };
 
-/// A picture as it crosses the border; `values` is height * width * channels, owned by the program.
+/// A picture; `values` is height * width * channels, owned by the program.
 struct OiioPicture {
   int width, height, channels;
   float* values;
@@ -31,12 +30,13 @@ struct OiioText {
 
 struct OiioModule {
   int version;
-  /// Opens `path`, fills all of `picture` but the values; 0 when it is not a readable picture.
+  /// Opens `path` and fills `picture` except for the values. Returns 0 if it is not a readable
+  /// picture.
   void* (*open)(const char* path, OiioPicture* picture, OiioMessage* message);
   /// Reads the pixels into picture->values.
   int (*read)(void* handle, OiioPicture* picture, OiioMessage* message);
   void (*close)(void* handle);
-  /// Floats stay floats where the format has them, else they become 8-bit by to_8bit().
+  /// Stores floats if the format supports them, else 8 bits by to_8bit().
   int (*write)(const char* path, const OiioPicture* picture, const OiioText* texts, int text_count,
                OiioMessage* message);
 };

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+//
+// Preferences as JSON. Apart from preferences.cpp so that the fuzzer builds without the rest of the
+// application.
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+
+#include "app/viewer/state/preferences.h"
+#include "io/camera/cameras.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t kMostCameras = 100;
+
+/// Calls visit(name, member) for the members that JSON stores directly.
+template <class V, class Size, class Visit>
+void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
+  visit("width", window_size.x);
+  visit("height", window_size.y);
+  visit("vsync", viewer.vsync);
+  visit("on_demand", viewer.on_demand);
+  visit("reduce_when_moving", viewer.reduce_when_moving);
+  visit("hud", viewer.panels.hud);
+  visit("info", viewer.panels.info);
+  visit("cameras_panel", viewer.panels.cameras);
+  visit("cameras", viewer.last_views);
+}
+
+}  // namespace
+
+void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& window_size) {
+  const ordered_json json = ordered_json::parse(text);
+  Viewer read = viewer;
+  glm::ivec2 size = window_size;
+  for_each_preference(read, size, [&](const char* name, auto& value) {
+    if (json.contains(name)) json.at(name).get_to(value);
+  });
+  read.navigation =
+      json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
+  for (const auto& path : json.value("recent", std::vector<std::string>()))
+    read.recent.emplace_back(path);
+  window_size = glm::clamp(size, glm::ivec2(320, 240), glm::ivec2(16384));
+  viewer = std::move(read);
+}
+
+std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
+  ordered_json json;
+  for_each_preference(viewer, window_size,
+                      [&](const char* name, const auto& value) { json[name] = value; });
+  if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
+  while (json["cameras"].size() > kMostCameras) json["cameras"].erase(json["cameras"].begin());
+  json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
+  json["recent"] = ordered_json::array();
+  for (const auto& path : viewer.recent) json["recent"].push_back(path.string());
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace qs

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "fuzz/targets.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string_view>
+
+#include "app/viewer/state/preferences.h"
+#include "io/camera/camera_formats.h"
+#include "io/picture/picture_formats.h"
+#include "io/picture/webp_image.h"
+#include "io/scene/reader.h"
+#include "raster/base/error.h"
+#include "support/gzip.h"
+#include "support/temporary_folder.h"
+#include "test_paths.h"
+
+namespace qs::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::span<const std::byte>;
+
+const fs::path kData = fs::path(QUADSPLAT_SOURCE_DIR) / "tests/data";
+
+void demand(bool promise, const char* what) {
+  if (!promise) throw std::logic_error(std::string("broken promise: ") + what);
+}
+
+// Runs read(), which may throw an Error about `source`.
+template <class Read>
+void expect_sentence_at_most(const std::string& source, Read read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    const std::string_view sentence = error.what();
+    demand(sentence.starts_with(source), "a message begins with the file's name");
+    demand(sentence.find('\n') == sentence.npos, "a message is one line");
+  }
+}
+
+std::string name_of(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '.' || c == ' '; }, '_');
+  return text;
+}
+
+// COLMAP's readers find the other file of a sound model beside the fuzzed one.
+struct InputFolder : TemporaryFolder {
+  InputFolder() { fs::copy(kData / "cameras", path()); }
+};
+
+// A file of that name with the bytes of the current input.
+fs::path input_file(const std::string& name, Bytes content) {
+  static const InputFolder folder;
+  std::ofstream file(folder / name, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(content.data()),
+             static_cast<std::streamsize>(content.size()));
+  return folder / name;
+}
+
+// ---- scenes -------------------------------------------------------------------------------------
+
+// Readers of several files find the other files of a sound scene beside the fuzzed one.
+fs::path path_for(std::string_view reader) {
+  const fs::path valid = kData / "corpus/valid";
+  if (reader == "sog") return valid / "sog_v1_folder/meta.json";
+  if (reader == "streamed sog") return valid / "lod_of_sog_v1/lod-meta.json";
+  return valid / "fuzzed";
+}
+
+void check(const GaussianCloud& cloud) {
+  demand(!cloud.empty(), "a cloud is not empty");
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  demand(cloud.sh.size() == cloud.size() * coefficients, "SH fit the degree");
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const glm::vec3& p = cloud.positions[i];
+    demand(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z), "positions are finite");
+    const glm::quat& q = cloud.rotations[i];
+    demand(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-3f, "unit rotations");
+    demand(!std::isnan(cloud.opacity_logits[i]), "opacities are numbers");
+    demand(cloud.log_scales[i].x < 100, "scales are finite");
+  }
+}
+
+void read_scene(const ReaderRow& reader, Bytes content) {
+  static ThreadPool pool(1);
+  Scene scene;
+  scene.path = path_for(reader.name);
+  expect_sentence_at_most(scene.path.string(), [&] {
+    reader.read(content, scene.path, pool, {}, scene);
+    check(scene.cloud);
+  });
+}
+
+FuzzTarget scene_target(const ReaderRow& reader) {
+  return {name_of(reader.name), reader.extensions, [&reader](Bytes content) {
+            reader.recognises(content, "fuzzed");
+            read_scene(reader, content);
+            // Changed bytes would rarely pass the checksum of gzip.
+            if (reader.name == std::string_view("spz"))
+              read_scene(reader, gzip(std::vector(content.begin(), content.end()), 1));
+          }};
+}
+
+// ---- cameras ------------------------------------------------------------------------------------
+
+void check(const Camera& camera) {
+  demand(camera.width > 0 && camera.height > 0, "pictures have pixels");
+  demand(camera.focal_px.x > 0 && camera.focal_px.y > 0, "focal lengths are positive");
+  for (int i = 0; i < 4; ++i) {
+    const glm::dvec3& column = camera.view_from_world[i];
+    demand(std::isfinite(column.x + column.y + column.z), "matrices are finite");
+  }
+}
+
+FuzzTarget camera_target(const CameraFormat& format, const std::string& file) {
+  return {name_of(file), "/" + file, [&format, file](Bytes content) {
+            const fs::path path = input_file(file, content);
+            expect_sentence_at_most(path.parent_path().string(), [&] {
+              for (const Camera& camera : format.read(path)) check(camera);
+            });
+          }};
+}
+
+// ---- pictures and preferences -------------------------------------------------------------------
+
+FuzzTarget picture_target(const PictureFormat& format) {
+  const std::string extension = format.extension;
+  return {extension.substr(1), extension, [&format, extension](Bytes content) {
+            const fs::path path = input_file("picture" + extension, content);
+            expect_sentence_at_most(path.string(), [&] {
+              const Image image = format.read(path);
+              demand(image.width > 0 && image.height > 0, "pictures have pixels");
+            });
+          }};
+}
+
+void read_webp(Bytes content) {
+  expect_sentence_at_most("picture", [&] {
+    const std::uint64_t pixels = webp_size(content, "picture").pixels();
+    demand(decode_webp(content, "picture").size() == 4 * pixels, "pictures have their size");
+  });
+}
+
+void read_preferences_text(Bytes content) {
+  Viewer viewer;
+  glm::ivec2 window_size(1280, 720);
+  try {
+    parse_preferences({reinterpret_cast<const char*>(content.data()), content.size()}, viewer,
+                      window_size);
+  } catch (const std::exception& error) {
+    const std::string_view sentence = error.what();
+    demand(sentence.find('\n') == sentence.npos, "a message is one line");
+  }
+  demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
+}
+
+}  // namespace
+
+std::vector<FuzzTarget> fuzz_targets() {
+  std::vector<FuzzTarget> targets;
+  for (const ReaderRow& reader : readers()) targets.push_back(scene_target(reader));
+  for (const CameraFormat& format : camera_formats()) {
+    const fs::path place = fs::path(format.place).filename();
+    targets.push_back(camera_target(format, place.string()));
+    if (place.stem() == "images")  // COLMAP's lenses
+      targets.push_back(camera_target(format, "cameras" + place.extension().string()));
+  }
+  for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
+  targets.push_back({"webp", ".webp", read_webp});
+  targets.push_back({"preferences", "/viewer.json", read_preferences_text});
+  return targets;
+}
+
+}  // namespace qs::test

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#include "support/scene_files.h"
+
+namespace qs::test {
+
+Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) {
+  ThreadPool pool;
+  return qs::read_scene(path, pool, options);
+}
+
+const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                             const Progress& progress, std::string_view format) {
+  ThreadPool pool;
+  return qs::write_scene(cloud, path, pool, progress, format);
+}
+
+}  // namespace qs::test

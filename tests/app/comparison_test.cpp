@@ -77,7 +77,7 @@ TEST(CompareCommand, writes_a_sheet_and_a_table) {
   EXPECT_THAT(nowhere.err, HasSubstr("missing"));
 }
 
-TEST(CompareCommand, says_what_is_wrong_with_a_crop) {
+TEST(CompareCommand, explains_a_wrong_crop) {
   for (const char* crop : {"1,2,3", "1,2,0,5", "300,200,40,50", "x"}) {
     const test::ProgramRun run = test::run_quadsplat(
         {"compare", kPlush, "--size", "320x240", "--cull", "quadbox", "--crop", crop});
@@ -103,7 +103,7 @@ TEST(InspectCommand, its_counts_are_those_of_render_s_statistics) {
   EXPECT_THAT(text.out, HasSubstr("quadbox walks"));
 }
 
-TEST(InspectCommand, says_what_is_wrong) {
+TEST(InspectCommand, explains_wrong_options) {
   const auto error_of = [](const std::vector<std::string>& more) {
     std::vector<std::string> words = {"inspect", kPlush, "--size", "64x48"};
     words.insert(words.end(), more.begin(), more.end());
@@ -118,7 +118,7 @@ TEST(InspectCommand, says_what_is_wrong) {
   EXPECT_THAT(error_of({"--cull", "reference"}), HasSubstr("mode reference has no tiles"));
 }
 
-TEST(RenderCommand, draws_the_maps_of_what_is_wasted_and_what_is_lost) {
+TEST(RenderCommand, draws_maps_of_false_positives_and_missed_contributions) {
   const TemporaryFolder folder;
   for (const char* map : {"false-positive", "missed"}) {
     const std::string path = (folder / (std::string(map) + ".png")).string();

@@ -97,7 +97,7 @@ TEST(Heatmap, the_mean_color_of_a_tile_is_its_value_s_at_every_tile_size) {
   }
 }
 
-TEST(Heatmap, the_legend_lies_below_the_frame_and_has_ink_at_any_size) {
+TEST(Heatmap, the_legend_is_below_the_frame_and_has_ink_at_any_size) {
   for (const auto& [width, height] :
        {std::pair{1600, 1200}, {640, 480}, {200, 100}, {16, 16}, {1, 1}}) {
     const int columns = (width + 15) / 16, rows = (height + 15) / 16;

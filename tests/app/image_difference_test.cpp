@@ -35,6 +35,26 @@ TEST(ImageDifference, names_the_first_pixel_with_the_largest_difference_and_comp
   EXPECT_NEAR(row.psnr, 10 * std::log10(255.0 * 255.0 / (9.0 / (3 * 4))), 1e-12);
 }
 
+TEST(ImageDifference, pixels_count_when_they_exceed_the_tolerance) {
+  Image a(5, 4, 3), b = a;
+  b.at(4, 0, 1) = 3.0f / 255;
+  a.at(2, 1, 2) = 2.0f / 255;
+  a.at(0, 3, 0) = 9.0f / 255;
+  EXPECT_EQ(image_difference(a, b).pixels, 3u);
+  EXPECT_EQ(image_difference(a, b).first, glm::ivec2(4, 0));
+  const ImageDifference above = image_difference(a, b, {}, 3);
+  EXPECT_EQ(above.pixels, 1u);
+  EXPECT_EQ(above.first, glm::ivec2(0, 3));
+  EXPECT_EQ(above.psnr, psnr_8bit(a, b)) << "the tolerance does not affect it";
+  const ImageDifference part = image_difference(a, b, PixelBox{1, 1, 5, 4}, 1);
+  EXPECT_EQ(part.first, glm::ivec2(2, 1));
+  EXPECT_EQ(part.largest, 2);
+  EXPECT_FALSE(image_difference(a, a).first.has_value());
+  EXPECT_EQ(amplification_for(0), 64);
+  EXPECT_EQ(amplification_for(9), 28);
+  EXPECT_EQ(amplification_for(255), 1);
+}
+
 TEST(ImageDifference, is_amplified_up_to_white) {
   Image truth(4, 1, 3), other = truth;
   other.at(1, 0, 0) = 2.0f / 255;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The inspector: pixels, Gaussians, and what becomes of pairs.
+// The inspector: pixels, Gaussians, and the uses of pairs.
 #include <cmath>
 #include <map>
 
@@ -143,7 +143,7 @@ TEST_F(Inspector, pair_uses_are_the_renderer_s_used_pairs) {
   }
 }
 
-TEST_F(Inspector, use_in_a_tile_is_what_the_whole_frame_says) {
+TEST_F(Inspector, use_in_a_tile_equals_that_of_the_whole_frame) {
   const Frame frame = render(find_culler("3dgs"));
   const std::vector<PairUse> uses = pair_uses(frame, size(), pool_);
   for (int tile = 0; tile < frame.grid.count(); tile += 3) {
@@ -160,13 +160,13 @@ TEST_F(Inspector, exact_has_the_fewest_false_positives_of_the_lossless_modes) {
     sums[mode_name(mode)] = sum_up(pair_uses(render(mode), size(), pool_));
   for (const char* name : {"3dgs", "adr", "quadbox", "quadbox-naive"})
     EXPECT_LT(sums["exact"].false_positives(), sums[name].false_positives()) << name;
-  // What is hidden is hidden from every shape.
+  // Hidden pairs do not depend on the bound.
   EXPECT_EQ(sums["exact"].hidden, sums["quadbox"].hidden);
   EXPECT_GT(sums["exact"].hidden, 0u);
   EXPECT_LT(sums["exact"].empty, sums["quadbox"].empty / 2);
 }
 
-TEST_F(Inspector, picks_the_heaviest_gaussian_unless_told_another) {
+TEST_F(Inspector, picks_the_heaviest_gaussian_unless_another_is_given) {
   const Frame frame = render(kDefaultMode);
   const glm::ivec2 middle = size() / 2;
   const Inspection inspection = inspect(frame, size(), middle, settings_.background);
@@ -184,7 +184,7 @@ TEST_F(Inspector, picks_the_heaviest_gaussian_unless_told_another) {
   EXPECT_THROW(inspect(frame, size(), middle, {}, 999999), Error);
 }
 
-TEST_F(Inspector, json_holds_what_the_text_says) {
+TEST_F(Inspector, json_has_the_numbers_of_the_text) {
   const Frame frame = render(kDefaultMode);
   const Inspection inspection = inspect(frame, size(), size() / 2, settings_.background);
   const nlohmann::ordered_json json = inspection_json(inspection);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a mode drops.
+// The contributions that a mode drops.
 #include "app/inspect/missed_contributions.h"
 
 #include <cmath>

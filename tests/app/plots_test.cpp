@@ -352,6 +352,17 @@ TEST(StudyPlots, bins_come_from_the_study) {
   }
 }
 
+TEST(StudyPlots, labels_of_neighbouring_bins_share_their_edge) {
+  for (const Quantity& quantity : quantities()) {
+    const auto high_of = [&](std::size_t bin) {
+      const std::string label = bin_label(quantity, bin);
+      return label.substr(label.find_first_of("<-") + 1);
+    };
+    for (std::size_t bin = 1; bin < kBins; ++bin)
+      EXPECT_TRUE(bin_label(quantity, bin).starts_with(high_of(bin - 1))) << quantity.name;
+  }
+}
+
 TEST(Plots, a_mode_has_a_colour_and_a_marker_of_its_own) {
   std::set<std::string> colors;
   std::set<int> markers;

@@ -42,7 +42,7 @@ TEST(Html, shows_text_as_it_is_and_holds_its_pictures) {
   EXPECT_THAT(page.text(), HasSubstr("&lt;title&gt;"));
 }
 
-TEST(Study, bins_hold_every_visible_gaussian_and_all_of_its_pairs) {
+TEST(Study, bins_contain_every_visible_gaussian_and_all_of_its_pairs) {
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(test::random_cloud(2000, 0, 41), {});
   const Camera views[] = {test::front_camera(160, 120), test::front_camera(90, 70)};

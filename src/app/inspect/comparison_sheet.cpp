@@ -105,7 +105,7 @@ struct Sheet {
     paste(page, view,
           {left(0) + (kPanelWidth - view.width) / 2,
            top + panel_height + kGap + (panel_height - view.height) / 2});
-    const std::string lines[] = {"the image that the others are compared with"};
+    const std::string lines[] = {"the others are compared with it"};
     label(0, comparison.truth_name, lines);
   }
 

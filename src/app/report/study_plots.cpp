@@ -134,7 +134,7 @@ Plot loads_plot(const SceneStudy& study, const std::string& caption) {
 std::string bin_label(const Quantity& quantity, std::size_t bin) {
   const double low = quantity.edges[bin], high = quantity.edges[bin + 1];
   if (high >= 1e9) return fmt::format("{:.3g}+", low);
-  if (bin == 0) return fmt::format("<{:.2g}", high);
+  if (bin == 0) return fmt::format("<{:.3g}", high);
   return fmt::format("{:.3g}-{:.3g}", low, high);
 }
 

@@ -14,7 +14,7 @@ namespace qs {
 /// Their names: "uses", "sizes", "loads", and for every quantity "count_KEY" and "saved_KEY".
 std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption);
 
-/// "1.25-1.5", "20+", "<0.004": the label of a bin.
+/// "1.25-1.5", "20+", "<1.25": the label of a bin.
 std::string bin_label(const Quantity& quantity, std::size_t bin);
 
 }  // namespace qs

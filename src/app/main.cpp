@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Turns what went wrong into one sentence on stderr and an exit code; the only place that catches.
+// Prints every error as one sentence on stderr and turns it into the exit code.
 #include <cstdio>
 #include <exception>
 #include <new>

@@ -48,6 +48,13 @@ BenchRow row(const std::string& mode, double ms, std::uint64_t pairs, std::uint6
   return result;
 }
 
+BenchReport report(std::vector<BenchRow> rows) {
+  return {{{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", "abc"}},
+          nlohmann::ordered_json::array(),
+          rows.size(),
+          std::move(rows)};
+}
+
 TEST(Statistics, median_and_percentiles_interpolate_between_sorted_values) {
   const std::array<double, 4> values = {4, 1, 3, 2};
   EXPECT_DOUBLE_EQ(median(values), 2.5);

@@ -37,10 +37,10 @@ TEST_F(SessionTest, has_the_settings_that_were_asked_for) {
   frame_.background = glm::vec3(0.25f, 0.5f, 0.75f);
   frame_.antialiased = true;
   frame_.tile_px = 32;
-  frame_.renderer.device = 7;
+  frame_.device = 7;
   const Session session = open_session(frame_, [](Scene& scene) { scene.cloud.sh[0].x = 5; });
   EXPECT_EQ(session.backend, Backend::cpu);
-  EXPECT_EQ(session.options.device, 7);
+  EXPECT_EQ(session.device, 7);
   EXPECT_EQ(session.settings.mode, find_culler("adr"));
   EXPECT_EQ(session.settings.pipeline, Pipeline::classic);
   EXPECT_EQ(session.settings.sh_degree, 1);
@@ -48,7 +48,7 @@ TEST_F(SessionTest, has_the_settings_that_were_asked_for) {
   EXPECT_EQ(session.settings.background, glm::vec3(0.25f, 0.5f, 0.75f));
   EXPECT_EQ(session.settings.antialiased, true);
   EXPECT_EQ(session.settings.tile_px, 32);
-  EXPECT_EQ(session.scene.cloud.sh[0].x, 5);
+  EXPECT_EQ(session.scene->cloud.sh[0].x, 5);
   EXPECT_STREQ(pipeline_name(session), "classic");
 }
 

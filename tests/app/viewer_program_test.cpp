@@ -213,7 +213,7 @@ TEST_F(ViewerProgram, a_bench_s_csv_holds_the_numbers_of_the_display) {
     std::vector<std::string> cells;
     std::istringstream words(line);
     for (std::string cell; std::getline(words, cell, ',');) cells.push_back(cell);
-    EXPECT_EQ(cells[2], row["mode"]);
+    EXPECT_EQ(cells[2], row["mode"].get<std::string>());
     std::string pairs = row["pairs"];
     std::erase(pairs, ',');
     EXPECT_EQ(cells[9], pairs);

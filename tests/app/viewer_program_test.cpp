@@ -263,7 +263,7 @@ TEST_F(ViewerProgram, the_split_window_shows_both_variants_and_tells_how_they_di
   EXPECT_EQ(sides["split"]["first"], "dualbox, cpu");
   EXPECT_EQ(sides["split"]["other"], "3dgs, cpu");
   EXPECT_EQ(sides["split"]["divider"], 0.5);
-  EXPECT_THAT(sides["caveat"].get<std::string>(), HasSubstr("beside another one"));
+  EXPECT_THAT(sides["caveat"].get<std::string>(), HasSubstr("split window"));
   EXPECT_NEAR(dragged["split"]["divider"].get<double>(), 0.25, 0.01);
   EXPECT_EQ(dragged["camera"], sides["camera"]);
   EXPECT_EQ(state("whole.json")["split"]["view"], "one at a time");

@@ -177,7 +177,7 @@ TEST(HudText, a_hindered_frame_is_no_measurement) {
   viewer.shown.heatmap.emplace();
   viewer.shown.other.emplace();
   EXPECT_EQ(hud_caveat(viewer),
-            "drawn at 1/2 size, with a heat map, beside another one: not a measurement");
+            "drawn at 1/2 size, with a heat map, in a split window: not a measurement");
 }
 
 TEST(HudText, the_state_of_the_table_is_said) {

@@ -34,7 +34,7 @@ void record(RenderContext& context, const Viewer& viewer) {
   if (!target) {
     context.report(action::zoom_ended, "");
     return context.report(action::notify_error,
-                          "nothing is in the middle of the picture to zoom to");
+                          "there is nothing to zoom to in the middle of the picture");
   }
   const ZoomPlan plan = zoom_plan(session.backend);
   ZoomBundle bundle = start_zoom(session, request.camera, *target);

@@ -36,7 +36,7 @@ void restore_view(Viewer& v) {
   if (kept == v.last_views.end() || !v.restores_views) return;
   try {
     set_camera(v, parse_camera(kept->second, "settings"));
-    notify(v, "the view of last time; Home goes to the first view");
+    notify(v, "restored the last view of this scene; Home goes to the first view");
   } catch (const Error&) {  // the settings were edited by hand: the first view stays
   }
 }
@@ -124,7 +124,7 @@ void remove_keyframe(Viewer& v, std::size_t index) {
 void set_keyframes(Viewer& v, const std::vector<Keyframe>& keyframes) {
   v.keyframes = keyframes;
   v.playback = {};
-  notify(v, fmt::format("a path of {} keyframes, play it with Space", v.keyframes.size()));
+  notify(v, fmt::format("opened a path of {} keyframes: Space plays it", v.keyframes.size()));
 }
 
 void toggle_playback(Viewer& v) {

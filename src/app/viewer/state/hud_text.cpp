@@ -109,7 +109,7 @@ std::string hud_caveat(const Viewer& viewer) {
   if (viewer.shown.divisor > 1)
     reasons.push_back(fmt::format("drawn at 1/{} size", viewer.shown.divisor));
   if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
-  if (viewer.shown.other) reasons.emplace_back("beside another one");
+  if (viewer.shown.other) reasons.emplace_back("in a split window");
   if (viewer.on_demand) {
     reasons.emplace_back("drawn on demand");
   } else if (viewer.vsync) {
@@ -122,7 +122,7 @@ std::string hud_status(const Viewer& viewer) {
   if (viewer.measuring) return "measuring all modes for this view ...";
   if (numbers_are_current(viewer)) return "all modes measured off screen for this view";
   if (viewer.zoom.running) return "recording a zoom";
-  return "of an earlier view; measured again when this one rests";
+  return "from an earlier view; measured again once this view is still";
 }
 
 std::array<double, kStageCount> stages_of(const BenchRow& row) {

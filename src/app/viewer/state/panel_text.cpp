@@ -101,7 +101,7 @@ std::vector<BarTick> pair_ticks(const ShownFrame& shown) {
 std::string zoom_status(const ZoomRecording& zoom) {
   const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(kCullerCount);
   if (zoom.running) return fmt::format("step {} of {}", done, zoom.steps);
-  if (zoom.rows.empty()) return "from this view to what is in its middle, all modes";
+  if (zoom.rows.empty()) return "measures all modes from this view to the point in its middle";
   if (zoom.folder.empty()) return fmt::format("stopped after {} steps", done);
   return fmt::format("saved in {}", zoom.folder.string());
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The dependency rule of docs/architecture.md. Rooms are listed from the top floor to the ground floor; a room
 # is a folder without its subfolders, or a single file. A file may include its own room and the rooms named in its
-# row, and a row may name only rooms below it. Every source file belongs to the most specific room that holds it.
+# row, and a row may name only rooms below it. Every source file belongs to exactly one room: its own row, or else the row of its folder.
 # Run as: cmake -DROOT=<source tree> -P check_includes.cmake. Fails with one line per broken rule.
 cmake_minimum_required(VERSION 3.25)
 set(data raster/scene raster/kernel/cull raster/kernel raster/base)
@@ -88,7 +88,7 @@ foreach(file ${sources})
   file(STRINGS ${ROOT}/src/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*\"")
   foreach(line ${lines})
     string(REGEX REPLACE ".*\"([^\"]+)\".*" "\\1" header "${line}")
-    if(header STREQUAL "version.h" OR header STREQUAL file)  # generated; Highway compiles a file several times
+    if(header STREQUAL "version.h" OR header STREQUAL file)  # generated; Highway includes a file in itself
       continue()
     endif()
     room_of(${header} target)

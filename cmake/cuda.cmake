@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Finds nvcc when there is one; sets QUADSPLAT_HAVE_CUDA. Without it everything else builds.
+# Finds nvcc and sets QUADSPLAT_HAVE_CUDA. Without nvcc everything but the CUDA backend builds.
 set(QUADSPLAT_HAVE_CUDA OFF)
 if(NOT QUADSPLAT_CUDA STREQUAL "OFF")
   include(CheckLanguage)
@@ -10,7 +10,7 @@ if(NOT QUADSPLAT_CUDA STREQUAL "OFF")
           CACHE STRING "CUDA architectures")
     endif()
     enable_language(CUDA)
-    # CMake before 3.26 knows no C++20 flag for nvcc; nvcc 12 and later have one.
+    # CMake before 3.26 does not know the C++20 flag of nvcc 12 and later.
     if(CMAKE_CUDA_COMPILER_VERSION VERSION_GREATER_EQUAL 12.0 AND NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION)
       set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
       set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# quadsplat_flags: warnings, and the rule that no translation unit contracts a*b+c (bit-equal decisions).
-# Without trapping maths GCC may turn float comparisons into masks, which vector code needs; values stay the same.
+# quadsplat_flags: warnings, and no contraction of a*b+c, so that all backends decide equally to the last bit.
+# -fno-trapping-math lets GCC vectorise float comparisons; it changes no value.
 add_library(quadsplat_flags INTERFACE)
 target_compile_options(quadsplat_flags INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off -fno-trapping-math -fno-math-errno>
@@ -22,7 +22,7 @@ if(QUADSPLAT_SANITIZE)
                       $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize-recover=all>)
   add_link_options(-fsanitize=${QUADSPLAT_SANITIZE})
 endif()
-# Coverage of every library for libFuzzer; the programs link the fuzzer itself.
+# Instruments all libraries for libFuzzer; only the fuzz programs link the fuzzer itself.
 if(QUADSPLAT_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
     message(FATAL_ERROR "QUADSPLAT_FUZZ needs clang: -DCMAKE_CXX_COMPILER=clang++")

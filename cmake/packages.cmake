@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-# Every library the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libzip and
-# OpenImageIO come through pkg-config because Debian's CMake files for them are missing or broken.
-# QUADSPLAT_STATIC: libraries go into the program where the system has static ones, the C++ library too;
-# others are looked for in ../lib beside the program. scripts/bundle builds that.
+# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libzip and OpenImageIO are found
+# through pkg-config, because Debian's CMake files for them are missing or broken.
+# QUADSPLAT_STATIC, used by scripts/bundle, links static libraries if the system has them, the C++ library included.
+# Shared ones are loaded from ../lib beside the program.
 if(QUADSPLAT_STATIC)
   list(PREPEND CMAKE_FIND_LIBRARY_SUFFIXES .a)
   add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What several scripts need; they source it. Defines root, say, fail, gpu_present, find_nvcc.
+# Functions shared by several scripts, which source this file: root, say, fail, gpu_present, find_nvcc, nvcc_major.
 
 # shellcheck disable=SC2034  # used by the scripts that source this
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -7,7 +7,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 say() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
 fail() { say "$@"; exit 1; }
 
-# Is there an NVIDIA GPU? True for its device files, its driver, or a display controller on the PCI bus.
+# True if this machine has an NVIDIA GPU: its device files, its driver, or a display controller on the PCI bus.
 gpu_present() {
   [[ -e /dev/nvidiactl || -e /proc/driver/nvidia/version ]] && return 0
   local device class vendor
@@ -18,7 +18,7 @@ gpu_present() {
   return 1
 }
 
-# Prints the path of the CUDA compiler; false when there is none.
+# Prints the path of the CUDA compiler; fails if none is installed.
 find_nvcc() {
   local nvcc
   for nvcc in "${CUDACXX:-}" "$(command -v nvcc)" "${CUDA_PATH:-}/bin/nvcc" /usr/local/cuda/bin/nvcc; do
@@ -27,7 +27,7 @@ find_nvcc() {
   return 1
 }
 
-# Prints the major version of that compiler, 0 when there is none.
+# Prints the major version of that compiler, or 0 if none is installed.
 nvcc_major() {
   local nvcc major=
   nvcc=$(find_nvcc) && major=$("$nvcc" --version 2>/dev/null | sed -n 's/.*release \([0-9]*\)\..*/\1/p')

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Compares what another program read from a file with the Gaussians that were written to it.
+// Compares the Gaussians that another program read from a file with those that were written to it.
 //   node scripts/compare_splats.mjs REFERENCE.ply READ.ply FORMAT WRITTEN
-// REFERENCE.ply has the Gaussians before writing, READ.ply what the other program made of the file WRITTEN, which is
-// in FORMAT (a name of `quadsplat --list-formats`). Each Gaussian of one needs a counterpart of its own in the other,
-// with position, covariance (scale and rotation), opacity and SH within the format's steps; the order is free.
-// Prints the largest errors in percent of what is allowed. Exit code 1: a Gaussian has no counterpart.
+// REFERENCE.ply holds the Gaussians before writing. WRITTEN is the file in FORMAT (a name of `quadsplat
+// --list-formats`), READ.ply its content as the other program read it. Each Gaussian needs exactly one counterpart, in
+// any order, whose position, covariance (scale and rotation), opacity and SH differ by no more than the format's steps.
+// Prints the largest errors in percent of the allowed ones. Exit code 1: a Gaussian has no counterpart.
 import { readFileSync } from 'node:fs';
 
 const C0 = 0.28209479177387814;
@@ -13,7 +13,7 @@ const ROUNDING = 2e-6;  // of floats, of exp and log
 const radians = (degrees) => degrees * Math.PI / 180;
 const clamp = (value, limit) => Math.max(-limit, Math.min(limit, value));
 
-// The largest errors of rounding to a format's steps: positions in world units, logarithms of scales, angles of
+// The largest rounding errors of each format: positions in world units, logarithms of scales, angles of
 // rotations, opacities, DC and other SH coefficients; `range`: what the last two are clamped to. SH of .spz are
 // rounded twice, to 1/128 and then to 1/16 or 1/8. splat-transform decodes the bytes of .splat rotations up to 0.9
 // degrees away from where antimatter15's viewer does.
@@ -71,7 +71,7 @@ function readGaussians(path) {
   });
 }
 
-// Of the Gaussian at `i` of the file: largest error per value.
+// The largest error of each value of the Gaussian at index `i` of the file.
 function allowed(format, chunks, i) {
   const steps = { ...FORMATS[format] };
   if (chunks) {
@@ -88,7 +88,7 @@ function allowed(format, chunks, i) {
   };
 }
 
-// Largest error of each kind, in parts of what is allowed.
+// Largest error of each kind, relative to the allowed one.
 function errors(written, read, limits) {
   const range = limits.range ?? { dc: Infinity, sh: Infinity };
   const part = (difference, limit, size) => Math.abs(difference) / (limit + ROUNDING * (1 + Math.abs(size)));
@@ -107,7 +107,7 @@ function errors(written, read, limits) {
   };
 }
 
-// Turned from RUB to RDF, by 180 degrees about x: some versions of splat-transform leave the axes of .spz as they are.
+// Rotates by 180 degrees about x, from RUB to RDF: some versions of splat-transform do not convert the axes of .spz.
 function turned(gaussian) {
   const axis = [1, -1, -1], sh = [-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], rest = gaussian.sh.length / 3;
   return {
@@ -118,7 +118,7 @@ function turned(gaussian) {
   };
 }
 
-// Pairs each Gaussian of `read` with the one of `written` that is nearest to it and still free.
+// Pairs each Gaussian of `read` with the nearest unpaired one of `written`.
 function match(written, read, limitsOf) {
   const free = [...written].sort((a, b) => a.position[0] - b.position[0]);  // candidates lie side by side
   const taken = new Set();

@@ -84,7 +84,7 @@ bool Options::parse(std::span<const std::string> arguments) const try {
 } catch (const CLI::CallForHelp&) {
   fmt::print("{}", help());
   return false;
-} catch (const CLI::ArgumentMismatch&) {  // an option takes the next word, whatever it is
+} catch (const CLI::ArgumentMismatch&) {  // an option takes any next word as its value
   complain(arguments.back() + " needs a value");
 } catch (const CLI::ParseError& error) {
   complain(error.what());

@@ -22,7 +22,7 @@ std::string environment_word(const ordered_json& report, const char* key) {
   return report.at("environment").value(key, "");
 }
 
-// The hash tells whether two scenes are the same; their paths may differ from machine to machine.
+// Scenes are equal if their hashes are; their paths may differ from machine to machine.
 std::string scene_words(const ordered_json& report) {
   const ordered_json scenes = report.value("scenes", ordered_json::array());
   std::vector<std::string> words;

@@ -201,7 +201,7 @@ PlyRows PlyBody::rows(std::string_view name) {
     if (!property.is_list) rows.columns.push_back({property.name, property.type, property.offset});
   }
   if (header_.format != PlyFormat::ascii && !element->has_list) {
-    begin_of(index + 1);  // checks that all rows are there
+    begin_of(index + 1);  // checks that no row is missing
     rows.data = content_.data() + begin;
     rows.row_bytes = element->row_bytes;
     rows.swap_bytes = header_.format == PlyFormat::binary_big_endian;

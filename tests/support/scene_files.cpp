@@ -4,13 +4,13 @@
 namespace qs::test {
 
 Scene read_scene(const std::filesystem::path& path, const ReadOptions& options) {
-  ThreadPool pool;
+  ThreadPool pool(0);
   return qs::read_scene(path, pool, options);
 }
 
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
                              const Progress& progress, std::string_view format) {
-  ThreadPool pool;
+  ThreadPool pool(0);
   return qs::write_scene(cloud, path, pool, progress, format);
 }
 

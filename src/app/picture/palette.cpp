@@ -17,4 +17,9 @@ glm::vec3 mode_color(CullMode mode) {
   return mode < 0 ? kGray : kColors[static_cast<std::size_t>(mode) % std::size(kColors)];
 }
 
+glm::vec3 on_dark::mode_color(CullMode mode) {
+  const glm::vec3 color = qs::mode_color(mode);
+  return color == glm::vec3(0) ? kLightGray : color == kBlue ? rgb(0x268CD9) : color;
+}
+
 }  // namespace qs

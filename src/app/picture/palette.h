@@ -40,6 +40,9 @@ namespace on_dark {
 inline constexpr glm::vec3 kPanel = rgb(0x16171B), kText = rgb(0xE6E8EB), kFaint = rgb(0x999EA6);
 /// Index = Stage. Blue is too dark here.
 inline constexpr glm::vec3 kStages[] = {kSkyBlue, kOrange, kGreen, kPurple};
+
+/// mode_color() with lighter colours for black and blue, which are too dark here.
+glm::vec3 mode_color(CullMode mode);
 }  // namespace on_dark
 
 /// Gray for -1, which find_culler() returns for an unknown name.

@@ -15,7 +15,7 @@ namespace qs {
 class ThreadPool {
  public:
   /// `threads` counts the calling thread; 0 means one per hardware thread.
-  explicit ThreadPool(int threads = 0);
+  explicit ThreadPool(int threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;

@@ -13,12 +13,7 @@
 namespace qs {
 namespace {
 
-// Index = CullMode - 1. The colours of the plots, except for 3dgs, which is black there: gray,
-// orange, sky blue, reddish purple, blue, vermillion.
-const ImVec4 kModeColors[] = {{0.75f, 0.75f, 0.75f, 1}, {0.90f, 0.62f, 0.00f, 1},
-                              {0.34f, 0.71f, 0.91f, 1}, {0.80f, 0.47f, 0.65f, 1},
-                              {0.15f, 0.55f, 0.85f, 1}, {0.84f, 0.37f, 0.00f, 1}};
-static_assert(std::size(kModeColors) >= kCullerCount);
+ImVec4 color_of(CullMode mode) { return palette::with_opacity(on_dark::mode_color(mode)); }
 
 void draw_curves(const ZoomRecording& zoom) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -28,12 +23,12 @@ void draw_curves(const ZoomRecording& zoom) {
                      ImGui::GetColorU32({0.12f, 0.125f, 0.14f, 1}), 4);
   const ZoomCurves curves = zoom_curves(zoom);
   if (curves.longest_ms <= 0) return ImGui::Dummy(size);
-  for (std::size_t mode = 0; mode < curves.modes.size(); ++mode) {
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     std::vector<ImVec2> points;
-    for (const glm::vec2 point : curves.modes[mode])
+    for (const glm::vec2 point : curves.modes[static_cast<std::size_t>(mode - 1)])
       points.emplace_back(at.x + 8 + point.x * (size.x - 16),
                           at.y + size.y - 6 - point.y * (size.y - 12));
-    const ImU32 color = ImGui::GetColorU32(kModeColors[mode]);
+    const ImU32 color = ImGui::GetColorU32(color_of(mode));
     draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, 2);
     for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f, color);
   }
@@ -45,7 +40,7 @@ void draw_curves(const ZoomRecording& zoom) {
 void draw_legend() {
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     if (mode > 1) ImGui::SameLine(0, 12);
-    ImGui::TextColored(kModeColors[mode - 1], "%s", mode_name(mode));
+    ImGui::TextColored(color_of(mode), "%s", mode_name(mode));
   }
 }
 

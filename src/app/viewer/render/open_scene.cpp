@@ -4,10 +4,13 @@
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
+namespace {
 
 Progress upload_progress(RenderContext& context, const Scene& scene) {
   return shown_progress(scene.path, "uploading", context.stop, context.reports);
 }
+
+}  // namespace
 
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend) {

@@ -59,6 +59,7 @@ __global__ void __launch_bounds__(kThreads)
   const uint2 range = in.ranges[tile];
   const std::uint32_t begin = range.x, end = range.y;
   if (thread == 0) atomicMax(&counters->max_pairs_in_a_tile, end - begin);
+  if (!kMarksUsed && out.color == nullptr && out.evaluated == nullptr) return;
 
   Pixel pixel{static_cast<float>(x), static_cast<float>(y)};
   std::uint32_t evaluated = end - begin;

@@ -396,8 +396,9 @@ TEST_F(StreamedSog, takes_the_finest_level_of_each_leaf_and_then_the_environment
   description["environment"] = "sky/meta.json";
   save(tree_, description);
   std::vector<float> reported;
+  ThreadPool pool(1);  // the first worker reports
   const Scene scene =
-      read_scene(tree_, {.progress = {[&](float done) { reported.push_back(done); }, {}}});
+      qs::read_scene(tree_, pool, {.progress = {[&](float done) { reported.push_back(done); }, {}}});
   EXPECT_EQ(scene.format, "streamed sog, finest level");
   EXPECT_THAT(scene.warnings, IsEmpty());
   ASSERT_EQ(scene.cloud.size(), 6 + 5 + 8 + kCount);

@@ -229,20 +229,6 @@ TEST_F(ViewerJobs, requests_follow_the_state_of_the_view) {
   EXPECT_FALSE(settle());
 }
 
-TEST_F(ViewerJobs, a_bench_is_the_measurement_of_every_mode) {
-  press("P");
-  settle();
-  EXPECT_EQ(viewer().toasts.back().text, "wrote " + (scenes_ / "bench/random scene_0001").string());
-  EXPECT_EQ(viewer().numbers.version, viewer().view_version);
-  ASSERT_THAT(viewer().numbers.rows, SizeIs(kCullerCount));
-  for (const BenchRow& row : viewer().numbers.rows) {
-    EXPECT_EQ(row.scene, "random scene");
-    EXPECT_EQ(row.camera, "view");
-    EXPECT_EQ(row.width, 96);
-    EXPECT_EQ(row.height, 64);
-  }
-}
-
 TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
   press("Z");
   settle();

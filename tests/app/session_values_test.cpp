@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
 // Words of the command line, texts of numbers, photographs: exact values and messages, at every limit.
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <thread>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
 
 #include "app/session/assets.h"
 #include "app/session/framing.h"
 #include "app/session/photographs.h"
+#include "app/session/progress_bar.h"
 #include "app/session/scene_box.h"
 #include "app/session/session.h"
 #include "app/session/text.h"
@@ -98,6 +104,76 @@ TEST(Text, large_numbers_are_grouped_and_have_units) {
   for (const auto& [bytes, text] : sizes) EXPECT_EQ(bytes_text(bytes), text);
   EXPECT_EQ(decibels(INFINITY), "inf");
   EXPECT_EQ(decibels(38.256), "38.26");
+}
+
+// ---- progress ------------------------------------------------------------------------------------
+// Standard error is a terminal while it lives.
+class Terminal {
+ public:
+  Terminal() : kept_(dup(STDERR_FILENO)) {
+    int screen = -1;
+    EXPECT_EQ(openpty(&keyboard_, &screen, nullptr, nullptr, nullptr), 0);
+    dup2(screen, STDERR_FILENO);
+    close(screen);
+  }
+  ~Terminal() {
+    dup2(kept_, STDERR_FILENO);
+    close(kept_);
+    close(keyboard_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  // What appeared since the last call; nothing if there was nothing.
+  std::string shown() const {
+    std::string text(4096, '\0');
+    fcntl(keyboard_, F_SETFL, O_NONBLOCK);
+    const ssize_t count = read(keyboard_, text.data(), text.size());
+    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return text;
+  }
+
+ private:
+  int kept_, keyboard_ = -1;
+};
+
+TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) {
+  const auto bar = [](std::size_t filled, const char* rest) {
+    return "\rreading [" + std::string(filled, '#') + std::string(32 - filled, ' ') + "] " + rest;
+  };
+  const Terminal terminal;
+  {
+    const auto before = std::chrono::steady_clock::now();
+    ProgressBar progress_bar("reading");
+    const auto after = std::chrono::steady_clock::now();
+    const Progress progress = progress_bar.progress();
+    progress.update(0.5f);
+    EXPECT_EQ(terminal.shown(), "");
+    std::this_thread::sleep_until(after + std::chrono::milliseconds(301));
+    progress.update(0);
+    EXPECT_EQ(terminal.shown(), bar(0, "  0 %\033[K"));
+    progress.update(0.005f);
+    EXPECT_EQ(terminal.shown(), "");
+    const auto seconds = [](auto from) {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
+    };
+    const double least = seconds(after);
+    progress.update(0.01f);
+    const double most = seconds(before);
+    const std::string text = terminal.shown();
+    EXPECT_TRUE(text.starts_with(bar(0, "  1 %, 0:"))) << text;
+    EXPECT_TRUE(text.ends_with(" left\033[K")) << text;
+    const int left = std::stoi(text.substr(text.find(":") + 1));
+    EXPECT_GE(left, static_cast<int>(99 * least + 0.5));
+    EXPECT_LE(left, static_cast<int>(99 * most + 0.5));
+    progress.update(0.5f);
+    EXPECT_EQ(terminal.shown(), bar(16, " 50 %, 0:00 left\033[K"));
+    progress.update(7);
+    EXPECT_EQ(terminal.shown(), bar(32, "100 %, 0:00 left\033[K"));
+  }
+  EXPECT_EQ(terminal.shown(), "\r\033[K");
+  { ProgressBar silent("reading"); }
+  EXPECT_EQ(terminal.shown(), "");
 }
 
 // ---- photographs ---------------------------------------------------------------------------------

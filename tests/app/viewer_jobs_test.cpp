@@ -262,6 +262,9 @@ class Loader : public testing::Test, protected test::RecordingHost {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+    Actions reports;
+    reports_.take(reports);
+    for (const Action& action : reports) store.apply(action, *this);
     return store.viewer();
   }
 
@@ -283,9 +286,18 @@ class Loader : public testing::Test, protected test::RecordingHost {
     write_image(Image(5, 3, 3), folder_ / name);
   }
 
+  void run(Job job) override {
+    if (!run_at_once_) return RecordingHost::run(std::move(job));
+    RenderContext context{reports_, {}};
+    context.session.pool = std::make_unique<ThreadPool>(1);
+    job(context);
+  }
+
   TemporaryFolder folder_;
   Viewer start_;
   std::vector<Loading> seen_;
+  bool run_at_once_ = false;
+  ActionQueue reports_{[] {}};  // of jobs
 };
 
 TEST_F(Loader, cameras_get_the_photographs_of_the_folder_images_here_or_one_up) {
@@ -360,6 +372,18 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
                           glm::dvec3(0, -1, 0)), 1e-9);
   scene.vertical_axis = "x";
   EXPECT_EQ(up({{0, 0, 1}}), glm::dvec3(1, 0, 0));
+}
+
+TEST_F(Loader, a_model_is_read_at_its_last_iteration) {
+  for (const char* name : {"iteration_0", "iteration_30000"}) {
+    const auto folder = folder_ / "model/point_cloud" / name;
+    std::filesystem::create_directories(folder);
+    test::write_scene(test::random_cloud(5, 0, 2), folder / "point_cloud.ply");
+  }
+  run_at_once_ = true;
+  const Viewer viewer = load(folder_ / "model");
+  EXPECT_EQ(viewer.scene->path, folder_ / "model/point_cloud/iteration_30000/point_cloud.ply");
+  EXPECT_EQ(viewer.scene->name, "model");
 }
 
 TEST_F(Loader, what_cannot_be_read_becomes_a_sentence) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Measurements at their borders: ties, single values, the first and the last pixel, exact sentences and tables.
+// Measurements at their borders: ties, single values, the first and the last pixel, exact sentences
+// and tables.
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -72,7 +73,8 @@ TEST(Noise, sentences_are_exact_at_the_tolerance_and_for_ties) {
   EXPECT_EQ(noise_sentence({noisy_row(0.125, 0.25)}),
             "1 of 1 rows are noisy, beyond 3 %: the worst is s, camera 7, m: the medians of its "
             "rounds differ by 25.0 %, so the machine was not at rest or the rounds are too short");
-  EXPECT_THAT(noise_markdown({noisy_row(0.125, 0.25)}), HasSubstr("| s | 7 | `m` | +12.5 % | 25.0 % |\n"));
+  EXPECT_THAT(noise_markdown({noisy_row(0.125, 0.25)}),
+              HasSubstr("| s | 7 | `m` | +12.5 % | 25.0 % |\n"));
 }
 
 TEST(Shard, numbers_are_accepted_up_to_their_limits) {
@@ -89,8 +91,9 @@ TEST(Shard, numbers_are_accepted_up_to_their_limits) {
   EXPECT_EQ(error_of([&] { parsed("7"); }), "--shard: '7' is not I/N, for example 1/4");
 }
 
-// ---- modes on one view ---------------------------------------------------------------------------
-// Says that its frames took the times of a list, and counts calls.
+// ---- modes on one view
+// --------------------------------------------------------------------------- Says that its frames
+// took the times of a list, and counts calls.
 class Clockwork : public Renderer {
  public:
   explicit Clockwork(std::vector<float> times_ms) : times_ms_(std::move(times_ms)) {}
@@ -169,10 +172,12 @@ TEST(ModeTable, its_first_line_names_the_columns) {
   const std::string text = format_mode_table(results);
   EXPECT_EQ(text.substr(0, text.find('\n')),
             "mode                  ms      FPS         pairs  pairs/visible  vs 3dgs  what it is");
-  EXPECT_THAT(text, HasSubstr("\nadr                 0.00  1000000000.0             0           0.00"
-                              "        -  "));
+  EXPECT_THAT(text,
+              HasSubstr("\nadr                 0.00  1000000000.0             0           0.00"
+                        "        -  "));
   results[0].psnr = INFINITY;
-  EXPECT_THAT(format_mode_table(results), HasSubstr("pairs/visible  vs 3dgs  PSNR dB  what it is\n"));
+  EXPECT_THAT(format_mode_table(results),
+              HasSubstr("pairs/visible  vs 3dgs  PSNR dB  what it is\n"));
 }
 
 TEST(LoadTimes, an_unpacked_file_has_no_time_of_inflating) {
@@ -183,7 +188,8 @@ TEST(LoadTimes, an_unpacked_file_has_no_time_of_inflating) {
             "| a.ply | ply | 5 bytes | 2 | 30.0 | 10.0 | 15.0 | 8.0 | 3.75 | - | - |\n");
 }
 
-// ---- files ---------------------------------------------------------------------------------------
+// ---- files
+// ---------------------------------------------------------------------------------------
 TEST(SceneFacts, hash_and_names_are_those_of_the_file) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a.b.ply") << "123456789";
@@ -212,7 +218,8 @@ TEST(SceneFacts, hash_and_names_are_those_of_the_file) {
                 R"(","hash":"crc32:cbf43926","bytes":77,"gaussians":3})");
 }
 
-// ---- paths ---------------------------------------------------------------------------------------
+// ---- paths
+// ---------------------------------------------------------------------------------------
 Keyframe key(double time, double x, double focal) {
   Camera camera = test::front_camera(64, 48);
   camera.view_from_world[3].x = -x;
@@ -222,7 +229,8 @@ Keyframe key(double time, double x, double focal) {
 }
 
 TEST(CameraPath, is_the_cubic_with_catmull_rom_slopes_over_uneven_times) {
-  const std::vector<Keyframe> keyframes = {key(0, 0, 10), key(1, 1, 20), key(3, 4, 10), key(6, 9, 40)};
+  const std::vector<Keyframe> keyframes = {key(0, 0, 10), key(1, 1, 20), key(3, 4, 10),
+                                           key(6, 9, 40)};
   // b + c at the middle of an interval weigh a half each, the slopes 1/8 and -1/8 of its length.
   const auto middle = [](double b, double c, double slope_b, double slope_c, double span) {
     return (b + c) / 2 + span * (slope_b - slope_c) / 8;
@@ -232,7 +240,8 @@ TEST(CameraPath, is_the_cubic_with_catmull_rom_slopes_over_uneven_times) {
   EXPECT_NEAR(x_at(2), middle(1, 4, 4 / 3.0, 8 / 5.0, 2), 1e-12);
   EXPECT_NEAR(x_at(4.5), middle(4, 9, 8 / 5.0, 5 / 3.0, 3), 1e-12);
   // A quarter into the second interval: Hermite's polynomials at 1/4.
-  EXPECT_NEAR(x_at(1.5), 27 / 32.0 * 1 + 5 / 32.0 * 4 + 2 * (9 / 64.0 * 4 / 3 - 3 / 64.0 * 8 / 5), 1e-12);
+  EXPECT_NEAR(x_at(1.5), 27 / 32.0 * 1 + 5 / 32.0 * 4 + 2 * (9 / 64.0 * 4 / 3 - 3 / 64.0 * 8 / 5),
+              1e-12);
   const Camera camera = camera_at(keyframes, 2);
   const double doubling = std::log(2.0);
   EXPECT_NEAR(std::log(camera.focal_px.x / 10),
@@ -276,7 +285,8 @@ TEST(CameraPath, files_are_read_as_written_and_errors_name_the_keyframe) {
   EXPECT_EQ(untimed[2].time, 2);
   const std::string path = (folder / "path.json").string();
   const auto error = [&](const std::string& text) { return error_of([&] { read(text); }); };
-  EXPECT_EQ(error("[" + camera + "]"), path + ": is not a camera path: a list of at least two cameras");
+  EXPECT_EQ(error("[" + camera + "]"),
+            path + ": is not a camera path: a list of at least two cameras");
   EXPECT_EQ(error("{}"), path + ": is not a camera path: a list of at least two cameras");
   const auto timed = [&](const char* time) {
     std::string text = camera;
@@ -284,7 +294,8 @@ TEST(CameraPath, files_are_read_as_written_and_errors_name_the_keyframe) {
   };
   EXPECT_EQ(error("[" + timed("2") + "," + timed("2") + "]"),
             path + ": keyframe 1: its time 2 is not after the one before");
-  EXPECT_EQ(error("[" + timed("\"a\"") + "," + camera + "]"), path + ": keyframe 0: time is not a number");
+  EXPECT_EQ(error("[" + timed("\"a\"") + "," + camera + "]"),
+            path + ": keyframe 0: time is not a number");
   EXPECT_EQ(error("[" + timed("3") + "," + camera + "]"), "");
   EXPECT_EQ(read("[" + timed("3") + "," + camera + "]")[1].time, 4);
   std::filesystem::resize_file(folder / "path.json", (64 << 20) + 1);
@@ -310,7 +321,9 @@ TEST(ZoomPath, the_first_and_the_last_pixel_belong_to_the_picture) {
 
 TEST(ZoomPath, the_target_absorbs_the_second_half_of_the_light) {
   const Camera camera = test::front_camera(33, 33);
-  const auto logit = [](double opacity) { return static_cast<float>(std::log(opacity / (1 - opacity))); };
+  const auto logit = [](double opacity) {
+    return static_cast<float>(std::log(opacity / (1 - opacity)));
+  };
   const auto depth = [&](double first, double second, double third) {
     GaussianCloud cloud = test::single_gaussian({0, 0, 3}, 5, {1, 1, 1}, logit(first));
     test::append(cloud, test::single_gaussian({0, 0, 2}, 5, {1, 1, 1}, logit(second)));
@@ -360,7 +373,9 @@ TEST(Replicate, copies_every_attribute_on_the_floor_of_each_vertical_axis) {
       }
     }
   }
-  EXPECT_EQ(error_of([&] { replicate(test::random_cloud(2, 0, 1), {1 << 15, 1 << 15}, {0, 1, 0}); }),
+  EXPECT_EQ(error_of([&] {
+              replicate(test::random_cloud(2, 0, 1), {1 << 15, 1 << 15}, {0, 1, 0});
+            }),
             "--replicate: 1073741824 copies of 2 Gaussians are more than 2^31");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Runs `view` in a real window of 320 x 240 pixels: Xvfb, software OpenGL, the CPU backend, scripted input.
+// Runs `view` in a real window of 320 x 240 pixels: Xvfb, software OpenGL, the CPU backend,
+// scripted input.
 #pragma once
 
 #include <algorithm>

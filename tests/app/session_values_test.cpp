@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Words of the command line, texts of numbers, photographs: exact values and messages, at every limit.
+// Words of the command line, texts of numbers, photographs: exact values and messages, at every
+// limit.
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -60,12 +61,14 @@ TEST(Text, numbers_are_accepted_at_both_ends_of_their_range) {
 TEST(Text, sizes_and_colors_are_accepted_at_both_ends_of_their_range) {
   EXPECT_EQ(parse_size("--size", "1x32768"), glm::ivec2(1, 32768));
   EXPECT_EQ(parse_size("--size", "32768x1"), glm::ivec2(32768, 1));
-  for (const char* text : {"0x5", "5x0", "32769x5", "5x32769", "5", "x", "5x", "x5", "5x5x5", "axb"}) {
+  for (const char* text :
+       {"0x5", "5x0", "32769x5", "5x32769", "5", "x", "5x", "x5", "5x5x5", "axb"}) {
     EXPECT_EQ(error_of([&] { parse_size("--size", text); }),
               std::string("--size: '") + text + "' is not WIDTHxHEIGHT with sides from 1 to 32768");
   }
   EXPECT_EQ(parse_color("--c", "0,1,0.25"), glm::vec3(0, 1, 0.25f));
-  for (const char* text : {"0,1", "0,1,2", "-0.1,1,1", "0,1.01,0", "0,0,0,0", "", "a,b,c", "0,,0", "0,0,"}) {
+  for (const char* text :
+       {"0,1", "0,1,2", "-0.1,1,1", "0,1.01,0", "0,0,0,0", "", "a,b,c", "0,,0", "0,0,"}) {
     EXPECT_EQ(error_of([&] { parse_color("--c", text); }),
               std::string("--c: '") + text + "' is not R,G,B with values from 0 to 1");
   }
@@ -86,28 +89,32 @@ TEST(Text, lists_are_joined_and_separated) {
 }
 
 TEST(Text, large_numbers_are_grouped_and_have_units) {
-  const std::pair<std::uint64_t, const char*> groups[] = {
-      {0, "0"},         {999, "999"},           {1000, "1,000"},           {12345, "12,345"},
-      {999999, "999,999"}, {1000000, "1,000,000"}, {1796342, "1,796,342"}};
+  const std::pair<std::uint64_t, const char*> groups[] = {{0, "0"},
+                                                          {999, "999"},
+                                                          {1000, "1,000"},
+                                                          {12345, "12,345"},
+                                                          {999999, "999,999"},
+                                                          {1000000, "1,000,000"},
+                                                          {1796342, "1,796,342"}};
   for (const auto& [number, text] : groups) EXPECT_EQ(grouped(number), text);
-  const std::pair<std::uint64_t, const char*> sizes[] = {
-      {0, "0 bytes"},
-      {999, "999 bytes"},
-      {1000, "1.0 kB"},
-      {999949, "999.9 kB"},
-      {999950, "1.0 MB"},
-      {18039653, "18.0 MB"},
-      {999949999, "999.9 MB"},
-      {2500000000, "2.5 GB"},
-      {3200000000000, "3.2 TB"},
-      {4000000000000000, "4000.0 TB"}};
+  const std::pair<std::uint64_t, const char*> sizes[] = {{0, "0 bytes"},
+                                                         {999, "999 bytes"},
+                                                         {1000, "1.0 kB"},
+                                                         {999949, "999.9 kB"},
+                                                         {999950, "1.0 MB"},
+                                                         {18039653, "18.0 MB"},
+                                                         {999949999, "999.9 MB"},
+                                                         {2500000000, "2.5 GB"},
+                                                         {3200000000000, "3.2 TB"},
+                                                         {4000000000000000, "4000.0 TB"}};
   for (const auto& [bytes, text] : sizes) EXPECT_EQ(bytes_text(bytes), text);
   EXPECT_EQ(decibels(INFINITY), "inf");
   EXPECT_EQ(decibels(38.256), "38.26");
 }
 
-// ---- progress ------------------------------------------------------------------------------------
-// Standard error is a terminal while it lives.
+// ---- progress
+// ------------------------------------------------------------------------------------ Standard
+// error is a terminal while it lives.
 class Terminal {
  public:
   Terminal() : kept_(dup(STDERR_FILENO)) {
@@ -176,14 +183,16 @@ TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) 
   EXPECT_EQ(terminal.shown(), "");
 }
 
-// ---- photographs ---------------------------------------------------------------------------------
+// ---- photographs
+// ---------------------------------------------------------------------------------
 TEST(Photographs, are_found_by_ever_shorter_names) {
   const TemporaryFolder folder;
   const auto touch = [&](const std::string& name) {
     std::filesystem::create_directories((folder / name).parent_path());
     std::ofstream(folder / name) << "x";
   };
-  for (const char* name : {"7.jpg", "left/7.png", "left/7.bmp", "left/8.PNG", "notes.txt", "deep/left/9.jpg"})
+  for (const char* name :
+       {"7.jpg", "left/7.png", "left/7.bmp", "left/8.PNG", "notes.txt", "deep/left/9.jpg"})
     touch(name);
   const Photographs photographs(folder.path());
   const auto found = [&](const char* name) {
@@ -234,7 +243,8 @@ TEST(Photographs, gray_and_transparent_pictures_become_rgb_over_the_background) 
   EXPECT_EQ(size(100), glm::ivec2(1, 1));
 }
 
-// ---- boxes and framing ---------------------------------------------------------------------------
+// ---- boxes and framing
+// ---------------------------------------------------------------------------
 TEST(SceneBox, quantiles_are_rounded_to_the_nearest_value) {
   GaussianCloud cloud;
   cloud.resize(4, 0);
@@ -264,7 +274,8 @@ TEST(Framing, small_scenes_and_up_axes_have_exact_values) {
   // The near plane is a hundredth of the longest side, or of the sphere around the box.
   const SceneBox flat{{0, 0, 0}, {0, 4, 0}};
   EXPECT_NEAR(frame_box(flat, 0.1f, {0, -1, 0}, 64, 48).near_depth, 0.01 * 4 * 1.15, 1e-9);
-  EXPECT_NEAR(frame_box({{0, 0, 0}, {0, 0, 0}}, 0.1f, {0, -1, 0}, 64, 48).near_depth, 0.01 * 2 * 0.115, 1e-9);
+  EXPECT_NEAR(frame_box({{0, 0, 0}, {0, 0, 0}}, 0.1f, {0, -1, 0}, 64, 48).near_depth,
+              0.01 * 2 * 0.115, 1e-9);
   EXPECT_EQ(frame_box({{0, 0, 0}, {99, 1, 1}}, 0.1f, {0, -1, 0}, 64, 48).near_depth, 0.2);
 }
 
@@ -278,7 +289,8 @@ TEST(SessionMessages, say_what_runs_on_the_cpu_only) {
   EXPECT_EQ(error_of([&] { open_session(frame); }), "--tile-size 32 runs with --backend cpu only");
   frame.tile_px = kTileSize;
   frame.modes = {1, kReferenceMode};
-  EXPECT_EQ(error_of([&] { open_session(frame); }), "--cull reference runs with --backend cpu only");
+  EXPECT_EQ(error_of([&] { open_session(frame); }),
+            "--cull reference runs with --backend cpu only");
   frame.backend = Backend::cpu;
   const Session session = open_session(frame);
   EXPECT_STREQ(pipeline_name(session), "cpu");

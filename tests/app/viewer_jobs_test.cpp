@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Background jobs of the viewer in a window that is wider than high: what they compute, for which part of the view, and
-// what the loader reads.
+// Background jobs of the viewer in a window that is wider than high: what they compute, for which
+// part of the view, and what the loader reads.
 #include <fstream>
 
 #include <glm/geometric.hpp>
@@ -238,7 +238,8 @@ TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
   EXPECT_EQ(viewer().zoom.folder, scenes_ / "zoom/random scene_0001");
 }
 
-// ---- reading files -------------------------------------------------------------------------------
+// ---- reading files
+// -------------------------------------------------------------------------------
 class Loader : public testing::Test, protected test::RecordingHost {
  protected:
   // Reports of reading until the loader is done.
@@ -329,7 +330,8 @@ TEST_F(Loader, cameras_get_the_photographs_of_the_folder_images_here_or_one_up) 
 }
 
 TEST_F(Loader, a_list_of_cameras_with_times_is_a_path) {
-  write("path.json", format_camera_path({{1, test::front_camera(8, 6)}, {3, test::front_camera(8, 6)}}));
+  write("path.json",
+        format_camera_path({{1, test::front_camera(8, 6)}, {3, test::front_camera(8, 6)}}));
   const Viewer viewer = load(folder_ / "path.json");
   ASSERT_THAT(viewer.keyframes, SizeIs(2));
   EXPECT_EQ(viewer.keyframes[1].time, 3);
@@ -364,12 +366,17 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
     return view_facts(scene, folder_ / "other.json").up;
   };
   EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 1, 0}}), glm::normalize(glm::dvec3(0, 1, 1))), 1e-9);
-  EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 0, -1}, {0, 0, 1}, {0, 0, -1}}), glm::dvec3(0, -1, 0)), 1e-9);
+  EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 0, -1}, {0, 0, 1}, {0, 0, -1}}), glm::dvec3(0, -1, 0)),
+            1e-9);
   const double tilt = std::acos(0.11), more = std::acos(0.09);
-  EXPECT_LT(glm::distance(up({{0, std::sin(tilt), std::cos(tilt)}, {0, -std::sin(tilt), std::cos(tilt)}}),
-                          glm::dvec3(0, 0, 1)), 1e-9);
-  EXPECT_LT(glm::distance(up({{0, std::sin(more), std::cos(more)}, {0, -std::sin(more), std::cos(more)}}),
-                          glm::dvec3(0, -1, 0)), 1e-9);
+  EXPECT_LT(
+      glm::distance(up({{0, std::sin(tilt), std::cos(tilt)}, {0, -std::sin(tilt), std::cos(tilt)}}),
+                    glm::dvec3(0, 0, 1)),
+      1e-9);
+  EXPECT_LT(
+      glm::distance(up({{0, std::sin(more), std::cos(more)}, {0, -std::sin(more), std::cos(more)}}),
+                    glm::dvec3(0, -1, 0)),
+      1e-9);
   scene.vertical_axis = "x";
   EXPECT_EQ(up({{0, 0, 1}}), glm::dvec3(1, 0, 0));
 }
@@ -392,8 +399,9 @@ TEST_F(Loader, what_cannot_be_read_becomes_a_sentence) {
   Viewer viewer = load(folder_ / "broken.json");
   ASSERT_THAT(viewer.toasts, SizeIs(1));
   EXPECT_TRUE(viewer.toasts[0].error);
-  EXPECT_EQ(viewer.toasts[0].text, (folder_ / "broken.json").string() +
-                                       ": 268435457 bytes are more than the 268435456 that are read");
+  EXPECT_EQ(viewer.toasts[0].text,
+            (folder_ / "broken.json").string() +
+                ": 268435457 bytes are more than the 268435456 that are read");
   EXPECT_FALSE(viewer.loading);
   viewer = load(folder_ / "missing.ply");
   EXPECT_THAT(viewer.toasts.at(0).text, HasSubstr("does not exist"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What every action and key changes, to the exact number: steps, directions, wrap-around, both ends of every range.
+// What every action and key changes, to the exact number: steps, directions, wrap-around, both ends
+// of every range.
 #include <cmath>
 #include <fstream>
 
@@ -42,8 +43,9 @@ const glm::dvec3 kUp(0, -1, 0);
 
 std::string text_of(const Camera& camera) { return format_camera(camera); }
 
-// ---- motion --------------------------------------------------------------------------------------
-// Each motion leaves the camera of the data set and marks the time.
+// ---- motion
+// -------------------------------------------------------------------------------------- Each
+// motion leaves the camera of the data set and marks the time.
 template <class Change>
 Camera moved(const Change& change) {
   DrivenScene driven(2);
@@ -86,9 +88,11 @@ TEST(Motion, takes_the_pivot_along_when_it_shifts_the_camera) {
   DrivenScene driven(1);
   const glm::dvec3 pivot = driven.viewer.pivot, position = driven.viewer.camera.position();
   driven.apply(pan, glm::dvec2(30, -20));
-  EXPECT_LT(glm::distance(driven.viewer.pivot - pivot, driven.viewer.camera.position() - position), 1e-12);
+  EXPECT_LT(glm::distance(driven.viewer.pivot - pivot, driven.viewer.camera.position() - position),
+            1e-12);
   driven.apply(fly, glm::dvec3(1, -1, 1), 0.5, 1.0);
-  EXPECT_LT(glm::distance(driven.viewer.pivot - pivot, driven.viewer.camera.position() - position), 1e-12);
+  EXPECT_LT(glm::distance(driven.viewer.pivot - pivot, driven.viewer.camera.position() - position),
+            1e-12);
   EXPECT_GT(glm::distance(driven.viewer.pivot, pivot), 0.1);
   const std::string still = text_of(driven.viewer.camera);
   driven.apply(fly, glm::dvec3(0), 0.5, 1.0);
@@ -115,7 +119,8 @@ TEST(Motion, the_first_pivot_is_beside_the_core_and_in_front_of_the_camera) {
   DrivenScene driven(0);
   Camera away = look_at({0, 0, 5}, {0, 0, 9}, kUp, 1, 640, 480);
   driven.apply(set_camera, away);
-  EXPECT_LT(glm::distance(driven.viewer.pivot, glm::dvec3(0, 0, 5.1)), 1e-9);  // 0.05 of the extent, 2
+  EXPECT_LT(glm::distance(driven.viewer.pivot, glm::dvec3(0, 0, 5.1)),
+            1e-9);  // 0.05 of the extent, 2
   away = look_at({1, 0, -5}, {1, 0, 0}, kUp, 1, 640, 480);
   driven.apply(set_camera, away);
   EXPECT_LT(glm::distance(driven.viewer.pivot, glm::dvec3(1, 0, 0)), 1e-9);
@@ -203,7 +208,8 @@ TEST(Motion, turning_away_counts_as_a_distance_of_one_extent) {
   EXPECT_EQ(nearest(2.01), 0);
 }
 
-// ---- state ---------------------------------------------------------------------------------------
+// ---- state
+// ---------------------------------------------------------------------------------------
 TEST(State, messages_stay_for_5_seconds_and_errors_for_12) {
   Driven driven;
   driven.apply(tick, Turn{1}, 0.0);
@@ -310,7 +316,8 @@ TEST(State, numbers_of_the_other_pipeline_stay_while_the_view_does) {
     result.ms_median = ms;
     return result;
   };
-  driven.apply(numbers_measured, ModeNumbers{4, {row("a", "x", 1), row("b", "x", 2), row("a", "y", 3)}});
+  driven.apply(numbers_measured,
+               ModeNumbers{4, {row("a", "x", 1), row("b", "x", 2), row("a", "y", 3)}});
   driven.apply(numbers_measured, ModeNumbers{4, {row("a", "x", 10), row("b", "y", 20)}});
   std::vector<double> times;
   for (const BenchRow& each : driven.viewer.numbers.rows) times.push_back(each.ms_median);
@@ -449,12 +456,13 @@ TEST(State, cancelling_stops_reading_and_hides_its_progress) {
   EXPECT_EQ(driven.viewer.inspections, 2);
 }
 
-// ---- keys ----------------------------------------------------------------------------------------
+// ---- keys
+// ----------------------------------------------------------------------------------------
 TEST(Keys, open_and_close_their_panels) {
   const std::pair<const char*, bool Panels::*> keys[] = {
-      {"Ctrl+O", &Panels::open},  {"F10", &Panels::hud},    {"I", &Panels::info},
-      {"B", &Panels::inspector},  {"F1", &Panels::help},    {"Tab", &Panels::all},
-      {"L", &Panels::cameras},    {"O", &Panels::frusta},   {"C", &Panels::split}};
+      {"Ctrl+O", &Panels::open}, {"F10", &Panels::hud},  {"I", &Panels::info},
+      {"B", &Panels::inspector}, {"F1", &Panels::help},  {"Tab", &Panels::all},
+      {"L", &Panels::cameras},   {"O", &Panels::frusta}, {"C", &Panels::split}};
   for (const auto& [key, panel] : keys) {
     SCOPED_TRACE(key);
     DrivenScene driven(1);
@@ -558,7 +566,8 @@ TEST(Keys, split_views_follow_in_the_order_of_their_table) {
 TEST(Keys, names_are_those_of_the_keyboard) {
   EXPECT_EQ(key_name(GLFW_KEY_F1), "F1");
   EXPECT_EQ(key_name(GLFW_KEY_F25), "F25");
-  EXPECT_EQ(key_name(GLFW_KEY_A, GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SHIFT), "Ctrl+Alt+Shift+A");
+  EXPECT_EQ(key_name(GLFW_KEY_A, GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SHIFT),
+            "Ctrl+Alt+Shift+A");
   EXPECT_EQ(key_name(GLFW_KEY_ENTER), "Enter");
   const KeyPress press = parse_key("Ctrl+Shift+F12");
   EXPECT_EQ(press.key, GLFW_KEY_F12);
@@ -567,8 +576,8 @@ TEST(Keys, names_are_those_of_the_keyboard) {
   EXPECT_THROW(parse_key("Nokey"), Error);
   EXPECT_EQ(find_key_command(GLFW_KEY_KP_9 + 1, 0), nullptr);
   const std::pair<int, glm::dvec3> directions[] = {
-      {GLFW_KEY_W, {0, 0, 1}},  {GLFW_KEY_S, {0, 0, -1}}, {GLFW_KEY_A, {-1, 0, 0}},
-      {GLFW_KEY_D, {1, 0, 0}},  {GLFW_KEY_Q, {0, 1, 0}},  {GLFW_KEY_E, {0, -1, 0}}};
+      {GLFW_KEY_W, {0, 0, 1}}, {GLFW_KEY_S, {0, 0, -1}}, {GLFW_KEY_A, {-1, 0, 0}},
+      {GLFW_KEY_D, {1, 0, 0}}, {GLFW_KEY_Q, {0, 1, 0}},  {GLFW_KEY_E, {0, -1, 0}}};
   ASSERT_EQ(fly_keys().size(), std::size(directions));
   for (std::size_t i = 0; i < fly_keys().size(); ++i) {
     EXPECT_EQ(fly_keys()[i].key, directions[i].first);
@@ -579,7 +588,8 @@ TEST(Keys, names_are_those_of_the_keyboard) {
 TEST(Keys, files_get_the_first_free_number) {
   const TemporaryFolder folder;
   EXPECT_EQ(free_name(folder.path(), "a", ".png"), folder / "a_0001.png");
-  for (const char* name : {"a_0001.png", "a_0002.png", "a_0004.png"}) std::ofstream(folder / name) << 1;
+  for (const char* name : {"a_0001.png", "a_0002.png", "a_0004.png"})
+    std::ofstream(folder / name) << 1;
   EXPECT_EQ(free_name(folder.path(), "a", ".png"), folder / "a_0003.png");
   Viewer viewer;
   EXPECT_EQ(camera_name(viewer), "view");
@@ -587,8 +597,9 @@ TEST(Keys, files_get_the_first_free_number) {
   EXPECT_EQ(camera_name(viewer), "camera0");
 }
 
-// ---- mouse and held keys -------------------------------------------------------------------------
-// Jobs that two clicks start, `seconds` and `pixels` apart: 1 if they pick the pivot.
+// ---- mouse and held keys
+// ------------------------------------------------------------------------- Jobs that two clicks
+// start, `seconds` and `pixels` apart: 1 if they pick the pivot.
 std::size_t picks(double seconds, double pixels) {
   DrivenScene driven(1);
   Input input;
@@ -675,7 +686,8 @@ TEST(Mouse, held_keys_fly_five_times_faster_or_slower) {
   EXPECT_THAT(actions, IsEmpty());
 }
 
-// ---- pacing and requests -------------------------------------------------------------------------
+// ---- pacing and requests
+// -------------------------------------------------------------------------
 TEST(Pacing, its_times_end_where_they_say) {
   Viewer viewer;
   viewer.now = 10;
@@ -744,7 +756,8 @@ TEST(Resolution, frames_shrink_by_the_square_root_of_their_time) {
   EXPECT_EQ(resolution_divisor(-5, 1000, 1000), 1);
 }
 
-// ---- preferences ---------------------------------------------------------------------------------
+// ---- preferences
+// ---------------------------------------------------------------------------------
 TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
   const auto size_of = [](const char* text) {
     Viewer viewer;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Pixels and gestures of the real window against computations without it: colours of maps, mouse, keyboard, full screen.
+// Pixels and gestures of the real window against computations without it: colours of maps, mouse,
+// keyboard, full screen.
 #include <algorithm>
 #include <cmath>
 
@@ -46,7 +47,8 @@ float gray(const Image& image, int x, int y) {
   return 0.299f * image.at(x, y, 0) + 0.587f * image.at(x, y, 1) + 0.114f * image.at(x, y, 2);
 }
 
-// The map's colours with half of the picture's own contrast: what differs from its average around each pixel.
+// The map's colours with half of the picture's own contrast: what differs from its average around
+// each pixel.
 template <class Color>
 void expect_map(const Image& window, const Image& picture, const Color& color) {
   const int columns = picture.width / 16, rows = picture.height / 16;
@@ -64,7 +66,8 @@ void expect_map(const Image& window, const Image& picture, const Color& color) {
   float largest = 0;
   for (int y = 0; y < kAboveLegend; ++y) {
     for (int x = 0; x < picture.width; ++x) {
-      const float u = (static_cast<float>(x) + 0.5f) / 16 - 0.5f, v = (static_cast<float>(y) + 0.5f) / 16 - 0.5f;
+      const float u = (static_cast<float>(x) + 0.5f) / 16 - 0.5f,
+                  v = (static_cast<float>(y) + 0.5f) / 16 - 0.5f;
       const int left = static_cast<int>(std::floor(u)), top = static_cast<int>(std::floor(v));
       const float fx = u - std::floor(u), fy = v - std::floor(v);
       const float around =
@@ -85,10 +88,10 @@ void expect_map(const Image& window, const Image& picture, const Color& color) {
 }
 
 TEST_F(ViewerWindow, maps_have_the_colours_of_their_values) {
-  const test::ProgramRun run =
-      play("key Tab\nkey H\nwait\nshot " + path("heat.png") + "\nkey H\nkey C\nkey Shift+C\nkey Shift+C\n" +
-               "key Shift+C\nwait\nshot " + path("pairs.png") + "\nquit\n",
-           {path("scene.ply"), "--cull", "quadbox"});
+  const test::ProgramRun run = play("key Tab\nkey H\nwait\nshot " + path("heat.png") +
+                                        "\nkey H\nkey C\nkey Shift+C\nkey Shift+C\n" +
+                                        "key Shift+C\nwait\nshot " + path("pairs.png") + "\nquit\n",
+                                    {path("scene.ply"), "--cull", "quadbox"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Frame quadbox = frame("quadbox"), box = frame("3dgs");
   const auto high = static_cast<float>(scale_for(quadbox.pairs).maximum);
@@ -106,16 +109,18 @@ TEST_F(ViewerWindow, maps_have_the_colours_of_their_values) {
 }
 
 TEST_F(ViewerWindow, mouse_and_wheel_move_the_camera_by_exact_angles) {
-  const test::ProgramRun run = play(
-      "key Tab\nwait\nkey V\nstate " + path("a") + "\nmove 160 120\nsleep 0.1\ndrag 40 10 left\nwait\nstate " +
-          path("b") + "\nwheel 2 Shift\nwait\nstate " + path("c") + "\nwheel 3 Ctrl\nwait\nstate " +
-          path("d") + "\nkey Home\nkey V\nsleep 0.4\nmove 160 120\ndoubleclick\nwait\nstate " + path("e") +
-          "\nmove 100 90\nclick\nwait\nstate " + path("f") + "\nquit\n",
-      {path("scene.ply")});
+  const test::ProgramRun run =
+      play("key Tab\nwait\nkey V\nstate " + path("a") +
+               "\nmove 160 120\nsleep 0.1\ndrag 40 10 left\nwait\nstate " + path("b") +
+               "\nwheel 2 Shift\nwait\nstate " + path("c") + "\nwheel 3 Ctrl\nwait\nstate " +
+               path("d") + "\nkey Home\nkey V\nsleep 0.4\nmove 160 120\ndoubleclick\nwait\nstate " +
+               path("e") + "\nmove 100 90\nclick\nwait\nstate " + path("f") + "\nquit\n",
+           {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto expect_camera = [](const Camera& actual, const Camera& expected) {
     for (int column = 0; column < 4; ++column)
-      EXPECT_LT(glm::distance(actual.view_from_world[column], expected.view_from_world[column]), 1e-9);
+      EXPECT_LT(glm::distance(actual.view_from_world[column], expected.view_from_world[column]),
+                1e-9);
     EXPECT_NEAR(actual.focal_px.x, expected.focal_px.x, 1e-9);
     EXPECT_NEAR(actual.focal_px.y, expected.focal_px.y, 1e-9);
   };
@@ -138,8 +143,8 @@ TEST_F(ViewerWindow, mouse_and_wheel_move_the_camera_by_exact_angles) {
 
 TEST_F(ViewerWindow, full_screen_fills_the_display_and_the_window_comes_back) {
   const test::ProgramRun run =
-      play("key F10\nwait\nkey F11\nsleep 0.3\nwait\nstate " + path("full") + "\nkey F11\nsleep 0.3\nwait\nstate " +
-               path("back") + "\nkey F11\nsleep 0.3\nquit\n",
+      play("key F10\nwait\nkey F11\nsleep 0.3\nwait\nstate " + path("full") +
+               "\nkey F11\nsleep 0.3\nwait\nstate " + path("back") + "\nkey F11\nsleep 0.3\nquit\n",
            {path("scene.ply"), "--settings", path("kept.json")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(camera("full").width, 1280);
@@ -151,8 +156,8 @@ TEST_F(ViewerWindow, full_screen_fills_the_display_and_the_window_comes_back) {
 }
 
 TEST_F(ViewerWindow, a_grabbed_window_is_what_the_window_shows) {
-  const test::ProgramRun run = play("key Tab\nwait\nshot " + path("shot.png") + "\nkey F12\nwait\nstate " +
-                                        path("a") + "\nquit\n",
+  const test::ProgramRun run = play("key Tab\nwait\nshot " + path("shot.png") +
+                                        "\nkey F12\nwait\nstate " + path("a") + "\nquit\n",
                                     {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const std::string grabbed = path("screenshots/scene_window_0001.png");

@@ -200,9 +200,11 @@ TEST(Corpus, every_file_gives_exactly_the_listed_sentences) {
   std::ifstream stream(source_path("tests/data/corpus_sentences.json"));
   const json listed = json::parse(stream);
   json found;
-  for (const CorpusFile& file : corpus_files(committed_corpus())) found[file.name] = outcome_of(file);
+  for (const CorpusFile& file : corpus_files(committed_corpus()))
+    found[file.name] = outcome_of(file);
   ASSERT_EQ(found.size(), listed.size());
-  for (const auto& [name, outcome] : found.items()) EXPECT_EQ(outcome, listed.value(name, json())) << name;
+  for (const auto& [name, outcome] : found.items())
+    EXPECT_EQ(outcome, listed.value(name, json())) << name;
 }
 
 TEST(Corpus, valid_files_of_the_shared_corpus_read_as_listed) {

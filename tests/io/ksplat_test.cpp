@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// .ksplat files built here from GaussianSplats3D's definition: every level and degree, several sections, full and partial
-// buckets, and every limit with its message.
+// .ksplat files built here from GaussianSplats3D's definition: every level and degree, several
+// sections, full and partial buckets, and every limit with its message.
 #include "io/scene/ksplat.h"
 
 #include <array>
@@ -132,7 +132,8 @@ std::string error_of(const std::vector<std::byte>& bytes) {
   return "";
 }
 
-// Two sections of different degrees in a file with room for three; the first has two full buckets, then two others.
+// Two sections of different degrees in a file with room for three; the first has two full buckets,
+// then two others.
 std::vector<SectionPlan> two_sections(std::uint16_t degree) {
   SectionPlan first{9, 10, degree}, second{4, 4, 0};
   first.bucket_size = 3;
@@ -189,9 +190,8 @@ TEST(Ksplat, values_of_every_level_and_degree_are_read) {
           for (int channel = 0; channel < 3; ++channel) {
             for (std::size_t k = l * l; k < (l + 1) * (l + 1); ++k, ++field) {
               const double low = degree == 2 ? -2 : -1.5, high = degree == 2 ? 3 : 1.5;
-              const double value = level == 2
-                                       ? low + (high - low) * byte_of(g, 4 + field) / 255.0
-                                       : value_of(g, 6 + field);
+              const double value = level == 2 ? low + (high - low) * byte_of(g, 4 + field) / 255.0
+                                              : value_of(g, 6 + field);
               EXPECT_NEAR(cloud.sh[g * n + k][channel], in_first ? value : 0, 1e-6) << k;
             }
           }
@@ -223,7 +223,8 @@ TEST(Ksplat, what_is_at_a_limit_is_read_and_what_is_beyond_is_refused) {
       {set(section + 40, std::uint16_t{3}), "a.ksplat: SH degree 3 does not exist in .ksplat"},
       {set(section + 4, 8u), "a.ksplat: a section has 9 Gaussians and room for 8"},
       {set(section + 8, 0u), "a.ksplat: a section has buckets of 0 rows and 12 bytes"},
-      {set(section + 20, std::uint16_t{13}), "a.ksplat: a section has buckets of 3 rows and 13 bytes"},
+      {set(section + 20, std::uint16_t{13}),
+       "a.ksplat: a section has buckets of 3 rows and 13 bytes"},
       {set(section + 12, 3u), "a.ksplat: a section uses 4 buckets and has 3"},
       {set(section + 36, 1u), "a.ksplat: the buckets of a section hold 7 of its 9 Gaussians"},
       {set(section + 32, 4u), "a.ksplat: a section uses 6 buckets and has 5"},

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Limits and messages of the building blocks of readers: what is at a limit is read, what is one beyond is refused with
-// the whole sentence. Limits of .ksplat and SOG are in the tests of these formats.
+// Limits and messages of the building blocks of readers: what is at a limit is read, what is one
+// beyond is refused with the whole sentence. Limits of .ksplat and SOG are in the tests of these
+// formats.
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -54,7 +55,8 @@ std::string error_of(const std::function<void()>& work, const std::filesystem::p
   return "";
 }
 
-// ---- bytes ---------------------------------------------------------------------------------------
+// ---- bytes
+// ---------------------------------------------------------------------------------------
 TEST(ReaderLimits, bytes_are_taken_up_to_the_last_one) {
   const auto bytes = to_bytes("abcdef");
   ByteCursor cursor(bytes, "file");
@@ -101,9 +103,12 @@ TEST(ReaderLimits, fields_of_json_are_checked_with_their_names) {
   const auto side = [&](const char* key) { return error_of([&] { entry.side(key); }); };
   EXPECT_EQ(side("one"), "");
   EXPECT_EQ(side("most"), "");
-  EXPECT_EQ(side("low"), "file: record 3: low is 0.999, but must be a whole number from 1 to 65535");
-  EXPECT_EQ(side("more"), "file: record 3: more is 65536, but must be a whole number from 1 to 65535");
-  EXPECT_EQ(side("half"), "file: record 3: half is 2.5, but must be a whole number from 1 to 65535");
+  EXPECT_EQ(side("low"),
+            "file: record 3: low is 0.999, but must be a whole number from 1 to 65535");
+  EXPECT_EQ(side("more"),
+            "file: record 3: more is 65536, but must be a whole number from 1 to 65535");
+  EXPECT_EQ(side("half"),
+            "file: record 3: half is 2.5, but must be a whole number from 1 to 65535");
   EXPECT_EQ(side("text"), "file: record 3: text is not a number");
   EXPECT_EQ(side("none"), "file: record 3: none is missing");
   const auto positive = [&](const char* key) { return error_of([&] { entry.positive(key); }); };
@@ -114,7 +119,8 @@ TEST(ReaderLimits, fields_of_json_are_checked_with_their_names) {
   EXPECT_EQ(error_of([&] { entry.vector<3>(object["list"], "list"); }),
             "file: record 3: list is not a list of 3 numbers");
   EXPECT_EQ(entry.vector<2>(object["list"], "list"), glm::dvec2(1, 2));
-  EXPECT_EQ(error_of([&] { entry.number(json(INFINITY), "far"); }), "file: record 3: far is not finite");
+  EXPECT_EQ(error_of([&] { entry.number(json(INFINITY), "far"); }),
+            "file: record 3: far is not finite");
 }
 
 TEST(ReaderLimits, base64_has_whole_groups_and_at_most_two_equals_signs) {
@@ -132,9 +138,8 @@ TEST(ReaderLimits, base64_has_whole_groups_and_at_most_two_equals_signs) {
   EXPECT_EQ(message("Q==="), "here: damaged base64");
   EXPECT_EQ(message("Q@=="), "here: damaged base64");
   const auto marked_after = [](std::size_t before) {
-    return error_of([&] {
-      decode_data_uri("data:" + std::string(before - 5, 'x') + ";base64,QUJD", "here");
-    });
+    return error_of(
+        [&] { decode_data_uri("data:" + std::string(before - 5, 'x') + ";base64,QUJD", "here"); });
   };
   EXPECT_EQ(marked_after(256 - 8), "");
   EXPECT_EQ(marked_after(256 - 7), "here: a data URI that is not base64");
@@ -152,8 +157,9 @@ TEST(ReaderLimits, files_beside_a_scene_are_read_up_to_a_size) {
             "scene: the file b that it names is missing");
   EXPECT_EQ(error_of([&] { checked_file_name("a\\b\n", "s"); }),
             "s: unsafe file name 'a\\b?': only files in its own folder are read");
-  EXPECT_EQ(error_of([&] { checked_file_name("/" + std::string(99, 'x'), "s"); }),
-            "s: unsafe file name '/" + std::string(79, 'x') + "': only files in its own folder are read");
+  EXPECT_EQ(
+      error_of([&] { checked_file_name("/" + std::string(99, 'x'), "s"); }),
+      "s: unsafe file name '/" + std::string(79, 'x') + "': only files in its own folder are read");
 }
 
 struct ZipFile {
@@ -185,9 +191,11 @@ TEST(ReaderLimits, archives_unpack_to_16_times_their_size_and_8_mib) {
     ASSERT_EQ(zip.size(), size);
     const auto files = files_in_zip(zip, "a.zip", "root");
     EXPECT_EQ(files->read("root", 1).size(), 1u);
-    EXPECT_EQ(error_of([&] { files->read("a", most + 9); }),
-              extra == 0 ? ""
-                         : "a.zip: its files have more bytes unpacked than make sense in such a small archive");
+    EXPECT_EQ(
+        error_of([&] { files->read("a", most + 9); }),
+        extra == 0
+            ? ""
+            : "a.zip: its files have more bytes unpacked than make sense in such a small archive");
   }
   const auto zip = make_zip({{"root", "12345"}});
   const auto files = files_in_zip(zip, "a.zip", "root");
@@ -210,7 +218,8 @@ TEST(ReaderLimits, the_root_of_an_archive_may_be_one_folder_down) {
   EXPECT_EQ(message({{"meta.json", "1"}, {"b/meta.json", "2"}}), "");
 }
 
-// ---- pictures ------------------------------------------------------------------------------------
+// ---- pictures
+// ------------------------------------------------------------------------------------
 TEST(ReaderLimits, headers_of_ppm_and_pfm_are_checked) {
   const TemporaryFolder folder;
   const auto message = [&](const char* name, const std::string& content) {
@@ -220,9 +229,12 @@ TEST(ReaderLimits, headers_of_ppm_and_pfm_are_checked) {
   EXPECT_EQ(message("a.ppm", "P5 2 1 1\n\1\1"), "");
   EXPECT_EQ(message("a.ppm", std::string("P5 2 1 65535\n\0\0\1\1", 17)), "");
   EXPECT_EQ(message("a.ppm", "P5 2 1 0\n\1\1"), "a.ppm: a maximum value of 0 is not allowed");
-  EXPECT_EQ(message("a.ppm", "P5 2 1 65536\n\1\1\1\1"), "a.ppm: a maximum value of 65536 is not allowed");
-  EXPECT_EQ(message("a.ppm", "P4 2 1 255\n\1\1"), "a.ppm: not a binary PPM: it does not begin with P6");
-  EXPECT_EQ(message("a.ppm", "P5 2 1 25x\n\1\1"), "a.ppm: '25x' in the picture's header is not a number");
+  EXPECT_EQ(message("a.ppm", "P5 2 1 65536\n\1\1\1\1"),
+            "a.ppm: a maximum value of 65536 is not allowed");
+  EXPECT_EQ(message("a.ppm", "P4 2 1 255\n\1\1"),
+            "a.ppm: not a binary PPM: it does not begin with P6");
+  EXPECT_EQ(message("a.ppm", "P5 2 1 25x\n\1\1"),
+            "a.ppm: '25x' in the picture's header is not a number");
   EXPECT_EQ(message("a.ppm", "P5 2 3 255\n12345"),
             "a.ppm: truncated: 2 x 3 pixels need 6 bytes, 5 are there");
   EXPECT_EQ(message("a.ppm", "P6 2 1 256\n12345678901"),
@@ -252,7 +264,8 @@ TEST(ReaderLimits, formats_without_transparency_say_so) {
   }
 }
 
-// ---- cameras -------------------------------------------------------------------------------------
+// ---- cameras
+// -------------------------------------------------------------------------------------
 json frame_of(double angle) {
   return {{"w", 64},
           {"h", 48},
@@ -334,7 +347,8 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
     EXPECT_EQ(model->parameters, row.parameters);
     EXPECT_EQ(model->focal_lengths, row.focal_lengths);
     std::vector<double> parameters(static_cast<std::size_t>(row.parameters), 0.0);
-    for (int i = 0; i < row.focal_lengths + 2; ++i) parameters[static_cast<std::size_t>(i)] = 10 + i;
+    for (int i = 0; i < row.focal_lengths + 2; ++i)
+      parameters[static_cast<std::size_t>(i)] = 10 + i;
     const auto add = [&](std::uint64_t width, std::uint64_t height) {
       ColmapLenses lenses;
       const std::string message =
@@ -375,7 +389,8 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
   EXPECT_EQ(find_colmap_model("NONE"), nullptr);
 }
 
-// ---- scenes --------------------------------------------------------------------------------------
+// ---- scenes
+// --------------------------------------------------------------------------------------
 template <class Read>
 std::string scene_error(const std::vector<std::byte>& bytes, Read read, Scene* result = nullptr) {
   return error_of([&] {
@@ -401,7 +416,9 @@ std::string splat_row(float position, float scale, int w) {
 }
 
 TEST(ReaderLimits, splat_is_recognised_by_plausible_rows) {
-  const auto recognised = [](const std::string& text) { return recognises_splat(to_bytes(text), ""); };
+  const auto recognised = [](const std::string& text) {
+    return recognises_splat(to_bytes(text), "");
+  };
   EXPECT_TRUE(recognised(splat_row(1, 1, 255)));
   EXPECT_TRUE(recognised(splat_row(0.999e9f, 0, 255)));
   EXPECT_TRUE(recognised(splat_row(-0.999e9f, 0.999e6f, 0)));
@@ -431,8 +448,10 @@ TEST(ReaderLimits, splat_needs_a_whole_row) {
             "a: cut off: 31 bytes, one Gaussian needs 32");
   Scene scene;
   EXPECT_EQ(scene_error(to_bytes(splat_row(1, 1, 255) + "12345"), read_splat, &scene), "");
-  EXPECT_THAT(scene.warnings, ElementsAre("The last 5 bytes are no whole row of 32 and were ignored."));
-  EXPECT_EQ(scene_error(to_bytes(splat_row(1, 1, 255) + splat_row(1, 1, 128)), read_splat, &scene), "");
+  EXPECT_THAT(scene.warnings,
+              ElementsAre("The last 5 bytes are no whole row of 32 and were ignored."));
+  EXPECT_EQ(scene_error(to_bytes(splat_row(1, 1, 255) + splat_row(1, 1, 128)), read_splat, &scene),
+            "");
   EXPECT_THAT(scene.warnings,
               ElementsAre("1 of 2 Gaussians have no valid rotation and were left unrotated."));
   EXPECT_EQ(scene.cloud.rotations[1], glm::quat(1, 0, 0, 0));
@@ -458,7 +477,8 @@ TEST(ReaderLimits, gaussians_are_kept_up_to_the_largest_sensible_values) {
       EXPECT_EQ(scene.cloud.positions[i], good.positions[from]);
       EXPECT_EQ(scene.cloud.log_scales[i], good.log_scales[from]);
       EXPECT_EQ(scene.cloud.opacity_logits[i], good.opacity_logits[from]);
-      for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(scene.cloud.sh[4 * i + k], good.sh[4 * from + k]);
+      for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_EQ(scene.cloud.sh[4 * i + k], good.sh[4 * from + k]);
     }
     EXPECT_THAT(scene.warnings, testing::SizeIs(1));
     return scene.warnings[0];
@@ -493,7 +513,8 @@ TEST(ReaderLimits, gaussians_are_kept_up_to_the_largest_sensible_values) {
 }
 
 TEST(ReaderLimits, scenes_that_show_nothing_or_too_much_are_told) {
-  const auto read = [](std::size_t count, float log_scale, float last_scale, float logit, float last_logit) {
+  const auto read = [](std::size_t count, float log_scale, float last_scale, float logit,
+                       float last_logit) {
     GaussianCloud cloud = random_cloud(count, 0, 3);
     for (glm::vec3& s : cloud.log_scales) s = glm::vec3(log_scale);
     for (float& o : cloud.opacity_logits) o = logit;
@@ -516,8 +537,9 @@ TEST(ReaderLimits, scenes_that_show_nothing_or_too_much_are_told) {
   GaussianCloud cloud = random_cloud(3, 0, 1);
   cloud.positions = {{NAN, 0, 0}, {0, NAN, 0}, {0, 0, NAN}};
   write_scene(cloud, folder / "a.ply");
-  EXPECT_EQ(error_of([&] { read_scene(folder / "a.ply"); }, folder.path()),
-            "a.ply: every one of its 3 Gaussians has a position that is NaN, infinite or beyond 1e19");
+  EXPECT_EQ(
+      error_of([&] { read_scene(folder / "a.ply"); }, folder.path()),
+      "a.ply: every one of its 3 Gaussians has a position that is NaN, infinite or beyond 1e19");
   cloud.positions[0] = {0, 0, 0};
   cloud.opacity_logits[0] = NAN;
   write_scene(cloud, folder / "a.ply");
@@ -549,7 +571,8 @@ TEST(ReaderLimits, logarithms_of_glb_are_told_by_most_scales_being_negative) {
 }
 
 TEST(ReaderLimits, spz_has_24_bits_and_four_degrees) {
-  const auto header = [](std::uint32_t version, std::uint32_t count, int degree, int bits, int flags) {
+  const auto header = [](std::uint32_t version, std::uint32_t count, int degree, int bits,
+                         int flags) {
     std::string text = "NGSP";
     text.append(reinterpret_cast<const char*>(&version), 4);
     text.append(reinterpret_cast<const char*>(&count), 4);
@@ -563,8 +586,9 @@ TEST(ReaderLimits, spz_has_24_bits_and_four_degrees) {
   EXPECT_EQ(message(header(3, 1, 0, 24, 0), row), "");
   EXPECT_EQ(message(header(3, 1, 0, 25, 0), row), "a: 25 fractional bits in 24-bit positions");
   EXPECT_EQ(message(header(2, 1, 0, 12, 0), row - 1), "");
-  EXPECT_EQ(message(header(1, 1, 0, 99, 0), row - 4),  // version 1 has none; its halves are NaN here
-            "a: every one of its 1 Gaussians has a position that is NaN, infinite or beyond 1e19");
+  EXPECT_EQ(
+      message(header(1, 1, 0, 99, 0), row - 4),  // version 1 has none; its halves are NaN here
+      "a: every one of its 1 Gaussians has a position that is NaN, infinite or beyond 1e19");
   EXPECT_EQ(message(header(0, 1, 0, 12, 0), row), "a: .spz version 0 in gzip, 1 to 3 exist");
   EXPECT_EQ(message(header(4, 1, 0, 12, 0), row), "a: .spz version 4 in gzip, 1 to 3 exist");
   EXPECT_EQ(message(header(3, 1, 4, 12, 0), row + 72), "");
@@ -573,10 +597,12 @@ TEST(ReaderLimits, spz_has_24_bits_and_four_degrees) {
   EXPECT_EQ(message(header(3, 1, 0, 12, 0x80), row),
             "a: a level-of-detail tree of Spark, which cannot be read");
   EXPECT_EQ(message(header(3, 2, 0, 12, 0), row), "a: cut off: too few bytes for its 2 Gaussians");
-  EXPECT_EQ(message(header(3, 1, 0, 12, 0), row + 1), "a: holds more data than its 1 Gaussians need");
+  EXPECT_EQ(message(header(3, 1, 0, 12, 0), row + 1),
+            "a: holds more data than its 1 Gaussians need");
   // Extensions follow the blocks: at most 65,536 bytes.
   EXPECT_EQ(message(header(3, 1, 0, 12, 2), row + 65536), "");
-  EXPECT_EQ(message(header(3, 1, 0, 12, 2), row + 65537), "a: holds more data than its 1 Gaussians need");
+  EXPECT_EQ(message(header(3, 1, 0, 12, 2), row + 65537),
+            "a: holds more data than its 1 Gaussians need");
   const auto file = gzip(header(3, 1, 0, 12, 0) + std::string(row, '\x7f'), 9);
   Scene scene;
   EXPECT_EQ(scene_error(to_bytes(file + "abc"), read_spz, &scene), "");
@@ -590,7 +616,8 @@ TEST(ReaderLimits, ply_headers_have_at_most_8_mib) {
   };
   const std::size_t rest = header(0).size() - 2;
   EXPECT_EQ(scene_error(to_bytes(header((8u << 20) - rest)), read_ply),
-            "a: a point cloud, not a splat file: its vertices have no f_dc, opacity, scale and rot properties");
+            "a: a point cloud, not a splat file: its vertices have no f_dc, opacity, scale and rot "
+            "properties");
   EXPECT_EQ(scene_error(to_bytes(header((8u << 20) - rest + 1)), read_ply),
             "a: the .ply header is longer than 8 MiB");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// SOG scenes built here from PlayCanvas's definition: both versions, every number of bands, trees, and every limit with
-// its message.
+// SOG scenes built here from PlayCanvas's definition: both versions, every number of bands, trees,
+// and every limit with its message.
 #include "io/scene/sog.h"
 
 #include <array>
@@ -40,8 +40,8 @@ void write_picture(const std::filesystem::path& path, int width, int height,
   std::uint8_t* packed = nullptr;
   const std::size_t size = WebPEncodeLosslessRGBA(rgba.data(), width, height, 4 * width, &packed);
   ASSERT_GT(size, 0u);
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(packed),
-                                             static_cast<std::streamsize>(size));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(packed), static_cast<std::streamsize>(size));
   WebPFree(packed);
 }
 
@@ -85,7 +85,8 @@ json make_scene(const std::filesystem::path& folder, int version, std::size_t ba
   });
   picture("sh0.webp", [&](std::size_t i) { return stored_4(i, 12); });
   json meta;
-  meta["means"] = {{"mins", {-2, -1, 0.5}}, {"maxs", {1, 3, 2}}, {"files", {"low.webp", "high.webp"}}};
+  meta["means"] = {
+      {"mins", {-2, -1, 0.5}}, {"maxs", {1, 3, 2}}, {"files", {"low.webp", "high.webp"}}};
   meta["scales"]["files"] = {"scales.webp"};
   meta["quats"]["files"] = {"quats.webp"};
   meta["sh0"]["files"] = {"sh0.webp"};
@@ -107,7 +108,8 @@ json make_scene(const std::filesystem::path& folder, int version, std::size_t ba
   picture("labels.webp", [](std::size_t i) {
     return Rgba{static_cast<std::uint8_t>((7 * i + 1) % kPalette), 0, 0, 255};
   });
-  write_picture(folder / "centroids.webp", 64 * rest, 2, [&](std::size_t i) { return opaque(i, 20); });
+  write_picture(folder / "centroids.webp", 64 * rest, 2,
+                [&](std::size_t i) { return opaque(i, 20); });
   meta["shN"]["files"] = {"centroids.webp", "labels.webp"};
   if (version == 2) {
     meta["shN"]["count"] = kPalette;
@@ -124,7 +126,9 @@ void save(const std::filesystem::path& path, const json& description) {
   std::ofstream(path) << description;
 }
 
-double evenly(double low, double high, std::uint8_t byte) { return low + (high - low) * byte / 255; }
+double evenly(double low, double high, std::uint8_t byte) {
+  return low + (high - low) * byte / 255;
+}
 
 void expect_gaussian(const GaussianCloud& cloud, std::size_t i, std::size_t texel, int version,
                      std::size_t bands) {
@@ -151,7 +155,8 @@ void expect_gaussian(const GaussianCloud& cloud, std::size_t i, std::size_t texe
     EXPECT_EQ(cloud.opacity_logits[i], INFINITY);
   } else {
     EXPECT_NEAR(cloud.opacity_logits[i],
-                version == 2 ? std::log(alpha / (1 - alpha)) : evenly(-6, 7, stored(texel, 15)), 1e-5);
+                version == 2 ? std::log(alpha / (1 - alpha)) : evenly(-6, 7, stored(texel, 15)),
+                1e-5);
   }
   const glm::quat& q = cloud.rotations[i];
   const float wxyz[] = {q.w, q.x, q.y, q.z};
@@ -168,8 +173,8 @@ void expect_gaussian(const GaussianCloud& cloud, std::size_t i, std::size_t texe
   for (std::size_t k = 0; k + 1 < n; ++k) {
     const std::size_t at = label / 64 * 64 * rest + label % 64 * rest + k;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double value = version == 2 ? -0.7 + 0.005 * stored(at, 20 + c)
-                                        : evenly(-0.5, 0.75, stored(at, 20 + c));
+      const double value =
+          version == 2 ? -0.7 + 0.005 * stored(at, 20 + c) : evenly(-0.5, 0.75, stored(at, 20 + c));
       EXPECT_NEAR(cloud.sh[i * n + 1 + k][static_cast<int>(c)], k < rest ? value : 0, 1e-6) << k;
     }
   }
@@ -246,7 +251,8 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
       {good, "/count", 22, "meta.json: low.webp: 7 x 3 pixels are too few for 22 Gaussians"},
       {good, "/count", 0, "meta.json: count is 0, but must be a whole number from 1 up"},
       {good, "/count", 2.5, "meta.json: count is 2.5, but must be a whole number from 1 up"},
-      {good, "/count", 2e12, "meta.json: count is 2000000000000, but must be a whole number from 1 up"},
+      {good, "/count", 2e12,
+       "meta.json: count is 2000000000000, but must be a whole number from 1 up"},
       {good, "/count", "20", "meta.json: count is not a number"},
       {good, "/count", nullptr, "meta.json: count is missing"},
       {good, "/means", 3, "meta.json: means is not an object"},
@@ -255,7 +261,10 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
       {good, "/quats/files", {4}, "meta.json: quats: files is not a list of 1 names"},
       {good, "/means/mins", {1, 2}, "meta.json: means: mins is not a list of 3 numbers"},
       {good, "/means/maxs", {1, 2, "3"}, "meta.json: means: maxs is not a number"},
-      {good, "/scales/codebook", {1, 2}, "meta.json: scales: codebook is not a list of 256 numbers"},
+      {good,
+       "/scales/codebook",
+       {1, 2},
+       "meta.json: scales: codebook is not a list of 256 numbers"},
       {good, "/sh0/codebook", long_book, "meta.json: sh0: codebook is not a list of 256 numbers"},
       {good, "/shN/codebook", text_book, "meta.json: shN: codebook is not a number"},
       {good, "/shN/bands", 4, "meta.json: shN: 4 bands, 1 to 3 exist"},
@@ -268,7 +277,10 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
       {old, "/means/shape", {20}, ""},
       {old, "/means/shape", json::array(), "meta.json: means: shape is not a list of numbers"},
       {old, "/means/shape", 20, "meta.json: means: shape is not a list of numbers"},
-      {old, "/means/shape", {0.5}, "meta.json: means: shape is 0.5, but must be a whole number from 1 up"},
+      {old,
+       "/means/shape",
+       {0.5},
+       "meta.json: means: shape is 0.5, but must be a whole number from 1 up"},
       {old, "/scales/mins", {1}, "meta.json: scales: mins is not a list of 3 numbers"},
       {old, "/scales/maxs", nullptr, "meta.json: scales: maxs is missing"},
       {old, "/sh0/mins", {1, 2, 3}, "meta.json: sh0: mins is not a list of 4 numbers"},
@@ -277,7 +289,10 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
       {old, "/quats/encoding", nullptr, ""},
       {old, "/shN/mins", {1}, "meta.json: shN: mins is not a number"},
       {old, "/shN/maxs", nullptr, "meta.json: shN: maxs is missing"},
-      {old, "/scales/files", {"missing.webp"}, "meta.json: the file missing.webp that it names is missing"},
+      {old,
+       "/scales/files",
+       {"missing.webp"},
+       "meta.json: the file missing.webp that it names is missing"},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(testing::Message() << row.pointer << " = " << row.value);
@@ -302,8 +317,9 @@ TEST(Sog, pictures_may_be_as_large_as_their_gaussians_need_and_not_larger) {
   std::filesystem::resize_file(folder / "scales.webp", 5 * 65540 + 65536);
   EXPECT_THAT(error_of(folder / "meta.json"), HasSubstr("scales.webp: 3121 x 21 pixels"));
   std::filesystem::resize_file(folder / "scales.webp", 5 * 65540 + 65536 + 1);
-  EXPECT_EQ(error_of(folder / "meta.json"),
-            "meta.json: the file scales.webp has 393237 bytes, more than the 393236 that make sense");
+  EXPECT_EQ(
+      error_of(folder / "meta.json"),
+      "meta.json: the file scales.webp has 393237 bytes, more than the 393236 that make sense");
 
   write_picture(folder / "scales.webp", kWidth, kHeight, plain);
   write_picture(folder / "centroids.webp", 960, 1024, plain);
@@ -327,10 +343,9 @@ TEST(Sog, a_byte_of_pictures_holds_at_most_eight_gaussians) {
   EXPECT_EQ(error_of(folder / "meta.json"), "");
   meta["count"] = 8 * bytes + 1;
   save(folder / "meta.json", meta);
-  EXPECT_EQ(error_of(folder / "meta.json"),
-            "meta.json: " + std::to_string(8 * bytes + 1) +
-                " Gaussians are announced, more than pictures of " + std::to_string(bytes) +
-                " bytes can hold");
+  EXPECT_EQ(error_of(folder / "meta.json"), "meta.json: " + std::to_string(8 * bytes + 1) +
+                                                " Gaussians are announced, more than pictures of " +
+                                                std::to_string(bytes) + " bytes can hold");
 }
 
 TEST(Sog, descriptions_have_at_most_4_mib) {
@@ -344,7 +359,9 @@ TEST(Sog, descriptions_have_at_most_4_mib) {
 }
 
 TEST(Sog, is_recognised_by_the_keys_of_its_description) {
-  const auto recognised = [](const std::string& text) { return recognises_sog(to_bytes(text), ""); };
+  const auto recognised = [](const std::string& text) {
+    return recognises_sog(to_bytes(text), "");
+  };
   EXPECT_TRUE(recognised(" \t\r\n{\"means\":1,\"quats\":2}"));
   EXPECT_FALSE(recognised("{\"means\":1}"));
   EXPECT_FALSE(recognised("{\"quats\":1}"));
@@ -362,10 +379,12 @@ TEST(Sog, is_recognised_by_the_keys_of_its_description) {
   EXPECT_FALSE(tree("[\"filenames\",\"tree\",\"lods\"]"));
 }
 
-// ---- trees of levels of detail -------------------------------------------------------------------
+// ---- trees of levels of detail
+// -------------------------------------------------------------------
 json leaf(json file, json offset, json count) {
-  return {{"lods", {{"0", {{"file", file}, {"offset", offset}, {"count", count}}},
-                    {"1", {{"file", 0}, {"offset", 0}, {"count", 1}}}}}};
+  return {{"lods",
+           {{"0", {{"file", file}, {"offset", offset}, {"count", count}}},
+            {"1", {{"file", 0}, {"offset", 0}, {"count", 1}}}}}};
 }
 
 class StreamedSog : public testing::Test {
@@ -397,8 +416,8 @@ TEST_F(StreamedSog, takes_the_finest_level_of_each_leaf_and_then_the_environment
   save(tree_, description);
   std::vector<float> reported;
   ThreadPool pool(1);  // the first worker reports
-  const Scene scene =
-      qs::read_scene(tree_, pool, {.progress = {[&](float done) { reported.push_back(done); }, {}}});
+  const Scene scene = qs::read_scene(
+      tree_, pool, {.progress = {[&](float done) { reported.push_back(done); }, {}}});
   EXPECT_EQ(scene.format, "streamed sog, finest level");
   EXPECT_THAT(scene.warnings, IsEmpty());
   ASSERT_EQ(scene.cloud.size(), 6 + 5 + 8 + kCount);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The bytes of written files, built a second time here from the formats' definitions: headers, offsets, order of values,
-// rounding. A round trip alone would not notice a mistake that reader and writer share.
+// The bytes of written files, built a second time here from the formats' definitions: headers,
+// offsets, order of values, rounding. A round trip alone would not notice a mistake that reader and
+// writer share.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -136,7 +137,8 @@ TEST(WrittenBytes, splat_has_rows_of_32_bytes_the_largest_first) {
       expected.put(byte(255 * (0.5 + 0.28209479177387814 * static_cast<double>(dc[c]))));
     expected.put(byte(255 * opacity(cloud.opacity_logits[i])));
     const glm::quat& q = cloud.rotations[i];
-    for (const float v : {q.w, q.x, q.y, q.z}) expected.put(byte(128 * static_cast<double>(v) + 128));
+    for (const float v : {q.w, q.x, q.y, q.z})
+      expected.put(byte(128 * static_cast<double>(v) + 128));
   }
   expect_same_bytes(written(cloud, "splat"), expected.str());
 }
@@ -183,7 +185,8 @@ std::string expected_compressed_ply(const GaussianCloud& cloud) {
   const std::size_t n = coefficients(cloud), chunks = (cloud.size() + 255) / 256;
   const std::string count = std::to_string(cloud.size());
   Bytes expected, rows, sh;
-  expected.text("ply\nformat binary_little_endian 1.0\nelement chunk " + std::to_string(chunks) + "\n");
+  expected.text("ply\nformat binary_little_endian 1.0\nelement chunk " + std::to_string(chunks) +
+                "\n");
   for (const char* name : {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x",
                            "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y",
                            "max_scale_z", "min_r", "min_g", "min_b", "max_r", "max_g", "max_b"})
@@ -205,8 +208,10 @@ std::string expected_compressed_ply(const GaussianCloud& cloud) {
       for (std::size_t v = 0; v < 9; ++v) ranges[v].include(chunk_values(cloud, order[i])[v]);
     }
     for (const std::size_t group : {0u, 3u, 6u}) {
-      for (std::size_t v = group; v < group + 3; ++v) expected.put(static_cast<float>(ranges[v].low));
-      for (std::size_t v = group; v < group + 3; ++v) expected.put(static_cast<float>(ranges[v].high));
+      for (std::size_t v = group; v < group + 3; ++v)
+        expected.put(static_cast<float>(ranges[v].low));
+      for (std::size_t v = group; v < group + 3; ++v)
+        expected.put(static_cast<float>(ranges[v].high));
     }
     for (std::size_t i = first; i < end; ++i) {
       const auto values = chunk_values(cloud, order[i]);
@@ -243,9 +248,10 @@ TEST(WrittenBytes, compressed_ply_quantises_within_chunks_of_256) {
                     expected_compressed_ply(some_cloud(256, 1)));
 }
 
-// Whether each coefficient is odd in y or z but not both, so that the half turn about x changes its sign.
-constexpr bool kOddInYOrZ[] = {false, true,  true,  false, true, false, false, true,
-                               false, true, false, true, true,  false, true,  false};
+// Whether each coefficient is odd in y or z but not both, so that the half turn about x changes its
+// sign.
+constexpr bool kOddInYOrZ[] = {false, true, true,  false, true, false, false, true,
+                               false, true, false, true,  true, false, true,  false};
 
 std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
   const std::size_t n = coefficients(cloud);
@@ -253,8 +259,8 @@ std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const glm::vec3 up = cloud.positions[i] * glm::vec3(1, -1, -1);
     for (int axis = 0; axis < 3; ++axis) {
-      const auto fixed = static_cast<std::int32_t>(
-          std::round(static_cast<double>(up[axis]) * std::exp2(bits)));
+      const auto fixed =
+          static_cast<std::int32_t>(std::round(static_cast<double>(up[axis]) * std::exp2(bits)));
       for (int k = 0; k < 3; ++k)
         positions.put(static_cast<std::uint8_t>(static_cast<std::uint32_t>(fixed) >> (8 * k)));
     }
@@ -266,7 +272,8 @@ std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
     const glm::quat& q = cloud.rotations[i];
     const std::array<float, 4> v = {q.x, -q.y, -q.z, q.w};
     std::size_t largest = 0;
-    for (std::size_t k = 1; k < 4; ++k) largest = std::abs(v[k]) > std::abs(v[largest]) ? k : largest;
+    for (std::size_t k = 1; k < 4; ++k)
+      largest = std::abs(v[k]) > std::abs(v[largest]) ? k : largest;
     auto packed = static_cast<std::uint32_t>(largest);
     for (std::size_t k = 0; k < 4; ++k) {
       if (k == largest) continue;
@@ -279,7 +286,8 @@ std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
       for (int c = 0; c < 3; ++c) {
         const double value = static_cast<double>(cloud.sh[i * n + k][c]) * (kOddInYOrZ[k] ? -1 : 1);
         const double step = k < 4 ? 8 : 16, exact = std::round(128 * value) + 128;
-        sh.put(static_cast<std::uint8_t>(std::clamp(step * std::floor(exact / step + 0.5), 0.0, 255.0)));
+        sh.put(static_cast<std::uint8_t>(
+            std::clamp(step * std::floor(exact / step + 0.5), 0.0, 255.0)));
       }
     }
   }
@@ -315,7 +323,8 @@ std::vector<std::pair<GaussianCloud, int>> spz_clouds() {
 
 TEST(WrittenBytes, spz_has_a_header_and_blocks_in_gzip) {
   for (const auto& [cloud, bits] : spz_clouds()) {
-    SCOPED_TRACE(testing::Message() << cloud.size() << ", degree " << cloud.sh_degree << ", " << bits);
+    SCOPED_TRACE(testing::Message()
+                 << cloud.size() << ", degree " << cloud.sh_degree << ", " << bits);
     const std::string plain = gunzip(written(cloud, "spz"));
     expect_same_bytes(plain, spz_start(cloud, 3, bits) + '\0' + expected_spz_blocks(cloud, bits));
   }
@@ -324,7 +333,8 @@ TEST(WrittenBytes, spz_has_a_header_and_blocks_in_gzip) {
 TEST(WrittenBytes, spz_of_version_4_has_a_table_of_streams_after_32_bytes) {
   ThreadPool pool(1);
   for (const auto& [cloud, bits] : spz_clouds()) {
-    SCOPED_TRACE(testing::Message() << cloud.size() << ", degree " << cloud.sh_degree << ", " << bits);
+    SCOPED_TRACE(testing::Message()
+                 << cloud.size() << ", degree " << cloud.sh_degree << ", " << bits);
     const TemporaryFolder folder;
     write_scene(cloud, folder / "a.spz", {}, "spz-v4");
     const auto bytes = file_bytes(folder / "a.spz");
@@ -349,7 +359,8 @@ TEST(WrittenBytes, spz_of_version_4_has_a_table_of_streams_after_32_bytes) {
     }
     EXPECT_EQ(bytes.size(), total);
     const SpzContent content = unpack_spz(bytes, folder / "a.spz", pool, {}, 1);
-    const std::string blocks(reinterpret_cast<const char*>(content.bytes.data()), content.bytes.size());
+    const std::string blocks(reinterpret_cast<const char*>(content.bytes.data()),
+                             content.bytes.size());
     expect_same_bytes(blocks, expected_spz_blocks(cloud, bits));
   }
 }
@@ -382,9 +393,9 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
         {"KHR_gaussian_splatting:OPACITY", 1}};
     for (int l = 0; l <= degree; ++l) {
       for (int k = 0; k < 2 * l + 1; ++k)
-        attributes.emplace_back("KHR_gaussian_splatting:SH_DEGREE_" + std::to_string(l) + "_COEF_" +
-                                    std::to_string(k),
-                                3);
+        attributes.emplace_back(
+            "KHR_gaussian_splatting:SH_DEGREE_" + std::to_string(l) + "_COEF_" + std::to_string(k),
+            3);
     }
     const auto add = [&](glm::vec3 v) { columns.insert(columns.end(), {v.x, v.y, v.z}); };
     glm::vec3 low(INFINITY), high(-INFINITY);
@@ -393,9 +404,11 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
       low = glm::min(low, p * glm::vec3(-1, -1, 1));
       high = glm::max(high, p * glm::vec3(-1, -1, 1));
     }
-    for (const glm::quat& q : cloud.rotations) columns.insert(columns.end(), {-q.x, -q.y, q.z, q.w});
+    for (const glm::quat& q : cloud.rotations)
+      columns.insert(columns.end(), {-q.x, -q.y, q.z, q.w});
     for (const glm::vec3& s : cloud.log_scales) add(glm::vec3(glm::exp(glm::dvec3(s))));
-    for (const float logit : cloud.opacity_logits) columns.push_back(static_cast<float>(opacity(logit)));
+    for (const float logit : cloud.opacity_logits)
+      columns.push_back(static_cast<float>(opacity(logit)));
     // Odd in x or y but not both.
     constexpr bool kOdd[] = {false, true, false, true, false, true, false, true,
                              false, true, false, true, false, true, false, true};
@@ -421,25 +434,24 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
     }
     accessors[0]["min"] = {low.x, low.y, low.z};
     accessors[0]["max"] = {high.x, high.y, high.z};
-    const json description = {
-        {"asset", {{"version", "2.0"}, {"generator", "quadsplat"}}},
-        {"extensionsUsed", {"KHR_gaussian_splatting"}},
-        {"scene", 0},
-        {"scenes", {{{"nodes", {0}}}}},
-        {"nodes", {{{"mesh", 0}}}},
-        {"meshes",
-         {{{"primitives",
-            {{{"attributes", names},
-              {"mode", 0},
-              {"extensions",
-               {{"KHR_gaussian_splatting",
-                 {{"kernel", "ellipse"},
-                  {"colorSpace", "srgb_rec709_display"},
-                  {"projection", "perspective"},
-                  {"sortingMethod", "cameraDistance"}}}}}}}}}}},
-        {"accessors", accessors},
-        {"bufferViews", views},
-        {"buffers", {{{"byteLength", offset}}}}};
+    const json description = {{"asset", {{"version", "2.0"}, {"generator", "quadsplat"}}},
+                              {"extensionsUsed", {"KHR_gaussian_splatting"}},
+                              {"scene", 0},
+                              {"scenes", {{{"nodes", {0}}}}},
+                              {"nodes", {{{"mesh", 0}}}},
+                              {"meshes",
+                               {{{"primitives",
+                                  {{{"attributes", names},
+                                    {"mode", 0},
+                                    {"extensions",
+                                     {{"KHR_gaussian_splatting",
+                                       {{"kernel", "ellipse"},
+                                        {"colorSpace", "srgb_rec709_display"},
+                                        {"projection", "perspective"},
+                                        {"sortingMethod", "cameraDistance"}}}}}}}}}}},
+                              {"accessors", accessors},
+                              {"bufferViews", views},
+                              {"buffers", {{{"byteLength", offset}}}}};
     std::string text = description.dump();
     while (text.size() % 4 != 0) text += ' ';
     Bytes expected;

@@ -10,18 +10,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/commands/commands.h"
+#include "app/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/commands/keys.h"
-#include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/open_scene.h"
-#include "app/viewer/state/camera_actions.h"
 #include "io/picture/image_file.h"
-#include "io/scene/writer.h"
-#include "support/recording_host.h"
-#include "support/scene_files.h"
-#include "support/scenes.h"
-#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -29,73 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-// The loop on the main thread without its window: jobs run, their reports change the viewer.
-class RenderThreadTest : public testing::Test, protected test::RecordingHost {
- protected:
-  static FrameOptions one_thread() {
-    FrameOptions options;
-    options.threads = 1;
-    return options;
-  }
-
-  RenderThreadTest()
-      : thread_(
-            one_thread(), [] {}, nullptr) {
-    auto loaded = std::make_shared<LoadedScene>();
-    loaded->scene.cloud = test::random_cloud(300, 1, 5);
-    loaded->scene.path = scenes_ / "random scene.ply";
-    test::write_scene(loaded->scene.cloud, loaded->scene.path);
-    loaded->facts.name = "random";
-    loaded->facts.path = loaded->scene.path;
-    loaded->facts.core = {glm::vec3(-1), glm::vec3(1)};
-    apply(call(action::resize, 96, 64));
-    apply(call(action::scene_read, loaded, false));
-    settle();
-    apply(call(action::set_camera, test::front_camera(96, 64)));
-    change([this](Viewer& viewer) { viewer.out_dir = scenes_.path(); });
-    request_ = full_frame(viewer());
-  }
-
-  void run(Job job) override { thread_.run(std::move(job)); }
-  void stop_job() override { thread_.stop_job(); }
-
-  const Viewer& viewer() const { return store_.viewer(); }
-  void apply(const Action& action) { store_.apply(action, *this); }
-  void change(const std::function<void(Viewer&)>& edit) { apply(call(edit)); }
-  void press(const std::string& key) {
-    const KeyPress press = parse_key(key);
-    apply(find_key_command(press.key, press.mods)->action);
-  }
-  void take_reports() {
-    Actions reports;
-    thread_.take_reports(reports);
-    for (const Action& report : reports) apply(report);
-  }
-
-  // Until nothing runs; returns the newest frame.
-  std::optional<RenderedFrame> settle() {
-    std::optional<RenderedFrame> newest;
-    const auto deadline = std::chrono::steady_clock::now() + 120s;
-    while (std::chrono::steady_clock::now() < deadline) {
-      take_reports();
-      if (auto frame = thread_.take_frame()) newest = std::move(frame);
-      if (!thread_.busy()) return newest;
-      std::this_thread::sleep_for(1ms);
-    }
-    ADD_FAILURE() << "the render thread does not come to rest";
-    return newest;
-  }
-
-  std::optional<RenderedFrame> draw(const FrameRequest& request) {
-    thread_.request(request);
-    return settle();
-  }
-
-  TemporaryFolder scenes_;
-  RenderThread thread_;
-  FrameRequest request_;
-  ViewerStore store_{Viewer()};
-};
+using RenderThreadTest = test::RenderingViewer;
 
 std::size_t resident_bytes() {
   std::ifstream file("/proc/self/statm");

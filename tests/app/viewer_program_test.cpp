@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/program_in_window.h"
 #include "app/run_program.h"
 #include "app/session/text.h"
 #include "app/viewer/window/input_script.h"
@@ -31,48 +32,7 @@ using test::run_quadsplat;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// One X server for all tests of this file.
-test::VirtualDisplay& display() {
-  static test::VirtualDisplay server("1280x720x24");
-  return server;
-}
-
-class ViewerProgram : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!display().runs()) GTEST_SKIP() << "Xvfb is not installed";
-    GaussianCloud cloud = test::random_cloud(400, 0, 3);
-    test::append(cloud, test::single_gaussian({0, 0, 4}, 0.5f, {0.9f, 0.4f, 0.1f}, 5));
-    test::write_scene(cloud, path("scene.ply"));
-    json cameras = json::array();
-    for (const double x : {0.0, 0.3}) {
-      Camera camera = test::front_camera(320, 240);
-      camera.view_from_world[3].x = x;
-      cameras.push_back(json::parse(format_camera(camera)));
-    }
-    std::ofstream(folder_ / "cameras.json") << cameras;
-  }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  ProgramRun play(const std::string& script, std::vector<std::string> arguments = {}) {
-    std::ofstream(folder_ / "script") << script;
-    for (const std::string& word : {std::string("--input"), path("script"),
-                                    std::string("--out-dir"), folder_.path().string()})
-      arguments.push_back(word);
-    if (std::find(arguments.begin(), arguments.end(), "--settings") == arguments.end())
-      arguments.insert(arguments.end(), {"--settings", "-"});
-    arguments.insert(arguments.begin(),
-                     {"view", "--backend", "cpu", "--threads", "2", "--size", "320x240"});
-    return run_quadsplat(arguments);
-  }
-
-  json state(const std::string& name) const {
-    return json::parse(read_text_file(folder_ / name, 1 << 20));
-  }
-
-  TemporaryFolder folder_;
-};
+using ViewerProgram = test::ProgramInWindow;
 
 TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes) {
   const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/driven_viewer.h"
 #include "app/session/camera_control.h"
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/commands/jobs.h"
@@ -19,56 +20,18 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/axes.h"
-#include "support/recording_host.h"
 #include "test_paths.h"
 
 namespace qs {
 namespace {
 
+using test::Driven;
+using test::DrivenScene;
+using test::some_scene;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 using namespace action;
-
-ViewedScene some_scene(int cameras) {
-  ViewedScene scene;
-  scene.path = "/data/garden.ply";
-  scene.name = "garden";
-  scene.core = {glm::vec3(-1), glm::vec3(1)};
-  scene.smallest_radius = 0.01f;
-  scene.gaussians = 500;
-  scene.sh_degree = 3;
-  for (int i = 0; i < cameras; ++i) {
-    scene.cameras.push_back(
-        look_at({3.0 * std::sin(i), -1, -3.0 * std::cos(i)}, {0, 0, 0}, {0, -1, 0}, 1, 800, 600));
-  }
-  return scene;
-}
-
-// A viewer with its host, driven as the loop does it.
-struct Driven : test::RecordingHost {
-  ViewerStore store{Viewer()};
-  const Viewer& viewer = store.viewer();
-
-  template <class Function, class... Arguments>
-  void apply(Function function, Arguments... arguments) {
-    store.apply(call(function, std::move(arguments)...), *this);
-  }
-  void press(const std::string& key) {
-    const KeyPress press = parse_key(key);
-    store.apply(find_key_command(press.key, press.mods)->action, *this);
-  }
-  void apply_all(const Actions& actions) {
-    for (const Action& action : actions) store.apply(action, *this);
-  }
-};
-
-struct DrivenScene : Driven {
-  explicit DrivenScene(int cameras) {
-    apply(resize, 640, 480);
-    apply(scene_opened, some_scene(cameras), RenderSettings(), Backend::cpu);
-  }
-};
 
 // ---- actions -----------------------------------------------------------------------------------
 TEST(Viewer, opens_at_the_first_camera_in_the_window_s_size) {

@@ -34,7 +34,8 @@ template <class Bytes>
 Bytes gunzip(const Bytes& packed) {
   z_stream stream{};
   inflateInit2(&stream, 15 + 16);
-  Bytes plain(1 << 20);
+  Bytes plain;
+  plain.resize(1 << 20);
   connect(stream, packed, plain);
   inflate(&stream, Z_FINISH);
   plain.resize(stream.total_out);

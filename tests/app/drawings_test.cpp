@@ -187,8 +187,8 @@ class Construction : public testing::Test {
     cloud.log_scales[0] = log_scales;
     cloud.rotations[0] = glm::quat(std::cos(angle / 2), 0, 0, std::sin(angle / 2));
     for (int i = 0; i < 6; ++i)
-      test::append(cloud, test::single_gaussian({0.5f + 0.07f * static_cast<float>(i), 0.4f, 2},
-                                                0.09f, {0.2f, 0.3f, 0.7f}, 9));
+      test::append(cloud, test::single_gaussian({0.8f, 0.36f, 2.0f + 0.01f * static_cast<float>(i)},
+                                                0.2f, {0.2f, 0.3f, 0.7f}, 9));
     ThreadPool pool(2);
     const auto renderer = make_renderer(Backend::cpu, pool);
     renderer->upload(cloud, {});

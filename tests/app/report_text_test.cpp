@@ -189,6 +189,7 @@ TEST(ReportText, html_pages) {
   html.table({{"head", "words", "numbers"}, {"row", "yes", "1"}, {"row", "2", "three"}});
   html.table({{"only", "a head"}});
   html.table({{"head", "numbers"}, {"1", "2"}});
+  html.table({{"head", "words"}, {"1", "yes"}});
   html.picture(Image(1, 1, 3), "whole");
   html.picture(Image(1, 1, 3), "half", true);
   expect_golden("html", html.text());

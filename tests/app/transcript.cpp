@@ -16,6 +16,7 @@
 
 #include "app/cli/command.h"
 #include "app/session/environment.h"
+#include "io/bytes/base64.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "raster/base/error.h"
@@ -179,9 +180,25 @@ std::string facts_of(const Image& image) {
   }
   const double all = std::max(sums[0] + sums[1] + sums[2], 1e-9);
   const double pixels = static_cast<double>(image.width) * image.height;
-  return fmt::format("{} x {}, mean {:.3f} {:.3f} {:.3f}, centre {:.2f}, {:.2f}\n", image.width,
+  return fmt::format("{} x {}, mean {:.5f} {:.5f} {:.5f}, centre {:.3f}, {:.3f}\n", image.width,
                      image.height, sums[0] / pixels, sums[1] / pixels, sums[2] / pixels,
                      x_sum / all, y_sum / all);
+}
+
+/// The facts of the pictures in an HTML page, or the text of what is no picture: a script of the
+/// gnuplot below.
+std::string pictures_in(const std::string& html) {
+  constexpr std::string_view kStart = "src=\"data:";
+  std::string text;
+  for (std::size_t at = 0; (at = html.find(kStart, at)) != html.npos;) {
+    at += kStart.size() - 5;
+    const std::size_t length = html.find('"', at) - at;
+    const auto bytes = decode_data_uri(std::string_view(html).substr(at, length), "page");
+    const std::string content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::ofstream("embedded.png", std::ios::binary) << content;
+    text += content.starts_with("set ") ? content + "\n" : facts_of(read_image("embedded.png"));
+  }
+  return text;
 }
 
 void write_inputs() {
@@ -223,6 +240,12 @@ Transcript::~Transcript() {
   std::filesystem::current_path(before_);
 }
 
+void Transcript::install_gnuplot(const std::string& commands) {
+  std::ofstream("gnuplot") << "#!/bin/sh\n" << commands << "\n";
+  std::filesystem::permissions("gnuplot", std::filesystem::perms::owner_all);
+  setenv("PATH", folder_.path().c_str(), 1);
+}
+
 void Transcript::run(const std::string& command_line) {
   const std::vector<std::string> words = split(command_line, ' ');
   int code = 0;
@@ -250,14 +273,16 @@ void Transcript::show(const std::string& file) {
   text_ += picture
                ? facts_of(read_image(file)) + (file.ends_with(".png") ? metadata_of(content) : "")
                : masked(content);
+  if (file.ends_with(".html")) text_ += pictures_in(content);
   text_ += "\n";
 }
 
 std::string Transcript::masked(std::string text) const {
   const Environment environment = read_environment();
   replace_all(text, folder_.path().string(), "FOLDER");
-  replace_all(text, environment.cpu, "CPU");
-  replace_all(text, environment.commit, "COMMIT");
+  replace_all(text, environment.cpu + ", backend", "CPU, backend");
+  replace_all(text, ") on " + environment.cpu, ") on CPU");
+  replace_all(text, "commit " + environment.commit, "commit COMMIT");
   mask_between(text, "COMMIT, ", ". Times");
   mask_between(text, "COMMIT) on CPU, ", ". Scene");
   mask_between(text, "quadsplat ", " (commit");

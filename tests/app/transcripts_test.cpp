@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What every command prints and writes, compared with transcripts in tests/golden/transcripts.
+#include <filesystem>
 #include <fstream>
 
 #include <gtest/gtest.h>
@@ -127,8 +128,12 @@ TEST_F(Transcripts, render_refuses) {
 TEST_F(Transcripts, inspect_explains) {
   run({"inspect scene.ply", "inspect scene.ply --pixel 47,31",
        "inspect scene.ply --camera-index 1 --pixel 5,50 --cull 3dgs --tile-size 8 --json",
-       "inspect scene.ply --gaussian 0 --picture why.png"});
+       "inspect scene.ply --gaussian 0 --picture why.png",
+       "inspect scene.ply --pixel 47,31 --picture none.png"});
   show({"why.png"});
+  // At the borders of the picture and beyond them.
+  for (const char* gaussian : {"21", "33", "40", "55", "70", "128", "140"})
+    log_.run(std::string("inspect scene.ply --camera-index 1 --cull 3dgs --gaussian ") + gaussian);
   expect_golden("inspect");
 }
 
@@ -211,6 +216,22 @@ TEST_F(Transcripts, report_writes_a_page) {
        "report scene.ply --camera-path cameras.json --frames 9 --size 24x16 --output out"});
   show({"page.html", "out/report.html"});
   expect_golden("report");
+}
+
+// The program in the place of gnuplot copies its script, so that the page embeds the scripts.
+TEST_F(Transcripts, report_embeds_its_plots) {
+  log_.install_gnuplot("exec /bin/cp \"$1\" \"${1%.gp}.png\"");
+  run({"report scene.ply --views 1 --size 60x40 --output one.html",
+       "report scene.ply --views 2 --output two.html", "merge images"});
+  show({"one.html"});
+  run({"bench scene.ply --camera-index 0 --frames 1 --warmup 0 --cull adr --out-dir out"});
+  EXPECT_TRUE(std::filesystem::exists("out/fps.png"));
+  log_.install_gnuplot("/bin/sleep 0.1\nexit 3");
+  run({"bench scene.ply --camera-index 0 --frames 1 --warmup 0 --cull adr --out-dir out",
+       "report scene.ply --views 1 --size 60x40 --output none.html"});
+  expect_golden("report_plots");
+  show({"two.html"});
+  EXPECT_NE(log_.text().find("scene, 2 views, 48 x 32 pixels"), std::string::npos);
 }
 
 }  // namespace

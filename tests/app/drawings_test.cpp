@@ -202,7 +202,7 @@ class Construction : public testing::Test {
 };
 
 TEST_F(Construction, of_a_gaussian_that_qpass_walks_in_rows) {
-  expect_golden_reduced("construction_rows", draw({-0.5f, -2.2f, -2}, 0.5f, 3, {150, 90}), 2);
+  expect_golden_reduced("construction_rows", draw({-0.5f, -2.2f, -2}, 0.5f, 3, {150, 90}), 3);
 }
 
 TEST_F(Construction, of_a_gaussian_that_qpass_walks_in_columns) {

@@ -247,7 +247,10 @@ void Transcript::install_gnuplot(const std::string& commands) {
 }
 
 void Transcript::run(const std::string& command_line) {
-  const std::vector<std::string> words = split(command_line, ' ');
+  std::vector<std::string> words = split(command_line, ' ');
+  static const std::set<std::string> kRender = {"render", "inspect", "compare",
+                                                "bench",  "zoom",    "eval"};
+  if (kRender.count(words.front()) != 0) words.insert(words.end(), {"--backend", "cpu"});
   int code = 0;
   std::string sentence;
   {

@@ -141,11 +141,15 @@ TEST_F(Transcripts, compare_draws_and_prints) {
   run({"compare scene.ply --output sheet.png",
        "compare scene.ply --camera-index 1 --cull 3dgs,dualbox --crop 4,6,20,10 --amplify 8 "
        "--against adr --output crop.png",
-       "compare scene.ply --camera-index 1 --cull quadbox --everywhere",
        "compare scene.ply --cull dualbox,reference --crop 0,0,48,32 --amplify 16 --output "
-       "all.png"});
-  show({"sheet.png", "crop.png", "all.png"});
+       "all.png",
+       "compare scene.ply --cull dualbox,reference --crop 0,0,48,32 --output default.png"});
+  show({"sheet.png", "crop.png", "all.png", "default.png"});
   expect_golden("compare");
+  // More lines where a GPU works, so it is not part of the transcript.
+  run({"compare scene.ply --camera-index 1 --cull quadbox --everywhere"});
+  EXPECT_NE(log_.text().find("\nquadbox, cpu                      inf    0/255"),
+            std::string::npos);
 }
 
 TEST_F(Transcripts, bench_writes_its_reports) {

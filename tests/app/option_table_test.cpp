@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
+#include "app/cli/frame_options.h"
 #include "raster/base/error.h"
 #include "support/golden.h"
 
@@ -74,6 +75,27 @@ TEST(OptionTable, values_are_taken_up_to_their_limits_and_no_further) {
       }
     }
   }
+}
+
+TEST(OptionTable, choices_set_what_they_name) {
+  const auto parsed = [](const std::vector<std::string>& words) {
+    FrameOptions frame;
+    Options options("try", "tries");
+    declare_common_options(options, frame);
+    EXPECT_TRUE(options.parse(words));
+    return frame;
+  };
+  EXPECT_EQ(parsed({"--antialiased", "on"}).antialiased, true);
+  EXPECT_EQ(parsed({"--antialiased", "off"}).antialiased, false);
+  EXPECT_EQ(parsed({"--antialiased", "auto"}).antialiased, std::nullopt);
+  EXPECT_EQ(parsed({"--tile-size", "8"}).tile_px, 8);
+  EXPECT_EQ(parsed({"--tile-size", "32"}).tile_px, 32);
+  EXPECT_EQ(parsed({"--pipeline", "classic"}).pipeline, Pipeline::classic);
+  EXPECT_EQ(parsed({"--backend", "cuda"}).backend, Backend::cuda);
+  EXPECT_EQ(parsed({"--axes", "RUB"}).axes, "RUB");
+  EXPECT_EQ(parsed({"--cull", "exact,adr,exact"}).modes,
+            (std::vector<CullMode>{find_culler("exact"), find_culler("adr")}));
+  EXPECT_EQ(parsed({}).antialiased, std::nullopt);
 }
 
 }  // namespace

@@ -3,7 +3,12 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include "io/picture/image_file.h"
+#include "raster/base/error.h"
+#include "support/temporary_folder.h"
 
 namespace qs {
 namespace {
@@ -63,6 +68,44 @@ TEST(ImageDifference, is_amplified_up_to_white) {
   EXPECT_FLOAT_EQ(difference.at(0, 0, 0), 32.0f / 255);
   EXPECT_FLOAT_EQ(difference.at(1, 0, 0), 1);
   EXPECT_EQ(difference.at(2, 0, 0), 0);
+}
+
+TEST(ImageDifference, reads_a_reference_of_the_frame_s_size_as_rgb) {
+  const TemporaryFolder folder;
+  Image gray(5, 3, 1), rgb(5, 3, 3);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      const float value = static_cast<float>(17 * x + 51 * y) / 255;
+      gray.at(x, y, 0) = value;
+      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = value;
+    }
+  }
+  write_image(gray, folder / "gray.png");
+  write_image(rgb, folder / "rgb.png");
+  for (const char* name : {"gray.png", "rgb.png"}) {
+    const Image image = read_reference(folder / name, 5, 3);
+    ASSERT_EQ(image.channels, 3) << name;
+    EXPECT_EQ(image.values, rgb.values) << name;
+  }
+  for (const glm::ivec2 size : {glm::ivec2(4, 3), {5, 4}}) {
+    try {
+      read_reference(folder / "rgb.png", size.x, size.y);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(), fmt::format("{}: is 5 x 3 pixels, but the frame is {} x {}",
+                                          (folder / "rgb.png").string(), size.x, size.y));
+    }
+  }
+}
+
+TEST(ImageDifference, is_amplified_as_far_as_the_largest_one_allows) {
+  for (int largest = 0; largest <= 255; ++largest) {
+    const int factor = amplification_for(largest);
+    EXPECT_TRUE(factor == 64 || (factor + 1) * largest > 255) << largest;
+    EXPECT_TRUE(factor == 1 || factor * largest <= 255) << largest;
+    EXPECT_TRUE(factor >= 1 && factor <= 64);
+  }
+  EXPECT_EQ(difference_path("out/a.b.ppm"), "out/a.b.difference.png");
 }
 
 }  // namespace

@@ -77,6 +77,23 @@ TEST_F(Inspector, a_gaussian_s_tiles_are_those_whose_lists_hold_it) {
   }
 }
 
+TEST_F(Inspector, a_slot_is_found_for_every_visible_gaussian_and_for_no_other) {
+  const Trace trace = render(kDefaultMode).trace;
+  const std::vector<std::uint32_t> slots = slots_of(trace, cloud_.size());
+  std::size_t visible = 0;
+  for (std::uint32_t gaussian = 0; gaussian < cloud_.size() + 5; ++gaussian) {
+    const std::optional<std::size_t> slot = slot_of(trace, gaussian);
+    if (gaussian < cloud_.size()) {
+      ASSERT_EQ(slots[gaussian], slot.value_or(0xffffffff));
+    }
+    if (!slot) continue;
+    ASSERT_EQ(trace.gaussians.at(*slot), gaussian);
+    ++visible;
+  }
+  EXPECT_EQ(visible, trace.gaussians.size());
+  EXPECT_LT(visible, cloud_.size());
+}
+
 TEST_F(Inspector, shape_facts_agree_with_each_other) {
   const Frame frame = render(find_culler("adr"));
   for (std::size_t slot = 0; slot < frame.trace.gaussians.size(); ++slot) {

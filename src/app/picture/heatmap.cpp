@@ -82,14 +82,18 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
     fill_rect(image, {left + x, y, 1, layout.bar}, viridis(t));
   }
   y += layout.bar;
+  // From the last label, which has the unit, to the left: labels that would touch it are left out.
   const std::vector<std::uint32_t> ticks = scale.ticks();
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
+  int free_until = image.width;
+  for (std::size_t i = ticks.size(); i-- > 0;) {
     const double t = static_cast<double>(ticks[i]) / scale.maximum;
     const int x = left + static_cast<int>(t * (bar_width - 1));
-    const Align align = i == 0 ? Align::left : i + 1 == ticks.size() ? Align::right : Align::center;
     fill_rect(image, {x, y, 1, layout.tick}, kFaint);
-    draw_text(image, text_font, {align == Align::right ? right : x, y + 2 * layout.tick},
-              legend.ticks[i], kText, align);
+    const int width = text_font.width(legend.ticks[i]);
+    const int start = i + 1 == ticks.size() ? right - width : i == 0 ? x : x - width / 2;
+    if (start + width > free_until) continue;
+    draw_text(image, text_font, {start, y + 2 * layout.tick}, legend.ticks[i], kText);
+    free_until = start - layout.padding / 2;
   }
 }
 

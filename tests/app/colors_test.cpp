@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+//
+// Colours compared with the published tables they come from, and scales with a search over all
+// round steps.
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "app/picture/colormap.h"
+#include "app/picture/palette.h"
+#include "app/picture/scale.h"
+
+namespace qs {
+namespace {
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+TEST(Colors, viridis_has_the_published_colours_at_every_eighth_and_is_linear_between_them) {
+  const std::vector<std::string> published = words_of(
+      "#440154 #470D60 #48186A #482374 #472D7B #453781 #424086 #3E4989 #3B528B #375B8D #33638D "
+      "#2F6B8E #2C728E #297A8E #26828E #23898E #21918C #1F978B #1F9F88 #21A685 #27AD81 #31B57B "
+      "#3DBC74 #4CC26C #5CC863 #6ECE58 #81D34D #95D840 #AADC32 #C0DF25 #D5E21A #EAE51A #FDE725");
+  for (std::size_t i = 0; i < published.size(); ++i) {
+    const float t = static_cast<float>(i) / 32;
+    EXPECT_EQ(hex_text(viridis(t)), published[i]) << i;
+    if (i == 32) continue;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(viridis(t + 0.25f / 32)[c],
+                  0.75f * viridis(t)[c] + 0.25f * viridis(t + 1.0f / 32)[c], 1e-5f);
+  }
+  EXPECT_EQ(viridis(-3), viridis(0));
+  EXPECT_EQ(viridis(7), viridis(1));
+}
+
+TEST(Colors, of_signed_values_pass_through_seven_colours) {
+  const std::vector<std::string> colours =
+      words_of("#0B3C6E #3A7FB8 #9CC7E4 #F2F2F0 #F4B677 #CC6F1D #6E3507");
+  for (int i = -3; i <= 3; ++i)
+    EXPECT_EQ(hex_text(diverging(static_cast<float>(i) / 3)),
+              colours[static_cast<std::size_t>(i + 3)]);
+  EXPECT_EQ(diverging(-2), diverging(-1));
+  EXPECT_EQ(diverging(2), diverging(1));
+}
+
+TEST(Colors, accents_are_okabe_and_ito_s) {
+  EXPECT_EQ(rgb(0x3366FF), glm::vec3(0.2f, 0.4f, 1));
+  EXPECT_EQ(hex_text({0.2f, 0.4f, 1}), "#3366FF");
+  EXPECT_EQ(hex_text({2, -1, 0.5f}), "#FF0080") << "clamped";
+  std::string text;
+  for (const glm::vec3 color : {kOrange, kSkyBlue, kGreen, kBlue, kVermillion, kPurple})
+    text += hex_text(color) + " ";
+  EXPECT_EQ(text, "#E69F00 #56B4E9 #009E73 #0072B2 #D55E00 #CC79A7 ");
+}
+
+TEST(Colors, of_paper_and_dark_panels_are_gray_and_in_the_order_of_their_brightness) {
+  using on_white::kFaint, on_white::kInk, on_white::kLine, on_white::kPanel, on_white::kWhite;
+  std::string text;
+  for (const glm::vec3 color : {kInk, kFaint, kLine, kPanel, kWhite, on_dark::kPanel,
+                                on_dark::kFaint, on_dark::kText, kRed, kGray, kLightGray})
+    text += hex_text(color) + " ";
+  EXPECT_EQ(text,
+            "#1A1C21 #6B707A #D5D7DB #F6F7F8 #FFFFFF #16171B #999EA6 #E6E8EB #D92626 #808080 "
+            "#BBBBBB ");
+}
+
+TEST(Colors, of_modes_differ_and_black_and_blue_are_lighter_on_dark) {
+  std::string light, dark;
+  for (CullMode mode = -1; mode <= kCullerCount; ++mode) {
+    light += hex_text(mode_color(mode)) + " ";
+    dark += hex_text(on_dark::mode_color(mode)) + " ";
+  }
+  EXPECT_EQ(light, "#808080 #009E73 #000000 #E69F00 #56B4E9 #CC79A7 #0072B2 #D55E00 ");
+  EXPECT_EQ(dark, "#808080 #009E73 #BBBBBB #E69F00 #56B4E9 #CC79A7 #268CD9 #D55E00 ");
+}
+
+TEST(RoundScale, takes_the_smallest_round_step_of_which_at_most_eight_reach_the_maximum) {
+  std::vector<std::uint64_t> steps;
+  for (std::uint64_t power = 1; power <= 1'000'000'000; power *= 10)
+    steps.insert(steps.end(), {power, 2 * power, 5 * power});
+  for (std::uint64_t maximum = 1; maximum < 4'000'000'000; maximum += maximum / 19 + 1) {
+    const auto step = *std::find_if(steps.begin(), steps.end(),
+                                    [&](std::uint64_t s) { return 8 * s >= maximum; });
+    const Scale scale = round_scale(static_cast<std::uint32_t>(maximum));
+    EXPECT_EQ(scale.step, step) << maximum;
+    EXPECT_EQ(scale.maximum, (maximum + step - 1) / step * step) << maximum;
+    EXPECT_EQ(scale.ticks().size(), scale.maximum / step + 1);
+    EXPECT_EQ(scale.ticks().at(1), step);
+  }
+  EXPECT_EQ(round_scale(0).maximum, 1u);
+  EXPECT_EQ(round_scale(4294967295u).maximum, 4'000'000'000u);
+  EXPECT_EQ(round_scale(4'000'000'000u).step, 500'000'000u);
+}
+
+TEST(RoundScale, ignores_the_largest_half_per_cent_of_the_values) {
+  const auto reach = [](std::size_t large) {  // of 1001 values
+    std::vector<std::uint32_t> values(1001, 7);
+    for (std::size_t i = 0; i < large; ++i) values[i * 31 % 1001] = 4000;
+    return scale_for(values).maximum;
+  };
+  EXPECT_EQ(reach(0), 7u);
+  EXPECT_EQ(reach(5), 7u);
+  EXPECT_EQ(reach(6), 4000u);
+  EXPECT_EQ(scale_for({}).maximum, 1u);
+  EXPECT_EQ(scale_for({}).step, 1u);
+  const std::vector<std::int32_t> extremes = {INT32_MIN, -1, 2};
+  EXPECT_EQ(scale_for_signed(std::span(extremes).subspan(1)).maximum, 1u)
+      << "the middle of 1 and 2";
+  EXPECT_EQ(scale_for_signed(std::span(extremes).first(1)).maximum,
+            round_scale(2147483648u).maximum);
+}
+
+}  // namespace
+}  // namespace qs

@@ -171,12 +171,14 @@ inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   return cudaSuccess;
 }
 
-/// Every allocation is preceded by its size and filled with 0xff, which no kernel should read.
+/// Every allocation is aligned to 256 bytes, as CUDA promises, preceded by its size, and filled with
+/// 0xff, which no kernel should read.
 template <class T>
 cudaError_t cudaMalloc(T** pointer, std::size_t bytes) {
   constexpr std::size_t kHeader = 256;
   if (bytes > emulator::kTotalBytes - emulator::used_bytes) return cudaErrorMemoryAllocation;
-  auto* memory = static_cast<char*>(std::malloc(kHeader + bytes));
+  const std::size_t whole = (kHeader + bytes + kHeader - 1) / kHeader * kHeader;
+  auto* memory = static_cast<char*>(std::aligned_alloc(kHeader, whole));
   std::memcpy(memory, &bytes, sizeof bytes);
   std::memset(memory + kHeader, 0xff, bytes);
   emulator::used_bytes += bytes;

@@ -171,8 +171,8 @@ inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   return cudaSuccess;
 }
 
-/// Every allocation is aligned to 256 bytes, as CUDA promises, preceded by its size, and filled with
-/// 0xff, which no kernel should read.
+/// Every allocation is aligned to 256 bytes, as CUDA promises, preceded by its size, and filled
+/// with 0xff, which no kernel should read.
 template <class T>
 cudaError_t cudaMalloc(T** pointer, std::size_t bytes) {
   constexpr std::size_t kHeader = 256;

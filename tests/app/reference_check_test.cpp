@@ -31,32 +31,46 @@ TEST_F(ReferenceCheckTest, finds_nothing_in_a_lossless_frame) {
 }
 
 TEST_F(ReferenceCheckTest, names_pixel_tile_and_gaussian_of_a_planted_mistake) {
-  Frame frame = render(kDefaultMode);
-  const PixelReport pixel = inspect_pixel(frame, {101, 70}, settings_.background);
-  ASSERT_FALSE(pixel.contributions.empty());
-  const auto heavy = std::max_element(
-      pixel.contributions.begin(), pixel.contributions.end(),
-      [](const Contribution& a, const Contribution& b) { return a.weight < b.weight; });
-  // The frame of a backend that drops this Gaussian in this tile.
-  auto& listed = frame.trace.listed;
-  const auto begin = frame.trace.tile_begin[static_cast<std::size_t>(pixel.tile)];
-  const auto end = frame.trace.tile_begin[static_cast<std::size_t>(pixel.tile) + 1];
-  const auto at = std::find(listed.begin() + static_cast<std::ptrdiff_t>(begin),
-                            listed.begin() + static_cast<std::ptrdiff_t>(end), heavy->gaussian);
-  listed.erase(at);
-  for (std::size_t t = static_cast<std::size_t>(pixel.tile) + 1; t < frame.trace.tile_begin.size();
-       ++t)
-    --frame.trace.tile_begin[t];
-  const glm::vec3 wrong = inspect_pixel(frame, {101, 70}, settings_.background).color;
-  for (int c = 0; c < 3; ++c) frame.color.at(101, 70, c) = wrong[c];
+  const Frame complete = render(kDefaultMode);
+  const auto pixel_at = [](const Frame& frame, glm::ivec2 at) {
+    return inspect_pixel(frame, at, glm::vec3(0));
+  };
+  glm::ivec2 stopping(0);  // the first pixel that stops before the end of its list
+  while (!pixel_at(complete, stopping).stopped_by) {
+    if (++stopping.x == camera_.width) stopping = {0, stopping.y + 1};
+    ASSERT_LT(stopping.y, camera_.height);
+  }
+  for (const glm::ivec2 at : {glm::ivec2(101, 70), stopping}) {
+    Frame frame = complete;
+    const PixelReport pixel = pixel_at(frame, at);
+    ASSERT_FALSE(pixel.contributions.empty());
+    const auto heavy = std::max_element(
+        pixel.contributions.begin(), pixel.contributions.end(),
+        [](const Contribution& a, const Contribution& b) { return a.weight < b.weight; });
+    // The frame of a backend that drops this Gaussian in this tile.
+    auto& listed = frame.trace.listed;
+    const auto tile = static_cast<std::size_t>(pixel.tile);
+    const auto first = listed.begin() + static_cast<std::ptrdiff_t>(frame.trace.tile_begin[tile]);
+    const auto last =
+        listed.begin() + static_cast<std::ptrdiff_t>(frame.trace.tile_begin[tile + 1]);
+    listed.erase(std::find(first, last, heavy->gaussian));
+    for (std::size_t t = tile + 1; t < frame.trace.tile_begin.size(); ++t) {
+      --frame.trace.tile_begin[t];
+    }
+    const glm::vec3 wrong = inspect_pixel(frame, at, settings_.background).color;
+    for (int c = 0; c < 3; ++c) frame.color.at(at.x, at.y, c) = wrong[c];
 
-  const ReferenceCheck result = check(frame, PixelBox{90, 60, 120, 90});
-  EXPECT_EQ(result.difference.first, glm::ivec2(101, 70));
-  EXPECT_EQ(result.difference.pixels, 1u);
-  EXPECT_EQ(result.tile, pixel.tile);
-  EXPECT_EQ(result.gaussian, heavy->gaussian);
-  EXPECT_EQ(result.why, Disagreement::missing);
-  EXPECT_THAT(check_sentence(result, 2), HasSubstr("101,70"));
+    const PixelBox around{std::max(at.x - 11, 0), std::max(at.y - 10, 0),
+                          std::min(at.x + 19, camera_.width), std::min(at.y + 20, camera_.height)};
+    const ReferenceCheck result = check(frame, around);
+    EXPECT_EQ(result.difference.first, at);
+    EXPECT_EQ(result.difference.pixels, 1u);
+    EXPECT_EQ(result.tile, pixel.tile);
+    EXPECT_EQ(result.gaussian, heavy->gaussian);
+    EXPECT_EQ(result.why, Disagreement::missing);
+    EXPECT_THAT(check_sentence(result, 2),
+                HasSubstr(std::to_string(at.x) + "," + std::to_string(at.y)));
+  }
 }
 
 TEST_F(ReferenceCheckTest, reports_its_progress_and_can_be_cancelled) {

@@ -105,6 +105,31 @@ TEST(Gltf, mesh_of_two_nodes_is_read_twice) {
   ASSERT_EQ(scene.cloud.size(), 2 * kCount);
 }
 
+TEST(Gltf, every_primitive_of_every_mesh_is_read) {
+  Glb glb = written();
+  const json first = glb.description["meshes"][0]["primitives"][0];
+  json second = first;  // its positions are the scales of the first
+  for (const auto& [name, accessor] : first["attributes"].items()) {
+    if (name.ends_with("SCALE")) second["attributes"]["POSITION"] = accessor;
+  }
+  const auto positions_of = [&](const json& primitive) {
+    glb.description["meshes"] = {{{"primitives", {primitive}}}};
+    return read(glb).cloud.positions;
+  };
+  const auto a = positions_of(first), b = positions_of(second);
+  ASSERT_NE(a, b);
+
+  glb.description["meshes"] = {{{"primitives", {first, second}}}, {{"primitives", {first}}}};
+  glb.description["nodes"] = {{{"mesh", 0}}, {{"mesh", 1}}};
+  glb.description["scenes"][0]["nodes"] = {0, 1};
+  auto expected = a;  // of the last node, which is read first
+  expected.insert(expected.end(), a.begin(), a.end());
+  expected.insert(expected.end(), b.begin(), b.end());
+  const auto positions = read(glb).cloud.positions;
+  ASSERT_EQ(positions.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(positions[i], expected[i]) << i;
+}
+
 TEST(Gltf, endless_repetition_is_refused) {
   Glb glb = written(0);
   json nodes = json::array(), roots = json::array();

@@ -191,6 +191,22 @@ TEST(Reader, unpacking_gzip_can_be_stopped_on_the_way) {
 }
 
 TEST(Reader, progress_rises_to_one) {
+  const TemporaryFolder folder;
+  ThreadPool pool(1);
+  for (const WriterRow& writer : writers()) {
+    SCOPED_TRACE(writer.name);
+    const auto path = folder / (std::string("a") + writer.extension);
+    qs::write_scene(random_cloud(40000, 1, 1), path, pool, {}, writer.name);
+    std::vector<float> values;
+    qs::read_scene(path, pool,
+                   {.progress = {[&](float fraction) { values.push_back(fraction); }, {}}});
+    EXPECT_TRUE(std::is_sorted(values.begin(), values.end()));
+    EXPECT_GT(values.size(), 3u);
+    EXPECT_EQ(values.back(), 1);
+  }
+}
+
+TEST(Reader, progress_of_a_container_rises_to_one) {
   float last = -1;
   const Progress progress{[&](float fraction) {
                             EXPECT_GE(fraction, last);

@@ -57,8 +57,7 @@ std::filesystem::path output_file(const std::filesystem::path& output) {
 class Report {
  public:
   explicit Report(const ReportCommand& command)
-      : command_(command),
-        path_(output_file(command.output)),
+      : path_(output_file(command.output)),
         session_(open_session(command.frame)),
         shots_(choose_views(command, *session_.scene)) {}
 
@@ -163,7 +162,6 @@ class Report {
         session_.scene->path.filename().string(), file_hash(session_.scene->path));
   }
 
-  const ReportCommand& command_;
   std::filesystem::path path_;
   Session session_;
   std::vector<Shot> shots_;

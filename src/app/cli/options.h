@@ -51,8 +51,8 @@ class Options {
   /// The target of text(), integer() and real() is a variable or a std::optional.
   template <class T>
   void text(const std::string& name, const std::string& placeholder, T& target,
-            const std::string& help, Samples samples) {
-    value(name, placeholder, help, std::move(samples),
+            const std::string& help, const Samples& samples) {
+    value(name, placeholder, help, samples,
           [&target](const std::string& given) { target = given; });
   }
   template <class T>

@@ -40,7 +40,8 @@ void uses_in_tile(const Frame& frame, glm::ivec2 size, const std::vector<std::ui
   const Trace& trace = frame.trace;
   const PixelBox box = pixels_of(frame.grid, size, tile);
   const int width = box.x1 - box.x0;
-  transmittance.assign(static_cast<std::size_t>(width * (box.y1 - box.y0)), 1);
+  transmittance.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(box.y1 - box.y0),
+                       1);
   const std::uint64_t begin = trace.tile_begin[static_cast<std::size_t>(tile)];
   const std::uint64_t end = trace.tile_begin[static_cast<std::size_t>(tile) + 1];
   for (std::uint64_t k = begin; k < end; ++k) {

@@ -53,7 +53,8 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames, const Target& target, std::stop_token stop) {
+                 ModeResult& result, int frames, const Target& target,
+                 const std::stop_token& stop) {
   assert(frames > 0);
   settings.mode = result.mode;
   Outputs outputs;

@@ -40,7 +40,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 /// slow a frame down.
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
                  ModeResult& result, int frames = 1, const Target& target = HostImage{},
-                 std::stop_token stop = {});
+                 const std::stop_token& stop = {});
 
 /// A table with one line per mode: time, FPS, pairs, speed-up and a summary of the mode.
 std::string format_mode_table(std::span<const ModeResult> results);

@@ -25,11 +25,11 @@ GaussianCloud replicate(const GaussianCloud& cloud, glm::ivec2 copies, glm::dvec
   result.resize(cloud.size() * count, cloud.sh_degree);
   result.antialiased = cloud.antialiased;
   for (std::size_t copy = 0; copy < count; ++copy) {
-    const auto x = static_cast<float>(copy % static_cast<std::size_t>(copies.x));
-    const auto y = static_cast<float>(copy / static_cast<std::size_t>(copies.x));
+    const std::size_t column = copy % static_cast<std::size_t>(copies.x);
+    const std::size_t row = copy / static_cast<std::size_t>(copies.x);
     glm::vec3 offset{0.0f};
-    offset[(vertical + 1) % 3] = x * step[(vertical + 1) % 3];
-    offset[(vertical + 2) % 3] = y * step[(vertical + 2) % 3];
+    offset[(vertical + 1) % 3] = static_cast<float>(column) * step[(vertical + 1) % 3];
+    offset[(vertical + 2) % 3] = static_cast<float>(row) * step[(vertical + 2) % 3];
     const auto place = [copy](const auto& from, auto& to) {
       std::copy(from.begin(), from.end(),
                 to.begin() + static_cast<std::ptrdiff_t>(copy * from.size()));

@@ -181,8 +181,8 @@ std::vector<KeyCommand> make_commands() {
 }  // namespace
 
 std::span<const KeyCommand> key_commands() {
-  static const std::vector<KeyCommand> rows = make_commands();
-  return rows;
+  static const std::vector<KeyCommand> kCommands = make_commands();
+  return kCommands;
 }
 
 const KeyCommand* find_key_command(int key, int mods) {

@@ -64,6 +64,8 @@ struct AtEnd {
   Function function;
   ~AtEnd() { function(); }
 };
+template <class Function>
+AtEnd(Function) -> AtEnd<Function>;
 
 /// Hides the progress bar at the end of the scope.
 inline auto hide_progress_at_end(RenderContext& context) {

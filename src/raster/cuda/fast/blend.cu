@@ -88,8 +88,9 @@ __device__ unsigned fill_queues(const Input& in, std::uint32_t first, std::uint3
       reached = reached_sub_tiles(splat.ellipse, x0 - splat.x, y0 - splat.y) & live;
       if (reached != 0) {
         work.staged[entry] = {{splat.x, splat.y, splat.xx, splat.xy},
-                              {splat.yy, splat.log2_opacity, splat.alpha_max, splat.red},
-                              {splat.green, splat.blue},
+                              {splat.yy, splat.log2_opacity, splat.alpha_max,
+                               splat.red - in.background.x},
+                              {splat.green - in.background.y, splat.blue - in.background.z},
                               {}};
       }
     }
@@ -137,7 +138,8 @@ __global__ void __launch_bounds__(kTileWarps* kWarp)
   [[maybe_unused]] std::uint32_t evaluated[kPixels];
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
-    column.pixels[j].transmittance = x < in.width && y + j < in.height ? 1.0f : -1.0f;
+    column.pixels[j] = {x < in.width && y + j < in.height ? 1.0f : 0.0f, in.background.x,
+                        in.background.y, in.background.z};
     evaluated[j] = end - begin;
   }
   if (lane == 0) work.staged[kBatch] = {{}, {0, -INFINITY, 0, 0}, {}, {}};
@@ -164,9 +166,9 @@ __global__ void __launch_bounds__(kTileWarps* kWarp)
           column.add(work.staged[entry]);
           bool used = false;
           for (int j = 0; j < kPixels; ++j) {
-            const float was = before.pixels[j].transmittance, is = column.pixels[j].transmittance;
-            if (is < 0.0f && was > 0.0f) evaluated[j] = first - begin + entry + 1;
-            used = used || (is > 0.0f && is != was);
+            const Pixel &was = before.pixels[j], &is = column.pixels[j];
+            if (was.is_live() && !is.is_live()) evaluated[j] = first - begin + entry + 1;
+            used = used || (is.is_live() && is.transmittance != was.transmittance);
           }
           if (used && out.used != nullptr) out.used[first + entry] = 1;
         }
@@ -185,10 +187,9 @@ __global__ void __launch_bounds__(kTileWarps* kWarp)
     }
     if (out.color != nullptr) {
       const Pixel& pixel = column.pixels[j];
-      const float rest = fabsf(pixel.transmittance);
-      out.color[3 * at] = fmaf(rest, in.background.x, pixel.red);
-      out.color[3 * at + 1] = fmaf(rest, in.background.y, pixel.green);
-      out.color[3 * at + 2] = fmaf(rest, in.background.z, pixel.blue);
+      out.color[3 * at] = pixel.red;
+      out.color[3 * at + 1] = pixel.green;
+      out.color[3 * at + 2] = pixel.blue;
     }
   }
 }

@@ -1,41 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/schedule.cuh"
+#include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-/// kMaps: also fills BlendOutput::evaluated and used, which is slower.
+constexpr unsigned kBlendThreads = kTileWarps * kWarp;
+constexpr unsigned kBlendBlocks = 14;        // per multiprocessor, to hide latency
+constexpr unsigned kSegmentBlocks = 1024;    // of long lists; they share the segments
+constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
+
+/// kMaps: also fills BlendOutput::evaluated and used, which is slower, and also draws long lists.
 template <bool kMaps>
-__global__ void __launch_bounds__(kTileWarps* kWarp)
-    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out) {
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blend_tiles(ScheduleView schedule, const Counters* counters, ListInput in, BlendOutput out) {
   constexpr Cut kCut = Walk<kMaps>::kCut;
   __shared__ Rings<kMaps> rings[kTileWarps];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
-  const unsigned lane = lane_index(), sub = lane / kLanes;
-  const int x0 = static_cast<int>(tile % in.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.columns * kTileSize + warp * kWarpHeight);
-  const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
-  const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
+  const HalfTile half(tile, warp, in.columns);
   const KeyRange range = in.ranges[tile];
+  if (!kMaps && is_long(range.size(), counters->listed)) return;
 
   Column<kCut> column;
   Marks marks{{}, out.used};
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
-    const bool exists = x < in.width && y + j < in.height;
+    const bool exists = half.x < in.width && half.y + j < in.height;
     column.pixels[j] = {exists ? kClear<kCut> : 0.0f, in.background.x, in.background.y,
                         in.background.z};
     marks.evaluated[j] = range.size();
   }
-  Walk<kMaps>(in, x0, y0, rings[warp], column, marks).composite(range.begin(), range.end);
+  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin(), range.end);
 
-  if (x >= in.width) return;
+  if (half.x >= in.width) return;
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
-    if (y + j >= in.height) return;
-    const std::size_t at = static_cast<std::size_t>(y + j) * in.width + x;
+    if (half.y + j >= in.height) return;
+    const std::size_t at = static_cast<std::size_t>(half.y + j) * in.width + half.x;
     if constexpr (kMaps) {
       if (out.evaluated != nullptr) out.evaluated[at] = marks.evaluated[j];
     }
@@ -47,15 +50,139 @@ __global__ void __launch_bounds__(kTileWarps* kWarp)
   }
 }
 
+/// Sets the pixels that stop in segment `index` to their transmittance in front of it, and the
+/// others to 0. False if none stops.
+__device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std::uint32_t number,
+                              const HalfTile& half, Column<Cut::flush>& column) {
+  float before[kPixels] = {1, 1, 1, 1};
+  const SegmentResult* const first = view.results + (index - number);
+#pragma unroll 8
+  for (std::uint32_t s = 0; s < number; ++s) {
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) before[j] *= first[s].transmittance[half.place(j)];
+  }
+  bool any = false;
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    const float behind = before[j] * first[number].transmittance[half.place(j)];
+    const bool stops = before[j] >= kTransmittanceMin && behind < kTransmittanceMin;
+    column.pixels[j] = {stops ? before[j] * kClear<Cut::flush> : 0.0f, 0, 0, 0};
+    any = any || stops;
+  }
+  return __any_sync(kAllLanes, any);
+}
+
+/// Every warp takes half a tile of one segment after the other. kAgain: the second time, see
+/// segments.cuh. A list's first segment is exact at once.
+template <bool kAgain>
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blend_segments(SegmentsView view, ListInput in) {
+  constexpr Cut kCut = Cut::flush;
+  __shared__ Rings<false> rings[kTileWarps];
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  for (;;) {
+    std::uint32_t turn = 2 * count;
+    if (lane_index() == 0 && count > 0) turn = atomicAdd(&view.counters->turns[kAgain], 1u);
+    turn = __shfl_sync(kAllLanes, turn, 0);
+    const std::uint32_t index = turn / 2;
+    if (index >= count) return;
+    const Segment segment = view.segments[index];
+    const HalfTile half(segment.tile, turn % 2, in.columns);
+    Column<kCut> column;
+    if constexpr (kAgain) {
+      if (segment.number == 0) continue;
+      if (!find_stopping(view, index, segment.number, half, column)) continue;
+    } else {
+      const glm::vec3 start = segment.number == 0 ? in.background : glm::vec3(0.0f);
+#pragma unroll
+      for (int j = 0; j < kPixels; ++j) {
+        const bool exists = half.x < in.width && half.y + j < in.height;
+        column.pixels[j] = {exists ? kClear<kCut> : 0.0f, start.x, start.y, start.z};
+      }
+    }
+    bool stops[kPixels];
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
+
+    const KeyRange range = in.ranges[segment.tile];
+    const std::uint32_t each = segment_length(range.size());
+    const std::uint32_t begin = range.begin() + segment.number * each;
+    Marks unused{};
+    Walk<false>(in, half, rings[threadIdx.x / kWarp], column, unused)
+        .composite(begin, min(begin + each, range.end));
+
+    SegmentResult& result = view.results[index];
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      const Pixel<kCut>& pixel = column.pixels[j];
+      const unsigned place = half.place(j);
+      if (kAgain && !stops[j]) continue;
+      result.red[place] = pixel.red;
+      result.green[place] = pixel.green;
+      result.blue[place] = pixel.blue;
+      const float left = pixel.is_live() ? pixel.transmittance * kAlphaScale<kCut> : kStopped;
+      result.transmittance[place] = kAgain ? 0.0f : left;
+    }
+    __syncwarp();
+  }
+}
+
+/// A block per segment; those of a list's first segment join the list, a thread per pixel.
+__global__ void __launch_bounds__(kTileSize* kTileSize)
+    join_segments(SegmentsView view, ListInput in, BlendOutput out) {
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  for (std::uint32_t index = blockIdx.x; index < count; index += gridDim.x) {
+    const Segment segment = view.segments[index];
+    if (segment.number != 0) continue;
+    const std::uint32_t segments =
+        min(segment_count(in.ranges[segment.tile].size()), count - index);
+    const unsigned place = threadIdx.x;
+    const SegmentResult* const first = view.results + index;
+    glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
+    float before = first->transmittance[place];
+#pragma unroll 4
+    for (std::uint32_t s = 1; s < segments; ++s) {
+      const float own = first[s].transmittance[place];
+      const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
+      if (!(before >= kTransmittanceMin)) continue;
+      const float share = own == 0.0f ? 1.0f : before;
+      color = glm::vec3(fmaf(share, more.x, color.x), fmaf(share, more.y, color.y),
+                        fmaf(share, more.z, color.z));
+      before *= own;
+    }
+    const int x = static_cast<int>(segment.tile % in.columns * kTileSize + place % kTileSize);
+    const int y = static_cast<int>(segment.tile / in.columns * kTileSize + place / kTileSize);
+    if (x >= in.width || y >= in.height) continue;
+    float* const pixel = out.color + 3 * (static_cast<std::size_t>(y) * in.width + x);
+    pixel[0] = color.x;
+    pixel[1] = color.y;
+    pixel[2] = color.z;
+  }
+}
+
+ListInput input_of(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                   const Scratch& scratch) {
+  return ListInput::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats);
+}
+
 }  // namespace
 
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
-           const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
-  launch("blend", outputs.evaluated || outputs.used ? blend_tiles<true> : blend_tiles<false>,
-         Blocks(static_cast<unsigned>(frame.grid.count()), kTileWarps * kWarp), frame.stream,
-         schedule_view(scratch, frame.grid),
-         ListInput::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats),
-         BlendOutput::of(pixels, outputs));
+           const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
+  launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
+         Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
+         schedule_view(scratch, frame.grid), std::as_const(scratch.counters),
+         input_of(frame, visible, pairs, scratch), BlendOutput::of(pixels, outputs));
+}
+
+void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
+  const ListInput in = input_of(frame, visible, pairs, scratch);
+  const Blocks blocks(kSegmentBlocks, kBlendThreads);
+  launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
+  launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
+  launch("blend", join_segments, Blocks(kSegmentBlocks / 4, kTileSize * kTileSize), frame.stream,
+         scratch.segments, in, BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

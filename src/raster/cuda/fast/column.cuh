@@ -43,7 +43,7 @@ struct Pixel {
 
   /// `alpha` is scaled by kAlphaScale. The Gaussian is skipped if alpha < 1/255, and the pixel
   /// stops if its transmittance falls below kTransmittanceMin.
-  __device__ void add(float alpha, const float4& rest, float more_blue) {
+  __device__ void add(float alpha, float4 rest, float more_blue) {
     if (kCut == Cut::compare && !(alpha >= kAlphaMin)) return;
     const float weight = mul_flush(alpha, transmittance);
     transmittance = fma_flush(weight, -kClear<kCut>, transmittance);
@@ -70,7 +70,7 @@ struct Column {
   /// Alphas of the rows are products of two exponentials (Turkowski, GPU Gems 3, chapter 40).
   /// kClamps: limits alpha to kAlphaMax, which few Gaussians exceed.
   template <bool kClamps>
-  __device__ void add(const float4& shape, const float4& rest, float more_blue) {
+  __device__ void add(float4 shape, float4 rest, float more_blue) {
     static_assert(kPixels == 4);
     const float first = exp2_flush(fmaf(fmaf(shape.z, x, shape.y), x, shape.x));
     const float growth1 = exp2_flush(fmaf(rest.x, x, shape.w));

@@ -39,7 +39,7 @@ struct Rings {
 
   /// Empty slots are read too, so they must hold finite values.
   __device__ void clear() {
-    constexpr unsigned kVectors = sizeof rings / sizeof(float4);
+    constexpr unsigned kVectors = kSubTiles * (sizeof(Ring) / sizeof(float4));
     auto* const all = reinterpret_cast<float4*>(rings);
     for (unsigned i = lane_index(); i < kVectors; i += kWarp) all[i] = float4{0, 0, 0, 0};
     __syncwarp();
@@ -48,6 +48,7 @@ struct Rings {
   /// Empties the slots of this lane's sub-tile from `length` to `end`, counted from `head`.
   __device__ void pad(unsigned head, unsigned length, unsigned end) {
     const unsigned lane = lane_index();
+#pragma unroll 1
     for (unsigned i = length + lane % kLanes; i < end; i += kLanes) {
       rings[lane / kLanes].shape[wrapped(head + i)].x = -INFINITY;
     }

@@ -16,11 +16,33 @@ struct Counters {
   std::uint32_t listed;      ///< pairs that fit into the buffers
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
+  std::uint32_t segments;  ///< of all long lists
+  std::uint32_t turns[2];  ///< half segments that warps have taken: first, and again
+};
+
+/// A part of a long list. The segments of a list are adjacent.
+struct Segment {
+  std::uint32_t tile, number;
+};
+
+/// What compositing a segment gave, by place in the tile. Passes::again marks the pixels that stop
+/// in the segment with transmittance 0; their colour is final, the others' lack what is in front.
+struct SegmentResult {
+  float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
+  float transmittance[kTileSize * kTileSize];
+};
+
+struct SegmentsView {
+  Segment* segments;
+  SegmentResult* results;
+  std::uint32_t capacity;
+  Counters* counters;
 };
 
 struct FrameSize {
   std::uint32_t gaussians = 0;
-  std::uint32_t pair_capacity = 0;  ///< tile pairs that the buffers can hold
+  std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
+  std::uint32_t segment_capacity = 0;  ///< segments of long lists that they can hold
   TileGrid grid;
 
   /// True if tile indices fit into 16 bits.
@@ -37,6 +59,7 @@ struct Scratch {
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView; null if there are too many tiles
   KeyRange* ranges = nullptr;            ///< per tile: its list in the sorted pairs
   std::uint32_t* schedule = nullptr;     ///< not set to zero
+  SegmentsView segments{};               ///< not set to zero
 
   /// Number of look-back words per pass.
   template <class Key>
@@ -50,12 +73,15 @@ struct Scratch {
     const std::size_t words = lay_out(size, base);
     if (!size.uses_16_bit_keys()) class_sizes = nullptr;
     schedule = schedule_.data();
+    segments = {segments_.data(), results_.data(), size.segment_capacity, counters};
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
   /// Throws Error(device) if memory is short.
   void reserve(const FrameSize& size) {
     memory_.reserve("the frame's counters", lay_out(size, nullptr));
+    segments_.reserve("the frame's segments", size.segment_capacity);
+    results_.reserve("the frame's segments", size.segment_capacity);
     if (!size.uses_16_bit_keys()) return;
     schedule_.reserve("the frame's tiles", kWarp * static_cast<std::size_t>(size.grid.count()));
   }
@@ -87,6 +113,8 @@ struct Scratch {
 
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
+  DeviceBuffer<Segment> segments_;
+  DeviceBuffer<SegmentResult> results_;
 };
 
 }  // namespace qs::cuda::fast

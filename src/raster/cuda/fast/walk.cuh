@@ -15,6 +15,25 @@ namespace qs::cuda::fast {
 
 using ListInput = BlendInput<KeyRange, BoundedSplat>;
 
+/// The pixels of a warp: the upper or lower half of a tile, and this lane's column of it.
+struct HalfTile {
+  int x0, y0;  ///< of the first pixel
+  int x, y;    ///< of the lane's first pixel
+
+  __device__ HalfTile(unsigned tile, unsigned half, int columns)
+      : x0(static_cast<int>(tile % columns * kTileSize)),
+        y0(static_cast<int>(tile / columns * kTileSize + half * kWarpHeight)) {
+    const unsigned lane = lane_index(), sub = lane / kLanes;
+    x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
+    y = y0 + static_cast<int>(sub / 2 * kSubHeight);
+  }
+
+  /// Position of the lane's pixel j in its tile, row by row.
+  __device__ unsigned place(int j) const {
+    return static_cast<unsigned>((y + j) % kTileSize * kTileSize + x % kTileSize);
+  }
+};
+
 /// Collects Outputs::evaluated and used.
 struct Marks {
   std::uint32_t evaluated[kPixels];  ///< entries up to the one at which a pixel stopped
@@ -27,24 +46,26 @@ class Walk {
  public:
   static constexpr Cut kCut = kMaps ? Cut::compare : Cut::flush;
 
-  /// (x, y) is the first pixel of the half tile. All pixels of `column` must be set.
-  __device__ Walk(const ListInput& in, int x, int y, Rings<kMaps>& rings, Column<kCut>& column,
-                  Marks& marks)
+  /// All pixels of `column` must be set.
+  __device__ Walk(const ListInput& in, const HalfTile& half, Rings<kMaps>& rings,
+                  Column<kCut>& column, Marks& marks)
       : in_(in),
-        x_(static_cast<float>(x)),
-        y_(static_cast<float>(y)),
+        x_(static_cast<float>(half.x0)),
+        y_(static_cast<float>(half.y0)),
         rings_(rings),
         column_(column),
         marks_(marks) {
     const unsigned lane = lane_index();
+    lanes_below_ = lanes_below();
     column.x = static_cast<float>(lane % kLanes) - 0.5f * (kSubWidth - 1);
     rings.clear();
   }
 
   /// Composites the pairs [begin, end). All lanes call it together.
   __device__ void composite(std::uint32_t begin, std::uint32_t end) {
+    if (begin == end) return;
     const unsigned lane = lane_index(), sub = lane / kLanes;
-    std::uint32_t gaussian = begin + lane < end ? in_.gaussians[begin + lane] : 0;
+    std::uint32_t gaussian = in_.gaussians[min(begin + lane, end - 1)];
     for (std::uint32_t next = begin; next < end;) {
       const unsigned live = live_sub_tiles();
       if (live == 0) break;
@@ -52,21 +73,21 @@ class Walk {
       do {
         const std::uint32_t own = next + lane, current = gaussian;
         next += kWarp;
-        if (next + lane < end) gaussian = in_.gaussians[next + lane];
-        fill(own, own < end, current, live);
+        gaussian = in_.gaussians[min(next + lane, end - 1)];
+        const bool clamps = fill(own, own < end, current, live);
         longest = 0;
 #pragma unroll
         for (unsigned s = 0; s < kSubTiles; ++s) longest = max(longest, lengths_[s]);
-        if (clamps_) clamped_ = longest, clamps_ = false;
+        if (clamps) clamped_ = longest;
       } while (next < end && longest <= kRing - kWarp);
 
+      unsigned steps = rounded_up(longest);
       unsigned shortest = kRing, length = 0;
 #pragma unroll
       for (unsigned s = 0; s < kSubTiles; ++s) {
         if ((live >> s & 1) != 0) shortest = min(shortest, lengths_[s]);
         if (s == sub) length = lengths_[s];
       }
-      unsigned steps = rounded_up(longest);
       if (next < end) {
         steps = max(shortest / kUnroll * kUnroll, rounded_up(longest - (kRing - kWarp)));
       }
@@ -104,80 +125,95 @@ class Walk {
     return live;
   }
 
-  /// Appends the Gaussian of this lane, list entry `entry`, to the rings that it reaches.
-  __device__ void fill(std::uint32_t entry, bool exists, std::uint32_t gaussian, unsigned live) {
-    unsigned reached = 0;
-    BoundedSplat splat{};
-    bool clamps = false, is_tame = true;
-    if (exists) {
-      splat = in_.splats[gaussian];
-      const float y0 = y_ - splat.y, rows = splat.clamp_rows;
-      reached = reached_sub_tiles(splat.ellipse, x_ - splat.x, y0) & live;
-      clamps = reached != 0 && y0 <= rows && y0 + (kWarpHeight - 1) >= -rows;
-      is_tame = rows < INFINITY;
-    }
-    clamps_ = clamps_ || __any_sync(kAllLanes, clamps);
-    if (__any_sync(kAllLanes, !is_tame)) {
-      if (!is_tame) reached = finite_sub_tiles(splat, reached);
+  /// Appends the Gaussian of this lane, list entry `entry`, to the rings that it reaches. Returns
+  /// true if the alpha of an appended Gaussian may exceed kAlphaMax.
+  __device__ bool fill(std::uint32_t entry, bool exists, std::uint32_t gaussian, unsigned live) {
+    const BoundedSplat splat = in_.splats[gaussian];
+    const float x0 = x_ - splat.x, y0 = y_ - splat.y, rows = splat.clamp_rows;
+    const Reach reach(splat.ellipse, x0, y0);
+    const bool clamps = exists && y0 <= rows && y0 + (kWarpHeight - 1) >= -rows;
+    const Stage stage(splat, x0, y0, in_.background);
+    if (__any_sync(kAllLanes, rows == INFINITY)) {
+#pragma unroll
+      for (unsigned s = 0; s < kSubTiles; ++s) {
+        exists = exists && (rows < INFINITY || !reach.reached[s] || stage.is_finite(s));
+      }
     }
 #pragma unroll
     for (unsigned s = 0; s < kSubTiles; ++s) {
-      const bool mine = (reached >> s & 1) != 0;
+      const bool mine = reach.reached[s] && exists && (live >> s & 1) != 0;
       const unsigned reaching = __ballot_sync(kAllLanes, mine);
       if (mine) {
-        const unsigned place = lengths_[s] + __popc(reaching & lanes_below());
+        const unsigned place = lengths_[s] + __popc(reaching & lanes_below_);
         const unsigned slot = Rings<kMaps>::wrapped(head_ + place);
-        rings_.rings[s].store(slot, staged(splat, s));
+        rings_.rings[s].store(slot, stage.at(s));
         if constexpr (kMaps) rings_.places[s][slot] = entry;
       }
       lengths_[s] += __popc(reaching);
     }
+    return __any_sync(kAllLanes, clamps);
   }
 
-  __device__ Staged staged(const BoundedSplat& splat, unsigned s) const {
-    const float u = x_ - splat.x + (static_cast<float>(s % 2 * kSubWidth) + 0.5f * (kSubWidth - 1));
-    const float v = y_ - splat.y + static_cast<float>(s / 2 * kSubHeight);
-    const float along = fmaf(splat.xy, v, splat.xx * u), down = splat.yy * v;
-    return {{fmaf(u, along, fmaf(down, v, splat.log2_opacity)), fmaf(splat.xx, u, along), splat.xx,
-             fmaf(2.0f, down, fmaf(splat.xy, u, splat.yy))},
-            {splat.xy, exp2_flush(2.0f * splat.yy), splat.red - in_.background.x,
-             splat.green - in_.background.y},
-            splat.blue - in_.background.z};
-  }
+  /// A Gaussian about to be staged.
+  struct Stage {
+    const BoundedSplat& splat;
+    float u[2], v[2];  // offset of the sub-tiles' middles, and of their first rows
+    float along[2], down[2];
+    float4 rest;
+    float blue;
 
-  /// Those of the sub-tiles `reached` in which the products of a column stay finite. Only rounding
-  /// of a very thin Gaussian's conic can violate that.
-  __device__ unsigned finite_sub_tiles(const BoundedSplat& splat, unsigned reached) const {
-    constexpr float kFar = 0.5f * (kSubWidth - 1), kMaxLog2 = 64.0f;
-    unsigned finite = 0;
-    for (unsigned s = 0; s < kSubTiles; ++s) {
-      const Staged entry = staged(splat, s);
-      const float first = fmaf(kFar, fabsf(entry.shape.y), entry.shape.x);
-      const float growth = fmaf(kFar, fabsf(entry.rest.x), entry.shape.w);
-      if (first < kMaxLog2 && growth < kMaxLog2) finite |= 1u << s;
+    __device__ Stage(const BoundedSplat& from, float x0, float y0, glm::vec3 background)
+        : splat(from),
+          u{x0 + 0.5f * (kSubWidth - 1), x0 + (kSubWidth + 0.5f * (kSubWidth - 1))},
+          v{y0, y0 + kSubHeight},
+          along{from.xx * u[0], from.xx * u[1]},
+          down{from.yy * v[0], from.yy * v[1]},
+          rest{from.xy, exp2_flush(from.yy + from.yy), from.red - background.x,
+               from.green - background.y},
+          blue(from.blue - background.z) {}
+
+    __device__ Staged at(unsigned s) const {
+      const unsigned column = s % 2, row = s / 2;
+      const float slant = fmaf(splat.xy, v[row], along[column]);
+      return {{fmaf(u[column], slant, fmaf(down[row], v[row], splat.log2_opacity)),
+               fmaf(splat.xx, u[column], slant), splat.xx,
+               fmaf(2.0f, down[row], fmaf(splat.xy, u[column], splat.yy))},
+              rest,
+              blue};
     }
-    return reached & finite;
-  }
+
+    /// False if the products of a column could overflow. Only a very thin Gaussian whose conic is
+    /// broken by rounding does that; it is not drawn.
+    __device__ bool is_finite(unsigned s) const {
+      constexpr float kFar = 0.5f * (kSubWidth - 1), kMaxLog2 = 64.0f;
+      const float4 shape = at(s).shape;
+      return fmaf(kFar, fabsf(shape.y), shape.x) < kMaxLog2 &&
+             fmaf(kFar, fabsf(rest.x), shape.w) < kMaxLog2;
+    }
+  };
 
   template <bool kClamps>
   __device__ void drain(unsigned steps, std::uint32_t begin) {
     const unsigned sub = lane_index() / kLanes;
     const Ring& ring = rings_.rings[sub];
-    unsigned at = head_;
-    for (unsigned i = 0; i < steps; i += kUnroll) {
+    while (steps > 0) {
+      const unsigned run = min(steps, kRing - head_);
+#pragma unroll 1
+      for (unsigned at = head_, last = head_ + run; at < last; at += kUnroll) {
 #pragma unroll
-      for (unsigned k = 0; k < kUnroll; ++k) {
-        if constexpr (!kMaps) {
-          column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
-        } else {
-          const Column<kCut> before = column_;
-          column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
-          mark(before, rings_.places[sub][at + k], begin);
+        for (unsigned k = 0; k < kUnroll; ++k) {
+          if constexpr (!kMaps) {
+            column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
+          } else {
+            const Column<kCut> before = column_;
+            column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
+            mark(before, rings_.places[sub][at + k], begin);
+          }
         }
       }
-      at = Rings<kMaps>::wrapped(at + kUnroll);
+      head_ = Rings<kMaps>::wrapped(head_ + run);
+      steps -= run;
     }
-    head_ = at;
   }
 
   __device__ void mark(const Column<kCut>& before, std::uint32_t entry, std::uint32_t begin) {
@@ -195,9 +231,9 @@ class Walk {
   Rings<kMaps>& rings_;
   Column<kCut>& column_;
   Marks& marks_;
+  unsigned lanes_below_;
   unsigned head_ = 0, lengths_[kSubTiles] = {};
-  bool clamps_ = false;   // the last fill added a Gaussian whose alpha may exceed kAlphaMax
-  unsigned clamped_ = 0;  // steps until all such Gaussians are composited
+  unsigned clamped_ = 0;  // steps until all Gaussians with alphas above kAlphaMax are composited
 };
 
 }  // namespace qs::cuda::fast

@@ -9,7 +9,8 @@ namespace {
 
 constexpr unsigned kBlendThreads = kTileWarps * kWarp;
 constexpr unsigned kBlendBlocks = 14;        // per multiprocessor, to hide latency
-constexpr unsigned kSegmentBlocks = 1024;    // of long lists; they share the segments
+constexpr unsigned kSegmentBlocks = 1024;    // share the segments of long lists
+constexpr unsigned kJoinBlocks = 256;        // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
 
 /// kMaps: also fills BlendOutput::evaluated and used, which is slower, and also draws long lists.
@@ -127,20 +128,21 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-/// A block per segment; those of a list's first segment join the list, a thread per pixel.
+/// Blocks take one long list after the other and join its segments, a thread per pixel.
 __global__ void __launch_bounds__(kTileSize* kTileSize)
     join_segments(SegmentsView view, ListInput in, BlendOutput out) {
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
-  for (std::uint32_t index = blockIdx.x; index < count; index += gridDim.x) {
-    const Segment segment = view.segments[index];
-    if (segment.number != 0) continue;
+  const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
+  for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
+    const std::uint32_t index = view.first_segments[list];
+    if (index >= view.capacity) continue;  // the frame will be redrawn
+    const std::uint32_t tile = view.segments[index].tile;
     const std::uint32_t segments =
-        min(segment_count(in.ranges[segment.tile].size()), count - index);
+        min(segment_count(in.ranges[tile].size()), view.capacity - index);
     const unsigned place = threadIdx.x;
     const SegmentResult* const first = view.results + index;
     glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
     float before = first->transmittance[place];
-#pragma unroll 4
+#pragma unroll 8
     for (std::uint32_t s = 1; s < segments; ++s) {
       const float own = first[s].transmittance[place];
       const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
@@ -150,8 +152,8 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
                         fmaf(share, more.z, color.z));
       before *= own;
     }
-    const int x = static_cast<int>(segment.tile % in.columns * kTileSize + place % kTileSize);
-    const int y = static_cast<int>(segment.tile / in.columns * kTileSize + place / kTileSize);
+    const int x = static_cast<int>(tile % in.columns * kTileSize + place % kTileSize);
+    const int y = static_cast<int>(tile / in.columns * kTileSize + place / kTileSize);
     if (x >= in.width || y >= in.height) continue;
     float* const pixel = out.color + 3 * (static_cast<std::size_t>(y) * in.width + x);
     pixel[0] = color.x;
@@ -181,7 +183,7 @@ void blend_long_lists(const FrameContext& frame, const Visible& visible, const T
   const Blocks blocks(kSegmentBlocks, kBlendThreads);
   launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
   launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
-  launch("blend", join_segments, Blocks(kSegmentBlocks / 4, kTileSize * kTileSize), frame.stream,
+  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,
          scratch.segments, in, BlendOutput::of(pixels, outputs));
 }
 

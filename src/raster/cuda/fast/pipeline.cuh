@@ -19,7 +19,7 @@ inline constexpr std::uint64_t kMaxPairs = (1u << 30) - 1;
 
 class FastPipeline {
  public:
-  explicit FastPipeline(int device) : color_stream_(device, true), tile_stream_(device, false) {}
+  explicit FastPipeline(int device) : side_stream_(device, false) {}
 
   /// Fills `pixels` and waits for the frame. Throws Error and Cancelled.
   void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
@@ -31,12 +31,11 @@ class FastPipeline {
  private:
   void reserve(const FrameSize& size);
   void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
-           StageClock& clock, cudaStream_t color_stream, cudaStream_t tile_stream);
+           StageClock& clock, cudaStream_t side_stream);
   std::vector<std::uint32_t> list_lengths(const FrameContext& frame) const;
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
 
-  Stream color_stream_;
-  Stream tile_stream_;  // low priority: blending short lists yields to blending long ones
+  Stream side_stream_;  // low priority: its kernels yield to the main stream
   Event projected_, colored_, scheduled_, blended_;
   Graph graph_;
   PinnedValue<Counters> counters_;

@@ -9,10 +9,7 @@
 namespace qs::cuda::fast {
 
 constexpr unsigned kUnroll = 4;  // slots composited per loop iteration
-#ifndef RING
-#define RING 48
-#endif
-constexpr unsigned kRing = RING;  // slots
+constexpr unsigned kRing = 48;   // slots
 static_assert(kRing % kUnroll == 0 && kRing > kWarp);
 
 /// The slots of one sub-tile, circular. A slot without a Gaussian has c0 = -inf, so alpha is 0.

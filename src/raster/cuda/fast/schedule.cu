@@ -39,6 +39,8 @@ __global__ void __launch_bounds__(kThreads)
     for (std::uint32_t i = 0; i < count && first + i < segments.capacity; ++i) {
       segments.segments[first + i] = {tile, i};
     }
+    const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
+    if (list < segments.capacity) segments.first_segments[list] = first;
   }
   if (thread == 0 && longest > 0) atomicMax(&counters->max_pairs_in_a_tile, longest);
   __syncthreads();

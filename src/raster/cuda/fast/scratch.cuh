@@ -16,6 +16,7 @@ struct Counters {
   std::uint32_t listed;      ///< pairs that fit into the buffers
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
+  std::uint32_t long_lists;
   std::uint32_t segments;  ///< of all long lists
   std::uint32_t turns[2];  ///< half segments that warps have taken: first, and again
 };
@@ -25,8 +26,8 @@ struct Segment {
   std::uint32_t tile, number;
 };
 
-/// What compositing a segment gave, by place in the tile. Passes::again marks the pixels that stop
-/// in the segment with transmittance 0; their colour is final, the others' lack what is in front.
+/// What compositing a segment gave, by place in the tile. A pixel that stops in the segment has
+/// transmittance 0 and its weights include what is in front; other weights do not.
 struct SegmentResult {
   float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
   float transmittance[kTileSize * kTileSize];
@@ -34,6 +35,7 @@ struct SegmentResult {
 
 struct SegmentsView {
   Segment* segments;
+  std::uint32_t* first_segments;  ///< per long list
   SegmentResult* results;
   std::uint32_t capacity;
   Counters* counters;
@@ -73,7 +75,7 @@ struct Scratch {
     const std::size_t words = lay_out(size, base);
     if (!size.uses_16_bit_keys()) class_sizes = nullptr;
     schedule = schedule_.data();
-    segments = {segments_.data(), results_.data(), size.segment_capacity, counters};
+    segments = {segments_.data(), first_segments_.data(), results_.data(), size.segment_capacity, counters};
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
@@ -81,6 +83,7 @@ struct Scratch {
   void reserve(const FrameSize& size) {
     memory_.reserve("the frame's counters", lay_out(size, nullptr));
     segments_.reserve("the frame's segments", size.segment_capacity);
+    first_segments_.reserve("the frame's segments", size.segment_capacity);
     results_.reserve("the frame's segments", size.segment_capacity);
     if (!size.uses_16_bit_keys()) return;
     schedule_.reserve("the frame's tiles", kWarp * static_cast<std::size_t>(size.grid.count()));
@@ -114,6 +117,7 @@ struct Scratch {
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
   DeviceBuffer<Segment> segments_;
+  DeviceBuffer<std::uint32_t> first_segments_;
   DeviceBuffer<SegmentResult> results_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tiles that list tens of thousands of Gaussians, and alphas close to 1/255: the images equal those
 // of the CPU, which composites one Gaussian after the other.
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -112,9 +113,9 @@ TEST_P(CudaLongLists, stop_exactly_at_and_beside_the_borders_of_segments) {
     for (const glm::vec3 background : {kBlack, kWhite}) {
       const Frame& expected = cpu->render(camera, settings_on(background), maps);
       ASSERT_EQ(expected.evaluated[0], in_front + 1);
-      EXPECT_LE(largest_difference(gpu->render(camera, settings_on(background)).color,
-                                   expected.color),
-                1e-5);
+      EXPECT_LE(
+          largest_difference(gpu->render(camera, settings_on(background)).color, expected.color),
+          1e-5);
     }
   }
 }
@@ -152,6 +153,25 @@ TEST_P(CudaLongLists, are_equal_bit_for_bit_in_every_run) {
   EXPECT_EQ(gpu->render(camera, settings_on(kBlack)).color.values, first.values);
   EXPECT_EQ(renderer_of(Backend::cuda, cloud)->render(camera, settings_on(kBlack)).color.values,
             first.values);
+}
+
+TEST_P(CudaLongLists, are_equal_bit_for_bit_in_lossless_modes) {
+  GaussianCloud cloud = test::random_cloud(4000, 0, 3);
+  test::append(cloud, crowd(12000, 0.004, 0.2));
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  for (const auto& [width, height] : {std::pair{16, 16}, {45, 37}}) {
+    const Camera camera = test::front_camera(width, height);
+    RenderSettings settings = settings_on(kWhite);
+    settings.mode = find_culler("adr");
+    const Frame adr = gpu->render(camera, settings);
+    settings.mode = find_culler("exact");
+    const Frame& exact = gpu->render(camera, settings);
+    ASSERT_GT(exact.stats.max_pairs_in_a_tile, 3000u);
+    ASSERT_LT(exact.stats.tile_pairs, adr.stats.tile_pairs);
+    EXPECT_EQ(exact.color.values, adr.color.values);
+    settings.mode = find_culler("quadbox");
+    EXPECT_EQ(gpu->render(camera, settings).color.values, adr.color.values);
+  }
 }
 
 TEST_P(CudaLongLists, of_several_tiles_beside_short_ones_are_drawn_as_on_the_cpu) {

@@ -2,27 +2,26 @@
 #include "raster/cuda/fast/blend.cuh"
 #include "raster/cuda/fast/schedule.cuh"
 #include "raster/cuda/fast/segments.cuh"
-#include "raster/cuda/fast/walk.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
 constexpr unsigned kBlendThreads = kTileWarps * kWarp;
-constexpr unsigned kBlendBlocks = 14;        // per multiprocessor, to hide latency
-constexpr unsigned kSegmentBlocks = 1024;    // share the segments of long lists
-constexpr unsigned kJoinBlocks = 256;        // share the long lists
+constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
+constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
+constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
 
 /// kMaps: also fills BlendOutput::evaluated and used, which is slower, and also draws long lists.
 template <bool kMaps>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_tiles(ScheduleView schedule, const Counters* counters, ListInput in, BlendOutput out) {
+    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out) {
   constexpr Cut kCut = Walk<kMaps>::kCut;
   __shared__ Rings<kMaps> rings[kTileWarps];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
   const KeyRange range = in.ranges[tile];
-  if (!kMaps && is_long(range.size(), counters->listed)) return;
+  if (!kMaps && range.size() > kLongList) return;
 
   Column<kCut> column;
   Marks marks{{}, out.used};
@@ -48,6 +47,19 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
       out.color[3 * at + 1] = column.pixels[j].green;
       out.color[3 * at + 2] = column.pixels[j].blue;
     }
+  }
+}
+
+/// Every warp counts one part of a long list after the other.
+__global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, ListInput in) {
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
+  for (std::uint32_t index = (blockIdx.x * kThreads + threadIdx.x) / kWarp; index < count;
+       index += warps) {
+    const Segment segment = view.segments[index];
+    if (segment.tile == Segment::kNoTile) continue;
+    LongList list(view, in.ranges[segment.tile], index - segment.number);
+    list.count(in, segment.tile, segment.number);
   }
 }
 
@@ -88,6 +100,10 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     const std::uint32_t index = turn / 2;
     if (index >= count) return;
     const Segment segment = view.segments[index];
+    if (segment.tile == Segment::kNoTile) continue;
+    LongList list(view, in.ranges[segment.tile], index - segment.number);
+    list.cut();
+    if (segment.number >= list.segments()) continue;
     const HalfTile half(segment.tile, turn % 2, in.columns);
     Column<kCut> column;
     if constexpr (kAgain) {
@@ -105,12 +121,9 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
 
-    const KeyRange range = in.ranges[segment.tile];
-    const std::uint32_t each = segment_length(range.size());
-    const std::uint32_t begin = range.begin() + segment.number * each;
     Marks unused{};
     Walk<false>(in, half, rings[threadIdx.x / kWarp], column, unused)
-        .composite(begin, min(begin + each, range.end));
+        .composite(list.begin(segment.number), list.end(segment.number));
 
     SegmentResult& result = view.results[index];
 #pragma unroll
@@ -134,10 +147,12 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
   const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
   for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
     const std::uint32_t index = view.first_segments[list];
-    if (index >= view.capacity) continue;  // the frame will be redrawn
+    if (index >= view.capacity) continue;
     const std::uint32_t tile = view.segments[index].tile;
-    const std::uint32_t segments =
-        min(segment_count(in.ranges[tile].size()), view.capacity - index);
+    if (tile == Segment::kNoTile) continue;
+    LongList cut(view, in.ranges[tile], index);
+    cut.cut();
+    const std::uint32_t segments = cut.segments();
     const unsigned place = threadIdx.x;
     const SegmentResult* const first = view.results + index;
     glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
@@ -173,14 +188,16 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
          Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
-         schedule_view(scratch, frame.grid), std::as_const(scratch.counters),
-         input_of(frame, visible, pairs, scratch), BlendOutput::of(pixels, outputs));
+         schedule_view(scratch, frame.grid), input_of(frame, visible, pairs, scratch),
+         BlendOutput::of(pixels, outputs));
 }
 
 void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
                       const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
   const ListInput in = input_of(frame, visible, pairs, scratch);
   const Blocks blocks(kSegmentBlocks, kBlendThreads);
+  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
+         in);
   launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
   launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
   launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,

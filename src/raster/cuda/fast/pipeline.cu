@@ -40,9 +40,9 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const Graph::Topology topology{depth_passes(frame), size.uses_16_bit_keys(), outputs.blends(),
-                                     outputs.used, needs_color(outputs),
-                                     cuts_long_lists(outputs)};
+      const Graph::Topology topology{depth_passes(frame),  size.uses_16_bit_keys(),
+                                     outputs.blends(),     outputs.used,
+                                     needs_color(outputs), cuts_long_lists(outputs)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);

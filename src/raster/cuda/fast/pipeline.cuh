@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Pipeline `fast`: project -> sort by depth -> bin -> sort by tile -> blend, with `color` running
-// concurrently with the middle three, and long lists blended concurrently with the others. The host does not wait before the frame is complete: stages
-// read the numbers of Gaussians and pairs on the device. Every frame is captured as a CUDA graph,
-// which updates the previous instance unless the topology has changed. The buffers for tile pairs
-// and segments of long lists keep the capacity that earlier frames needed. A frame that exceeds it is detected, and redrawn
-// with larger buffers before anyone reads it.
+// concurrently with the middle three, and long lists blended concurrently with the others. The host
+// does not wait before the frame is complete: stages read the numbers of Gaussians and pairs on the
+// device. Every frame is captured as a CUDA graph, which updates the previous instance unless the
+// topology has changed. The buffers for tile pairs and segments of long lists keep the capacity
+// that earlier frames needed. A frame that exceeds it is detected, and redrawn with larger buffers
+// before anyone reads it.
 #pragma once
 
 #include "raster/cuda/fast/blend.cuh"

@@ -72,9 +72,9 @@ __device__ AlphaEllipse ellipse_of(const Footprint& footprint) {
 /// BoundedSplat::clamp_rows.
 __device__ float clamp_rows_of(const Footprint& footprint, float log2_opacity, float y_max) {
   constexpr float kLog2AlphaMax = -0.014499570f;
-  constexpr float kRounding = 2e-5f;   // of log2 alpha, per thinness
+  constexpr float kRounding = 2e-5f;    // of log2 alpha, per thinness
   constexpr float kTolerance = 0.005f;  // of log2 alpha
-  constexpr float kThinnest = 1e5f;    // the determinant is then known to 1 %
+  constexpr float kThinnest = 1e5f;     // the determinant is then known to 1 %
   // Where alpha = 0.99 2^-kTolerance, the ellipse of an opaque Gaussian has this part of its size.
   constexpr float kPart = 0.06f, kMarginPx = 0.1f;
   const Covariance2<float>& covariance = footprint.covariance;

@@ -17,8 +17,8 @@ constexpr unsigned kLanes = kWarp / kSubTiles;            // of a sub-tile, a co
 static_assert(kLanes == kSubWidth && 2 * kSubWidth == kTileSize);
 
 /// Which sub-tiles may have a pixel centre inside the ellipse; index 2 * row + column. (x0, y0) is
-/// the offset of the warp's first pixel from the mean. Over a band of rows, the ellipse is widest at
-/// its own extreme or at the end of the band nearest to it, as in ExactWalk.
+/// the offset of the warp's first pixel from the mean. Over a band of rows, the ellipse is widest
+/// at its own extreme or at the end of the band nearest to it, as in ExactWalk.
 struct Reach {
   bool reached[kSubTiles];
 

@@ -33,11 +33,12 @@ __global__ void __launch_bounds__(kThreads)
   if (class_sizes != nullptr && thread < kLengthClasses && sizes[thread] > 0) {
     begins[thread] = atomicAdd(&class_sizes[thread], sizes[thread]);
   }
-  if (is_long(length, counters->listed)) {
+  if (length > kLongList) {
     const std::uint32_t count = segment_count(length);
     const std::uint32_t first = atomicAdd(&counters->segments, count);
+    const bool fits = first + count <= segments.capacity;
     for (std::uint32_t i = 0; i < count && first + i < segments.capacity; ++i) {
-      segments.segments[first + i] = {tile, i};
+      segments.segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0};
     }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < segments.capacity) segments.first_segments[list] = first;

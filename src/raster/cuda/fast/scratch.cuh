@@ -23,7 +23,9 @@ struct Counters {
 
 /// A part of a long list. The segments of a list are adjacent.
 struct Segment {
+  static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
   std::uint32_t tile, number;
+  std::uint32_t counted;  ///< Gaussians in this part of the list, see LongList
 };
 
 /// What compositing a segment gave, by place in the tile. A pixel that stops in the segment has
@@ -36,9 +38,14 @@ struct SegmentResult {
 struct SegmentsView {
   Segment* segments;
   std::uint32_t* first_segments;  ///< per long list
+  std::uint32_t* marks;           ///< a bit per pair of the long lists: counted, see LongList
   SegmentResult* results;
   std::uint32_t capacity;
   Counters* counters;
+
+  /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. Lists share no word,
+  /// because they are long and a word has more bits.
+  static constexpr std::uint32_t kPairsPerMark = 16;
 };
 
 struct FrameSize {
@@ -75,7 +82,8 @@ struct Scratch {
     const std::size_t words = lay_out(size, base);
     if (!size.uses_16_bit_keys()) class_sizes = nullptr;
     schedule = schedule_.data();
-    segments = {segments_.data(), first_segments_.data(), results_.data(), size.segment_capacity, counters};
+    segments = {segments_.data(), first_segments_.data(), marks_.data(),
+                results_.data(),  size.segment_capacity,  counters};
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
@@ -84,6 +92,7 @@ struct Scratch {
     memory_.reserve("the frame's counters", lay_out(size, nullptr));
     segments_.reserve("the frame's segments", size.segment_capacity);
     first_segments_.reserve("the frame's segments", size.segment_capacity);
+    marks_.reserve("the frame's segments", size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve("the frame's segments", size.segment_capacity);
     if (!size.uses_16_bit_keys()) return;
     schedule_.reserve("the frame's tiles", kWarp * static_cast<std::size_t>(size.grid.count()));
@@ -117,7 +126,7 @@ struct Scratch {
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
   DeviceBuffer<Segment> segments_;
-  DeviceBuffer<std::uint32_t> first_segments_;
+  DeviceBuffer<std::uint32_t> first_segments_, marks_;
   DeviceBuffer<SegmentResult> results_;
 };
 

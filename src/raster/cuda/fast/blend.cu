@@ -192,12 +192,16 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
          BlendOutput::of(pixels, outputs));
 }
 
+void count_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch) {
+  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
+         input_of(frame, visible, pairs, scratch));
+}
+
 void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
                       const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
   const ListInput in = input_of(frame, visible, pairs, scratch);
   const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
-         in);
   launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
   launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
   launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,

@@ -81,6 +81,7 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
+    if (cuts_long_lists(outputs)) count_long_lists(frame, visible_, pairs_, scratch_);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
     if (cuts_long_lists(outputs)) {

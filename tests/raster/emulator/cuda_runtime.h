@@ -238,7 +238,8 @@ inline cudaError_t cudaStreamBeginCapture(cudaStream_t, cudaStreamCaptureMode) {
 inline cudaError_t cudaStreamEndCapture(cudaStream_t, cudaGraph_t* graph) {
   return *graph = graph, cudaSuccess;
 }
-inline cudaError_t cudaGraphInstantiate(cudaGraphExec_t* exec, cudaGraph_t graph) {
+enum { cudaGraphInstantiateFlagUseNodePriority = 8 };
+inline cudaError_t cudaGraphInstantiate(cudaGraphExec_t* exec, cudaGraph_t graph, unsigned) {
   return *exec = graph, cudaSuccess;
 }
 inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t, cudaGraph_t,

@@ -1,207 +1,211 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/blend_parameters.cuh"
 #include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/fast/column.cuh"
 #include "raster/cuda/fast/schedule.cuh"
+#include "raster/cuda/fast/segments.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBatch = 128;  // list entries that a warp reads at a time
-constexpr unsigned kUnroll = 4;   // queue entries processed per loop iteration
-constexpr unsigned kSubWidth = 8, kSubHeight = kPixels;   // of a sub-tile in pixels
-constexpr unsigned kWarpHeight = 2 * kSubHeight;          // pixel rows of a warp
-constexpr unsigned kTileWarps = kTileSize / kWarpHeight;  // warps of a tile, one above the other
-constexpr unsigned kSubTiles = 4;                         // of a warp, in two rows
-constexpr unsigned kLanes = kWarp / kSubTiles;            // of a sub-tile
-static_assert(kLanes == kSubWidth && 2 * kSubWidth == kTileSize);
-static_assert(kBatch % kWarp == 0 && kBatch % kUnroll == 0);
+constexpr unsigned kBlendThreads = kTileWarps * kWarp;
+constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
+constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
+constexpr unsigned kJoinBlocks = 256;                 // share the long lists
+constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
 
-using Input = BlendInput<KeyRange, BoundedSplat>;
-
-/// A warp's shared memory. Queues hold indices into `staged`; the shorter ones are padded with
-/// kBatch, whose entry has opacity 0.
-struct Workspace {
-  Staged staged[kBatch + 1];
-  std::uint8_t queues[kSubTiles][kBatch];
-};
-
-/// Approximate: its callers add a margin for rounding.
-__device__ float sqrt_fast(float x) {
-#ifdef __CUDA_ARCH__
-  float result;
-  asm("sqrt.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
-  return result;
-#else
-  return sqrtf(x);
-#endif
-}
-
-/// The sub-tiles that may have a pixel centre inside the ellipse, as a mask of bits 2 * row +
-/// column. (x0, y0) is the offset of the warp's first pixel from the mean. Over a band of rows, the
-/// ellipse is widest at its own extreme or at the end of the band nearest to it, as in ExactWalk.
-__device__ unsigned reached_sub_tiles(const AlphaEllipse& ellipse, float x0, float y0) {
-  const auto half_at = [&](float v) {
-    return sqrt_fast(fmaxf(fmaf(-ellipse.narrowing * v, v, ellipse.half2), 0.0f));
-  };
-  constexpr float kMarginPx = 0.01f;  // for rounding
-  unsigned reached = 0;
-#pragma unroll
-  for (unsigned s = 0; s < kSubTiles; s += 2) {
-    const float low = y0 + static_cast<float>(s / 2 * kSubHeight);
-    const float v0 = fmaxf(low, -ellipse.y_max);
-    const float v1 = fminf(low + (kSubHeight - 1), ellipse.y_max);
-    const float v_right = fminf(fmaxf(ellipse.v_extreme, v0), v1);
-    const float v_left = fminf(fmaxf(-ellipse.v_extreme, v0), v1);
-    const float right = fmaf(ellipse.slope, v_right, half_at(v_right)) + kMarginPx;
-    const float left = fmaf(ellipse.slope, v_left, -half_at(v_left)) - kMarginPx;
-#pragma unroll
-    for (unsigned column = 0; column < 2; ++column) {
-      const float first = x0 + static_cast<float>(column * kSubWidth);
-      const bool meets = v0 <= v1 && left <= first + (kSubWidth - 1) && right >= first;
-      reached |= meets ? 1u << (s + column) : 0;
-    }
-  }
-  return reached;
-}
-
-/// Reads the batch that begins at list entry `first` and fills the queues of the sub-tiles in
-/// `live`. Pads the queues to the same length, a multiple of kUnroll, and returns it.
-__device__ unsigned fill_queues(const Input& in, std::uint32_t first, std::uint32_t end, float x0,
-                                float y0, unsigned live, Workspace& work) {
-  constexpr unsigned kParts = kBatch / kWarp;
-  const unsigned lane = lane_index();
-  std::uint32_t gaussians[kParts];
-#pragma unroll
-  for (unsigned part = 0; part < kParts; ++part) {
-    const std::uint32_t at = first + part * kWarp + lane;
-    if (at < end) gaussians[part] = in.gaussians[at];
-  }
-  unsigned lengths[kSubTiles] = {};
-#pragma unroll
-  for (unsigned part = 0; part < kParts; ++part) {
-    const unsigned entry = part * kWarp + lane;
-    if (first + part * kWarp >= end) break;
-    unsigned reached = 0;
-    if (first + entry < end) {
-      const BoundedSplat splat = in.splats[gaussians[part]];
-      reached = reached_sub_tiles(splat.ellipse, x0 - splat.x, y0 - splat.y) & live;
-      if (reached != 0) {
-        work.staged[entry] = {{splat.x, splat.y, splat.xx, splat.xy},
-                              {splat.yy, splat.log2_opacity, splat.alpha_max, splat.red},
-                              {splat.green, splat.blue},
-                              {}};
-      }
-    }
-#pragma unroll
-    for (unsigned s = 0; s < kSubTiles; ++s) {
-      const bool mine = (reached >> s & 1) != 0;
-      const unsigned reaching = __ballot_sync(kAllLanes, mine);
-      const unsigned place = lengths[s] + __popc(reaching & lanes_below());
-      if (mine) work.queues[s][place] = static_cast<std::uint8_t>(entry);
-      lengths[s] += __popc(reaching);
-    }
-  }
-  const unsigned sub = lane / kLanes;
-  unsigned longest = 0, own = 0;
-#pragma unroll
-  for (unsigned s = 0; s < kSubTiles; ++s) {
-    longest = max(longest, lengths[s]);
-    if (s == sub) own = lengths[s];
-  }
-  const unsigned padded = (longest + kUnroll - 1) / kUnroll * kUnroll;
-#pragma unroll 1
-  for (unsigned i = own + lane % kLanes; i < padded; i += kLanes) {
-    work.queues[sub][i] = kBatch;
-  }
-  __syncwarp();
-  return padded;
-}
-
-/// kMaps: also fills BlendOutput::evaluated and used, which is slower.
+/// kMaps: also fills BlendOutput::evaluated and used, which is slower, and also draws long lists.
 template <bool kMaps>
-__global__ void __launch_bounds__(kTileWarps* kWarp)
-    blend_tiles(ScheduleView schedule, Input in, BlendOutput out) {
-  __shared__ Workspace workspaces[kTileWarps];
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out) {
+  constexpr Cut kCut = Walk<kMaps>::kCut;
+  __shared__ Rings<kMaps> rings[kTileWarps];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
-  const unsigned lane = lane_index(), sub = lane / kLanes;
-  Workspace& work = workspaces[warp];
-  const int x0 = static_cast<int>(tile % in.columns * kTileSize);
-  const int y0 = static_cast<int>(tile / in.columns * kTileSize + warp * kWarpHeight);
-  const int x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
-  const int y = y0 + static_cast<int>(sub / 2 * kSubHeight);
+  const HalfTile half(tile, warp, in.columns);
   const KeyRange range = in.ranges[tile];
-  const std::uint32_t begin = range.begin(), end = range.end;
+  if (!kMaps && range.size() > kLongList) return;
 
-  Column column{static_cast<float>(x), static_cast<float>(y + 1), {}};
-  [[maybe_unused]] std::uint32_t evaluated[kPixels];
+  Column<kCut> column;
+  Marks marks{{}, out.used};
 #pragma unroll
   for (int j = 0; j < kPixels; ++j) {
-    column.pixels[j].transmittance = x < in.width && y + j < in.height ? 1.0f : -1.0f;
-    evaluated[j] = end - begin;
+    const bool exists = half.x < in.width && half.y + j < in.height;
+    column.pixels[j] = {exists ? kClear<kCut> : 0.0f, in.background.x, in.background.y,
+                        in.background.z};
+    marks.evaluated[j] = range.size();
   }
-  if (lane == 0) work.staged[kBatch] = {{}, {0, -INFINITY, 0, 0}, {}, {}};
+  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin(), range.end);
 
-  for (std::uint32_t first = begin; first < end; first += kBatch) {
-    const unsigned live_lanes = __ballot_sync(kAllLanes, column.any_live());
-    if (live_lanes == 0) break;
-    unsigned live = 0;
+  if (half.x >= in.width) return;
 #pragma unroll
-    for (unsigned s = 0; s < kSubTiles; ++s) {
-      if ((live_lanes >> (s * kLanes) & ((1u << kLanes) - 1)) != 0) live |= 1u << s;
+  for (int j = 0; j < kPixels; ++j) {
+    if (half.y + j >= in.height) return;
+    const std::size_t at = static_cast<std::size_t>(half.y + j) * in.width + half.x;
+    if constexpr (kMaps) {
+      if (out.evaluated != nullptr) out.evaluated[at] = marks.evaluated[j];
     }
-    const unsigned length =
-        fill_queues(in, first, end, static_cast<float>(x0), static_cast<float>(y0), live, work);
-    const std::uint8_t* queue = work.queues[sub];
-    for (unsigned i = 0; i < length; i += kUnroll) {
+    if (out.color != nullptr) {
+      out.color[3 * at] = column.pixels[j].red;
+      out.color[3 * at + 1] = column.pixels[j].green;
+      out.color[3 * at + 2] = column.pixels[j].blue;
+    }
+  }
+}
+
+/// Every warp counts one part of a long list after the other.
+__global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, ListInput in) {
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
+  for (std::uint32_t index = (blockIdx.x * kThreads + threadIdx.x) / kWarp; index < count;
+       index += warps) {
+    const Segment segment = view.segments[index];
+    if (segment.tile == Segment::kNoTile) continue;
+    LongList list(view, in.ranges[segment.tile], index - segment.number);
+    list.count(in, segment.tile, segment.number);
+  }
+}
+
+/// Sets the pixels that stop in segment `index` to their transmittance in front of it, and the
+/// others to 0. False if none stops.
+__device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std::uint32_t number,
+                              const HalfTile& half, Column<Cut::flush>& column) {
+  float before[kPixels] = {1, 1, 1, 1};
+  const SegmentResult* const first = view.results + (index - number);
+#pragma unroll 8
+  for (std::uint32_t s = 0; s < number; ++s) {
 #pragma unroll
-      for (unsigned k = 0; k < kUnroll; ++k) {
-        const unsigned entry = queue[i + k];
-        if constexpr (!kMaps) {
-          column.add(work.staged[entry]);
-        } else {
-          const Column before = column;
-          column.add(work.staged[entry]);
-          bool used = false;
-          for (int j = 0; j < kPixels; ++j) {
-            const float was = before.pixels[j].transmittance, is = column.pixels[j].transmittance;
-            if (is < 0.0f && was > 0.0f) evaluated[j] = first - begin + entry + 1;
-            used = used || (is > 0.0f && is != was);
-          }
-          if (used && out.used != nullptr) out.used[first + entry] = 1;
-        }
+    for (int j = 0; j < kPixels; ++j) before[j] *= first[s].transmittance[half.place(j)];
+  }
+  bool any = false;
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    const float behind = before[j] * first[number].transmittance[half.place(j)];
+    const bool stops = before[j] >= kTransmittanceMin && behind < kTransmittanceMin;
+    column.pixels[j] = {stops ? before[j] * kClear<Cut::flush> : 0.0f, 0, 0, 0};
+    any = any || stops;
+  }
+  return __any_sync(kAllLanes, any);
+}
+
+/// Every warp takes half a tile of one segment after the other. kAgain: the second time, see
+/// segments.cuh. A list's first segment is exact at once.
+template <bool kAgain>
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blend_segments(SegmentsView view, ListInput in) {
+  constexpr Cut kCut = Cut::flush;
+  __shared__ Rings<false> rings[kTileWarps];
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  for (;;) {
+    std::uint32_t turn = 2 * count;
+    if (lane_index() == 0 && count > 0) turn = atomicAdd(&view.counters->turns[kAgain], 1u);
+    turn = __shfl_sync(kAllLanes, turn, 0);
+    const std::uint32_t index = turn / 2;
+    if (index >= count) return;
+    const Segment segment = view.segments[index];
+    if (segment.tile == Segment::kNoTile) continue;
+    LongList list(view, in.ranges[segment.tile], index - segment.number);
+    list.cut();
+    if (segment.number >= list.segments()) continue;
+    const HalfTile half(segment.tile, turn % 2, in.columns);
+    Column<kCut> column;
+    if constexpr (kAgain) {
+      if (segment.number == 0) continue;
+      if (!find_stopping(view, index, segment.number, half, column)) continue;
+    } else {
+      const glm::vec3 start = segment.number == 0 ? in.background : glm::vec3(0.0f);
+#pragma unroll
+      for (int j = 0; j < kPixels; ++j) {
+        const bool exists = half.x < in.width && half.y + j < in.height;
+        column.pixels[j] = {exists ? kClear<kCut> : 0.0f, start.x, start.y, start.z};
       }
+    }
+    bool stops[kPixels];
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
+
+    Marks unused{};
+    Walk<false>(in, half, rings[threadIdx.x / kWarp], column, unused)
+        .composite(list.begin(segment.number), list.end(segment.number));
+
+    SegmentResult& result = view.results[index];
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      const Pixel<kCut>& pixel = column.pixels[j];
+      const unsigned place = half.place(j);
+      if (kAgain && !stops[j]) continue;
+      result.red[place] = pixel.red;
+      result.green[place] = pixel.green;
+      result.blue[place] = pixel.blue;
+      const float left = pixel.is_live() ? pixel.transmittance * kAlphaScale<kCut> : kStopped;
+      result.transmittance[place] = kAgain ? 0.0f : left;
     }
     __syncwarp();
   }
+}
 
-  if (x >= in.width) return;
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    if (y + j >= in.height) return;
-    const std::size_t at = static_cast<std::size_t>(y + j) * in.width + x;
-    if constexpr (kMaps) {
-      if (out.evaluated != nullptr) out.evaluated[at] = evaluated[j];
+/// Blocks take one long list after the other and join its segments, a thread per pixel.
+__global__ void __launch_bounds__(kTileSize* kTileSize)
+    join_segments(SegmentsView view, ListInput in, BlendOutput out) {
+  const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
+  for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
+    const std::uint32_t index = view.first_segments[list];
+    if (index >= view.capacity) continue;
+    const std::uint32_t tile = view.segments[index].tile;
+    if (tile == Segment::kNoTile) continue;
+    LongList cut(view, in.ranges[tile], index);
+    cut.cut();
+    const std::uint32_t segments = cut.segments();
+    const unsigned place = threadIdx.x;
+    const SegmentResult* const first = view.results + index;
+    glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
+    float before = first->transmittance[place];
+#pragma unroll 8
+    for (std::uint32_t s = 1; s < segments; ++s) {
+      const float own = first[s].transmittance[place];
+      const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
+      if (!(before >= kTransmittanceMin)) continue;
+      const float share = own == 0.0f ? 1.0f : before;
+      color = glm::vec3(fmaf(share, more.x, color.x), fmaf(share, more.y, color.y),
+                        fmaf(share, more.z, color.z));
+      before *= own;
     }
-    if (out.color != nullptr) {
-      const Pixel& pixel = column.pixels[j];
-      const float rest = fabsf(pixel.transmittance);
-      out.color[3 * at] = fmaf(rest, in.background.x, pixel.red);
-      out.color[3 * at + 1] = fmaf(rest, in.background.y, pixel.green);
-      out.color[3 * at + 2] = fmaf(rest, in.background.z, pixel.blue);
-    }
+    const int x = static_cast<int>(tile % in.columns * kTileSize + place % kTileSize);
+    const int y = static_cast<int>(tile / in.columns * kTileSize + place / kTileSize);
+    if (x >= in.width || y >= in.height) continue;
+    float* const pixel = out.color + 3 * (static_cast<std::size_t>(y) * in.width + x);
+    pixel[0] = color.x;
+    pixel[1] = color.y;
+    pixel[2] = color.z;
   }
+}
+
+ListInput input_of(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                   const Scratch& scratch) {
+  return ListInput::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats);
 }
 
 }  // namespace
 
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
-           const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
-  launch("blend", outputs.evaluated || outputs.used ? blend_tiles<true> : blend_tiles<false>,
-         Blocks(static_cast<unsigned>(frame.grid.count()), kTileWarps * kWarp), frame.stream,
-         schedule_view(scratch, frame.grid),
-         Input::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats),
+           const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
+  launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
+         Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
+         schedule_view(scratch, frame.grid), input_of(frame, visible, pairs, scratch),
          BlendOutput::of(pixels, outputs));
+}
+
+void count_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch) {
+  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
+         input_of(frame, visible, pairs, scratch));
+}
+
+void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
+  const ListInput in = input_of(frame, visible, pairs, scratch);
+  const Blocks blocks(kSegmentBlocks, kBlendThreads);
+  launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
+  launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
+  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,
+         scratch.segments, in, BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 4 of the fast pipeline. Every warp composites half a tile, 16x8 pixels, independently. It
-// reads the tile's list in batches, tests every Gaussian against its four sub-tiles of 8x4 pixels,
-// and appends it to the queues of those it overlaps. Eight lanes then process the queue of each
-// sub-tile, four pixels per lane. The four queues advance in parallel with different Gaussians, so
-// that little work is spent on pixels that a Gaussian does not overlap.
+// Stage 4 of the fast pipeline. Every warp composites half a tile, 16x8 pixels, independently
+// (walk.cuh). Long lists are shared by many warps (segments.cuh).
 #pragma once
 
 #include "raster/cuda/fast/sort.cuh"
@@ -12,8 +9,23 @@
 
 namespace qs::cuda::fast {
 
-/// Fills the parts of `pixels` that `outputs` requests.
+/// True if long lists are composited by blend_long_lists(): unless a map is requested, which needs
+/// one walk through the whole list.
+inline bool cuts_long_lists(const Outputs& outputs) {
+  return outputs.color && !outputs.evaluated && !outputs.used;
+}
+
+/// Fills the parts of `pixels` that `outputs` requests, in tiles without long lists or in all.
 void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
-           const Scratch& scratch, const Outputs& outputs, Pixels& pixels);
+           const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream);
+
+/// Prepares blend_long_lists(). Must precede blend(): a kernel that starts while blend() occupies
+/// the GPU waits for its blocks.
+void count_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch);
+
+/// Fills the image in tiles with long lists. May run concurrently with blend().
+void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+                      const Scratch& scratch, const Outputs& outputs, Pixels& pixels);
 
 }  // namespace qs::cuda::fast

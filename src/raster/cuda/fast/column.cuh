@@ -3,92 +3,87 @@
 // Compositing of one Gaussian onto the pixels of one lane: the inner loop of the blend stage.
 #pragma once
 
-#include <cmath>
-
+#include "raster/cuda/fast/flush.cuh"
 #include "raster/kernel/constants.h"
 
 namespace qs::cuda::fast {
 
 constexpr int kPixels = 4;  // of a lane, one above the other
 
-/// The values of a BoundedSplat that compositing needs, in shared memory.
+/// A Gaussian as it is composited onto one sub-tile. At column X, counted from the sub-tile's
+/// middle, log2 alpha in its first row is c0 + c1 X + c2 X^2. From there to the second row it grows
+/// by d0 + d1 X, and from row to row that growth itself grows by a constant, log2 of `bend`.
 struct Staged {
-  float4 shape;  // x, y, xx, xy
-  float4 level;  // yy, log2_opacity, alpha_max, red
-  float2 color;  // green, blue
-  float2 unused;
+  float4 shape;  // c0, c1, c2, d0
+  float4 rest;   // d1, bend, red, green
+  float blue;    // all colours without the background
 };
 
-/// The state of one pixel during compositing. A pixel that has stopped keeps its transmittance with
-/// a negative sign.
+/// How pixels recognise alpha < 1/255.
+enum class Cut {
+  flush,   ///< alphas are scaled so that 1/255 is the smallest normal float: smaller ones become 0
+  compare  ///< alphas are compared, at the cost of an instruction: as exact as on the CPU
+};
+
+template <Cut kCut>
+constexpr float kAlphaScale = kCut == Cut::flush ? 255 * 0x1p-126f : 1.0f;
+
+/// The transmittance of an empty pixel, so that alpha times transmittance is the plain weight.
+template <Cut kCut>
+constexpr float kClear = kCut == Cut::flush ? 0x1p126f / 255 : 1.0f;
+
+/// The state of one pixel during compositing. `red`, `green` and `blue` begin with the background,
+/// which staged colours do not contain. Transmittance goes on falling after the pixel has stopped.
+template <Cut kCut>
 struct Pixel {
-  float transmittance;
-  float red = 0, green = 0, blue = 0;
-};
+  float transmittance;  ///< scaled by kClear
+  float red, green, blue;
 
-/// Composites one Gaussian onto one pixel with alpha = min(2^log2_alpha, alpha_max). It is skipped
-/// if alpha < 1/255, and the pixel stops if its transmittance would fall below kTransmittanceMin.
-/// Assembly keeps the device code free of branches: 11 instructions, in which one comparison sets
-/// both `adds` and `stops`. A negative transmittance never passes that comparison.
-__device__ inline void composite(float log2_alpha, const Staged& splat, Pixel& pixel) {
-  constexpr float kLog2Min = -kLog2Of255;
-#ifdef __CUDA_ARCH__
-  asm("{\n\t"
-      ".reg .pred counts, adds, stops;\n\t"
-      ".reg .f32 alpha, weight, next;\n\t"
-      "setp.ge.f32 counts, %4, %9;\n\t"
-      "ex2.approx.ftz.f32 alpha, %4;\n\t"  // relative error below 2^-22 (PTX ISA)
-      "min.f32 alpha, alpha, %5;\n\t"
-      "mul.f32 weight, alpha, %0;\n\t"
-      "sub.f32 next, %0, weight;\n\t"
-      "setp.ge.and.f32 adds|stops, next, %10, counts;\n\t"
-      "@adds fma.rn.f32 %1, weight, %6, %1;\n\t"
-      "@adds fma.rn.f32 %2, weight, %7, %2;\n\t"
-      "@adds fma.rn.f32 %3, weight, %8, %3;\n\t"
-      "@adds mov.f32 %0, next;\n\t"
-      "@stops or.b32 %0, %0, 0x80000000;\n\t"
-      "}"
-      : "+f"(pixel.transmittance), "+f"(pixel.red), "+f"(pixel.green), "+f"(pixel.blue)
-      : "f"(log2_alpha), "f"(splat.level.z), "f"(splat.level.w), "f"(splat.color.x),
-        "f"(splat.color.y), "f"(kLog2Min), "f"(kTransmittanceMin));
-#else
-  if (!(log2_alpha >= kLog2Min)) return;  // in the emulated tests
-  const float weight = fminf(exp2f(log2_alpha), splat.level.z) * pixel.transmittance;
-  const float next = pixel.transmittance - weight;
-  if (next >= kTransmittanceMin) {
-    pixel.red = fmaf(weight, splat.level.w, pixel.red);
-    pixel.green = fmaf(weight, splat.color.x, pixel.green);
-    pixel.blue = fmaf(weight, splat.color.y, pixel.blue);
-    pixel.transmittance = next;
-  } else {
-    pixel.transmittance = -fabsf(pixel.transmittance);
+  __device__ bool is_live() const { return transmittance >= kTransmittanceMin * kClear<kCut>; }
+
+  /// `alpha` is scaled by kAlphaScale. The Gaussian is skipped if alpha < 1/255, and the pixel
+  /// stops if its transmittance falls below kTransmittanceMin.
+  __device__ void add(float alpha, float4 rest, float more_blue) {
+    if (kCut == Cut::compare && !(alpha >= kAlphaMin)) return;
+    const float weight = mul_flush(alpha, transmittance);
+    transmittance = fma_flush(weight, -kClear<kCut>, transmittance);
+    if (!is_live()) return;
+    red = fmaf(weight, rest.z, red);
+    green = fmaf(weight, rest.w, green);
+    blue = fmaf(weight, more_blue, blue);
   }
-#endif
-}
+};
 
 /// The pixels of a lane, from top to bottom. fmaf is explicit because compilers may not contract
 /// (kernel/hd.h).
+template <Cut kCut>
 struct Column {
-  float x, y;  // of the second pixel
-  Pixel pixels[kPixels];
+  float x;  // counted from the sub-tile's middle
+  Pixel<kCut> pixels[kPixels];
 
   __device__ bool any_live() const {
     bool any = false;
-    for (const Pixel& pixel : pixels) any = any || pixel.transmittance > 0.0f;
+    for (const Pixel<kCut>& pixel : pixels) any = any || pixel.is_live();
     return any;
   }
 
-  __device__ void add(const Staged& splat) {
+  /// Alphas of the rows are products of two exponentials (Turkowski, GPU Gems 3, chapter 40).
+  /// kClamps: limits alpha to kAlphaMax, which few Gaussians exceed.
+  template <bool kClamps>
+  __device__ void add(float4 shape, float4 rest, float more_blue) {
     static_assert(kPixels == 4);
-    const float4 shape = splat.shape, level = splat.level;
-    const float dx = x - shape.x, dy = y - shape.y;
-    const float along = fmaf(shape.z * dx, dx, level.y), across = shape.w * dx;
-    const float here = fmaf(fmaf(level.x, dy, across), dy, along);
-    const float growth = fmaf(level.x, dy + dy, across);
-    composite(here - (growth - level.x), splat, pixels[0]);
-    composite(here, splat, pixels[1]);
-    composite(here + (growth + level.x), splat, pixels[2]);
-    composite(fmaf(2.0f, fmaf(2.0f, level.x, growth), here), splat, pixels[3]);
+    const float first = exp2_flush(fmaf(fmaf(shape.z, x, shape.y), x, shape.x));
+    const float growth1 = exp2_flush(fmaf(rest.x, x, shape.w));
+    const float growth2 = mul_flush(growth1, rest.y), growth3 = mul_flush(growth2, rest.y);
+    const float second = mul_flush(growth1, kAlphaScale<kCut>);
+    const float third = mul_flush(second, growth2), fourth = mul_flush(third, growth3);
+    float alphas[kPixels] = {mul_flush(first, kAlphaScale<kCut>), mul_flush(first, second),
+                             mul_flush(first, third), mul_flush(first, fourth)};
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      if (kClamps) alphas[j] = fminf(alphas[j], kAlphaMax * kAlphaScale<kCut>);
+      pixels[j].add(alphas[j], rest, more_blue);
+    }
   }
 };
 

@@ -13,7 +13,7 @@ namespace qs::cuda::fast {
 class Graph {
  public:
   /// The values that determine a frame's kernels and the dependencies between them.
-  using Topology = std::array<int, 5>;
+  using Topology = std::array<int, 6>;
 
   Graph() = default;
   Graph(const Graph&) = delete;
@@ -52,7 +52,9 @@ class Graph {
       cudaGetLastError();
     }
     release();
-    check(cudaGraphInstantiate(&instance_, graph), "cudaGraphInstantiate");
+    // Without this flag all kernels would run at the priority of the stream of launch().
+    check(cudaGraphInstantiate(&instance_, graph, cudaGraphInstantiateFlagUseNodePriority),
+          "cudaGraphInstantiate");
     topology_ = topology;
   }
 

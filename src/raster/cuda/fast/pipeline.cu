@@ -22,46 +22,54 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
                        [](std::uint64_t pairs) { return pairs * kBytesPerPair; });
 }
 
+/// The capacity with which a frame of too many segments is redrawn.
+std::uint32_t with_half(std::uint32_t segments) { return segments + segments / 2; }
+
 }  // namespace
 
 void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                         StageClock& clock) {
   frame.throw_if_cancelled();
   pixels.reserve(frame.camera, outputs);
-  for (FrameSize size{frame.cloud.count, pair_capacity_, frame.grid};;
-       size.pair_capacity = larger_capacity(counters_->tile_pairs)) {
+  for (FrameSize size{frame.cloud.count, pair_capacity_, segment_capacity_, frame.grid};;) {
     reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
     pair_capacity_ = size.pair_capacity;
+    segment_capacity_ = size.segment_capacity;
     if (outputs.stage_times) {
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const Graph::Topology topology{depth_passes(frame), size.uses_16_bit_keys(), outputs.blends(),
-                                     outputs.used, needs_color(outputs)};
+      const Graph::Topology topology{depth_passes(frame),  size.uses_16_bit_keys(),
+                                     outputs.blends(),     outputs.used,
+                                     needs_color(outputs), cuts_long_lists(outputs)};
       graph_.capture(frame.stream, topology,
-                     [&] { run(frame, size, outputs, pixels, clock, color_stream_); });
+                     [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);
       graph_.launch(frame.stream);
     }
     clock.finish(frame.stream);
     frame.enqueue_present();
     copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
-    if (counters_->tile_pairs <= pair_capacity_) return;
+    const bool pairs_fit = counters_->tile_pairs <= pair_capacity_;
+    const bool segments_fit = !cuts_long_lists(outputs) || counters_->segments <= segment_capacity_;
+    if (pairs_fit && segments_fit) return;
+    if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
+    if (!segments_fit) size.segment_capacity = with_half(counters_->segments);
     frame.throw_if_cancelled();
   }
 }
 
 void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs,
-                       Pixels& pixels, StageClock& clock, cudaStream_t color_stream) {
+                       Pixels& pixels, StageClock& clock, cudaStream_t side_stream) {
   const auto mark = [&](Stage stage) {
-    if (color_stream == frame.stream) clock.end(stage, frame.stream);
+    if (side_stream == frame.stream) clock.end(stage, frame.stream);
   };
   project(frame, visible_, scratch_.begin_frame(size));
   projected_.record(frame.stream);
-  projected_.make_wait(color_stream);
-  if (needs_color(outputs)) color(frame, visible_, color_stream);
-  colored_.record(color_stream);
+  projected_.make_wait(side_stream);
+  if (needs_color(outputs)) color(frame, visible_, side_stream);
+  colored_.record(side_stream);
   mark(Stage::preprocess);
   sort_by_depth(frame, size, visible_, scratch_, order_);
   mark(Stage::sort);
@@ -73,7 +81,15 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
-    blend(frame, visible_, pairs_, scratch_, outputs, pixels);
+    if (cuts_long_lists(outputs)) count_long_lists(frame, visible_, pairs_, scratch_);
+    scheduled_.record(frame.stream);
+    scheduled_.make_wait(side_stream);
+    if (cuts_long_lists(outputs)) {
+      blend_long_lists(frame, visible_, pairs_, scratch_, outputs, pixels);
+    }
+    blend(frame, visible_, pairs_, scratch_, outputs, pixels, side_stream);
+    blended_.record(side_stream);
+    blended_.make_wait(frame.stream);
   }
   mark(Stage::blend);
 }

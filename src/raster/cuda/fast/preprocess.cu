@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cfloat>
+
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/fast/preprocess.cuh"
@@ -67,22 +69,38 @@ __device__ AlphaEllipse ellipse_of(const Footprint& footprint) {
   return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
 }
 
+/// BoundedSplat::clamp_rows.
+__device__ float clamp_rows_of(const Footprint& footprint, float log2_opacity, float y_max) {
+  constexpr float kLog2AlphaMax = -0.014499570f;
+  constexpr float kRounding = 2e-5f;    // of log2 alpha, per thinness
+  constexpr float kTolerance = 0.005f;  // of log2 alpha
+  constexpr float kThinnest = 1e5f;     // the determinant is then known to 1 %
+  // Where alpha = 0.99 2^-kTolerance, the ellipse of an opaque Gaussian has this part of its size.
+  constexpr float kPart = 0.06f, kMarginPx = 0.1f;
+  const Covariance2<float>& covariance = footprint.covariance;
+  const float thinness = covariance.xx * covariance.yy / footprint.determinant;  // >= 1
+  if (!(thinness < kThinnest)) return INFINITY;
+  const float rounding = kRounding * thinness;
+  if (log2_opacity + fmaxf(rounding, kTolerance) < kLog2AlphaMax) return -1;
+  return rounding < kTolerance ? fmaf(kPart, y_max, kMarginPx) : FLT_MAX;
+}
+
 __device__ BoundedSplat splat_of(const Footprint& footprint, glm::vec3 color) {
   constexpr float kGammaToLog2 = static_cast<float>(0.5 * kLog2E);
-  constexpr float kRoundingMargin = 1.00001f;
   const Splat splat = make_splat(footprint, 1.0f, color);
   const float log2_opacity = kGammaToLog2 * footprint.gamma - kLog2Of255;
+  const AlphaEllipse ellipse = ellipse_of(footprint);
   return {splat.mean_px.x,
           splat.mean_px.y,
           splat.log2_conic.x,
           splat.log2_conic.y,
           splat.log2_conic.z,
           log2_opacity,
-          fminf(kAlphaMax, exp2f(log2_opacity) * kRoundingMargin),
+          clamp_rows_of(footprint, log2_opacity, ellipse.y_max),
           color.x,
           color.y,
           color.z,
-          ellipse_of(footprint),
+          ellipse,
           0};
 }
 

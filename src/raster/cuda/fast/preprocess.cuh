@@ -40,7 +40,8 @@ struct alignas(64) BoundedSplat {
   float x, y;              ///< mean_px
   float xx, xy, yy;        ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
   float log2_opacity;      ///< -inf for opacity 0
-  float alpha_max;         ///< kAlphaMax, or slightly more than the opacity if that is smaller
+  float clamp_rows;        ///< alpha exceeds kAlphaMax at most in rows at this distance from the
+                           ///< mean, < 0: nowhere; INFINITY: rounding may have broken the conic
   float red, green, blue;  ///< >= 0
   AlphaEllipse ellipse;
   float unused;

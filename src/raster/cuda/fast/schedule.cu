@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/fast/schedule.cuh"
+#include "raster/cuda/fast/segments.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -15,7 +16,8 @@ __device__ unsigned length_class(std::uint32_t length) {
 
 __global__ void __launch_bounds__(kThreads)
     schedule_tiles(const KeyRange* ranges, unsigned tiles, std::uint32_t* class_sizes,
-                   std::uint32_t* scheduled, Counters* counters) {
+                   std::uint32_t* scheduled, SegmentsView segments) {
+  Counters* const counters = segments.counters;
   __shared__ std::uint32_t sizes[kLengthClasses], begins[kLengthClasses];
   __shared__ std::uint32_t longest;
   const unsigned thread = threadIdx.x, tile = blockIdx.x * kThreads + thread;
@@ -31,6 +33,16 @@ __global__ void __launch_bounds__(kThreads)
   if (class_sizes != nullptr && thread < kLengthClasses && sizes[thread] > 0) {
     begins[thread] = atomicAdd(&class_sizes[thread], sizes[thread]);
   }
+  if (length > kLongList) {
+    const std::uint32_t count = segment_count(length);
+    const std::uint32_t first = atomicAdd(&counters->segments, count);
+    const bool fits = first + count <= segments.capacity;
+    for (std::uint32_t i = 0; i < count && first + i < segments.capacity; ++i) {
+      segments.segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0};
+    }
+    const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
+    if (list < segments.capacity) segments.first_segments[list] = first;
+  }
   if (thread == 0 && longest > 0) atomicMax(&counters->max_pairs_in_a_tile, longest);
   __syncthreads();
   if (class_sizes != nullptr && tile < tiles) scheduled[own * tiles + begins[own] + place] = tile;
@@ -45,7 +57,7 @@ ScheduleView schedule_view(const Scratch& scratch, TileGrid grid) {
 void schedule(const FrameContext& frame, Scratch& scratch) {
   const auto tiles = static_cast<unsigned>(frame.grid.count());
   launch("blend", schedule_tiles, blocks_for(tiles), frame.stream, scratch.ranges, tiles,
-         scratch.class_sizes, scratch.schedule, scratch.counters);
+         scratch.class_sizes, scratch.schedule, scratch.segments);
 }
 
 }  // namespace qs::cuda::fast

@@ -29,7 +29,7 @@ struct ScheduleView {
 
 ScheduleView schedule_view(const Scratch& scratch, TileGrid grid);
 
-/// Also finds Counters::max_pairs_in_a_tile.
+/// Also finds Counters::max_pairs_in_a_tile and cuts long lists into segments.
 void schedule(const FrameContext& frame, Scratch& scratch);
 
 }  // namespace qs::cuda::fast

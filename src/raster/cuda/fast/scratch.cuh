@@ -16,11 +16,42 @@ struct Counters {
   std::uint32_t listed;      ///< pairs that fit into the buffers
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
+  std::uint32_t long_lists;
+  std::uint32_t segments;  ///< of all long lists
+  std::uint32_t turns[2];  ///< half segments that warps have taken: first, and again
+};
+
+/// A part of a long list. The segments of a list are adjacent.
+struct Segment {
+  static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
+  std::uint32_t tile, number;
+  std::uint32_t counted;  ///< Gaussians in this part of the list, see LongList
+};
+
+/// What compositing a segment gave, by place in the tile. A pixel that stops in the segment has
+/// transmittance 0 and its weights include what is in front; other weights do not.
+struct SegmentResult {
+  float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
+  float transmittance[kTileSize * kTileSize];
+};
+
+struct SegmentsView {
+  Segment* segments;
+  std::uint32_t* first_segments;  ///< per long list
+  std::uint32_t* marks;           ///< a bit per pair of the long lists: counted, see LongList
+  SegmentResult* results;
+  std::uint32_t capacity;
+  Counters* counters;
+
+  /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. Lists share no word,
+  /// because they are long and a word has more bits.
+  static constexpr std::uint32_t kPairsPerMark = 16;
 };
 
 struct FrameSize {
   std::uint32_t gaussians = 0;
-  std::uint32_t pair_capacity = 0;  ///< tile pairs that the buffers can hold
+  std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
+  std::uint32_t segment_capacity = 0;  ///< segments of long lists that they can hold
   TileGrid grid;
 
   /// True if tile indices fit into 16 bits.
@@ -37,6 +68,7 @@ struct Scratch {
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView; null if there are too many tiles
   KeyRange* ranges = nullptr;            ///< per tile: its list in the sorted pairs
   std::uint32_t* schedule = nullptr;     ///< not set to zero
+  SegmentsView segments{};               ///< not set to zero
 
   /// Number of look-back words per pass.
   template <class Key>
@@ -50,12 +82,18 @@ struct Scratch {
     const std::size_t words = lay_out(size, base);
     if (!size.uses_16_bit_keys()) class_sizes = nullptr;
     schedule = schedule_.data();
+    segments = {segments_.data(), first_segments_.data(), marks_.data(),
+                results_.data(),  size.segment_capacity,  counters};
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
   /// Throws Error(device) if memory is short.
   void reserve(const FrameSize& size) {
     memory_.reserve("the frame's counters", lay_out(size, nullptr));
+    segments_.reserve("the frame's segments", size.segment_capacity);
+    first_segments_.reserve("the frame's segments", size.segment_capacity);
+    marks_.reserve("the frame's segments", size.pair_capacity / SegmentsView::kPairsPerMark + 1);
+    results_.reserve("the frame's segments", size.segment_capacity);
     if (!size.uses_16_bit_keys()) return;
     schedule_.reserve("the frame's tiles", kWarp * static_cast<std::size_t>(size.grid.count()));
   }
@@ -87,6 +125,9 @@ struct Scratch {
 
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
+  DeviceBuffer<Segment> segments_;
+  DeviceBuffer<std::uint32_t> first_segments_, marks_;
+  DeviceBuffer<SegmentResult> results_;
 };
 
 }  // namespace qs::cuda::fast

@@ -14,6 +14,7 @@
 #include "app/cli/command.h"
 #include "app/report/bench_report.h"
 #include "app/run_program.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/scene/writer.h"
 #include "support/scene_files.h"
@@ -30,17 +31,16 @@ using testing::HasSubstr;
 using testing::Not;
 
 BenchReport read_bench_json(const std::filesystem::path& path) {
-  return parse_bench_report(nlohmann::ordered_json::parse(std::ifstream(path)));
+  return parse_bench_report(parse_own_json(read_text_file(path, 1 << 26)));
 }
 
 class BenchProgram : public testing::Test {
  protected:
   void SetUp() override {
     test::write_scene(test::random_cloud(300, 1, 11), scene_);
-    json cameras = json::array();
-    for (int i = 0; i < 2; ++i)
-      cameras.push_back(json::parse(format_camera(test::front_camera(64 + 16 * i, 48))));
-    std::ofstream(folder_ / "cameras.json") << cameras;
+    std::vector<Camera> cameras;
+    for (int i = 0; i < 2; ++i) cameras.push_back(test::front_camera(64 + 16 * i, 48));
+    test::write_cameras(cameras, folder_ / "cameras.json");
   }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -141,7 +141,7 @@ TEST_F(BenchProgram, a_replayed_zoom_has_equal_counts_and_a_changed_count_ends_w
   EXPECT_THAT(again.out, HasSubstr("all pair counts are equal"));
 
   const std::filesystem::path file = folder_ / "zoom/zoom.json";
-  json bundle = json::parse(std::ifstream(file));
+  json bundle = parse_json(read_text_file(file, 1 << 26), "test");
   ASSERT_EQ(bundle["rows"].size(), 24u);
   bundle["rows"][5]["pairs"] = bundle["rows"][5]["pairs"].get<int>() + 1;
   std::ofstream(file) << bundle;

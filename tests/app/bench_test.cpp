@@ -24,6 +24,7 @@
 #include "app/report/zoom_bundle.h"
 #include "app/session/camera_control.h"
 #include "app/session/scene_box.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
 #include "support/pool.h"
@@ -134,7 +135,7 @@ TEST(BenchReport, every_number_stands_in_its_column) {
             "tiny,3,quadbox,fast,cpu,640,480,1000,250,700,2.8000,17,0.5000,0.2500,2.0000,2000.0000,"
             "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000\n");
   const nlohmann::ordered_json json = rows_json({full_row()})[0];
-  EXPECT_EQ(json, nlohmann::ordered_json::parse(R"({"scene": "tiny", "camera": "3",
+  EXPECT_EQ(json, parse_own_json(R"({"scene": "tiny", "camera": "3",
       "mode": "quadbox", "pipeline": "fast", "backend": "cpu", "width": 640, "height": 480,
       "gaussians": 1000, "visible": 250, "pairs": 700, "pairs_per_visible": 2.8, "max_tile": 17,
       "ms_median": 0.5, "ms_p05": 0.25, "ms_p95": 2.0, "fps_median": 2000.0, "frame_ms": 0.625,

@@ -9,6 +9,7 @@
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/variant.h"
 #include "app/run_program.h"
+#include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
@@ -93,7 +94,7 @@ TEST(InspectCommand, its_counts_are_those_of_render_s_statistics) {
       test::run_quadsplat({"inspect", kPlush, "--camera-index", "0", "--size", "640x480", "--pixel",
                            "320,240", "--json", "--picture", picture});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = nlohmann::json::parse(run.out);
+  const auto json = parse_json(run.out, "test");
   EXPECT_EQ(json["pixel"], nlohmann::json({320, 240}));
   EXPECT_GT(json["contributions"].size(), 0u);
   EXPECT_EQ(read_image(picture).width, 1800);

@@ -14,6 +14,7 @@
 #include "app/report/eval_report.h"
 #include "app/run_program.h"
 #include "app/session/photographs.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
@@ -44,17 +45,17 @@ class Eval : public testing::Test {
     std::filesystem::create_directories(folder_ / "images");
     const auto renderer = make_renderer(Backend::cpu, test::pool());
     renderer->upload(cloud, {});
-    json cameras = json::array();
+    std::vector<Camera> cameras;
     for (int i = kViews; i-- > 0;) {
       Camera camera = test::front_camera(60, 40);
       camera.view_from_world[3].x = 0.05 * i;
       camera.name = "view" + std::to_string(i);
-      cameras.push_back(json::parse(format_camera(camera)));
+      cameras.push_back(camera);
       Image image = renderer->render(camera).color;
       clamp_to_unit(image);
       write_image(image, photograph(i));
     }
-    std::ofstream(folder_ / "cameras.json") << cameras;
+    test::write_cameras(cameras, folder_ / "cameras.json");
   }
 
   std::filesystem::path photograph(int i) const {
@@ -73,7 +74,7 @@ class Eval : public testing::Test {
     options.insert(options.end(), {"--json", "-"});
     const ProgramRun run = eval(options);
     EXPECT_EQ(run.exit_code, kExitOk) << run.err;
-    return json::parse(run.out);
+    return parse_json(run.out, "test");
   }
 
   static std::vector<std::string> names(const json& report) {

@@ -13,6 +13,7 @@
 
 #include "app/cli/command.h"
 #include "app/run_program.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
@@ -60,17 +61,17 @@ class Merge : public testing::TestWithParam<Sharded> {
     const GaussianCloud cloud = test::random_cloud(300, 1, 11);
     test::write_scene(cloud, folder_ / "scene.ply");
     std::filesystem::create_directories(folder_ / "images");
-    ordered_json cameras = ordered_json::array();
+    std::vector<Camera> cameras;
     for (int i = 0; i < kViews; ++i) {
       Camera camera = test::front_camera(64, 48);
       camera.view_from_world[3].x = 0.1 * i;
       camera.name = "view" + std::to_string(i);
-      cameras.push_back(ordered_json::parse(format_camera(camera)));
+      cameras.push_back(camera);
       Image photograph(64, 48, 3);
       photograph.values.assign(photograph.values.size(), 0.1f * static_cast<float>(i));
       write_image(photograph, folder_ / ("images/" + camera.name + ".ppm"));
     }
-    std::ofstream(folder_ / "cameras.json") << cameras;
+    test::write_cameras(cameras, folder_ / "cameras.json");
   }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -89,7 +90,7 @@ class Merge : public testing::TestWithParam<Sharded> {
   }
 
   ordered_json report(const std::string& name) const {
-    return ordered_json::parse(std::ifstream(folder_ / name / GetParam().file));
+    return parse_own_json(read_text_file(folder_ / name / GetParam().file, 1 << 26));
   }
 
   TemporaryFolder folder_;

@@ -35,13 +35,13 @@ class ProgramInWindow : public testing::Test {
     GaussianCloud cloud = random_cloud(400, 0, 3);
     append(cloud, single_gaussian({0, 0, 4}, 0.5f, {0.9f, 0.4f, 0.1f}, 5));
     write_scene(cloud, path("scene.ply"));
-    nlohmann::json cameras = nlohmann::json::array();
+    std::vector<Camera> cameras;
     for (const double x : {0.0, 0.3}) {
       Camera camera = front_camera(320, 240);
       camera.view_from_world[3].x = x;
-      cameras.push_back(nlohmann::json::parse(format_camera(camera)));
+      cameras.push_back(camera);
     }
-    std::ofstream(folder_ / "cameras.json") << cameras;
+    write_cameras(cameras, folder_ / "cameras.json");
   }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -59,7 +59,7 @@ class ProgramInWindow : public testing::Test {
   }
 
   nlohmann::json state(const std::string& name) const {
-    return nlohmann::json::parse(read_text_file(folder_ / name, 1 << 20));
+    return parse_json(read_text_file(folder_ / name, 1 << 20), "test");
   }
 
   TemporaryFolder folder_;

@@ -10,6 +10,7 @@
 
 #include "app/cli/command.h"
 #include "app/run_program.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/reader.h"
@@ -34,13 +35,13 @@ class Program : public testing::Test {
  protected:
   void SetUp() override {
     test::write_scene(test::random_cloud(500, 3, 11), scene_);
-    json cameras = json::array();
+    std::vector<Camera> cameras;
     for (const char* name : {"first", "second one", ""}) {
       Camera camera = test::front_camera(64, 48);
       camera.name = name;
-      cameras.push_back(json::parse(format_camera(camera)));
+      cameras.push_back(camera);
     }
-    std::ofstream(folder_ / "cameras.json") << cameras;
+    test::write_cameras(cameras, folder_ / "cameras.json");
   }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -187,17 +188,17 @@ TEST_F(Program, all_cameras_write_one_picture_each_with_number_and_name) {
 }
 
 TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
-  json keys = json::array();
+  std::vector<Camera> keys;
   for (int i = 0; i < 3; ++i) {
     Camera camera = test::front_camera(64, 48);
     camera.view_from_world[3].x = 0.1 * i;
-    keys.push_back(json::parse(format_camera(camera)));
+    keys.push_back(camera);
   }
-  std::ofstream(folder_ / "path.json") << keys;
+  test::write_cameras(keys, folder_ / "path.json");
   const ProgramRun run = render({"--camera-path", path("path.json"), "--frames", "5", "--size",
                                  "32x24", "--output", path("p.ppm"), "--stats", path("s.json")});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
-  const json stats = json::parse(std::ifstream(folder_ / "s.json"));
+  const json stats = parse_json(read_text_file(folder_ / "s.json", 1 << 26), "test");
   ASSERT_EQ(stats["frames"].size(), 5u);
   for (int i = 0; i < 5; ++i) {
     const std::filesystem::path picture = folder_ / ("p_000" + std::to_string(i) + ".ppm");
@@ -228,7 +229,7 @@ TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
   const ProgramRun run =
       render({"--stats", "-", "--cull", "all", "--repeats", "2", "--camera-index", "0"});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
-  const json stats = json::parse(run.out);
+  const json stats = parse_json(run.out, "test");
   EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(kCullerCount));
   EXPECT_EQ(stats["scene"]["gaussians"], 500);
   EXPECT_EQ(stats["environment"]["backend"].get<std::string>().empty(), false);
@@ -255,8 +256,8 @@ TEST_F(Program, the_heat_map_s_total_equals_the_statistics) {
   const ProgramRun run = render({"--heatmap", "pairs", "--output", path("h.png"), "--stats",
                                  path("s.json"), "--camera-index", "0"});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
-  std::ifstream stats_file(folder_ / "s.json");
-  const auto pairs = json::parse(stats_file)["frames"][0]["tile_pairs"].get<std::uint64_t>();
+  const json stats = parse_json(read_text_file(folder_ / "s.json", 1 << 26), "test");
+  const auto pairs = stats["frames"][0]["tile_pairs"].get<std::uint64_t>();
   std::ifstream file(folder_ / "h.png", std::ios::binary);
   const std::string content{std::istreambuf_iterator<char>(file), {}};
   EXPECT_THAT(content, HasSubstr(std::string("HeatmapTotal\0", 13) + std::to_string(pairs)));
@@ -292,7 +293,7 @@ TEST_F(Program, info_tells_facts_as_text_and_json) {
   EXPECT_THAT(text.out, HasSubstr("Gaussians      500"));
   const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json"});
   ASSERT_EQ(list.exit_code, kExitOk) << list.err;
-  const json facts = json::parse(list.out);
+  const json facts = parse_json(list.out, "test");
   ASSERT_EQ(facts.size(), 2u);
   EXPECT_EQ(facts[0]["gaussians"], 500);
   EXPECT_EQ(facts[0]["sh_degree"], 3);

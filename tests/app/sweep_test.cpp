@@ -76,15 +76,15 @@ class Sweep : public testing::TestWithParam<Command> {
     std::filesystem::create_directories("model/point_cloud/iteration_1");
     std::filesystem::copy("scene.ply", "model/point_cloud/iteration_1/point_cloud.ply");
     std::filesystem::create_directories("images");
-    nlohmann::json cameras = nlohmann::json::array();
+    std::vector<Camera> cameras;
     for (int i = 0; i < 2; ++i) {
       Camera camera = test::front_camera(48, 32);
       camera.view_from_world[3].x = 0.1 * i;
       camera.name = fmt::format("view{}", i);
-      cameras.push_back(nlohmann::json::parse(format_camera(camera)));
+      cameras.push_back(camera);
       write_image(Image(48, 32, 3), "images/" + camera.name + ".ppm");
     }
-    std::ofstream("cameras.json") << cameras;
+    test::write_cameras(cameras, "cameras.json");
     write_image(Image(48, 32, 3), "reference.pfm");
     const Words frames = {"--frames", "1", "--warmup", "0", "--cull", "quadbox", "--out-dir"};
     for (const char* shard : {"1", "2"}) {

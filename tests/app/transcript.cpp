@@ -210,20 +210,20 @@ void write_inputs() {
   std::filesystem::create_directories("alone/deep/er/folder");
   std::filesystem::copy("scene.ply", "alone/deep/er/folder");
   std::filesystem::create_directories("images");
-  nlohmann::json cameras = nlohmann::json::array();
+  std::vector<Camera> cameras;
   constexpr glm::ivec2 kSizes[] = {{48, 32}, {40, 56}, {64, 20}};
   for (int i = 0; i < 3; ++i) {
     Camera camera = front_camera(kSizes[i].x, kSizes[i].y);
     camera.view_from_world[3].x = 0.1 * i;
     if (i < 2) camera.name = fmt::format("view{}", i);
-    cameras.push_back(nlohmann::json::parse(format_camera(camera)));
+    cameras.push_back(camera);
     if (camera.name.empty()) continue;
     Image photograph(camera.width, camera.height, 3);
     for (std::size_t k = 0; k < photograph.values.size(); ++k)
       photograph.values[k] = static_cast<float>(k * 7 % 101) / 100;
     write_image(photograph, "images/" + camera.name + ".ppm");
   }
-  std::ofstream("cameras.json") << cameras;
+  write_cameras(cameras, "cameras.json");
 }
 
 }  // namespace

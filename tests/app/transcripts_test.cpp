@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/transcript.h"
+#include "io/bytes/json_text.h"
 #include "support/golden.h"
 
 namespace qs {
@@ -39,7 +40,7 @@ TEST_F(Transcripts, render_draws_pictures) {
        "render scene.ply --cull reference --output reference.pfm"});
   show({"out.png", "all_0000_view0.ppm", "all_0001_view1.ppm", "all_0002.ppm", "path_0001.ppm",
         "shard_0001_view1.ppm", "framed.png", "styled.png", "reference.pfm"});
-  const auto stats = nlohmann::json::parse(std::ifstream("path.json"));
+  const auto stats = parse_json(read_text_file("path.json", 1 << 26), "test");
   EXPECT_EQ(stats["frames"].size(), 32u);
   expect_golden("render");
 }
@@ -173,11 +174,11 @@ TEST_F(Transcripts, zoom_and_its_replay) {
        "zoom scene.ply --cull quadbox,adr --frames 1 --warmup 0 --out-dir default"});
   show({"zoom/zoom.csv", "zoom/zoom.json", "zoom/step_0002.png", "again/zoom.csv",
         "default/step_0031.png"});
-  const auto whole = nlohmann::json::parse(std::ifstream("default/zoom.json"));
+  const auto whole = parse_json(read_text_file("default/zoom.json", 1 << 26), "test");
   EXPECT_EQ(whole["steps"], 32);
   EXPECT_EQ(whole["rows"].size(), 64u);
   EXPECT_EQ(whole["closest"], 0.05);
-  auto bundle = nlohmann::ordered_json::parse(std::ifstream("zoom/zoom.json"));
+  auto bundle = parse_own_json(read_text_file("zoom/zoom.json", 1 << 26));
   bundle["rows"][2]["pairs"] = 12345;
   std::ofstream("zoom/zoom.json") << bundle;
   run({"zoom --replay zoom"});

@@ -195,7 +195,7 @@ TEST_F(ScriptPlayerTest, carries_out_the_program_s_commands_itself) {
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(script.next(viewer_, host_, at_rest_));
   EXPECT_TRUE(script.done());
   EXPECT_THAT(host_.grabs, testing::ElementsAre("a b.png"));
-  EXPECT_EQ(nlohmann::json::parse(host_.written["s.json"])["mode"], "quadbox");
+  EXPECT_EQ(parse_json(host_.written["s.json"], "test")["mode"], "quadbox");
   EXPECT_EQ(host_.quits, 1);
 }
 

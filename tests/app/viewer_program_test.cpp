@@ -146,7 +146,7 @@ TEST_F(ViewerProgram, cameras_are_dropped_copied_and_pasted) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(state("a.json")["dataset_camera"], -1);
   EXPECT_EQ(state("b.json")["dataset_camera"], 0);
-  EXPECT_EQ(state("c.json")["camera"], json::parse(format_camera(pasted)));
+  EXPECT_EQ(state("c.json")["camera"], parse_json(format_camera(pasted), "test"));
   EXPECT_EQ(state("d.json")["camera"], state("c.json")["camera"]);
   EXPECT_THAT(state("d.json")["toasts"].back().get<std::string>(), HasSubstr("clipboard"));
 }
@@ -190,7 +190,7 @@ TEST_F(ViewerProgram, the_inspector_says_what_the_command_says) {
       run_quadsplat({"inspect", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
                      "--size", "320x240", "--pixel", "40,120", "--json"});
   ASSERT_EQ(inspect.exit_code, 0) << inspect.err;
-  const json headless = json::parse(inspect.out);
+  const json headless = parse_json(inspect.out, "test");
   const json window = state("a.json")["inspector"];
   ASSERT_TRUE(window.is_object());
   for (const auto& [key, value] : window.items()) EXPECT_EQ(headless[key], value) << key;
@@ -299,7 +299,7 @@ TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
                            "0", "--out-dir", path("bench")})
                 .exit_code,
             0);
-  const json bench = json::parse(read_text_file(folder_ / "bench/bench.json", 1 << 20));
+  const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
   const std::uint64_t count = bench["rows"][0]["false_positives"];
   EXPECT_THAT(state("a.json")["facts"]["unused"].get<std::string>(),
               StartsWith(grouped(count) + " pairs"));

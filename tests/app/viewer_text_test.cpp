@@ -10,6 +10,7 @@
 
 #include "app/session/camera_control.h"
 #include "app/viewer/state/hud_text.h"
+#include "io/bytes/json_text.h"
 #include "support/scenes.h"
 
 namespace qs {
@@ -337,7 +338,7 @@ TEST(PanelText, a_zoom_s_curves_go_through_its_times) {
 TEST(StateJson, holds_the_numbers_of_the_panels) {
   Viewer viewer = known_viewer();
   viewer.numbers = {viewer.view_version, {row_of_mode("quadbox", 0.9612, 1796352)}};
-  const auto json = nlohmann::json::parse(state_json(viewer));
+  const auto json = parse_json(state_json(viewer), "test");
   EXPECT_EQ(json["scene"], "garden");
   EXPECT_EQ(json["gaussians"], 5834784);
   EXPECT_EQ(json["modes"][4]["ms"], "0.961");

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "io/bytes/json_text.h"
 #include "raster/base/error.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"
@@ -103,7 +104,7 @@ TEST(Cameras, any_camera_survives_being_written_and_read_bit_by_bit) {
 
 TEST(Cameras, editing_the_position_of_a_written_camera_moves_it) {
   Camera camera = look_at({1, 2, 3}, {0.3, 0.2, 0.1}, {0, -1, 0}, 1, 64, 48);
-  json object = json::parse(format_camera(camera));
+  json object = parse_json(format_camera(camera), "test");
   object["position"] = {10, 20, 30};
   object["cx"] = 10.5;
   const Camera edited = parse_camera(object.dump(), "test");

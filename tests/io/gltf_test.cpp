@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/bytes/json_text.h"
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
@@ -82,8 +83,9 @@ TEST(Gltf, what_we_write_has_the_required_accessors) {
 TEST(Gltf, nodes_move_their_gaussians) {
   Glb glb = written();
   const GaussianCloud before = read(glb).cloud;
-  glb.description["nodes"] = json::parse(
-      R"([{"translation":[1,2,3],"children":[1]},{"mesh":0,"scale":[2,2,2],"rotation":[0,0,0,1]}])");
+  glb.description["nodes"] = parse_json(
+      R"([{"translation":[1,2,3],"children":[1]},{"mesh":0,"scale":[2,2,2],"rotation":[0,0,0,1]}])",
+      "test");
   const Scene scene = read(glb);
   EXPECT_THAT(scene.warnings, IsEmpty());
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -99,7 +101,7 @@ TEST(Gltf, nodes_move_their_gaussians) {
 
 TEST(Gltf, mesh_of_two_nodes_is_read_twice) {
   Glb glb = written();
-  glb.description["nodes"] = json::parse(R"([{"mesh":0},{"mesh":0,"translation":[9,0,0]}])");
+  glb.description["nodes"] = parse_json(R"([{"mesh":0},{"mesh":0,"translation":[9,0,0]}])", "test");
   glb.description["scenes"][0]["nodes"] = {0, 1};
   const Scene scene = read(glb);
   ASSERT_EQ(scene.cloud.size(), 2 * kCount);

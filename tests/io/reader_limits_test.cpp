@@ -96,8 +96,9 @@ TEST(ReaderLimits, json_is_read_up_to_a_depth_and_a_number_of_values) {
 }
 
 TEST(ReaderLimits, fields_of_json_are_checked_with_their_names) {
-  const json object = json::parse(
-      R"({"one":1,"low":0.999,"most":65535,"more":65536,"half":2.5,"zero":0,"minus":-1,"tiny":1e-300,"text":"t","list":[1,2]})");
+  const json object = parse_json(
+      R"({"one":1,"low":0.999,"most":65535,"more":65536,"half":2.5,"zero":0,"minus":-1,"tiny":1e-300,"text":"t","list":[1,2]})",
+      "test");
   const std::string where = "file: record 3";
   const JsonEntry entry{object, where};
   const auto side = [&](const char* key) { return error_of([&] { entry.side(key); }); };

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/bytes/json_text.h"
 #include "support/corpus.h"
 
 namespace qs::test {
@@ -23,7 +24,7 @@ inline Glb open_glb(const std::vector<std::byte>& bytes) {
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 12, 4);
   const char* const text = reinterpret_cast<const char*>(bytes.data()) + 20;
-  return {nlohmann::json::parse(std::string(text, length)),
+  return {parse_json(std::string(text, length), "test"),
           {bytes.begin() + 20 + length + 8, bytes.end()}};
 }
 

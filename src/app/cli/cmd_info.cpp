@@ -9,6 +9,7 @@
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
 #include "app/report/scene_report.h"
+#include "io/bytes/json_text.h"
 
 namespace qs {
 namespace {
@@ -31,8 +32,7 @@ int run(const InfoCommand& command) {
       fmt::print("{}", report_text(scene, report));
     }
   }
-  if (command.json)
-    fmt::print("{}\n", list.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  if (command.json) fmt::print("{}", json_file_text(list));
   return kExitOk;
 }
 

@@ -12,6 +12,7 @@
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
+#include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -69,7 +70,7 @@ int run(const InspectCommand& command) {
     json["mode"] = mode;
     json["tile_px"] = frame.grid.tile_px;
     json["tile_columns"] = frame.grid.columns;
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_file_text(json));
   } else {
     fmt::print("{}, {} x {}, mode {}\n{}", shot.origin, size.x, size.y, mode,
                format_inspection(inspection));

@@ -11,6 +11,7 @@
 #include "app/report/merge.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
+#include "io/bytes/json_text.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -44,7 +45,7 @@ std::string write_eval(const ordered_json& merged, const path& folder) {
 
 std::string write_render(const ordered_json& merged, const path& folder) {
   make_folder(folder);
-  write_stats(folder / "stats.json", merged.dump(2) + "\n");
+  write_stats(folder / "stats.json", json_file_text(merged));
   return "";
 }
 

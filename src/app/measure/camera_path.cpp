@@ -55,7 +55,7 @@ std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
   std::vector<Keyframe> keyframes;
   for (const nlohmann::json& entry : json) {
     const std::string where = fmt::format("{}: keyframe {}", path.string(), keyframes.size());
-    const Camera camera = parse_camera(entry.dump(), where);
+    const Camera camera = camera_of(entry, where);
     const double fallback = keyframes.empty() ? 0 : keyframes.back().time + 1;
     const bool timed = entry.contains("time");
     if (timed && !entry["time"].is_number()) fail("{}: time is not a number", where);
@@ -71,10 +71,10 @@ std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
 std::string format_camera_path(const std::vector<Keyframe>& keyframes) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Keyframe& keyframe : keyframes) {
-    list.push_back(nlohmann::ordered_json::parse(format_camera(keyframe.camera)));
+    list.push_back(camera_json(keyframe.camera));
     list.back()["time"] = keyframe.time;
   }
-  return list.dump(2) + "\n";
+  return json_file_text(list);
 }
 
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {

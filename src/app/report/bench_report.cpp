@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "app/session/text.h"
+#include "io/bytes/json_text.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -99,7 +100,7 @@ std::string format_bench_json(const BenchReport& report) {
                              {"scenes", report.scenes},
                              {"view_count", report.view_count},
                              {"rows", rows_json(report.rows)}};
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 BenchReport parse_bench_report(const ordered_json& json) {

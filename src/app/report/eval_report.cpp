@@ -8,6 +8,7 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/text.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -90,12 +91,12 @@ std::string format_eval_json(const EvalReport& report) {
                      {"compared_height", row.height},
                      {"psnr", finite_or_null(row.psnr)},
                      {"ssim", row.ssim},
-                     {"camera", ordered_json::parse(format_camera(row.camera))}});
+                     {"camera", camera_json(row.camera)}});
   }
   const ordered_json json = {
       {"environment", report.environment}, {"scene", report.scene}, {"method", report.method},
       {"view_count", report.view_count},   {"means", means},        {"views", views}};
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 EvalReport parse_eval_report(const ordered_json& json) {
@@ -106,12 +107,12 @@ EvalReport parse_eval_report(const ordered_json& json) {
                     {}};
   for (const ordered_json& view : json.at("views")) {
     Quality& row = report.rows.emplace_back();
-    row.camera = parse_camera(view.at("camera").dump(), "eval.json");
+    row.camera = camera_of(view.at("camera"), "eval.json");
     row.photograph = view.at("photograph").get<std::string>();
     view.at("compared_width").get_to(row.width);
     view.at("compared_height").get_to(row.height);
     row.mode = find_culler(view.at("mode").get<std::string>());
-    if (row.mode < 0) fail("eval.json: there is no mode {}", view["mode"].dump());
+    if (row.mode < 0) fail("eval.json: there is no mode {}", json_line(view["mode"]));
     row.psnr = view.at("psnr").is_null() ? std::numeric_limits<double>::infinity()
                                          : view["psnr"].get<double>();
     view.at("ssim").get_to(row.ssim);

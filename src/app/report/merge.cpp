@@ -44,8 +44,9 @@ constexpr Fact kFacts[] = {
     {"pipeline", [](const ordered_json& r) { return environment_word(r, "pipeline"); }, "pipeline"},
     {"commit", [](const ordered_json& r) { return environment_word(r, "commit"); }, "commit"},
     {"scenes", scene_words, nullptr},
-    {"number of views", [](const ordered_json& r) { return r.at("view_count").dump(); }, nullptr},
-    {"method", [](const ordered_json& r) { return r.value("method", ordered_json()).dump(); },
+    {"number of views", [](const ordered_json& r) { return json_line(r.at("view_count")); },
+     nullptr},
+    {"method", [](const ordered_json& r) { return json_line(r.value("method", ordered_json())); },
      nullptr},
 };
 
@@ -78,7 +79,7 @@ void forget_shard(ordered_json& environment) {
 }  // namespace
 
 ReportPart read_report_part(const std::filesystem::path& file, const char* rows) try {
-  ordered_json report = ordered_json::parse(read_text_file(file, kMaxReportBytes));
+  ordered_json report = parse_own_json(read_text_file(file, kMaxReportBytes));
   for (const ordered_json& row : report.at(rows)) {
     row.at("view").get<std::uint64_t>();
     row.at("mode").get<std::string>();

@@ -8,6 +8,7 @@
 
 #include "app/measure/scene_facts.h"
 #include "app/session/environment.h"
+#include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
@@ -47,7 +48,7 @@ ordered_json frame_json(const FrameRecord& record) {
   if (record.reference_psnr) frame["psnr_vs_picture"] = finite_or_null(*record.reference_psnr);
   if (!record.picture.empty()) frame["picture"] = record.picture;
   if (record.shot.number >= 0) frame["camera_index"] = record.shot.number;
-  frame["camera"] = ordered_json::parse(format_camera(record.shot.camera));
+  frame["camera"] = camera_json(record.shot.camera);
   return frame;
 }
 
@@ -91,7 +92,7 @@ std::string format_stats(const Session& session, const std::vector<FrameRecord>&
                        {"view_count", view_count},
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 void write_stats(const std::filesystem::path& path, const std::string& text) {

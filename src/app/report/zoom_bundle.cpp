@@ -38,23 +38,23 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
   ordered_json json = {{"environment", bundle.environment},
                        {"scene", bundle.scene.string()},
                        {"scene_hash", bundle.scene_hash},
-                       {"start", ordered_json::parse(format_camera(bundle.start))},
+                       {"start", camera_json(bundle.start)},
                        {"target", {bundle.target.x, bundle.target.y, bundle.target.z}},
                        {"steps", bundle.steps},
                        {"closest", bundle.closest},
                        {"modes", modes},
                        {"settings", settings_json(bundle.settings)},
                        {"rows", rows_json(bundle.rows)}};
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
-  const ordered_json json = ordered_json::parse(read_text_file(path, kMaxReportBytes));
+  const ordered_json json = parse_own_json(read_text_file(path, kMaxReportBytes));
   ZoomBundle bundle;
   bundle.environment = json.at("environment");
   bundle.scene = json.at("scene").get<std::string>();
   json.at("scene_hash").get_to(bundle.scene_hash);
-  bundle.start = parse_camera(json.at("start").dump(), path.string());
+  bundle.start = camera_of(json.at("start"), path.string());
   for (int c = 0; c < 3; ++c)
     json.at("target").at(static_cast<std::size_t>(c)).get_to(bundle.target[c]);
   json.at("steps").get_to(bundle.steps);
@@ -64,7 +64,7 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   }
   for (const ordered_json& name : json.at("modes")) {
     const CullMode mode = find_culler(name.get<std::string>());
-    if (mode < 0) fail("{}: there is no mode {}", path.string(), name.dump());
+    if (mode < 0) fail("{}: there is no mode {}", path.string(), json_line(name));
     bundle.modes.push_back(mode);
   }
   bundle.settings = read_settings(json.at("settings"));

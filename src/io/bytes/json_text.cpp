@@ -63,6 +63,18 @@ nlohmann::json parse_json(std::string_view text, std::string_view source, std::s
   }
 }
 
+nlohmann::ordered_json parse_own_json(std::string_view text) {
+  return nlohmann::ordered_json::parse(text);
+}
+
+std::string json_file_text(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string json_line(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 std::string read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(path, error);

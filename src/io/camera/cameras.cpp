@@ -116,4 +116,12 @@ std::string format_camera(const Camera& camera) {
   return object.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+nlohmann::ordered_json camera_json(const Camera& camera) {
+  return parse_own_json(format_camera(camera));
+}
+
+Camera camera_of(const nlohmann::ordered_json& json, std::string_view source) {
+  return parse_camera(json_line(json), source);
+}
+
 }  // namespace qs

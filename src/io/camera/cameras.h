@@ -13,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "raster/scene/camera.h"
 
 namespace qs {
@@ -31,6 +33,10 @@ Camera parse_camera(std::string_view json, std::string_view source);
 
 /// The camera as one line of JSON that parse_camera() reads back exactly.
 std::string format_camera(const Camera& camera);
+
+/// The same as an object, and back.
+nlohmann::ordered_json camera_json(const Camera& camera);
+Camera camera_of(const nlohmann::ordered_json& json, std::string_view source);
 
 /// True if the model's cfg_args (searched like cameras.json) requests a white background.
 bool model_wants_white_background(const std::filesystem::path& scene_file);

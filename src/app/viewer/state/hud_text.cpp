@@ -9,6 +9,7 @@
 
 #include "app/inspect/inspection_text.h"
 #include "app/session/text.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -169,9 +170,8 @@ std::string state_json(const Viewer& viewer) {
   json["mode"] = mode_name(viewer.mode());
   json["backend"] = kBackendNames[static_cast<int>(viewer.backend)];
   json["pipeline"] = kPipelineNames[static_cast<int>(viewer.settings.pipeline)];
-  json["camera"] = viewer.camera.width > 0 && viewer.scene
-                       ? ordered_json::parse(format_camera(viewer.camera))
-                       : ordered_json();
+  json["camera"] =
+      viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
   json["axes"] = viewer.scene ? viewer.scene->axes : "";
   json["dataset_camera"] = viewer.dataset_camera;
   json["divisor"] = viewer.shown.divisor;
@@ -214,7 +214,7 @@ std::string state_json(const Viewer& viewer) {
   json["zoom"] = {{"running", viewer.zoom.running},
                   {"rows", viewer.zoom.rows.size()},
                   {"folder", viewer.zoom.folder.string()}};
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 }  // namespace qs

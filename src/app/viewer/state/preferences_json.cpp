@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/viewer/state/preferences.h"
+#include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -32,7 +33,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
 }  // namespace
 
 void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& window_size) {
-  const ordered_json json = ordered_json::parse(text);
+  const ordered_json json = parse_own_json(text);
   Viewer read = viewer;
   glm::ivec2 size = window_size;
   for_each_preference(read, size, [&](const char* name, auto& value) {
@@ -55,7 +56,7 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();
   for (const auto& path : viewer.recent) json["recent"].push_back(path.string());
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_file_text(json);
 }
 
 }  // namespace qs

@@ -27,6 +27,7 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -348,6 +349,11 @@ TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {
   const ZoomBundle read = read_zoom_json(folder / "zoom.json");
   EXPECT_EQ(format_zoom_json(read), format_zoom_json(bundle));
   EXPECT_TRUE(count_differences(bundle.rows, read.rows).empty());
+  nlohmann::ordered_json edited = parse_own_json(format_zoom_json(bundle));
+  edited["steps"] = 1e30;
+  std::ofstream(folder / "edited.json") << edited;
+  EXPECT_THAT(test::error_of([&] { read_zoom_json(folder / "edited.json"); }),
+              HasSubstr("1e+30 is not a whole number"));
   std::vector<BenchRow> changed = bundle.rows;
   changed[1].pairs += 1;
   EXPECT_EQ(count_differences(bundle.rows, changed).size(), 1u);

@@ -308,8 +308,8 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
 
 TEST(Preferences, damaged_ones_are_reported_and_ignored) {
   const TemporaryFolder folder;
-  for (const char* text :
-       {"{", "[]", "{\"width\": \"wide\"}", "{\"vsync\": false, \"recent\": 3}"}) {
+  for (const char* text : {"{", "[]", "{\"width\": \"wide\"}", "{\"vsync\": false, \"recent\": 3}",
+                           "{\"width\": 7e51}", "{\"height\": 2147483648}"}) {
     std::ofstream(folder / "viewer.json") << text;
     Viewer viewer;
     glm::ivec2 size(1280, 720);

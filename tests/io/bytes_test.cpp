@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The building blocks of the readers at the borders of what they accept.
+#include <cstdint>
+#include <limits>
 #include <random>
 #include <string>
 
@@ -14,6 +16,7 @@
 #include "io/bytes/inflate.h"
 #include "io/bytes/json_entry.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
 #include "support/gzip.h"
@@ -118,6 +121,25 @@ TEST(Json, numbers_are_checked_at_their_borders) {
   EXPECT_EQ(check(R"({"v": [1, 2, 3]})", vector), glm::dvec3(1, 2, 3));
   EXPECT_THROW(check(R"({"v": [1, 2]})", vector), Error);
   EXPECT_THROW(check(R"({"v": [1, 2, 3, 4]})", vector), Error);
+}
+
+TEST(Json, a_whole_number_is_read_only_into_a_type_that_holds_it) {
+  const auto accepted = []<class T>(const char* text, T expected) {
+    EXPECT_EQ(json_value<T>(parse_own_json(text)), expected) << text;
+  };
+  accepted("-2147483648", std::numeric_limits<int>::min());
+  accepted("2147483647", std::numeric_limits<int>::max());
+  accepted("18446744073709551615", std::numeric_limits<std::uint64_t>::max());
+  accepted("0", std::uint64_t{0});
+  accepted("1e30", 1e30);
+  accepted("true", true);
+  const auto rejected = []<class T>(const char* text, T) {
+    EXPECT_THROW(json_value<T>(parse_own_json(text)), nlohmann::json::exception) << text;
+  };
+  for (const char* text : {"-2147483649", "2147483648", "18446744073709551615", "7e51", "1.0",
+                           "true", "null", "\"1\""})
+    rejected(text, 0);
+  for (const char* text : {"-1", "1.5", "1e30", "null"}) rejected(text, std::uint64_t{0});
 }
 
 TEST(FileSource, only_plain_relative_names_are_safe) {

@@ -10,6 +10,7 @@
 
 #include "app/session/text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -46,11 +47,11 @@ void from_json(const ordered_json& json, std::optional<double>& value) {
   if (json.is_number()) value = json.get<double>();
 }
 void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
-  if (json.is_number()) value = json.get<std::uint64_t>();
+  if (json.is_number()) value = json_value<std::uint64_t>(json);
 }
 template <class T>
 void from_json(const ordered_json& json, T& value) {
-  json.get_to(value);
+  json_value(json, value);
 }
 
 }  // namespace
@@ -104,7 +105,7 @@ std::string format_bench_json(const BenchReport& report) {
 }
 
 BenchReport parse_bench_report(const ordered_json& json) {
-  return {json.at("environment"), json.at("scenes"), json.at("view_count").get<std::size_t>(),
+  return {json.at("environment"), json.at("scenes"), json_value<std::size_t>(json.at("view_count")),
           read_rows(json.at("rows"))};
 }
 

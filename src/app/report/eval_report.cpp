@@ -9,6 +9,7 @@
 #include "app/report/write_report.h"
 #include "app/session/text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -103,20 +104,20 @@ EvalReport parse_eval_report(const ordered_json& json) {
   EvalReport report{json.at("environment"),
                     json.at("scene"),
                     json.at("method"),
-                    json.at("view_count").get<std::size_t>(),
+                    json_value<std::size_t>(json.at("view_count")),
                     {}};
   for (const ordered_json& view : json.at("views")) {
     Quality& row = report.rows.emplace_back();
     row.camera = camera_of(view.at("camera"), "eval.json");
     row.photograph = view.at("photograph").get<std::string>();
-    view.at("compared_width").get_to(row.width);
-    view.at("compared_height").get_to(row.height);
+    json_value(view.at("compared_width"), row.width);
+    json_value(view.at("compared_height"), row.height);
     row.mode = find_culler(view.at("mode").get<std::string>());
     if (row.mode < 0) fail("eval.json: there is no mode {}", json_line(view["mode"]));
     row.psnr = view.at("psnr").is_null() ? std::numeric_limits<double>::infinity()
                                          : view["psnr"].get<double>();
     view.at("ssim").get_to(row.ssim);
-    view.at("view").get_to(row.view);
+    json_value(view.at("view"), row.view);
   }
   return report;
 }

@@ -11,6 +11,7 @@
 #include "app/report/bench_report.h"
 #include "app/session/text.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -81,7 +82,7 @@ void forget_shard(ordered_json& environment) {
 ReportPart read_report_part(const std::filesystem::path& file, const char* rows) try {
   ordered_json report = parse_own_json(read_text_file(file, kMaxReportBytes));
   for (const ordered_json& row : report.at(rows)) {
-    row.at("view").get<std::uint64_t>();
+    json_value<std::uint64_t>(row.at("view"));
     row.at("mode").get<std::string>();
   }
   for (const Fact& fact : kFacts) fact.of(report);
@@ -101,11 +102,11 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
     all.insert(all.end(), list.begin(), list.end());
   }
   std::stable_sort(all.begin(), all.end(), [](const ordered_json& a, const ordered_json& b) {
-    return a["view"].get<std::uint64_t>() < b["view"].get<std::uint64_t>();
+    return json_value<std::uint64_t>(a["view"]) < json_value<std::uint64_t>(b["view"]);
   });
   std::set<std::tuple<std::uint64_t, std::string, std::string>> seen;
   for (const ordered_json& row : all) {
-    const auto view = row["view"].get<std::uint64_t>();
+    const auto view = json_value<std::uint64_t>(row["view"]);
     const auto mode = row["mode"].get<std::string>();
     if (!seen.emplace(view, mode, row.value("pipeline", "")).second) {
       fail("merge: view {}, mode {}, is in two of the parts", view, mode);
@@ -118,8 +119,9 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
 std::string missing_views(const ordered_json& report, const char* rows) {
   constexpr std::uint64_t kNamed = 8;
   std::set<std::uint64_t> measured;
-  for (const ordered_json& row : report.at(rows)) measured.insert(row["view"].get<std::uint64_t>());
-  const auto count = report.at("view_count").get<std::uint64_t>();
+  for (const ordered_json& row : report.at(rows))
+    measured.insert(json_value<std::uint64_t>(row["view"]));
+  const auto count = json_value<std::uint64_t>(report.at("view_count"));
   if (measured.size() >= count) return "";
   const std::uint64_t missing = count - measured.size();
   std::vector<std::string> names;

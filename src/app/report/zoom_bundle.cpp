@@ -2,6 +2,7 @@
 #include "app/report/zoom_bundle.h"
 
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -22,7 +23,7 @@ ordered_json settings_json(const RenderSettings& settings) {
 
 RenderSettings read_settings(const ordered_json& json) {
   RenderSettings settings;
-  json.at("sh_degree").get_to(settings.sh_degree);
+  json_value(json.at("sh_degree"), settings.sh_degree);
   json.at("splat_scale").get_to(settings.splat_scale);
   for (int c = 0; c < 3; ++c)
     json.at("background").at(static_cast<std::size_t>(c)).get_to(settings.background[c]);
@@ -57,7 +58,7 @@ ZoomBundle read_zoom_json(const std::filesystem::path& path) try {
   bundle.start = camera_of(json.at("start"), path.string());
   for (int c = 0; c < 3; ++c)
     json.at("target").at(static_cast<std::size_t>(c)).get_to(bundle.target[c]);
-  json.at("steps").get_to(bundle.steps);
+  json_value(json.at("steps"), bundle.steps);
   json.at("closest").get_to(bundle.closest);
   if (bundle.steps < 2 || bundle.steps > 100000 || !(bundle.closest > 0)) {
     fail("{}: steps or closest is out of range", path.string());

@@ -7,6 +7,7 @@
 
 #include "app/viewer/state/preferences.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
 
 namespace qs {
@@ -37,7 +38,7 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
   Viewer read = viewer;
   glm::ivec2 size = window_size;
   for_each_preference(read, size, [&](const char* name, auto& value) {
-    if (json.contains(name)) json.at(name).get_to(value);
+    if (json.contains(name)) json_value(json.at(name), value);
   });
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;

@@ -24,6 +24,7 @@
 #include "app/session/scene_box.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -31,17 +32,9 @@
 namespace qs {
 namespace {
 
+using test::error_of;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-std::string error_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(Statistics, spread_and_drift_of_ties_and_of_few_values) {
   EXPECT_EQ(relative_spread({}), 0);

@@ -23,6 +23,7 @@
 #include "app/session/text.h"
 #include "io/picture/image_file.h"
 #include "raster/base/error.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -31,16 +32,8 @@
 namespace qs {
 namespace {
 
+using test::error_of;
 using testing::ElementsAre;
-
-std::string error_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(Text, numbers_are_accepted_at_both_ends_of_their_range) {
   EXPECT_EQ(parse_integer("--n", "-3", -3, 7), -3);

@@ -17,6 +17,7 @@
 #include "io/scene/reader.h"
 #include "raster/base/error.h"
 #include "raster/kernel/constants.h"
+#include "support/error_of.h"
 #include "support/oracle.h"
 #include "support/scene_files.h"
 #include "support/shared.h"
@@ -174,9 +175,8 @@ TEST(Corpus, broken_files_have_their_listed_outcomes) {
 
 // What a file gives, without its folder and without what libraries say about it.
 json outcome_of(const CorpusFile& file) {
-  const auto plain = [&](std::string text) {
-    const std::string folder = file.path.parent_path().string() + "/";
-    for (std::size_t at; (at = text.find(folder)) != text.npos;) text.erase(at, folder.size());
+  const auto plain = [&](const std::string& message) {
+    std::string text = without_folder(message, file.path.parent_path());
     if (const std::size_t open = text.find(" ("); open != text.npos && text.ends_with(")"))
       text.erase(open);
     constexpr std::string_view kOfLibrary = "not valid glTF";

@@ -16,6 +16,7 @@
 
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/error_of.h"
 
 namespace qs::test {
 namespace {
@@ -123,13 +124,7 @@ Scene read(const std::vector<std::byte>& bytes) {
 }
 
 std::string error_of(const std::vector<std::byte>& bytes) {
-  try {
-    read(bytes);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::input);
-    return error.what();
-  }
-  return "";
+  return test::error_of([&] { read(bytes); }, ErrorKind::input);
 }
 
 // Two sections of different degrees in a file with room for three; the first has two full buckets,

@@ -28,6 +28,7 @@
 #include "io/scene/spz.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/error_of.h"
 #include "support/glb.h"
 #include "support/gzip.h"
 #include "support/scene_files.h"
@@ -42,19 +43,6 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 // The error's text without the folder, or "".
-std::string error_of(const std::function<void()>& work, const std::filesystem::path& folder = {}) {
-  try {
-    work();
-  } catch (const Error& error) {
-    std::string message = error.what();
-    const std::string prefix = folder.string() + "/";
-    for (std::size_t at; !folder.empty() && (at = message.find(prefix)) != message.npos;)
-      message.erase(at, prefix.size());
-    return message;
-  }
-  return "";
-}
-
 // ---- bytes
 // ---------------------------------------------------------------------------------------
 TEST(ReaderLimits, bytes_are_taken_up_to_the_last_one) {

@@ -18,6 +18,7 @@
 #include "io/bytes/file_source.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/error_of.h"
 #include "support/scene_files.h"
 #include "support/temporary_folder.h"
 
@@ -181,15 +182,7 @@ void expect_gaussian(const GaussianCloud& cloud, std::size_t i, std::size_t texe
 }
 
 std::string error_of(const std::filesystem::path& path) {
-  try {
-    read_scene(path);
-  } catch (const Error& error) {
-    std::string message = error.what();
-    for (std::size_t at; (at = message.find(path.parent_path().string() + "/")) != message.npos;)
-      message.erase(at, path.parent_path().string().size() + 1);
-    return message;
-  }
-  return "";
+  return test::error_of([&] { read_scene(path); }, path.parent_path());
 }
 
 TEST(Sog, values_of_both_versions_and_all_bands_are_read) {

@@ -12,8 +12,8 @@
 
 namespace qs::test {
 
-/// `name` in tests/golden, for example "drawings/heatmap.png". Values may differ by 2 of 255. A
-/// thousandth of the pixels may differ more, where another processor rounds an edge differently.
+/// `name` in tests/golden, for example "drawings/heatmap.png". Values may differ by 2 of 255. One
+/// pixel in 10,000 may differ more, where another processor rounds an edge differently.
 void expect_golden_image(const std::string& name, const Image& image);
 
 /// The same for a text. Numbers with a decimal point may differ by one unit of their last digit or

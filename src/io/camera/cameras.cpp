@@ -93,7 +93,9 @@ Camera parse_camera(std::string_view text, std::string_view source) {
   return parse_object(parse_json(text, source), std::string(source));
 }
 
-std::string format_camera(const Camera& camera) {
+namespace {
+
+json object_of(const Camera& camera) {
   const glm::dmat4x3& view = camera.view_from_world;
   // The inverse, not the transpose: rotations read from files are orthonormal to a few digits only.
   const glm::dvec3 position = -(glm::inverse(glm::dmat3(view)) * view[3]);
@@ -113,15 +115,17 @@ std::string format_camera(const Camera& camera) {
   if (read_back.view_from_world != view) object["translation"] = list(view[3]);
   if (read_back.center_px != camera.center_px)
     object["center_px"] = {camera.center_px.x, camera.center_px.y};
-  return object.dump(-1, ' ', false, json::error_handler_t::replace);
+  return object;
 }
 
-nlohmann::ordered_json camera_json(const Camera& camera) {
-  return parse_own_json(format_camera(camera));
-}
+}  // namespace
 
-Camera camera_of(const nlohmann::ordered_json& json, std::string_view source) {
-  return parse_camera(json_line(json), source);
+std::string format_camera(const Camera& camera) { return json_line(object_of(camera)); }
+
+nlohmann::ordered_json camera_json(const Camera& camera) { return object_of(camera); }
+
+Camera camera_of(const nlohmann::ordered_json& object, std::string_view source) {
+  return parse_object(object, std::string(source));
 }
 
 }  // namespace qs

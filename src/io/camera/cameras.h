@@ -34,9 +34,9 @@ Camera parse_camera(std::string_view json, std::string_view source);
 /// The camera as one line of JSON that parse_camera() reads back exactly.
 std::string format_camera(const Camera& camera);
 
-/// The same as an object, and back.
+/// The same for a part of a larger JSON file: the camera as an object, and the camera of an object.
 nlohmann::ordered_json camera_json(const Camera& camera);
-Camera camera_of(const nlohmann::ordered_json& json, std::string_view source);
+Camera camera_of(const nlohmann::ordered_json& object, std::string_view source);
 
 /// True if the model's cfg_args (searched like cameras.json) requests a white background.
 bool model_wants_white_background(const std::filesystem::path& scene_file);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/blend_parameters.cuh"
 #include "raster/cuda/classic/blend.cuh"
+#include "raster/cuda/flush.cuh"
 
 namespace qs::cuda::classic {
 namespace {
@@ -8,18 +9,6 @@ namespace {
 static_assert(kThreads == kTileSize * kTileSize);
 
 using Input = BlendInput<uint2, LogSplat>;
-
-/// 2^x in one instruction, relative error below 2^-22 (PTX ISA, ex2.approx); results below 2^-126
-/// become 0. Faster than exp2_polynomial() of the CPU backend and equally accurate.
-__device__ float exp2_fast(float x) {
-#ifdef __CUDA_ARCH__
-  float result;
-  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
-  return result;
-#else
-  return exp2f(x);  // in the emulated tests
-#endif
-}
 
 /// The state of one pixel during compositing. fmaf is explicit because compilers may not contract
 /// (kernel/hd.h); it affects only the last bits of a colour.
@@ -75,7 +64,7 @@ __global__ void __launch_bounds__(kThreads)
       const LogSplat& splat = batch[k];
       const float log2_alpha = pixel.log2_alpha(splat);
       if (!counts(log2_alpha, splat)) continue;
-      const float alpha = fminf(exp2_fast(log2_alpha), kAlphaMax);
+      const float alpha = fminf(exp2_flush(log2_alpha), kAlphaMax);
       const float next = fmaf(-alpha, pixel.transmittance, pixel.transmittance);
       if (next < kTransmittanceMin) {
         live = false;

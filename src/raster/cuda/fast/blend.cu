@@ -50,7 +50,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-/// Every warp counts one part of a long list after the other.
+/// Each warp counts parts of long lists, one after the other.
 __global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, ListInput in) {
   const std::uint32_t count = min(view.counters->segments, view.capacity);
   const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
@@ -85,8 +85,8 @@ __device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std
   return __any_sync(kAllLanes, any);
 }
 
-/// Every warp takes half a tile of one segment after the other. kAgain: the second time, see
-/// segments.cuh. A list's first segment is exact at once.
+/// Each warp composites half tiles of segments, one after the other. kAgain: the second time, see
+/// segments.cuh. The first segment of a list is exact the first time.
 template <bool kAgain>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
@@ -141,7 +141,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-/// Blocks take one long list after the other and join its segments, a thread per pixel.
+/// Each block joins the segments of long lists, one list after the other, a thread per pixel.
 __global__ void __launch_bounds__(kTileSize* kTileSize)
     join_segments(SegmentsView view, ListInput in, BlendOutput out) {
   const std::uint32_t lists = min(view.counters->long_lists, view.capacity);

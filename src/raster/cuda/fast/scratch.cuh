@@ -28,8 +28,8 @@ struct Segment {
   std::uint32_t counted;  ///< Gaussians in this part of the list, see LongList
 };
 
-/// What compositing a segment gave, by place in the tile. A pixel that stops in the segment has
-/// transmittance 0 and its weights include what is in front; other weights do not.
+/// The result of compositing a segment, per pixel of the tile. A pixel that stops in the segment
+/// has transmittance 0, and its colour allows for the segments in front; other colours do not.
 struct SegmentResult {
   float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
   float transmittance[kTileSize * kTileSize];
@@ -43,8 +43,8 @@ struct SegmentsView {
   std::uint32_t capacity;
   Counters* counters;
 
-  /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. Lists share no word,
-  /// because they are long and a word has more bits.
+  /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
+  /// many bits, so long lists leave room behind their last word and share none.
   static constexpr std::uint32_t kPairsPerMark = 16;
 };
 

@@ -4,7 +4,7 @@
 // composited first as if nothing were in front of it, which gives its colour and transmittance. A
 // pixel stops in the segment in which the product of transmittances falls below kTransmittanceMin.
 // Such segments are composited again for those pixels, from their true transmittance, so the stop
-// rule stays exact. At last the segments of a tile are joined, front to back.
+// rule stays exact. Finally the segments of a tile are joined, front to back.
 //
 // Rounding depends on where a list is cut. All lossless modes must draw the same picture, although
 // they list different Gaussians: some list more that reach no pixel with alpha >= 1/255. So
@@ -37,8 +37,8 @@ class LongList {
         parts_(segment_count(range.size())),
         part_((range.size() / parts_ + kWarp) / kWarp * kWarp) {}
 
-  /// Counts the Gaussians in part `number` of the list. It has as many parts of equal length as
-  /// segments are reserved.
+  /// Counts the Gaussians in part `number` of the list. The parts have equal lengths; there are as
+  /// many as reserved segments.
   __device__ void count(const ListInput& in, std::uint32_t tile, std::uint32_t number) {
     const std::uint32_t begin = number * part_, end = min(begin + part_, range_.size());
     std::uint32_t sum = 0;
@@ -107,7 +107,7 @@ class LongList {
       }
       before += __shfl_sync(kAllLanes, sum, kWarp - 1);
     }
-    return {0, 0};  // there are not so many
+    return {0, 0};  // the sum of all is too small
   }
 
   /// Position in the list of the counted Gaussian number `rank`.

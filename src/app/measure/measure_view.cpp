@@ -89,7 +89,8 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
       mark_stages(*session.renderer, camera, session.settings, results[i],
                   std::min(plan.frames, kMarkedFrames), measuring.target, progress.stop);
     rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
-    rows.back().round_spread = relative_spread(medians[i]);
+    rows.back().round_ms = medians[i];
+    if (plan.rounds > 1) rows.back().round_spread = relative_spread(medians[i]);
     count_false_positives(session, camera, modes[i], measuring.target, progress.stop, rows.back());
   }
   return rows;

@@ -126,6 +126,7 @@ BenchRow full_row() {
   r.false_positive_share = 0.1;
   r.ms_mean = 0.75;
   r.drift = -0.01;
+  r.round_ms = {0.5, 0.75};
   r.round_spread = 0.02;
   return r;
 }
@@ -142,7 +143,7 @@ TEST(BenchReport, every_number_stands_in_its_column) {
       "ms_median": 0.5, "ms_p05": 0.25, "ms_p95": 2.0, "fps_median": 2000.0, "frame_ms": 0.625,
       "preprocess_ms": 0.125, "bin_ms": 0.0625, "sort_ms": 0.1875, "blend_ms": 0.3125,
       "psnr_vs_reference": 51.5, "false_positives": 70, "false_positive_share": 0.1, "view": 3,
-      "ms_mean": 0.75, "drift": -0.01, "round_spread": 0.02})"));
+      "ms_mean": 0.75, "drift": -0.01, "round_ms": [0.5, 0.75], "round_spread": 0.02})"));
   EXPECT_EQ(rows_json(read_rows(rows_json({full_row()}))), rows_json({full_row()}));
 }
 
@@ -155,14 +156,14 @@ TEST(BenchReport, means_over_cameras_and_scenes_are_those_of_the_rows) {
   rows[3].blend_ms = 1;
   rows[1].psnr_vs_reference = 40;
   rows[3].psnr_vs_reference = 50;
-  const std::vector<ModeMean> means = mode_means(rows);
+  const std::vector<ModeMean> means = mode_means(rows, "3dgs");
   ASSERT_EQ(means.size(), 4u);
   EXPECT_DOUBLE_EQ(means[1].ms, 1.5);
   EXPECT_DOUBLE_EQ(means[1].fps(), 1000 / 1.5);
   EXPECT_DOUBLE_EQ(means[1].pairs, 400);
   EXPECT_DOUBLE_EQ(means[1].stage_ms[3], 0.75);
   EXPECT_DOUBLE_EQ(means[1].psnr.value(), 45);
-  EXPECT_DOUBLE_EQ(means[1].speedup.value(), 4);
+  EXPECT_DOUBLE_EQ(means[1].ratio.value().value, 4);
   EXPECT_EQ(means[0].psnr, std::nullopt);
   const std::string text = format_markdown(report(rows));
   EXPECT_THAT(text, HasSubstr("\n2 cameras, 0 x 0\n"));
@@ -232,8 +233,9 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
   EXPECT_DOUBLE_EQ(timed.ms_p95, 5.75);
   EXPECT_DOUBLE_EQ(timed.ms_mean, 3.5);
   EXPECT_DOUBLE_EQ(timed.fps_median, 1000 / 3.5);
-  EXPECT_DOUBLE_EQ(timed.drift, 3.0 / 4 - 1);             // of 1, 3, 6 and of 4, 2, 5
-  EXPECT_DOUBLE_EQ(timed.round_spread, (4.5 - 3) / 3.0);  // of 3, 3 and 4.5
+  EXPECT_DOUBLE_EQ(timed.drift, 3.0 / 4 - 1);  // of 1, 3, 6 and of 4, 2, 5
+  EXPECT_THAT(timed.round_ms, testing::ElementsAre(3, 3, 4.5));
+  EXPECT_DOUBLE_EQ(timed.round_spread.value(), (4.5 - 3) / 3.0);
 
   Session session;
   session.renderer = make_renderer(Backend::cpu, test::pool());
@@ -247,6 +249,7 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
   outputs.pairs = outputs.used = true;
   const Frame& frame = session.renderer->render(camera, settings, outputs);
   const std::uint64_t pairs = sum_of(frame.pairs), unused = pairs - sum_of(frame.used);
+  EXPECT_EQ(counted.round_spread, std::nullopt) << "one round has no spread";
   EXPECT_EQ(counted.mode, "3dgs");
   EXPECT_EQ(counted.pipeline, "cpu");
   EXPECT_EQ(counted.backend, "cpu");
@@ -268,10 +271,10 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
 
 TEST(Noise, rounds_whose_medians_differ_by_more_than_three_per_cent_are_told) {
   const BenchRow calm = three_rounds({2.00f, 2.00f, 2.02f, 2.02f, 2.00f, 2.00f});
-  EXPECT_NEAR(calm.round_spread, 0.01, 1e-6);
+  EXPECT_NEAR(calm.round_spread.value(), 0.01, 1e-6);
   EXPECT_EQ(noise_sentence({calm}), "");
   const BenchRow restless = three_rounds({2.0f, 2.0f, 1.9f, 1.9f, 2.0f, 2.0f});
-  EXPECT_NEAR(restless.round_spread, 0.05, 1e-6);
+  EXPECT_NEAR(restless.round_spread.value(), 0.05, 1e-6);
   EXPECT_THAT(noise_sentence({restless}), HasSubstr("rounds differ by 5.0 %"));
 }
 
@@ -288,6 +291,9 @@ TEST(Noise, is_told_in_one_sentence_that_names_the_worst_row) {
                                                         "frames took -8.0 %"));
   EXPECT_EQ(noise_sentence(rows).find('\n'), std::string::npos);
   EXPECT_THAT(noise_markdown(rows), HasSubstr("| tiny | 2 | `exact` | +0.0 % | 5.0 % |"));
+  EXPECT_THAT(noise_markdown(rows),
+              HasSubstr("| tiny | 1 | `adr` | -8.0 % | one round has no spread |"));
+  EXPECT_THAT(noise_markdown(rows), testing::Not(HasSubstr(" 0.0 %")));
 }
 
 TEST(Shard, every_view_belongs_to_exactly_one_shard) {

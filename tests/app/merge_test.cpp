@@ -102,7 +102,8 @@ ordered_json timeless(const ordered_json& json) {
   ordered_json result = json.is_array() ? ordered_json::array() : ordered_json::object();
   for (const auto& [key, value] : json.items()) {
     const bool time = key.starts_with("ms_") || key.ends_with("_ms") || key == "fps_median" ||
-                      key == "drift" || key == "utc" || key == "flags";
+                      key == "drift" || key == "utc" || key == "flags" ||
+                      key.starts_with("ratio_") || key == "ratio";
     if (json.is_array()) result.push_back(timeless(value));
     if (json.is_object() && !time) result[key] = timeless(value);
   }
@@ -188,6 +189,15 @@ TEST(MergeReports, refuse_other_commits_scenes_and_pipelines_unless_mixed_which_
   }
   const std::array parts = {part("abc", "1", 0), part("def", "1", 2)};
   EXPECT_EQ(merge_reports(parts, "rows", true)["environment"]["commit"], "abc + def");
+}
+
+TEST(MergeReports, refuse_another_baseline) {
+  std::array parts = {part("abc", "1", 0), part("abc", "1", 2)};
+  parts[0].report["environment"]["baseline"] = "adr";
+  EXPECT_THROW(merge_reports(parts, "rows", false), Error);
+  EXPECT_EQ(merge_reports(parts, "rows", true)["environment"]["baseline"], "adr");
+  parts[1].report["environment"]["baseline"] = "adr";
+  EXPECT_EQ(merge_reports(parts, "rows", false)["rows"].size(), 2u);
 }
 
 TEST(MergeReports, a_long_list_of_missing_views_is_cut) {

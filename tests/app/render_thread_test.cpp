@@ -142,6 +142,22 @@ TEST_F(RenderThreadTest, numbers_of_all_modes_arrive_when_nothing_else_is_to_do)
   EXPECT_FALSE(thread_.measuring());
 }
 
+TEST_F(RenderThreadTest, more_numbers_add_frames_to_those_of_the_view) {
+  NumbersRequest request{request_.camera, request_.settings, 42};
+  thread_.request(request);
+  settle();
+  ASSERT_FALSE(viewer().numbers.rows.empty());
+  const BenchRow first = viewer().numbers.rows.front();
+  EXPECT_EQ(first.round_ms.size(), 5u);
+  EXPECT_TRUE(first.false_positives);
+  request.more = true;
+  thread_.request(request);
+  settle();
+  ASSERT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(kCullerCount));
+  for (const BenchRow& row : viewer().numbers.rows) EXPECT_EQ(row.round_ms.size(), 15u);
+  EXPECT_EQ(viewer().numbers.rows.front().false_positives, first.false_positives);
+}
+
 TEST_F(RenderThreadTest, screenshots_are_never_written_over_and_equal_a_render) {
   for (int i = 0; i < 2; ++i) press("Ctrl+F12");
   settle();

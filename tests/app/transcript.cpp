@@ -57,11 +57,13 @@ class Redirected {
 /// machine.
 bool varies(const std::string& name) {
   static const std::set<std::string> kNames = {
-      "ms",      "FPS",       "vs 3dgs",          "drift",        "round_spread", "fps_median",
-      "utc",     "cpu",       "commit",           "threads",      "build_type",   "sanitizers",
-      "version", "load/copy", "hardware_threads", "cuda_toolkit", "load/inflate"};
+      "ms",           "FPS",         "ratio",   "drift",     "round_spread",
+      "fps_median",   "utc",         "cpu",     "commit",    "threads",
+      "build_type",   "sanitizers",  "version", "load/copy", "hardware_threads",
+      "cuda_toolkit", "load/inflate"};
   static const std::set<std::string> kStages = {"preprocess", "bin", "sort", "blend"};
   return kNames.count(name) + kStages.count(name) != 0 || name.starts_with("ms_") ||
+         name.starts_with("vs ") || name.starts_with("ratio_") || name.starts_with("`") ||
          name.ends_with("_ms") || name.ends_with(" ms");
 }
 
@@ -82,7 +84,7 @@ std::string masked_cells(const std::string& line, const std::vector<std::string>
                          char separator) {
   std::vector<std::string> cells = split(line, separator);
   for (std::size_t i = 0; i < std::min(cells.size(), head.size()); ++i) {
-    if (varies(trimmed(head[i])) && trimmed(cells[i]) != "-")
+    if (varies(trimmed(head[i])) && trimmed(cells[i]) != "-" && !trimmed(cells[i]).empty())
       cells[i] = separator == '|' ? " # " : "#";
   }
   std::string text;
@@ -121,8 +123,14 @@ std::string masked_lines(const std::string& text) {
       line = masked_cells(line, head, '|');
     } else if (separator == ',' && line.find(',') != line.npos) {
       line = masked_cells(line, head, ',');
-    } else if (key != line.npos && !line.ends_with("{") && varies(trimmed(line.substr(0, key)))) {
-      line = line.substr(0, key + 3) + "#" + (line.ends_with(",") ? "," : "");
+    } else if (key != line.npos && !line.ends_with("{") && !line.ends_with("null,") &&
+               !line.ends_with("null") && varies(trimmed(line.substr(0, key)))) {
+      const std::string name = line.substr(0, key + 3);
+      if (line.ends_with("[")) {
+        while (std::getline(in, line) && line.find(']') == line.npos) {
+        }
+      }
+      line = name + "#" + (line.ends_with(",") ? "," : "");
       separator = 0;
     } else {
       separator = 0;

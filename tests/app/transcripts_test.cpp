@@ -107,6 +107,8 @@ TEST_F(Transcripts, render_refuses) {
        "report scene.ply --output a.html --backend cuda",
        "bench scene.ply --scaling 2 --replicate 2x1",
        "bench scene.ply --camera-path cameras.json --camera-index 0",
+       "bench scene.ply --baseline adr --cull 3dgs,exact",
+       "bench scene.ply --baseline reference",
        "bench scene.ply --scaling 2 --camera-path cameras.json",
        "zoom",
        "zoom scene.ply --replay zoom",
@@ -161,8 +163,13 @@ TEST_F(Transcripts, bench_writes_its_reports) {
        "bench scene.ply --camera-path cameras.json --path-steps 2 --frames 1 --warmup 0 --cull adr",
        "bench scene.ply --camera-path cameras.json --frames 1 --warmup 0 --cull adr",
        "bench scene.ply --scaling 2 --size 30x20 --frames 1 --warmup 0 --cull adr --out-dir grid",
-       "bench scene.ply --load --rounds 1"});
-  show({"default/bench.json", "two/bench.csv", "two/bench.md", "grid/bench.json"});
+       "bench scene.ply --load --rounds 1",
+       "bench scene.ply --camera-index 0,1 --cull 3dgs,adr,exact --baseline adr --frames 1 "
+       "--warmup 0 --rounds 2 --out-dir paired",
+       "bench scene.ply --camera-index 0 --cull 3dgs,adr --baseline 3dgs --frames 1 --warmup 0 "
+       "--out-dir single"});
+  show({"default/bench.json", "two/bench.csv", "two/bench.md", "grid/bench.json",
+        "paired/ratios.csv", "paired/bench.md", "single/ratios.csv", "single/bench.json"});
   expect_golden("bench");
 }
 

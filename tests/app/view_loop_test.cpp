@@ -144,6 +144,27 @@ TEST(FrameRequests, numbers_are_missing_only_where_they_can_be_seen_and_measured
   EXPECT_TRUE(is_settled(Viewer()));  // an empty window
 }
 
+TEST(FrameRequests, numbers_are_wanted_until_they_are_precise_but_a_settled_view_has_the_first) {
+  Viewer viewer;
+  viewer.scene.emplace();
+  viewer.shown.version = viewer.version;
+  EXPECT_TRUE(numbers_are_wanted(viewer));
+  viewer.numbers.version = viewer.view_version;
+  viewer.numbers.rows.resize(2);
+  viewer.numbers.rows[0].mode = "3dgs";
+  viewer.numbers.rows[0].round_ms = {1, 2, 1, 2, 1};
+  viewer.numbers.rows[1].mode = "adr";
+  viewer.numbers.rows[1].round_ms = {2, 1, 2, 1, 2};
+  EXPECT_TRUE(numbers_are_wanted(viewer));
+  EXPECT_FALSE(numbers_are_missing(viewer));
+  EXPECT_TRUE(is_settled(viewer));
+  viewer.panels.hud = false;
+  EXPECT_FALSE(numbers_are_wanted(viewer));
+  viewer.panels.hud = true;
+  viewer.numbers.complete = true;
+  EXPECT_FALSE(numbers_are_wanted(viewer));
+}
+
 TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_map) {
   Viewer viewer;
   viewer.heatmap = HeatQuantity::evaluated;

@@ -20,6 +20,7 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/resolution.h"
+#include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/window/input.h"
 #include "io/camera/cameras.h"
@@ -305,6 +306,72 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
   EXPECT_FALSE(open("/data/garden.ply", "RUB"));
   EXPECT_TRUE(open("/data/garden.ply", "RUB"));
   EXPECT_FALSE(open("/data/b.ply", "RUB"));
+}
+
+BenchRow frames_of(const char* mode, std::vector<double> round_ms) {
+  BenchRow row;
+  row.mode = mode;
+  row.pipeline = "cpu";
+  row.ms_median = round_ms.front();
+  row.round_ms = std::move(round_ms);
+  row.pairs = 7;
+  return row;
+}
+
+TEST(State, more_frames_of_the_same_view_join_its_numbers) {
+  Driven driven;
+  driven.apply(numbers_measured,
+               ModeNumbers{4, {frames_of("3dgs", {5, 1}), frames_of("adr", {2})}});
+  driven.apply(numbers_refined, ModeNumbers{4, {frames_of("3dgs", {3, 9, 4})}});
+  const std::vector<BenchRow>& rows = driven.viewer.numbers.rows;
+  ASSERT_THAT(rows, SizeIs(2));
+  EXPECT_THAT(rows[0].round_ms, ElementsAre(5, 1, 3, 9, 4));
+  EXPECT_DOUBLE_EQ(rows[0].ms_median, 4);
+  EXPECT_DOUBLE_EQ(rows[0].fps_median, 250);
+  EXPECT_EQ(rows[0].pairs, 7u);
+  EXPECT_THAT(rows[1].round_ms, ElementsAre(2));
+  EXPECT_EQ(frames_behind(driven.viewer.numbers), 1u);
+  driven.apply(numbers_refined, ModeNumbers{5, {frames_of("3dgs", {8})}});
+  EXPECT_THAT(rows[0].round_ms, SizeIs(5)) << "another view";
+  driven.apply(numbers_measured, ModeNumbers{4, {frames_of("3dgs", {6})}, true});
+  driven.apply(numbers_refined, ModeNumbers{4, {frames_of("3dgs", {8})}});
+  EXPECT_THAT(driven.viewer.numbers.rows[0].round_ms, ElementsAre(6)) << "complete";
+}
+
+TEST(State, frames_are_wanted_until_every_ratio_is_known_well_or_a_limit_is_reached) {
+  Driven driven;
+  const auto measured = [&](std::vector<double> base, std::vector<double> other) {
+    driven.apply(numbers_measured, ModeNumbers{driven.viewer.view_version,
+                                               {frames_of("3dgs", std::move(base)),
+                                                frames_of("adr", std::move(other))}});
+    return numbers_suffice(driven.viewer);
+  };
+  EXPECT_FALSE(numbers_suffice(driven.viewer));
+  EXPECT_FALSE(measured({2, 2, 2, 2}, {1, 1, 1, 1})) << "four frames";
+  EXPECT_TRUE(measured({2, 2, 2, 2, 2}, {1, 1, 1, 1, 1}));
+  EXPECT_TRUE(measured({2, 4, 2, 3, 2}, {1, 2, 1, 1.5, 1})) << "slow for both modes alike";
+  EXPECT_FALSE(measured({2, 2, 2, 2, 2}, {1, 1.1, 1, 0.9, 1})) << "1.83 to 2.19";
+  // Every frame of adr is 30 % slower or faster, but the limits end the measurement.
+  std::vector<double> base(99, 2.0), other(99, 1.0);
+  for (std::size_t i = 0; i < other.size(); i += 2) other[i] = 1.3;
+  EXPECT_FALSE(measured(base, other));
+  base.push_back(2);
+  other.push_back(1);
+  EXPECT_TRUE(measured(base, other)) << "100 frames";
+  EXPECT_FALSE(measured({999, 999, 999, 999, 999}, {2000, 3000, 2000, 5000, 3000})) << "19,995 ms";
+  EXPECT_TRUE(measured({999, 999, 999, 999, 1004}, {2000, 3000, 2000, 5000, 3000}));
+  driven.apply(view_changed);
+  EXPECT_FALSE(numbers_suffice(driven.viewer));
+  driven.apply(numbers_measured, ModeNumbers{driven.viewer.view_version, {}});
+  EXPECT_TRUE(numbers_suffice(driven.viewer)) << "the measurement failed";
+}
+
+TEST(State, a_baseline_is_a_mode_of_the_table) {
+  Driven driven;
+  driven.apply(set_baseline, 2);
+  EXPECT_EQ(driven.viewer.baseline, 2);
+  for (const CullMode mode : {0, -1, kCullerCount + 1}) driven.apply(set_baseline, mode);
+  EXPECT_EQ(driven.viewer.baseline, 2);
 }
 
 TEST(State, numbers_of_the_other_pipeline_stay_while_the_view_does) {

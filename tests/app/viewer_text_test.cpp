@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The numbers that the viewer's panels show, compared with numbers that are computed here.
+#include <algorithm>
 #include <cmath>
 
 #include <glm/trigonometric.hpp>
@@ -115,11 +116,11 @@ TEST(HudText, the_table_shows_the_numbers_of_the_csv) {
   EXPECT_EQ(table[0].pairs, "5,227,642");
   EXPECT_EQ(table[0].per_visible, "20.48");
   EXPECT_EQ(table[0].unused, "-");
-  EXPECT_EQ(table[0].speedup, "1.00x");
+  EXPECT_EQ(table[0].ratio, "1.00x");
   EXPECT_EQ(table[1].ms, "-");
-  EXPECT_EQ(table[1].speedup, "-");
-  EXPECT_EQ(table[4].speedup, "2.03x");  // 1.9518 / 0.9612
-  EXPECT_EQ(table[4].fps, "1040");       // 1000 / 0.9612
+  EXPECT_EQ(table[1].ratio, "-");
+  EXPECT_EQ(table[4].ratio, "2.03x");  // 1.9518 / 0.9612
+  EXPECT_EQ(table[4].fps, "1040");     // 1000 / 0.9612
   EXPECT_EQ(table[4].unused, "25.0 %");
   EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "449,088 pairs, 25.0 %");
   ++viewer.view_version;
@@ -141,13 +142,78 @@ TEST(HudText, both_pipelines_are_compared_with_their_own_3dgs) {
   EXPECT_EQ(other_pipeline(viewer), Pipeline::classic);
   HudRow quad = hud_rows(viewer)[4];
   EXPECT_EQ(quad.ms, "1.000");
-  EXPECT_EQ(quad.speedup, "2.00x");
+  EXPECT_EQ(quad.ratio, "2.00x");
   EXPECT_EQ(quad.other_ms, "3.000");
-  EXPECT_EQ(quad.other_speedup, "3.00x");
+  EXPECT_EQ(quad.other_ratio, "3.00x");
   viewer.settings.pipeline = Pipeline::classic;
   quad = hud_rows(viewer)[4];
   EXPECT_EQ(quad.ms, "3.000");
-  EXPECT_EQ(quad.other_speedup, "2.00x");
+  EXPECT_EQ(quad.other_ratio, "2.00x");
+}
+
+// A row whose frames took these times.
+BenchRow row_of_frames(const std::string& mode, std::vector<double> round_ms) {
+  std::vector<double> sorted = round_ms;
+  std::sort(sorted.begin(), sorted.end());
+  BenchRow row = row_of_mode(mode, sorted[sorted.size() / 2], 1);
+  row.round_ms = std::move(round_ms);
+  return row;
+}
+
+TEST(HudText, a_number_has_only_the_digits_that_its_uncertainty_leaves) {
+  EXPECT_EQ(significant(12.3456, 0.04), "12.35");
+  EXPECT_EQ(significant(12.3456, 0.4), "12.3");
+  EXPECT_EQ(significant(12.3456, 0.99), "12.3");
+  EXPECT_EQ(significant(12.3456, 1), "12");
+  EXPECT_EQ(significant(1234, 40), "1230");
+  EXPECT_EQ(significant(12.3456, 1e-9), "12.346");
+  EXPECT_EQ(significant(12.3456, 0), "12.346");
+}
+
+TEST(HudText, a_time_has_its_spread_and_a_ratio_its_interval) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {10.24, 10.0, 10.1, 10.3, 9.9}),
+                     row_of_frames("quadbox", {5.0, 5.12, 4.9, 5.0, 5.2})}};
+  const std::vector<HudRow> table = hud_rows(viewer);
+  // Quartiles of 9.9, 10.0, 10.1, 10.24, 10.3 are 10.0 and 10.24.
+  EXPECT_EQ(table[0].ms, "10.1 \u00b10.1");
+  EXPECT_EQ(table[0].ratio, "1.00x");
+  EXPECT_EQ(table[4].ms, "5.00 \u00b10.06");
+  // The mean logarithm of 10.24/5, 10/5.12, 10.1/4.9, 10.3/5, 9.9/5.2 is log 2.0042; its standard
+  // error is 0.01630, and the t factor of four degrees of freedom is 2.776.
+  EXPECT_EQ(table[4].ratio, "2.00x \u00b10.09");
+  EXPECT_FALSE(table[4].is_noisy);
+  EXPECT_EQ(table[1].ratio, "-");
+  EXPECT_EQ(trust_text(viewer, table[4].mode),
+            "median of 5 frames; the middle half of them spans 0.1 ms\n"
+            "95 % interval of the ratio to 3dgs: 1.92 to 2.10");
+  EXPECT_EQ(trust_text(viewer, 2), "not measured yet");
+}
+
+TEST(HudText, an_interval_that_contains_one_or_a_wide_spread_is_noisy) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {10, 10, 10, 10, 10}),
+                     row_of_frames("adr", {9.9, 10.1, 9.8, 10.2, 10.1}),
+                     row_of_frames("exact", {3, 5, 4, 3, 5})}};
+  const std::vector<HudRow> table = hud_rows(viewer);
+  EXPECT_FALSE(table[0].is_noisy);
+  EXPECT_TRUE(table[1].is_noisy);
+  EXPECT_THAT(table[1].ratio, testing::EndsWith(" noisy"));
+  EXPECT_THAT(trust_text(viewer, 2), HasSubstr("do not show which is faster"));
+  EXPECT_TRUE(table[5].is_noisy) << "the quartiles are 3 and 5: a quarter of the median of 4";
+  EXPECT_THAT(table[5].ratio, testing::EndsWith(" noisy"));
+}
+
+TEST(HudText, ratios_are_relative_to_the_chosen_baseline) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(hud_columns(viewer).back(), "vs 3dgs");
+  viewer.numbers = {viewer.view_version, {row_of_mode("3dgs", 6, 1), row_of_mode("adr", 3, 1)}};
+  viewer.baseline = find_culler("adr");
+  EXPECT_EQ(hud_columns(viewer).back(), "vs adr");
+  EXPECT_EQ(hud_rows(viewer)[0].ratio, "0.50x");
+  EXPECT_EQ(hud_rows(viewer)[1].ratio, "1.00x");
 }
 
 TEST(HudText, stages_stand_in_their_order) {
@@ -188,6 +254,8 @@ TEST(HudText, the_state_of_the_table_is_said) {
   EXPECT_EQ(hud_status(viewer), "recording a zoom");
   viewer.numbers.version = viewer.view_version;
   EXPECT_THAT(hud_status(viewer), HasSubstr("measured off screen"));
+  viewer.numbers.rows = {row_of_frames("3dgs", {1, 2, 3}), row_of_frames("adr", {1, 2})};
+  EXPECT_THAT(hud_status(viewer), HasSubstr("medians of 2 frames"));
   viewer.measuring = true;
   EXPECT_THAT(hud_status(viewer), HasSubstr("measuring"));
 }

@@ -28,6 +28,7 @@ inline BenchRow random_row(const std::string& scene, const std::string& mode, st
   for (double* value : {&row.ms_median, &row.ms_p05, &row.ms_p95, &row.fps_median, &row.frame_ms,
                         &row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms})
     *value = any(random);
+  row.round_ms = {any(random), any(random), any(random)};
   return row;
 }
 

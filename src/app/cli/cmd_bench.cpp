@@ -27,6 +27,7 @@ struct BenchCommand {
   std::vector<std::filesystem::path> scenes;
   std::vector<int> camera_indices;  // empty: all
   ViewPlan plan;
+  std::optional<CullMode> baseline;  // unset: the usual one, if it is measured
   std::optional<std::filesystem::path> out_dir, camera_path;
   std::optional<glm::ivec2> replicate;
   int path_steps = 32, scaling = 0;
@@ -161,6 +162,7 @@ class Bench {
     report_.environment["frames"] = command_.plan.frames;
     report_.environment["warmup"] = command_.plan.warmup;
     report_.environment["rounds"] = command_.plan.rounds;
+    if (command_.baseline) report_.environment["baseline"] = mode_name(*command_.baseline);
     report_.environment["scaling"] = command_.scaling > 0;
     report_.scenes = nlohmann::ordered_json::array();
   }
@@ -177,6 +179,11 @@ int run(const BenchCommand& command, Arguments arguments) {
     fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
   if (command.camera_path && !command.camera_indices.empty())
     fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
+  const std::vector<CullMode>& modes = command.frame.modes;
+  if (command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end()) {
+    fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
+         mode_name(*command.baseline));
+  }
   return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
 
@@ -202,6 +209,12 @@ Action bench_command(Options& options) {
   options.integer(
       "--rounds", "N", 1, 1000, c->plan.rounds,
       "measures everything N times and reports how far the medians differ (default: 1)");
+  std::vector<std::string> names;
+  for (const CullMode mode : all_modes()) names.emplace_back(mode_name(mode));
+  options.choice(
+      "--baseline", names,
+      [c](int index) { c->baseline = all_modes()[static_cast<std::size_t>(index)]; },
+      "mode that the ratios are relative to; also prints them per camera (default: 3dgs)");
   options.flag("--load", c->load, "measures the stages of reading the scenes instead");
   options.flag("--psnr", c->psnr, "adds the PSNR against mode reference (seconds per view)");
   options.value("--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
@@ -212,11 +225,13 @@ Action bench_command(Options& options) {
       "time against size");
   declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
   options.text("--out-dir", "DIR", c->out_dir,
-               "folder of bench.csv, bench.json, bench.md and plots", {"out"});
+               "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});
   options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
                   "all modes on every camera of a scene");
   options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
                   "two modes on two views of two scenes, three times");
+  options.example("quadsplat bench plush.spz --cull adr,quadbox --baseline adr --rounds 5",
+                  "how many times as fast as adr quadbox is on every camera");
   return [command](Arguments arguments) { return run(*command, arguments); };
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace qs {
 
@@ -27,7 +28,8 @@ struct BenchRow {
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
-  double round_spread = 0;  ///< relative_spread() of the rounds' medians
+  std::vector<double> round_ms;        ///< median of every round, in order
+  std::optional<double> round_spread;  ///< relative_spread() of round_ms; one round has none
 };
 
 /// Calls visit(name, member) for the columns of the CSV, in their order.
@@ -65,6 +67,7 @@ void for_each_detail(Row& row, Visit&& visit) {
   visit("view", row.view);
   visit("ms_mean", row.ms_mean);
   visit("drift", row.drift);
+  visit("round_ms", row.round_ms);
   visit("round_spread", row.round_spread);
 }
 

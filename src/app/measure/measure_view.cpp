@@ -85,12 +85,16 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
   for (std::size_t i = 0; i < modes.size(); ++i) {
     // The CPU always measures stages, at no cost.
     results[i].marked_frame_ms = results[i].stats.frame_ms;
-    if (session.backend != Backend::cpu)
+    if (plan.details && session.backend != Backend::cpu)
       mark_stages(*session.renderer, camera, session.settings, results[i],
                   std::min(plan.frames, kMarkedFrames), measuring.target, progress.stop);
     rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
-    rows.back().round_spread = relative_spread(medians[i]);
-    count_false_positives(session, camera, modes[i], measuring.target, progress.stop, rows.back());
+    rows.back().round_ms = medians[i];
+    if (plan.rounds > 1) rows.back().round_spread = relative_spread(medians[i]);
+    if (plan.details) {
+      count_false_positives(session, camera, modes[i], measuring.target, progress.stop,
+                            rows.back());
+    }
   }
   return rows;
 }

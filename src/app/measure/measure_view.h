@@ -14,6 +14,7 @@ namespace qs {
 
 struct ViewPlan {
   int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
+  bool details = true;  ///< stage times and false positives, which take extra frames
 };
 
 /// One row per mode, in the order of `modes`. The caller sets scene, camera and view of the rows.

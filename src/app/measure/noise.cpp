@@ -18,7 +18,9 @@ std::vector<BenchRow> noisy(const std::vector<BenchRow>& rows) {
 
 }  // namespace
 
-double noise(const BenchRow& row) { return std::max(std::abs(row.drift), row.round_spread); }
+double noise(const BenchRow& row) {
+  return std::max(std::abs(row.drift), row.round_spread.value_or(0));
+}
 
 std::string noise_sentence(const std::vector<BenchRow>& rows) {
   const std::vector<BenchRow> bad = noisy(rows);
@@ -26,7 +28,8 @@ std::string noise_sentence(const std::vector<BenchRow>& rows) {
   const BenchRow& worst =
       *std::max_element(bad.begin(), bad.end(),
                         [](const BenchRow& a, const BenchRow& b) { return noise(a) < noise(b); });
-  const bool drifted = std::abs(worst.drift) >= worst.round_spread;
+  const double spread = worst.round_spread.value_or(0);
+  const bool drifted = std::abs(worst.drift) >= spread;
   return fmt::format(
       "{} of {} rows are noisy, beyond {:.0f} %: the worst is {}, camera {}, {}: {}", bad.size(),
       rows.size(), 100 * kNoiseTolerance, worst.scene, worst.camera, worst.mode,
@@ -35,7 +38,7 @@ std::string noise_sentence(const std::vector<BenchRow>& rows) {
                             100 * worst.drift)
               : fmt::format("the medians of its rounds differ by {:.1f} %, so the machine was not "
                             "at rest or the rounds are too short",
-                            100 * worst.round_spread));
+                            100 * spread));
 }
 
 std::string noise_markdown(const std::vector<BenchRow>& rows) {
@@ -46,8 +49,10 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
       "differ by |\n|---|---|---|---:|---:|\n",
       noise_sentence(rows));
   for (const BenchRow& row : bad) {
-    text += fmt::format("| {} | {} | `{}` | {:+.1f} % | {:.1f} % |\n", row.scene, row.camera,
-                        row.mode, 100 * row.drift, 100 * row.round_spread);
+    text += fmt::format("| {} | {} | `{}` | {:+.1f} % | {} |\n", row.scene, row.camera, row.mode,
+                        100 * row.drift,
+                        row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
+                                         : "one round has no spread");
   }
   return text;
 }

@@ -13,7 +13,7 @@ namespace qs {
 
 inline constexpr double kNoiseTolerance = 0.03;  ///< largest acceptable noise()
 
-/// The larger of the row's absolute drift and its round_spread.
+/// The larger of the row's absolute drift and its round_spread, if it has one.
 double noise(const BenchRow& row);
 
 /// One sentence: the number of noisy rows, the worst of them and its likely cause. Empty if no row

@@ -103,28 +103,41 @@ std::string stage_commands(const std::vector<ModeMean>& means) {
          plot_command(curves);
 }
 
+// The whiskers are the spread of the rounds: each camera's own fastest and slowest round, averaged
+// over the cameras like the bar, so that differences between cameras do not count.
+Plot fps_plot(const std::vector<ModeMean>& means, const std::string& where,
+              const std::string& bars) {
+  const bool whiskers =
+      std::all_of(means.begin(), means.end(), [](const ModeMean& mean) { return mean.rounds > 1; });
+  const std::string blocks = blocks_per_mode(means, [](const ModeMean& m) {
+    return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_slowest, 1000 / m.ms_fastest);
+  });
+  const std::string label = "set ylabel \"frames per second\"\n";
+  if (!whiskers) {
+    return {"fps", "Frames per second per culling mode (one round, so no whiskers)", where,
+            blocks + bars + label + plot_per_mode(means, "using 2:xtic(1)")};
+  }
+  return {"fps",
+          "Frames per second per culling mode (whiskers: slowest and fastest round of a camera)",
+          where,
+          blocks + bars +
+              fmt::format("set style histogram errorbars gap 2 linewidth 1\n"
+                          "set errorbars front linecolor rgb {} linewidth 1.2\n",
+                          quoted(hex_text(kGray))) +
+              label + plot_per_mode(means, "using 2:3:4:xtic(1)")};
+}
+
 }  // namespace
 
 std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
-  const std::vector<ModeMean> means = mode_means(report.rows);
+  const std::vector<ModeMean> means = mode_means(report.rows, baseline_of(report));
   const std::string where = caption(report, means);
   const std::string bars = fmt::format(
       "set style data histograms\nset style histogram clustered gap 2\nset yrange [0:*]\n"
       "set xlabel \"scene\"\nset xrange [-0.6:{:.1f}]\n",
       static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
   std::vector<Plot> plots;
-  plots.push_back(
-      {"fps", "Frames per second per culling mode (whiskers: 5-95 % of the frames)", where,
-       blocks_per_mode(means,
-                       [](const ModeMean& m) {
-                         return fmt::format("{} {} {}", m.fps(), 1000 / m.ms_p95, 1000 / m.ms_p05);
-                       }) +
-           bars +
-           fmt::format("set style histogram errorbars gap 2 linewidth 1\n"
-                       "set errorbars front linecolor rgb {} linewidth 1.2\n"
-                       "set ylabel \"frames per second\"\n",
-                       quoted(hex_text(kGray))) +
-           plot_per_mode(means, "using 2:3:4:xtic(1)")});
+  plots.push_back(fps_plot(means, where, bars));
   plots.push_back({"stages", "Time of the stages per culling mode (measured in a separate pass)",
                    where, stage_commands(means)});
   plots.push_back(

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The plots of a benchmark: FPS per mode with the 5-95 % range, stacked stage times, pairs per
-// mode, and frame time against the number of Gaussians if one scene was measured at several sizes.
+// The plots of a benchmark: FPS per mode with the range of the rounds, stacked stage times, pairs
+// per mode, and frame time against the number of Gaussians if one scene was measured at several
+// sizes.
 #pragma once
 
 #include <vector>

@@ -37,6 +37,14 @@ ordered_json to_json(const std::optional<double>& value) {
 ordered_json to_json(const std::optional<std::uint64_t>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
+// A ratio without an interval has neither end.
+std::optional<double> low_of(const Ratio& ratio) {
+  return ratio.interval ? std::optional(ratio.interval->low) : std::nullopt;
+}
+std::optional<double> high_of(const Ratio& ratio) {
+  return ratio.interval ? std::optional(ratio.interval->high) : std::nullopt;
+}
+
 template <class T>
 ordered_json to_json(const T& value) {
   return value;
@@ -74,6 +82,24 @@ std::string format_csv(const std::vector<BenchRow>& rows) {
   return text;
 }
 
+std::string baseline_of(const BenchReport& report) {
+  return report.environment.value("baseline", kUsualBaseline);
+}
+
+std::string format_ratios_csv(const BenchReport& report) {
+  const std::string baseline = baseline_of(report);
+  std::string text = "scene,camera,mode,pipeline,baseline,ratio,ratio_low,ratio_high,samples\n";
+  for (const PairedRatio& each : paired_ratios(report.rows, baseline)) {
+    const std::string cells[] = {cell(each.scene),         cell(each.camera),
+                                 cell(each.mode),          cell(each.pipeline),
+                                 cell(baseline),           cell(each.ratio.value),
+                                 cell(low_of(each.ratio)), cell(high_of(each.ratio)),
+                                 cell(each.ratio.samples)};
+    text += joined(cells, ",") + "\n";
+  }
+  return text;
+}
+
 ordered_json rows_json(const std::vector<BenchRow>& rows) {
   ordered_json list = ordered_json::array();
   for (const BenchRow& row : rows) {
@@ -97,10 +123,20 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
 }
 
 std::string format_bench_json(const BenchReport& report) {
-  const ordered_json json = {{"environment", report.environment},
-                             {"scenes", report.scenes},
-                             {"view_count", report.view_count},
-                             {"rows", rows_json(report.rows)}};
+  ordered_json ratios = ordered_json::array();
+  for (const PairedRatio& each : paired_ratios(report.rows, baseline_of(report))) {
+    ratios.push_back({{"scene", each.scene},
+                      {"camera", each.camera.empty() ? ordered_json() : ordered_json(each.camera)},
+                      {"mode", each.mode},
+                      {"pipeline", each.pipeline},
+                      {"ratio", each.ratio.value},
+                      {"ratio_low", to_json(low_of(each.ratio))},
+                      {"ratio_high", to_json(high_of(each.ratio))},
+                      {"samples", each.ratio.samples}});
+  }
+  const ordered_json json = {{"environment", report.environment}, {"scenes", report.scenes},
+                             {"view_count", report.view_count},   {"rows", rows_json(report.rows)},
+                             {"baseline", baseline_of(report)},   {"ratios", ratios}};
   return json_file_text(json);
 }
 

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/measure/bench_row.h"
+#include "app/measure/paired_ratios.h"
 
 namespace qs {
 
@@ -29,6 +30,14 @@ nlohmann::ordered_json rows_json(const std::vector<BenchRow>& rows);
 std::vector<BenchRow> read_rows(const nlohmann::ordered_json& list);  ///< throws json::exception
 
 std::string format_csv(const std::vector<BenchRow>& rows);
+
+/// The mode that all ratios of the report are relative to: of `bench --baseline`, or the usual one.
+std::string baseline_of(const BenchReport& report);
+
+/// One line per ratio.
+std::string format_ratios_csv(const BenchReport& report);
+
+/// The ratios follow from the rows, so they are written but not parsed.
 std::string format_bench_json(const BenchReport& report);
 
 /// Parses the result of format_bench_json(). Throws json::exception.

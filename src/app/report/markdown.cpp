@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -23,6 +25,10 @@ double sort_bytes(const BenchRow& row) {
   return by_depth + pairs * ((narrow ? 2 : 4) + 4);  // keys of tile
 }
 
+void add_new(std::vector<std::string>& list, const std::string& word) {
+  if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
+}
+
 ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   ModeMean mean;
   mean.scene = rows.front()->scene;
@@ -31,13 +37,17 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   const double weight = 1.0 / static_cast<double>(rows.size());
   double psnr = 0;
   bool all_have_psnr = true;
+  mean.rounds = rounds_of(*rows.front()).size();
   for (const BenchRow* row : rows) {
+    const std::vector<double> rounds = rounds_of(*row);
+    const auto [fastest, slowest] = std::minmax_element(rounds.begin(), rounds.end());
+    mean.rounds = std::min(mean.rounds, rounds.size());
+    mean.ms_fastest += weight * *fastest;
+    mean.ms_slowest += weight * *slowest;
     mean.gaussians += weight * row->gaussians;
     mean.pairs += weight * static_cast<double>(row->pairs);
     mean.sort_bytes += weight * sort_bytes(*row);
     mean.ms += weight * row->ms_median;
-    mean.ms_p05 += weight * row->ms_p05;
-    mean.ms_p95 += weight * row->ms_p95;
     const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
     for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
     all_have_psnr = all_have_psnr && row->psnr_vs_reference;
@@ -47,23 +57,24 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   return mean;
 }
 
-std::string table(const std::vector<ModeMean>& means) {
-  std::string text =
-      "| mode | Gaussians | PSNR dB | ms | FPS | vs 3dgs | pairs | sort bytes |\n"
-      "|---|---:|---:|---:|---:|---:|---:|---:|\n";
+std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
+  std::string text = fmt::format(
+      "| mode | Gaussians | PSNR dB | ms | FPS | vs {} | pairs | sort bytes |\n"
+      "|---|---:|---:|---:|---:|---:|---:|---:|\n",
+      baseline);
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
     text += fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.label,
                         grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
                         mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
-                        mean.speedup ? fmt::format("{:.2f}x", *mean.speedup) : "-", grouped(pairs),
+                        mean.ratio ? ratio_text(*mean.ratio) : "-", grouped(pairs),
                         bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
   }
   return text;
 }
 
-// Arithmetic means over the scenes. The speed-up is a geometric mean, which does not depend on the
-// mode that it is relative to.
+// Arithmetic means over the scenes. The ratio is a geometric mean. It has no interval, because
+// scenes are chosen and are no sample of all scenes.
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const ModeMean& first : means) {
@@ -74,8 +85,9 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
     mean.label = first.label;
-    double psnr = 0, log_speedup = 0;
-    bool all_psnr = true, all_speedup = true;
+    double psnr = 0;
+    bool all_psnr = true;
+    std::vector<double> ratios;
     for (const ModeMean& row : means) {
       if (!same(row)) continue;
       mean.gaussians += weight * row.gaussians;
@@ -83,19 +95,51 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
       mean.sort_bytes += weight * row.sort_bytes;
       mean.ms += weight * row.ms;
       all_psnr = all_psnr && row.psnr;
-      all_speedup = all_speedup && row.speedup;
       psnr += weight * row.psnr.value_or(0);
-      log_speedup += weight * std::log(row.speedup.value_or(1));
+      if (row.ratio) ratios.push_back(row.ratio->value);
     }
     if (all_psnr) mean.psnr = psnr;
-    if (all_speedup) mean.speedup = std::exp(log_speedup);
+    if (static_cast<std::ptrdiff_t>(ratios.size()) ==
+        std::count_if(means.begin(), means.end(), same)) {
+      mean.ratio = geometric_mean(ratios);
+      mean.ratio->interval.reset();
+    }
   }
   return result;
 }
 
+// One column per mode, one row per camera.
+std::string camera_table(const std::vector<PairedRatio>& ratios, const std::string& scene,
+                         const std::string& baseline) {
+  std::vector<std::string> cameras, modes;
+  std::map<std::pair<std::string, std::string>, std::string> cells;  // by camera and mode
+  const bool several = std::any_of(ratios.begin(), ratios.end(), [&](const PairedRatio& each) {
+    return each.pipeline != ratios.front().pipeline;
+  });
+  for (const PairedRatio& each : ratios) {
+    if (each.scene != scene || each.camera.empty()) continue;
+    const std::string mode = several ? fmt::format("{}, {}", each.mode, each.pipeline) : each.mode;
+    add_new(cameras, each.camera);
+    add_new(modes, mode);
+    cells[{each.camera, mode}] = ratio_text(each.ratio);
+  }
+  if (modes.empty()) return "";
+  std::string text = fmt::format("\n### {}: ratios to `{}` per camera\n\n| camera | `{}` |\n|---|",
+                                 scene, baseline, joined(modes, "` | `"));
+  for (std::size_t i = 0; i < modes.size(); ++i) text += "---:|";
+  for (const std::string& camera : cameras) {
+    text += fmt::format("\n| {} |", camera);
+    for (const std::string& mode : modes) {
+      const auto cell = cells.find({camera, mode});
+      text += fmt::format(" {} |", cell == cells.end() ? "-" : cell->second);
+    }
+  }
+  return text + "\n";
+}
+
 }  // namespace
 
-std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows) {
+std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline) {
   std::vector<std::vector<const BenchRow*>> groups;
   for (const BenchRow& row : rows) {
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
@@ -109,18 +153,23 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows) {
   const bool several = std::any_of(rows.begin(), rows.end(), [&](const BenchRow& row) {
     return row.pipeline != rows.front().pipeline;
   });
+  const std::vector<PairedRatio> ratios = paired_ratios(rows, baseline);
   for (ModeMean& mean : means) {
     if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);
-    const auto base = std::find_if(means.begin(), means.end(), [&](const ModeMean& other) {
-      return other.scene == mean.scene && other.mode == "3dgs" && other.pipeline == mean.pipeline;
-    });
-    if (base != means.end()) mean.speedup = base->ms / mean.ms;
+    if (mean.mode == baseline) mean.ratio = Ratio();
+    for (const PairedRatio& each : ratios) {
+      if (each.camera.empty() && each.scene == mean.scene && each.mode == mean.mode &&
+          each.pipeline == mean.pipeline)
+        mean.ratio = each.ratio;
+    }
   }
   return means;
 }
 
 std::string format_markdown(const BenchReport& report) {
-  const std::vector<ModeMean> means = mode_means(report.rows);
+  const std::string baseline = baseline_of(report);
+  const std::vector<ModeMean> means = mode_means(report.rows, baseline);
+  const std::vector<PairedRatio> ratios = paired_ratios(report.rows, baseline);
   std::string text = fmt::format(
       "# Benchmark\n\n{}, backend {}, commit {}, {}. Times are medians per camera, averaged over "
       "the cameras. Sort bytes are the keys and values that a frame sorts: CUDA `classic` 12 bytes "
@@ -128,6 +177,13 @@ std::string format_markdown(const BenchReport& report) {
       "per visible Gaussian.\n",
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"));
+  if (!ratios.empty()) {
+    text += fmt::format(
+        "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "
+        "round: the geometric mean over the cameras, and in brackets its 95 % interval. One camera "
+        "has the interval of its rounds; one round of one camera has none.\n",
+        baseline);
+  }
   std::size_t scenes = 0;
   for (std::size_t begin = 0; begin < means.size(); ++scenes) {
     std::vector<ModeMean> scene;
@@ -137,21 +193,21 @@ std::string format_markdown(const BenchReport& report) {
     std::vector<std::string> cameras, sizes;
     for (const BenchRow& row : report.rows) {
       if (row.scene != scene.front().scene) continue;
-      const auto add_new = [](std::vector<std::string>& list, const std::string& word) {
-        if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
-      };
       add_new(cameras, row.camera);
       add_new(sizes, fmt::format("{} x {}", row.width, row.height));
     }
-    text += fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", scene.front().scene, cameras.size(),
-                        cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene));
+    text +=
+        fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", scene.front().scene, cameras.size(),
+                    cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
+    if (report.environment.contains("baseline"))
+      text += camera_table(ratios, scene.front().scene, baseline);
     begin += scene.size();
   }
   if (scenes > 1) {
     text += fmt::format(
-        "\n## Mean of {} scenes\n\nFPS is computed from the mean time; the speed-up is the "
-        "geometric mean over the scenes.\n\n{}",
-        scenes, table(over_scenes(means)));
+        "\n## Mean of {} scenes\n\nFPS is computed from the mean time; the ratio is the geometric "
+        "mean over the scenes.\n\n{}",
+        scenes, table(over_scenes(means), baseline));
   }
   return text;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A benchmark as Markdown tables in the layout of the paper: one per scene with means over its
-// cameras, and one with means over the scenes.
+// cameras, and one with means over the scenes. If a baseline was chosen, each scene also has a
+// table of the ratios of its cameras.
 #pragma once
 
 #include <string>
@@ -16,15 +17,17 @@ struct ModeMean {
   std::string scene, mode, pipeline;
   std::string label;  ///< the mode, followed by its pipeline if the rows have several pipelines
   double gaussians = 0, pairs = 0, sort_bytes = 0;
-  double ms = 0, ms_p05 = 0, ms_p95 = 0;  ///< means of the cameras' medians and percentiles
+  double ms = 0;                          ///< mean of the cameras' medians
+  double ms_fastest = 0, ms_slowest = 0;  ///< means of the cameras' fastest and slowest rounds
+  std::size_t rounds = 0;                 ///< smallest number of rounds of a camera
   double stage_ms[4] = {};                ///< index = Stage
   std::optional<double> psnr;             ///< mean over the cameras, if all have one
-  std::optional<double> speedup;          ///< ms of the pipeline's 3dgs / ms, if it was measured
+  std::optional<Ratio> ratio;             ///< to the baseline in the same pipeline, if measured
   double fps() const { return 1000 / ms; }
 };
 
 /// One entry per scene and mode, in the order of their first rows.
-std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows);
+std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline);
 
 std::string format_markdown(const BenchReport& report);
 

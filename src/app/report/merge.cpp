@@ -43,6 +43,7 @@ constexpr Fact kFacts[] = {
     {"device", [](const ordered_json& r) { return measured_on(r.at("environment")); }, "gpu"},
     {"backend", [](const ordered_json& r) { return environment_word(r, "backend"); }, "backend"},
     {"pipeline", [](const ordered_json& r) { return environment_word(r, "pipeline"); }, "pipeline"},
+    {"baseline", [](const ordered_json& r) { return environment_word(r, "baseline"); }, nullptr},
     {"commit", [](const ordered_json& r) { return environment_word(r, "commit"); }, "commit"},
     {"scenes", scene_words, nullptr},
     {"number of views", [](const ordered_json& r) { return json_line(r.at("view_count")); },

@@ -20,6 +20,7 @@ void make_folder(const std::filesystem::path& folder) {
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder) {
   make_folder(folder);
   write_stats(folder / "bench.csv", format_csv(report.rows));
+  write_stats(folder / "ratios.csv", format_ratios_csv(report));
   write_stats(folder / "bench.json", format_bench_json(report));
   write_stats(folder / "bench.md", format_markdown(report) + noise_markdown(report.rows));
   if (report.rows.empty()) return "there are no rows to plot";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the folder of a benchmark: bench.csv, bench.json, bench.md and the plots.
+// Writes the folder of a benchmark: bench.csv, ratios.csv, bench.json, bench.md and the plots.
 #pragma once
 
 #include <filesystem>

@@ -28,14 +28,13 @@ bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around)
          around.now - last_draw_ < kPatienceSeconds;
 }
 
-bool Pacing::rests(const Viewer& viewer, const Surroundings& around, bool numbers_missing) const {
-  return !wants_to_draw(viewer, around) && !around.has_pending && viewer.still() &&
-         !numbers_missing;
+bool Pacing::rests(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const {
+  return !wants_to_draw(viewer, around) && !around.has_pending && viewer.still() && !numbers_wanted;
 }
 
 double Pacing::sleep_seconds(const Viewer& viewer, const Surroundings& around,
-                             bool numbers_missing) const {
-  if (rests(viewer, around, numbers_missing)) return kRestSeconds;
+                             bool numbers_wanted) const {
+  if (rests(viewer, around, numbers_wanted)) return kRestSeconds;
   if (frame_comes_first(viewer, around)) return kPatienceSeconds;
   return wants_to_draw(viewer, around) ? 0 : kBusySeconds;
 }

@@ -29,12 +29,11 @@ class Pacing {
   /// True if the window should wait for a frame that is being rendered.
   bool frame_comes_first(const Viewer& viewer, const Surroundings& around) const;
 
-  /// True if the loop may sleep until something happens. `numbers_missing`: numbers_are_missing().
-  bool rests(const Viewer& viewer, const Surroundings& around, bool numbers_missing) const;
+  /// True if the loop may sleep until something happens. `numbers_wanted`: numbers_are_wanted().
+  bool rests(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const;
 
   /// How long the loop waits for events, seconds.
-  double sleep_seconds(const Viewer& viewer, const Surroundings& around,
-                       bool numbers_missing) const;
+  double sleep_seconds(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const;
 
   /// Called before the window is drawn; true if that disturbs a measurement, which is then void.
   bool begin_drawing(const Viewer& viewer);

@@ -43,7 +43,7 @@ class ViewLoop final : public Host {
   void run_until_quit() {
     while (!quit_) {
       Actions actions;
-      window_.poll(pacing_.sleep_seconds(viewer_, surroundings(), numbers_are_missing(viewer_)),
+      window_.poll(pacing_.sleep_seconds(viewer_, surroundings(), numbers_are_wanted(viewer_)),
                    viewer_.navigation, actions);
       if (window_.close_requested()) quit();
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
@@ -129,7 +129,7 @@ class ViewLoop final : public Host {
 
   void measure_memory() {
     if (viewer_.now - memory_measured_ < kMemorySeconds ||
-        pacing_.rests(viewer_, surroundings(), numbers_are_missing(viewer_)))
+        pacing_.rests(viewer_, surroundings(), numbers_are_wanted(viewer_)))
       return;
     memory_measured_ = viewer_.now;
     const bool cuda = viewer_.backend == Backend::cuda;

@@ -21,7 +21,7 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   report.environment = environment_json(session);
   const std::string name = scene_name(session.scene->path);
   report.scenes.push_back(scene_facts(*session.scene, name));
-  const ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{5, 1, 1} : ViewPlan{};
+  const ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
   report.rows = measure_view(session, all_modes(), viewer.camera, plan, {{}, context.stop});
   for (BenchRow& row : report.rows) {
     row.scene = name;
@@ -30,7 +30,7 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   const std::filesystem::path path = free_name(viewer.out_dir / "bench", name, "");
   const std::string problem = write_report(report, path);
   if (!problem.empty()) context.report(action::notify, problem);
-  context.report(action::numbers_measured, ModeNumbers{viewer.view_version, report.rows});
+  context.report(action::numbers_measured, ModeNumbers{viewer.view_version, report.rows, true});
   context.report(action::notify, fmt::format("wrote {}", path.string()));
 }
 

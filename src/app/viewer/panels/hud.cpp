@@ -3,6 +3,8 @@
 // Performance: the numbers of all modes for this view, stage bars, and the frame in the window.
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -59,19 +61,21 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
     if (row != nullptr) longest = std::max(longest, stage_sum(*row));
   }
   const std::optional<Pipeline> other = other_pipeline(viewer);
-  const int columns = static_cast<int>(std::size(kHudColumns)) + (other ? 3 : 1);
+  const std::vector<std::string> titles = hud_columns(viewer);
+  const int columns = static_cast<int>(titles.size()) + (other ? 3 : 1);
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
   if (!ImGui::BeginTable("modes", columns, flags)) return;
   const float em = ImGui::GetFontSize();
-  const float widths[] = {7.0f * em, 3.6f * em, 3.2f * em, 4.6f * em,
-                          4.6f * em, 3.4f * em, 3.4f * em};
-  for (std::size_t i = 0; i < std::size(kHudColumns); ++i)
-    ImGui::TableSetupColumn(kHudColumns[i], ImGuiTableColumnFlags_WidthFixed, widths[i]);
+  const float widths[] = {7.0f * em, 6.0f * em, 3.2f * em, 4.6f * em,
+                          4.6f * em, 3.4f * em, 8.4f * em};
+  for (std::size_t i = 0; i < titles.size(); ++i)
+    ImGui::TableSetupColumn(titles[i].c_str(), ImGuiTableColumnFlags_WidthFixed, widths[i]);
   if (other) {
     const char* name = kPipelineNames[static_cast<int>(*other)];
     ImGui::TableSetupColumn(fmt::format("{} ms", name).c_str(), ImGuiTableColumnFlags_WidthFixed,
-                            4.6f * em);
-    ImGui::TableSetupColumn("vs 3dgs ", ImGuiTableColumnFlags_WidthFixed, 3.4f * em);
+                            6.0f * em);
+    ImGui::TableSetupColumn((titles.back() + " ").c_str(), ImGuiTableColumnFlags_WidthFixed,
+                            8.4f * em);
   }
   ImGui::TableSetupColumn("stages", ImGuiTableColumnFlags_WidthFixed, 5.0f * em);
   ImGui::TableNextRow();
@@ -93,16 +97,25 @@ void draw_mode_table(const Viewer& viewer, Actions& actions) {
     const std::string label = fmt::format("{} {}", row.mode, row.name);
     if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
       actions.push_back(call(action::set_mode, row.mode));
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(row.mode).summary);
-    ImGui::PushStyleColor(ImGuiCol_Text, current ? palette::kText : palette::kFaint);
-    std::vector<std::string> cells = {row.ms,          row.fps,    row.pairs,
-                                      row.per_visible, row.unused, row.speedup};
-    if (other) cells.insert(cells.end(), {row.other_ms, row.other_speedup});
-    for (const std::string& text : cells) {
+    if (ImGui::IsItemHovered()) {
+      ImGui::SetTooltip("%s\n%s\nright click: ratios to this mode", row_of(row.mode).summary,
+                        trust_text(viewer, row.mode).c_str());
+    }
+    if (ImGui::IsItemClicked(ImGuiMouseButton_Right))
+      actions.push_back(call(action::set_baseline, row.mode));
+    std::vector<std::pair<std::string, bool>> cells = {
+        {row.ms, row.is_noisy},   {row.fps, row.is_noisy}, {row.pairs, false},
+        {row.per_visible, false}, {row.unused, false},     {row.ratio, row.is_noisy}};
+    if (other) {
+      cells.emplace_back(row.other_ms, row.other_noisy);
+      cells.emplace_back(row.other_ratio, row.other_noisy);
+    }
+    for (const auto& [text, noisy] : cells) {
+      ImGui::PushStyleColor(ImGuiCol_Text, current && !noisy ? palette::kText : palette::kFaint);
       ImGui::TableNextColumn();
       right_aligned(text);
+      ImGui::PopStyleColor();
     }
-    ImGui::PopStyleColor();
     ImGui::TableNextColumn();
     draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), longest);
   }

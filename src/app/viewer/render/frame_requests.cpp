@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/viewer/render/resolution.h"
-#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
 namespace {
@@ -16,6 +16,10 @@ bool draws_on_the_cpu(const Viewer& viewer) {
 
 bool shows_full_frame(const Viewer& viewer) {
   return viewer.shown.version == viewer.version && viewer.shown.divisor == 1;
+}
+
+bool can_measure(const Viewer& viewer) {
+  return shows_full_frame(viewer) && viewer.on_demand && viewer.panels.hud && viewer.panels.all;
 }
 
 }  // namespace
@@ -36,8 +40,11 @@ FrameRequest full_frame(const Viewer& viewer) {
 }
 
 bool numbers_are_missing(const Viewer& viewer) {
-  return shows_full_frame(viewer) && viewer.on_demand && viewer.panels.hud && viewer.panels.all &&
-         !numbers_are_current(viewer);
+  return can_measure(viewer) && !numbers_are_current(viewer);
+}
+
+bool numbers_are_wanted(const Viewer& viewer) {
+  return can_measure(viewer) && !numbers_suffice(viewer);
 }
 
 bool is_settled(const Viewer& viewer) {
@@ -62,8 +69,10 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     divisor_ = divisor;
   }
   const bool still = viewer.still() && !viewer.playback.running;
-  if (still && numbers_are_missing(viewer) && window_rests && !render.busy())
-    render.request(NumbersRequest{viewer.camera, viewer.settings, viewer.view_version});
+  if (still && numbers_are_wanted(viewer) && window_rests && !render.busy()) {
+    render.request(NumbersRequest{viewer.camera, viewer.settings, viewer.view_version,
+                                  numbers_are_current(viewer)});
+  }
 }
 
 void FrameRequests::learn(const RenderedFrame& frame) {

@@ -15,6 +15,9 @@ FrameRequest full_frame(const Viewer& viewer);
 /// demand and shows the full-size frame.
 bool numbers_are_missing(const Viewer& viewer);
 
+/// The same, and also if the table is not precise enough yet.
+bool numbers_are_wanted(const Viewer& viewer);
+
 /// True if the window shows the final frame and numbers of the view and nothing moves.
 bool is_settled(const Viewer& viewer);
 

@@ -4,15 +4,19 @@
 #include <algorithm>
 
 #include "app/viewer/render/host_frames.h"
+#include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
 namespace {
 
-// Enough frames for a stable median, few enough not to be noticeable; the CPU backend gets one
-// frame.
-ViewPlan numbers_plan(Backend backend) {
-  return backend == Backend::cpu ? ViewPlan{1, 0, 1} : ViewPlan{40, 8, 1};
+// Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
+// Enough for a stable median, few enough not to be noticeable.
+ViewPlan numbers_plan(Backend backend, bool more) {
+  const int rounds = backend != Backend::cpu ? 40 : more ? 10 : static_cast<int>(kFewestFrames);
+  return {1, 0, rounds, !more};
 }
+
+ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8, 0, 1, false}; }
 
 }  // namespace
 
@@ -206,8 +210,11 @@ void RenderThread::measure(const NumbersRequest& request) {
   try {
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
       session.settings.pipeline = pipeline;
-      const std::vector<BenchRow> measured = measure_view(
-          session, all_modes(), request.camera, numbers_plan(session.backend), {{}, context_.stop});
+      const auto measured_with = [&](const ViewPlan& plan) {
+        return measure_view(session, all_modes(), request.camera, plan, {{}, context_.stop});
+      };
+      measured_with(warm_up_plan(session.backend));
+      const auto measured = measured_with(numbers_plan(session.backend, request.more));
       numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
     }
   } catch (const Cancelled&) {
@@ -217,7 +224,8 @@ void RenderThread::measure(const NumbersRequest& request) {
     context_.report(action::numbers_measured, ModeNumbers{request.version, {}});
     throw;
   }
-  context_.report(action::numbers_measured, std::move(numbers));
+  context_.report(request.more ? action::numbers_refined : action::numbers_measured,
+                  std::move(numbers));
 }
 
 }  // namespace qs

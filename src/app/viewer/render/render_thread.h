@@ -23,6 +23,7 @@ struct NumbersRequest {
   Camera camera;
   RenderSettings settings;
   int version = 0;
+  bool more = false;  ///< adds frames to the numbers of this view
 };
 
 class RenderThread {

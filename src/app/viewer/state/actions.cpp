@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/mode_numbers.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
 
@@ -74,6 +75,10 @@ void change_split(Viewer& v, const Split& split) {
   const bool another = split.other != v.split.other;
   v.split = split;
   if (another && v.panels.split) picture_changed(v);
+}
+
+void set_baseline(Viewer& v, CullMode mode) {
+  if (mode >= 1 && mode <= kCullerCount) v.baseline = mode;
 }
 
 void flip_split(Viewer& v) { v.split.flipped = !v.split.flipped; }
@@ -217,6 +222,15 @@ void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
         numbers.rows.begin(), numbers.rows.end(),
         [&](const BenchRow& row) { return row.mode == old.mode && row.pipeline == old.pipeline; });
     if (!again) v.numbers.rows.push_back(old);
+  }
+}
+
+void numbers_refined(Viewer& v, const ModeNumbers& more) {
+  if (v.numbers.version != more.version || v.numbers.complete) return;
+  for (const BenchRow& added : more.rows) {
+    for (BenchRow& row : v.numbers.rows) {
+      if (row.mode == added.mode && row.pipeline == added.pipeline) add_frames(row, added);
+    }
   }
 }
 

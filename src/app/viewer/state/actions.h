@@ -24,6 +24,7 @@ void set_mode(Viewer& viewer, CullMode mode);
 void peek_previous_mode(Viewer& viewer, bool held);
 void change_split(Viewer& viewer, const Split& split);
 void flip_split(Viewer& viewer);
+void set_baseline(Viewer& viewer, CullMode mode);
 void change_settings(Viewer& viewer, const RenderSettings& settings);
 
 // ---- panels and switches -----------------------------------------------------------------------
@@ -59,6 +60,8 @@ void cameras_opened(Viewer& viewer, Host& host, const std::vector<Camera>& camer
 void photograph_opened(Viewer& viewer, const Photograph& photograph);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);
+/// Adds frames to the numbers of the same view, unless these are complete.
+void numbers_refined(Viewer& viewer, const ModeNumbers& more);
 void pixel_inspected(Viewer& viewer, const InspectedView& view);
 void compared_with_reference(Viewer& viewer, const ReferenceComparison& comparison);
 void zoom_stepped(Viewer& viewer, int steps, const std::vector<BenchRow>& rows_of_step);

@@ -27,21 +27,41 @@ std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
   return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
 }
 
-const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
-  const std::string name = mode_name(mode);
-  const bool one = pipelines_of(viewer.backend).size() < 2;
-  for (const BenchRow& row : viewer.numbers.rows) {
-    if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
-      return &row;
-  }
-  return nullptr;
-}
-
 namespace {
 
-std::string speedup_text(const BenchRow* row, const BenchRow* base) {
-  if (row == nullptr || base == nullptr || row->ms_median <= 0) return "-";
-  return fmt::format("{:.2f}x", base->ms_median / row->ms_median);
+// "12.35 \u00b10.04", or three decimals if there is no spread.
+std::string time_text(const BenchRow* row) {
+  if (row == nullptr) return "-";
+  const std::optional<double> spread = spread_ms(*row);
+  if (!spread) return ms_text(row->ms_median);
+  return fmt::format("{} \u00b1{}", significant(row->ms_median, *spread),
+                     significant(*spread, *spread));
+}
+
+std::string rate_text(const BenchRow* row) {
+  if (row == nullptr) return "-";
+  const std::optional<double> spread = spread_ms(*row);
+  if (!spread || row->ms_median <= 0) return fps_text(row->fps_median);
+  const double uncertainty = row->fps_median * *spread / row->ms_median;
+  return significant(row->fps_median, std::max(uncertainty, row->fps_median < 1000 ? 0.1 : 1.0));
+}
+
+// The larger half of the interval stands for both.
+double half_interval(const Ratio& ratio) {
+  return std::max(ratio.interval->high - ratio.value, ratio.value - ratio.interval->low);
+}
+
+bool is_noisy(const BenchRow* row, const std::optional<Ratio>& ratio) {
+  return (row != nullptr && has_noisy_time(*row)) || (ratio && is_undecided(*ratio));
+}
+
+std::string ratio_cell(const std::optional<Ratio>& ratio, bool noisy) {
+  if (!ratio) return "-";
+  const char* word = noisy ? " noisy" : "";
+  if (!ratio->interval) return fmt::format("{:.2f}x{}", ratio->value, word);
+  const double half = half_interval(*ratio);
+  return fmt::format("{}x \u00b1{}{}", significant(ratio->value, half), significant(half, half),
+                     word);
 }
 
 std::string unused_text(const BenchRow* row) {
@@ -52,7 +72,6 @@ std::string unused_text(const BenchRow* row) {
 }  // namespace
 
 std::vector<HudRow> hud_rows(const Viewer& viewer) {
-  const CullMode base_mode = find_culler("3dgs");
   const Pipeline here = viewer.settings.pipeline;
   const std::optional<Pipeline> other = other_pipeline(viewer);
   std::vector<HudRow> rows;
@@ -61,22 +80,63 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     HudRow& row = rows.emplace_back();
     row.mode = mode;
     row.name = mode_name(mode);
-    row.ms = found == nullptr ? "-" : ms_text(found->ms_median);
-    row.fps = found == nullptr ? "-" : fps_text(found->fps_median);
+    row.ms = time_text(found);
+    row.fps = rate_text(found);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
     row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
     row.unused = unused_text(found);
-    row.speedup = speedup_text(found, measured_row(viewer, base_mode, here));
+    const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);
+    row.is_noisy = is_noisy(found, ratio);
+    row.ratio = ratio_cell(ratio, row.is_noisy);
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
-    row.other_ms = beside == nullptr ? "-" : ms_text(beside->ms_median);
-    row.other_speedup = speedup_text(beside, measured_row(viewer, base_mode, *other));
+    const std::optional<Ratio> other_ratio = ratio_to_baseline(viewer, beside, *other);
+    row.other_ms = time_text(beside);
+    row.other_noisy = is_noisy(beside, other_ratio);
+    row.other_ratio = ratio_cell(other_ratio, row.other_noisy);
   }
   return rows;
 }
 
-bool numbers_are_current(const Viewer& viewer) {
-  return viewer.numbers.version == viewer.view_version;
+std::vector<std::string> hud_columns(const Viewer& viewer) {
+  return {"mode",
+          "ms",
+          "FPS",
+          "pairs",
+          "per visible",
+          "unused",
+          fmt::format("vs {}", mode_name(viewer.baseline))};
+}
+
+std::string trust_text(const Viewer& viewer, CullMode mode) {
+  const Pipeline here = viewer.settings.pipeline;
+  const BenchRow* row = measured_row(viewer, mode, here);
+  if (row == nullptr) return "not measured yet";
+  const std::size_t frames = rounds_of(*row).size();
+  std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
+  if (const std::optional<double> spread = spread_ms(*row)) {
+    text +=
+        fmt::format("; the middle half of them spans {} ms", significant(2 * *spread, 2 * *spread));
+  }
+  const std::optional<Ratio> ratio = ratio_to_baseline(viewer, row, here);
+  if (ratio && ratio->interval) {
+    const double half = half_interval(*ratio);
+    text += fmt::format("\n95 % interval of the ratio to {}: {} to {}", mode_name(viewer.baseline),
+                        significant(ratio->interval->low, half),
+                        significant(ratio->interval->high, half));
+    if (is_undecided(*ratio)) text += ", so these frames do not show which is faster";
+  }
+  return text;
+}
+
+std::string significant(double value, double uncertainty) {
+  constexpr int kMostDecimals = 3;
+  if (uncertainty <= 0) return fmt::format("{:.{}f}", value, kMostDecimals);
+  const int decimals =
+      std::min(kMostDecimals, -static_cast<int>(std::floor(std::log10(uncertainty))));
+  if (decimals >= 0) return fmt::format("{:.{}f}", value, decimals);
+  const double unit = std::pow(10.0, -decimals);
+  return fmt::format("{:.0f}", std::round(value / unit) * unit);
 }
 
 std::vector<Fact> hud_facts(const Viewer& viewer) {
@@ -120,8 +180,13 @@ std::string hud_caveat(const Viewer& viewer) {
 }
 
 std::string hud_status(const Viewer& viewer) {
+  if (numbers_are_current(viewer)) {
+    const std::size_t frames = frames_behind(viewer.numbers);
+    std::string text = "all modes measured off screen for this view";
+    if (frames > 0) text += fmt::format(": medians of {} frames each", frames);
+    return text + (viewer.measuring ? ", measuring more ..." : "");
+  }
   if (viewer.measuring) return "measuring all modes for this view ...";
-  if (numbers_are_current(viewer)) return "all modes measured off screen for this view";
   if (viewer.zoom.running) return "recording a zoom";
   return "from an earlier view; measured again once this view is still";
 }
@@ -179,16 +244,23 @@ std::string state_json(const Viewer& viewer) {
   json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
   json["caveat"] = hud_caveat(viewer);
   json["numbers_are_current"] = numbers_are_current(viewer);
+  json["numbers_suffice"] = numbers_suffice(viewer);
+  json["frames_behind"] = frames_behind(viewer.numbers);
+  json["baseline"] = mode_name(viewer.baseline);
+  json["hud_status"] = hud_status(viewer);
   for (const HudRow& row : hud_rows(viewer)) {
+    const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
     json["modes"].push_back({{"mode", row.name},
+                             {"ms_median", measured == nullptr ? 0 : measured->ms_median},
                              {"ms", row.ms},
                              {"fps", row.fps},
                              {"pairs", row.pairs},
                              {"per_visible", row.per_visible},
                              {"unused", row.unused},
-                             {"speedup", row.speedup},
+                             {"ratio", row.ratio},
+                             {"noisy", row.is_noisy},
                              {"other_ms", row.other_ms},
-                             {"other_speedup", row.other_speedup}});
+                             {"other_ratio", row.other_ratio}});
   }
   for (const Fact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
   if (viewer.shown.heatmap) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 
 namespace qs {
@@ -17,24 +18,20 @@ namespace qs {
 /// One mode of the table; "-" where nothing was measured yet.
 struct HudRow {
   CullMode mode = 0;
-  std::string name, ms, fps, pairs, per_visible, unused, speedup;
-  std::string other_ms, other_speedup;  ///< of other_pipeline(); empty without one
+  std::string name, ms, fps, pairs, per_visible, unused, ratio;
+  std::string other_ms, other_ratio;           ///< of other_pipeline(); empty without one
+  bool is_noisy = false, other_noisy = false;  ///< the times should not be trusted
 };
 
-/// Titles of HudRow's texts.
-inline constexpr const char* kHudColumns[] = {"mode",        "ms",     "FPS",    "pairs",
-                                              "per visible", "unused", "vs 3dgs"};
+/// Titles of HudRow's texts, from the name to the ratio.
+std::vector<std::string> hud_columns(const Viewer& viewer);
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
 
 /// The pipeline that is not used now; empty on a backend that has only one.
 std::optional<Pipeline> other_pipeline(const Viewer& viewer);
 
-/// The numbers of a mode in a pipeline; null if it was not measured.
-const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
-
-/// True if the numbers are of the view in the window and not of an earlier one.
-bool numbers_are_current(const Viewer& viewer);
+/// Says how many frames stand behind the numbers of the table.
 std::string hud_status(const Viewer& viewer);
 
 /// Facts of the frame in the window.
@@ -52,6 +49,13 @@ std::string stages_text(const BenchRow& row);
 
 /// The caption of the plot of Viewer::frame_ms, which must not be empty.
 std::string frame_plot_text(const Viewer& viewer);
+
+/// What the numbers of a row mean, for a tooltip: frames, spread and interval.
+std::string trust_text(const Viewer& viewer, CullMode mode);
+
+/// The value with the digits that its uncertainty leaves significant, at most three decimals:
+/// 12.3456 with 0.04 is "12.35", 1234 with 40 is "1230".
+std::string significant(double value, double uncertainty);
 
 /// Milliseconds with three decimals; FPS with one below 1000.
 std::string ms_text(double ms);

@@ -104,10 +104,11 @@ struct ShownFrame {
   Scale map_scale;                  ///< of `heatmap`, or of the pair difference of `other`
 };
 
-/// Numbers of all modes for one view.
+/// Numbers of all modes for one view. The frames are BenchRow::round_ms.
 struct ModeNumbers {
   int version = -1;  ///< Viewer::view_version
   std::vector<BenchRow> rows;
+  bool complete = false;  ///< no more frames are wanted, however noisy the numbers are
 };
 
 /// The zoom that is being recorded, or the last one.
@@ -192,7 +193,8 @@ struct Viewer : Turn {
   std::optional<Loading> loading;
   ShownFrame shown;
   ModeNumbers numbers;
-  std::deque<float> frame_ms;  ///< render times of the last full-size frames
+  CullMode baseline = find_culler("3dgs");  ///< the mode that ratios are relative to
+  std::deque<float> frame_ms;               ///< render times of the last full-size frames
   ZoomRecording zoom;
   std::optional<InspectedView> inspected;
   int inspections = 0;  ///< counts changes of `inspected`

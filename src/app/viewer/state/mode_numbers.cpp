@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/mode_numbers.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "app/measure/statistics.h"
+
+namespace qs {
+namespace {
+
+bool has_small_interval(const Ratio& ratio) {
+  return ratio.interval && ratio.interval->low > 0 &&
+         ratio.interval->high - ratio.interval->low <= 2 * kSmallInterval * ratio.value;
+}
+
+double measuring_ms(const ModeNumbers& numbers) {
+  double sum = 0;
+  for (const BenchRow& row : numbers.rows)
+    sum = std::accumulate(row.round_ms.begin(), row.round_ms.end(), sum);
+  return sum;
+}
+
+}  // namespace
+
+const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline) {
+  const std::string name = mode_name(mode);
+  const bool one = pipelines_of(viewer.backend).size() < 2;
+  for (const BenchRow& row : viewer.numbers.rows) {
+    if (row.mode == name && (one || row.pipeline == kPipelineNames[static_cast<int>(pipeline)]))
+      return &row;
+  }
+  return nullptr;
+}
+
+bool numbers_are_current(const Viewer& viewer) {
+  return viewer.numbers.version == viewer.view_version;
+}
+
+bool numbers_suffice(const Viewer& viewer) {
+  const ModeNumbers& numbers = viewer.numbers;
+  if (!numbers_are_current(viewer)) return false;
+  const std::size_t frames = frames_behind(numbers);
+  if (numbers.complete || numbers.rows.empty() || frames >= kEnoughFrames ||
+      measuring_ms(numbers) >= kMostMeasuringMs)
+    return true;
+  if (frames < kFewestFrames) return false;
+  for (const Pipeline pipeline : pipelines_of(viewer.backend)) {
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+      if (mode == viewer.baseline) continue;
+      const auto ratio = ratio_to_baseline(viewer, measured_row(viewer, mode, pipeline), pipeline);
+      if (ratio && !has_small_interval(*ratio)) return false;
+    }
+  }
+  return true;
+}
+
+void add_frames(BenchRow& row, const BenchRow& added) {
+  row.round_ms = rounds_of(row);
+  const std::vector<double> more = rounds_of(added);
+  row.round_ms.insert(row.round_ms.end(), more.begin(), more.end());
+  const Summary summary = summarise(row.round_ms);
+  row.ms_median = summary.median;
+  row.ms_p05 = summary.p05;
+  row.ms_p95 = summary.p95;
+  row.ms_mean = summary.mean;
+  row.drift = summary.drift;
+  row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
+  row.round_spread = relative_spread(row.round_ms);
+}
+
+std::size_t frames_behind(const ModeNumbers& numbers) {
+  std::size_t fewest = numbers.rows.empty() ? 0 : rounds_of(numbers.rows.front()).size();
+  for (const BenchRow& row : numbers.rows) fewest = std::min(fewest, rounds_of(row).size());
+  return fewest;
+}
+
+std::optional<double> spread_ms(const BenchRow& row) {
+  const std::vector<double> ms = rounds_of(row);
+  if (ms.size() < 2) return std::nullopt;
+  return (percentile(ms, 0.75) - percentile(ms, 0.25)) / 2;
+}
+
+std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row,
+                                       Pipeline pipeline) {
+  const BenchRow* base = measured_row(viewer, viewer.baseline, pipeline);
+  if (row == nullptr || base == nullptr) return std::nullopt;
+  if (row == base) return Ratio();
+  return paired_ratio(*base, *row);
+}
+
+bool has_noisy_time(const BenchRow& row) {
+  const std::optional<double> spread = spread_ms(row);
+  return spread && *spread > kNoisySpread * row.ms_median;
+}
+
+bool is_undecided(const Ratio& ratio) {
+  return ratio.interval && ratio.interval->low <= 1 && ratio.interval->high >= 1;
+}
+
+}  // namespace qs

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+//
+// How far the numbers of the table of modes can be trusted, and when enough frames were measured.
+// One frame of every mode after the other makes a round, so round i of two modes can be compared.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "app/measure/paired_ratios.h"
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+inline constexpr std::size_t kFewestFrames = 5;    ///< before a number is trusted
+inline constexpr std::size_t kEnoughFrames = 100;  ///< even if intervals are still large
+inline constexpr double kMostMeasuringMs = 20000;  ///< of frames for one view
+inline constexpr double kNoisySpread = 0.1;        ///< of the median
+inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a ratio, of the ratio
+
+/// The numbers of a mode in a pipeline; null if it was not measured.
+const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
+
+/// True if the numbers are of the view in the window and not of an earlier one.
+bool numbers_are_current(const Viewer& viewer);
+
+/// True if no more frames of this view are wanted: all ratios have a small interval, or the limit
+/// of frames or of time is reached.
+bool numbers_suffice(const Viewer& viewer);
+
+/// Adds the frames of a row to those of another row of the same mode and view.
+void add_frames(BenchRow& row, const BenchRow& added);
+
+/// The smallest number of frames behind the rows of a table.
+std::size_t frames_behind(const ModeNumbers& numbers);
+
+/// Half of the distance between the quartiles of the frame times; unset for one frame.
+std::optional<double> spread_ms(const BenchRow& row);
+
+/// The ratio of Viewer::baseline to the row; unset if either was not measured.
+std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row,
+                                       Pipeline pipeline);
+
+/// True if the spread of the row is above kNoisySpread.
+bool has_noisy_time(const BenchRow& row);
+
+/// True if the measurement does not show which mode is faster: the interval contains 1.
+bool is_undecided(const Ratio& ratio);
+
+}  // namespace qs

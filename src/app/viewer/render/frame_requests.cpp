@@ -37,7 +37,7 @@ FrameRequest full_frame(const Viewer& viewer) {
 
 bool numbers_are_missing(const Viewer& viewer) {
   return shows_full_frame(viewer) && viewer.on_demand && viewer.panels.hud && viewer.panels.all &&
-         !numbers_are_current(viewer);
+         !viewer.zoom.running && !numbers_are_current(viewer);
 }
 
 bool is_settled(const Viewer& viewer) {

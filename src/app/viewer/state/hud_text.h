@@ -33,7 +33,8 @@ std::optional<Pipeline> other_pipeline(const Viewer& viewer);
 /// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
-/// True if the numbers are of the view in the window and not of an earlier one.
+/// True if the numbers are of the view in the window, and not of an earlier one or while a zoom is
+/// recorded.
 bool numbers_are_current(const Viewer& viewer);
 std::string hud_status(const Viewer& viewer);
 
@@ -43,7 +44,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer);
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 
-/// "drawn on demand, with a heat map: not a measurement"; empty if the frame is a measurement.
+/// "drawn at 1/2 size, with a heat map: not a measurement"; empty if nothing hinders the frame.
 std::string hud_caveat(const Viewer& viewer);
 
 /// Milliseconds per stage; index = Stage. The text has a line per stage.

@@ -17,7 +17,7 @@ in vec2 at;
 out vec4 color;
 
 const int kSides = 1, kWhole = 2, kDifference = 3;
-const float kDetail = 0.5;    // share of the frame's own contrast
+const float kDetail = 0.5;    // as with_detail() in picture/colormap.cpp
 const float kTileLevel = 4.0; // mipmap level whose texels are 16 x 16 pixels
 
 float gray(vec3 rgb) { return dot(rgb, vec3(0.299, 0.587, 0.114)); }
@@ -30,9 +30,11 @@ void main() {
   if ((split == kSides || split == kWhole) && second != flipped) rgb = beside;
   if (heat_high > heat_low) {
     float value = texelFetch(heat, ivec2(at * heat_cells), 0).r;
-    float detail = gray(rgb) - gray(textureLod(picture, at, kTileLevel).rgb);
-    rgb = texture(colors, clamp((value - heat_low) / (heat_high - heat_low), 0.0, 1.0)).rgb +
-          kDetail * detail;
+    float light = gray(rgb);
+    float detail = light - gray(textureLod(picture, at, kTileLevel).rgb);
+    float place = clamp((value - heat_low) / (heat_high - heat_low), 0.0, 1.0);
+    rgb = (1.0 + kDetail * detail) * texture(colors, place).rgb;
+    if (heat_low == 0.0 && value == 0.0) rgb = vec3(0.05 + 0.08 * light);  // heat_of_zero()
   }
   color = vec4(rgb, 1.0);
 }

@@ -61,8 +61,8 @@ TEST(Heatmap, a_tile_has_the_color_that_the_scale_prints_for_its_value) {
   const Image color(64, 32, 3);
   const Image picture = draw_heatmap(color, map, round_scale(400), "exact");
   for (int c = 0; c < 3; ++c) {
-    EXPECT_FLOAT_EQ(picture.at(20, 20, c), viridis(0.75f)[c]);
-    EXPECT_FLOAT_EQ(picture.at(60, 4, c), viridis(0.25f)[c]);
+    EXPECT_FLOAT_EQ(picture.at(20, 20, c), heat(0.75f)[c]);
+    EXPECT_FLOAT_EQ(picture.at(60, 4, c), heat(0.25f)[c]);
   }
 }
 
@@ -79,7 +79,7 @@ TEST(Heatmap, the_mean_color_of_a_tile_is_its_value_s_at_every_tile_size) {
     Heatmap map = flat_map((kWidth + side - 1) / side, (kHeight + side - 1) / side, 0);
     map.cell_px = side;
     for (std::size_t i = 0; i < map.values.size(); ++i)
-      map.values[i] = static_cast<std::uint32_t>(37 * i % 101);
+      map.values[i] = static_cast<std::uint32_t>(1 + 37 * i % 100);
     const Image picture = draw_heatmap(color, map, round_scale(100), "exact");
     for (std::size_t tile = 0; tile < map.values.size(); ++tile) {
       const int left = static_cast<int>(tile) % map.columns * side,
@@ -91,8 +91,46 @@ TEST(Heatmap, the_mean_color_of_a_tile_is_its_value_s_at_every_tile_size) {
           mean += glm::vec3(picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2));
       }
       mean /= static_cast<float>((right - left) * (bottom - top));
-      const glm::vec3 expected = viridis(static_cast<float>(map.values[tile]) / 100);
+      const glm::vec3 expected = heat(static_cast<float>(map.values[tile]) / 100);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], expected[c], 1e-4f) << side << " " << tile;
+    }
+  }
+}
+
+TEST(Heatmap, zero_is_neutral_and_darker_than_every_count_whatever_the_picture_shows) {
+  const auto lightness = [](glm::vec3 c) { return 0.299f * c.r + 0.587f * c.g + 0.114f * c.b; };
+  const auto at = [](const Image& image, int x, int y) {
+    return glm::vec3(image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2));
+  };
+  // Two tiles, left without pairs. Stripes of black and white are the strongest detail.
+  Heatmap map = flat_map(2, 1, 0);
+  Image color(32, 16, 3);
+  for (int x = 0; x < color.width; x += 2) {
+    for (int y = 0; y < color.height; ++y)
+      for (int c = 0; c < 3; ++c) color.at(x, y, c) = 1;
+  }
+  for (const std::uint32_t value : {1u, 10u, 1000u, 5000u}) {
+    map.values[1] = value;
+    const Image picture = draw_heatmap(color, map, round_scale(1000), "exact");
+    float darkest = 1, lightest_zero = 0;
+    for (int x = 0; x < 16; ++x) {
+      const glm::vec3 zero = at(picture, x, 5);
+      EXPECT_EQ(zero.r, zero.g);
+      EXPECT_EQ(zero.g, zero.b);
+      lightest_zero = std::max(lightest_zero, lightness(zero));
+      darkest = std::min(darkest, lightness(at(picture, x + 16, 5)));
+    }
+    EXPECT_LT(lightest_zero, darkest) << value;
+    EXPECT_NE(at(picture, 0, 5), at(picture, 1, 5)) << "the picture stays visible";
+    EXPECT_GT(darkest, 0.5f * lightness(heat(0))) << "no black edges in tiles with few pairs";
+  }
+}
+
+TEST(Heatmap, detail_dims_every_colour_by_the_same_factor) {
+  for (const float t : {0.0f, 0.3f, 1.0f}) {
+    for (const float detail : {-0.5f, 0.0f, 0.25f}) {
+      const glm::vec3 color = heat(t), shown = with_detail(color, detail);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown[c], (1 + detail / 2) * color[c], 1e-6f);
     }
   }
 }
@@ -167,6 +205,15 @@ TEST(Colormap, viridis_rises_steadily_in_lightness) {
     EXPECT_GT(lightness, last);
     last = lightness;
   }
+}
+
+TEST(Colormap, of_counts_is_viridis_from_a_fifth_on) {
+  for (int i = 0; i <= 10; ++i) {
+    const float t = static_cast<float>(i) / 10;
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(heat(t)[c], viridis(0.2f + 0.8f * t)[c]);
+  }
+  EXPECT_EQ(heat(-1), heat(0));
+  EXPECT_EQ(heat(2), heat(1));
 }
 
 TEST(Colormap, of_signed_values_is_lightest_at_zero_and_darkens_alike_on_both_sides) {

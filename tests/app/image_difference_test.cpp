@@ -98,6 +98,33 @@ TEST(ImageDifference, reads_a_reference_of_the_frame_s_size_as_rgb) {
   }
 }
 
+TEST(ImageDifference, is_made_visible_by_a_power_of_two_that_clips_at_most_two_per_cent) {
+  const Image black(40, 25, 3);  // 1000 pixels
+  const auto difference = [&](std::vector<int> sizes) {
+    Image other = black;
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+      other.values[3 * i + i % 3] = static_cast<float>(sizes[i]) / 255;
+    return image_difference(black, other);
+  };
+  EXPECT_EQ(difference({}).usual, 0);
+  EXPECT_EQ(visible_amplification(difference({})), 128);
+  std::vector<int> sizes(100, 3);
+  EXPECT_EQ(difference(sizes).usual, 3);
+  sizes[7] = 200;
+  sizes[50] = 90;
+  EXPECT_EQ(difference(sizes).usual, 3) << "2 of 100 differ by more";
+  EXPECT_EQ(visible_amplification(difference(sizes)), 64);
+  sizes[51] = 80;
+  EXPECT_EQ(difference(sizes).usual, 80) << "3 would";
+  EXPECT_EQ(visible_amplification(difference(sizes)), 2);
+  for (int size = 1; size <= 255; ++size) {
+    const int factor = visible_amplification(difference(std::vector<int>(5, size)));
+    EXPECT_LE(factor * size, 255);
+    EXPECT_TRUE(factor == 128 || 2 * factor * size > 255) << size;
+    EXPECT_EQ(factor & (factor - 1), 0) << "a power of two";
+  }
+}
+
 TEST(ImageDifference, is_amplified_as_far_as_the_largest_one_allows) {
   for (int largest = 0; largest <= 255; ++largest) {
     const int factor = amplification_for(largest);

@@ -46,7 +46,8 @@ class ProgramInWindow : public testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  ProgramRun play(const std::string& script, std::vector<std::string> arguments = {}) {
+  ProgramRun play(const std::string& script, std::vector<std::string> arguments = {},
+                  const std::function<void(pid_t)>& meanwhile = {}) {
     std::ofstream(folder_ / "script") << script;
     for (const std::string& word : {std::string("--input"), path("script"),
                                     std::string("--out-dir"), folder_.path().string()})
@@ -55,7 +56,7 @@ class ProgramInWindow : public testing::Test {
       arguments.insert(arguments.end(), {"--settings", "-"});
     arguments.insert(arguments.begin(),
                      {"view", "--backend", "cpu", "--threads", "2", "--size", "320x240"});
-    return run_quadsplat(arguments);
+    return run_quadsplat(arguments, meanwhile);
   }
 
   nlohmann::json state(const std::string& name) const {

@@ -73,7 +73,7 @@ TEST_F(RenderThreadTest, the_reference_is_beside_a_view_until_the_view_moves_on)
   press("Shift+0");
   const auto beside = settle();
   ASSERT_TRUE(beside && beside->shown.other);
-  EXPECT_EQ(viewer().comparison->version, viewer().version);
+  EXPECT_EQ(viewer().comparison->view_version, viewer().view_version);
   const PixelBox& region = beside->shown.other->region;  // 256 pixels around 0, 20, cut
   EXPECT_EQ(region.x0, 0);
   EXPECT_EQ(region.x1, 96);

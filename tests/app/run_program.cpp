@@ -28,7 +28,8 @@ void redirect(int descriptor, const std::filesystem::path& path) {
 
 }  // namespace
 
-ProgramRun run_quadsplat(const std::vector<std::string>& arguments) {
+ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
+                         const std::function<void(pid_t)>& meanwhile) {
   const TemporaryFolder folder;
   std::vector<char*> words = {const_cast<char*>(QUADSPLAT_PROGRAM)};
   for (const std::string& argument : arguments)
@@ -44,6 +45,7 @@ ProgramRun run_quadsplat(const std::vector<std::string>& arguments) {
     execv(QUADSPLAT_PROGRAM, words.data());
     _exit(127);
   }
+  if (meanwhile) meanwhile(child);
   int status = 0;
   waitpid(child, &status, 0);
   ProgramRun run;

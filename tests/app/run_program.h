@@ -3,8 +3,11 @@
 // Runs the real program as a user does and keeps what it said.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
+
+#include <sys/types.h>
 
 namespace qs::test {
 
@@ -13,6 +16,8 @@ struct ProgramRun {
   std::string out, err;
 };
 
-ProgramRun run_quadsplat(const std::vector<std::string>& arguments);
+/// `meanwhile` is called with the program's process while it runs.
+ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
+                         const std::function<void(pid_t)>& meanwhile = {});
 
 }  // namespace qs::test

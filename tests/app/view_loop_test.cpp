@@ -2,6 +2,7 @@
 //
 // The parts of the viewer's loop without a window: pacing, scripts, window grabs, preferences, what
 // the render thread is asked for, the loader's facts.
+#include <csignal>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
+#include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/render/scene_loader.h"
@@ -98,6 +100,20 @@ TEST(Pacing, a_change_during_a_measurement_is_drawn_once_and_spares_the_measurem
   EXPECT_TRUE(pacing.begin_drawing(viewer));  // drawn for another reason: the numbers are void
 }
 
+TEST(Pacing, the_end_of_a_measurement_is_drawn_without_an_action) {
+  Viewer viewer;
+  Pacing idle = drawn_at(viewer, 10);
+  viewer.measuring = true;  // the window does not say so yet: nothing to take back
+  EXPECT_FALSE(idle.wants_to_draw(viewer, at(11)));
+  Pacing pacing = drawn_at(viewer, 10);
+  EXPECT_FALSE(pacing.wants_to_draw(viewer, at(11)));
+  viewer.measuring = false;
+  EXPECT_TRUE(pacing.wants_to_draw(viewer, at(11)));
+  EXPECT_FALSE(pacing.rests(viewer, at(11), false));
+  pacing.begin_drawing(viewer);
+  EXPECT_FALSE(pacing.wants_to_draw(viewer, at(11)));
+}
+
 TEST(Pacing, continuous_drawing_waits_for_the_frame_but_not_long) {
   Viewer viewer;
   viewer.on_demand = false;
@@ -118,12 +134,32 @@ TEST(Pacing, the_display_s_rate_is_smoothed_and_a_pause_is_none) {
   Viewer viewer;
   viewer.on_demand = false;
   Pacing pacing = drawn_at(viewer, 10);
-  EXPECT_NEAR(pacing.end_drawing(viewer, 10.02), 50, 1e-6);
-  EXPECT_NEAR(pacing.end_drawing(viewer, 10.03), 0.9 * 50 + 0.1 * 100, 1e-6);
-  EXPECT_EQ(pacing.end_drawing(viewer, 10.5), 0);
-  EXPECT_NEAR(pacing.end_drawing(viewer, 10.6), 10, 1e-6);
+  const auto new_picture = [&](double now) {
+    ++viewer.frames;
+    return pacing.end_drawing(viewer, now);
+  };
+  EXPECT_NEAR(new_picture(10.02), 50, 1e-6);
+  EXPECT_NEAR(new_picture(10.03), 0.9 * 50 + 0.1 * 100, 1e-6);
+  EXPECT_EQ(new_picture(10.5), 0);
+  EXPECT_NEAR(new_picture(10.6), 10, 1e-6);
   viewer.on_demand = true;
-  EXPECT_EQ(pacing.end_drawing(viewer, 10.62), 0);
+  EXPECT_EQ(new_picture(10.62), 0);
+}
+
+TEST(Pacing, the_display_s_rate_counts_pictures_and_not_drawings_of_the_window) {
+  Viewer viewer;
+  viewer.on_demand = false;
+  Pacing pacing = drawn_at(viewer, 10);
+  // The window is drawn every 10 ms, and a picture takes 100 ms.
+  double rate = 0;
+  for (int turn = 1; turn <= 100; ++turn) {
+    if (turn % 10 == 0) ++viewer.frames;
+    rate = pacing.end_drawing(viewer, 10 + 0.01 * turn);
+  }
+  EXPECT_NEAR(rate, 10, 1e-6);
+  // A picture that takes a second is waited for that long.
+  for (int turn = 1; turn < 100; ++turn) rate = pacing.end_drawing(viewer, 11 + 0.01 * turn);
+  EXPECT_NEAR(rate, 1 / 0.99, 1e-6);
 }
 
 // ---- requests -----------------------------------------------------------------------------------
@@ -141,6 +177,10 @@ TEST(FrameRequests, numbers_are_missing_only_where_they_can_be_seen_and_measured
   viewer.shown.divisor = 1;
   viewer.playback.running = true;
   EXPECT_FALSE(is_settled(viewer));
+  viewer.panels.hud = true;
+  EXPECT_TRUE(numbers_are_missing(viewer));
+  viewer.zoom.running = true;
+  EXPECT_FALSE(numbers_are_missing(viewer));
   EXPECT_TRUE(is_settled(Viewer()));  // an empty window
 }
 
@@ -183,6 +223,25 @@ TEST(Resolution, is_whole_when_quick_and_bounded_when_slow) {
   EXPECT_EQ(resolution_divisor(20, 1280, 720), 1);
   EXPECT_EQ(resolution_divisor(200, 1280, 720), 3);
   EXPECT_EQ(resolution_divisor(1e9, 1280, 720), kMostDivisor);
+}
+
+TEST(QuitSignals, note_a_signal_and_leave_the_second_one_alone) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    {
+      const QuitSignals signals;
+      EXPECT_FALSE(QuitSignals::arrived());
+      raise(signal);
+      EXPECT_TRUE(QuitSignals::arrived());
+      struct sigaction next {};
+      sigaction(signal, nullptr, &next);
+      EXPECT_EQ(next.sa_handler, SIG_DFL);
+    }
+    struct sigaction after {};
+    sigaction(signal, nullptr, &after);
+    EXPECT_EQ(after.sa_handler, before.sa_handler);
+  }
 }
 
 TEST(MemoryUse, knows_this_process) {

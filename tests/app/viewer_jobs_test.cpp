@@ -17,6 +17,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/scene_loader.h"
+#include "app/viewer/state/panel_text.h"
 #include "app/viewer/window/presenter.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
@@ -162,7 +163,8 @@ TEST_F(ViewerJobs, the_comparison_around_the_cursor_covers_256_pixels) {
   };
   EXPECT_THAT(region(300.5, 200.5), ElementsAre(172, 72, 428, 328));
   EXPECT_THAT(region(900, 900), ElementsAre(471, 271, 600, 400));
-  EXPECT_EQ(viewer().comparison->version, viewer().version);
+  EXPECT_EQ(viewer().comparison->view_version, viewer().view_version);
+  EXPECT_TRUE(verdict_is_current(viewer()));
   EXPECT_THAT(viewer().comparison->sentence,
               testing::StartsWith("quadbox: equal to the reference within 2/255"));
 }

@@ -778,7 +778,9 @@ TEST(Pacing, its_times_end_where_they_say) {
   busy.now = 0.0299;
   EXPECT_TRUE(pacing.frame_comes_first(viewer, busy));
   EXPECT_EQ(pacing.end_drawing(viewer, 0.25), 0);
+  ++viewer.frames;
   EXPECT_EQ(pacing.end_drawing(viewer, 0.25), 0);
+  ++viewer.frames;
   EXPECT_NEAR(pacing.end_drawing(viewer, 0.45), 5, 1e-9);
 }
 

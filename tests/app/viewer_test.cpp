@@ -329,10 +329,24 @@ TEST(Viewer, keeps_and_says_what_the_reference_says) {
   driven.press("0");
   driven.press("Shift+0");
   EXPECT_THAT(driven.jobs, SizeIs(2));
-  driven.apply(compared_with_reference,
-               ReferenceComparison{driven.viewer.version, {}, "quadbox: equal"});
+  ReferenceComparison comparison;
+  comparison.view_version = driven.viewer.view_version;
+  comparison.variant = driven.viewer.variant();
+  comparison.sentence = "quadbox: equal";
+  driven.apply(compared_with_reference, comparison);
   EXPECT_EQ(driven.viewer.comparison->sentence, "quadbox: equal");
+  EXPECT_THAT(driven.viewer.toasts, IsEmpty()) << "its panel says it";
+  driven.apply(dismiss_comparison);
+  EXPECT_FALSE(driven.viewer.comparison);
+  // A sentence says it where the panel cannot: it is hidden, or the view has changed meanwhile.
+  driven.press("Tab");
+  driven.apply(compared_with_reference, comparison);
   EXPECT_EQ(driven.viewer.toasts.back().text, "quadbox: equal");
+  driven.press("Tab");
+  driven.apply(orbit, glm::dvec2(1, 1));
+  comparison.sentence = "of an earlier view";
+  driven.apply(compared_with_reference, comparison);
+  EXPECT_EQ(driven.viewer.toasts.back().text, "of an earlier view");
 }
 
 TEST(Viewer, jobs_wait_for_a_scene_and_the_zoom_s_key_stops_it_too) {
@@ -362,6 +376,21 @@ TEST(Commands, no_key_does_two_things) {
     EXPECT_TRUE(row.action) << row.help;
   }
   for (const FlyKey& row : fly_keys()) EXPECT_TRUE(keys.emplace(row.key, 0).second) << row.help;
+}
+
+TEST(Commands, menus_without_a_scene_offer_what_acts_without_one_and_files_end_with_quit) {
+  std::vector<std::string> without, files;
+  for (const KeyCommand& row : key_commands()) {
+    if (row.without_scene) without.push_back(row.help);
+    if (row.menu == Menu::file) files.push_back(row.help);
+    EXPECT_EQ(row.line_above, row.help == "Quit") << row.help;
+  }
+  EXPECT_THAT(without, testing::UnorderedElementsAre("Open a file", "Quit", "All windows",
+                                                     "Full screen", "Keys and mouse"));
+  EXPECT_EQ(files.front(), "Open a file");
+  EXPECT_EQ(files.back(), "Quit");
+  EXPECT_EQ(std::string(kMenuNames[static_cast<int>(Menu::help)]), "Help");
+  EXPECT_EQ(find_key_command(GLFW_KEY_F1, 0)->menu, Menu::help);
 }
 
 TEST(Commands, names_of_keys_are_read_back) {
@@ -458,6 +487,34 @@ TEST(Input, panels_and_text_fields_swallow) {
   input.tick(0.1, actions);
   EXPECT_THAT(actions, IsEmpty());
   EXPECT_FALSE(input.busy());
+}
+
+TEST(Input, keys_do_nothing_else_while_the_dialog_open_takes_them) {
+  DrivenScene driven(1);
+  Input input;
+  Actions actions;
+  const auto type = [&](int key, int mods) {
+    input.key(key, true, false, mods, false, actions);
+    input.key(key, false, false, mods, false, actions);
+  };
+  // All in one poll, before the dialog is drawn: O opens it, the rest is typed.
+  type(GLFW_KEY_O, GLFW_MOD_CONTROL);
+  for (const int key : {GLFW_KEY_P, GLFW_KEY_0, GLFW_KEY_Z, GLFW_KEY_H, GLFW_KEY_2, GLFW_KEY_TAB})
+    type(key, 0);
+  input.key(GLFW_KEY_W, true, false, 0, false, actions);
+  input.tick(0.5, actions);
+  const std::string camera = format_camera(driven.viewer.camera);
+  driven.apply_all(std::exchange(actions, {}));
+  EXPECT_TRUE(driven.viewer.panels.open);
+  EXPECT_TRUE(driven.viewer.panels.all);
+  EXPECT_THAT(driven.jobs, IsEmpty());
+  EXPECT_FALSE(driven.viewer.heatmap);
+  EXPECT_EQ(driven.viewer.mode(), kDefaultMode);
+  EXPECT_EQ(format_camera(driven.viewer.camera), camera);
+  driven.apply(toggle_panel, &Panels::open);
+  type(GLFW_KEY_H, 0);
+  driven.apply_all(actions);
+  EXPECT_TRUE(driven.viewer.heatmap) << "keys act again once it is closed";
 }
 
 TEST(Input, held_keys_fly_until_they_are_released_or_the_focus_is_lost) {

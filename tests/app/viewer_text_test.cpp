@@ -123,8 +123,13 @@ TEST(HudText, the_table_shows_the_numbers_of_the_csv) {
   EXPECT_EQ(table[4].fps, "1040");     // 1000 / 0.9612
   EXPECT_EQ(table[4].unused, "25.0 %");
   EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "449,088 pairs, 25.0 %");
+  viewer.zoom.running = true;  // its frames are of other views
+  EXPECT_FALSE(numbers_are_current(viewer));
+  EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "no fact unused");
+  viewer.zoom.running = false;
   ++viewer.view_version;
   EXPECT_FALSE(numbers_are_current(viewer));
+  EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "no fact unused");
 }
 
 TEST(HudText, both_pipelines_are_compared_with_their_own_3dgs) {
@@ -234,7 +239,7 @@ TEST(HudText, the_plot_s_caption_names_its_longest_frame) {
 
 TEST(HudText, a_hindered_frame_is_no_measurement) {
   Viewer viewer;
-  EXPECT_THAT(hud_caveat(viewer), HasSubstr("on demand"));
+  EXPECT_EQ(hud_caveat(viewer), "") << "frames on demand are the rule";
   viewer.on_demand = false;
   EXPECT_THAT(hud_caveat(viewer), HasSubstr("waits for the display"));
   viewer.vsync = false;
@@ -249,15 +254,33 @@ TEST(HudText, a_hindered_frame_is_no_measurement) {
 
 TEST(HudText, the_state_of_the_table_is_said) {
   Viewer viewer;
-  EXPECT_THAT(hud_status(viewer), HasSubstr("earlier view"));
-  viewer.zoom.running = true;
-  EXPECT_EQ(hud_status(viewer), "recording a zoom");
-  viewer.numbers.version = viewer.view_version;
-  EXPECT_THAT(hud_status(viewer), HasSubstr("measured off screen"));
-  viewer.numbers.rows = {row_of_frames("3dgs", {1, 2, 3}), row_of_frames("adr", {1, 2})};
-  EXPECT_THAT(hud_status(viewer), HasSubstr("medians of 2 frames"));
+  const char* measuring = "measuring all modes for this view ...";
+  EXPECT_EQ(hud_status(viewer), measuring) << "it begins at once";
+  viewer.last_motion = viewer.now;
+  EXPECT_EQ(hud_status(viewer), "not measured yet; measured once this view is still");
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {1, 2, 3}), row_of_frames("adr", {1, 2})}};
+  EXPECT_EQ(hud_status(viewer),
+            "all modes measured off screen for this view: medians of 2 frames each");
   viewer.measuring = true;
-  EXPECT_THAT(hud_status(viewer), HasSubstr("measuring"));
+  EXPECT_EQ(
+      hud_status(viewer),
+      "all modes measured off screen for this view: medians of 2 frames each, measuring more ...");
+  viewer.measuring = false;
+  ++viewer.view_version;
+  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  viewer.now += 1;
+  EXPECT_EQ(hud_status(viewer), measuring);
+  viewer.playback.running = true;
+  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  viewer.on_demand = false;
+  EXPECT_EQ(hud_status(viewer),
+            "from an earlier view; all modes are measured while drawing on demand only");
+  viewer.measuring = true;
+  EXPECT_EQ(hud_status(viewer), measuring);
+  viewer.numbers.version = viewer.view_version;
+  viewer.zoom.running = true;
+  EXPECT_EQ(hud_status(viewer), "recording a zoom") << "the camera of this view is not shown";
 }
 
 // ---- the split window ---------------------------------------------------------------------------
@@ -287,6 +310,79 @@ TEST(PanelText, the_split_window_says_how_its_frames_differ) {
   facts = split_facts(viewer);
   EXPECT_EQ(value_of(facts, "PSNR"), "equal");
   EXPECT_EQ(value_of(facts, "largest error"), "0");
+}
+
+TEST(PanelText, differences_are_shown_by_the_chosen_factor_or_by_one_from_the_frames) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(shown_amplification(viewer), 1);
+  viewer.shown.other.emplace();
+  for (const auto& [usual, factor] : {std::pair(0, 128),
+                                      {1, 128},
+                                      {2, 64},
+                                      {3, 64},
+                                      {4, 32},
+                                      {16, 8},
+                                      {127, 2},
+                                      {128, 1},
+                                      {255, 1}}) {
+    viewer.shown.other->pixels.usual = usual;
+    EXPECT_EQ(shown_amplification(viewer), factor) << usual;
+    EXPECT_EQ(shown_split(viewer).amplification, factor);
+  }
+  viewer.split.amplification = 16;
+  EXPECT_EQ(shown_amplification(viewer), 16);
+  const std::vector<BarTick> ticks = difference_ticks(16);
+  ASSERT_THAT(ticks, SizeIs(2));
+  EXPECT_EQ(ticks[0].text, "0");
+  EXPECT_EQ(ticks[1].text, "15.9 / 255");  // 255 / 16
+}
+
+TEST(PanelText, the_reference_s_verdict_names_the_pixel_and_the_reason) {
+  ReferenceComparison comparison;
+  comparison.variant = {find_culler("dualbox"), kDefaultPipeline, Backend::cpu};
+  comparison.tolerance = 2;
+  comparison.verdict.region = {10, 20, 266, 276};
+  comparison.verdict.difference.psnr = 71.5;
+  comparison.verdict.difference.largest = 1;
+  comparison.verdict.difference.largest_at = {3, 4};
+  std::vector<Fact> facts = verdict_facts(comparison);
+  EXPECT_EQ(value_of(facts, "frame"), "dualbox, cpu");
+  EXPECT_EQ(value_of(facts, "pixels"), "256 x 256 from 10, 20");
+  EXPECT_EQ(value_of(facts, "verdict"), "equal within 2/255");
+  EXPECT_EQ(value_of(facts, "PSNR"), "71.50 dB");
+  EXPECT_EQ(value_of(facts, "largest error"), "1/255 at 3, 4");
+  EXPECT_EQ(value_of(facts, "first pixel"), "no fact first pixel");
+  comparison.verdict.difference.pixels = 12345;
+  comparison.verdict.difference.first = {40, 50};
+  comparison.verdict.tile = 67;
+  comparison.verdict.gaussian = 89;
+  comparison.verdict.why = Disagreement::missing;
+  facts = verdict_facts(comparison);
+  EXPECT_EQ(value_of(facts, "verdict"), "12,345 differ by more than 2/255");
+  EXPECT_EQ(value_of(facts, "first pixel"), "40, 50 in tile 67, ringed in the picture");
+  EXPECT_EQ(value_of(facts, "reason"), "Gaussian 89: the frame does not blend it");
+  comparison.verdict.gaussian.reset();
+  comparison.verdict.why = Disagreement::rounding;
+  EXPECT_EQ(value_of(verdict_facts(comparison), "reason"), "the pixel differs by rounding only");
+}
+
+TEST(PanelText, the_verdict_is_current_for_its_view_and_mode_and_not_while_a_zoom_moves) {
+  Viewer viewer = known_viewer();
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.comparison.emplace();
+  viewer.comparison->view_version = viewer.view_version;
+  viewer.comparison->variant = viewer.variant();
+  EXPECT_TRUE(verdict_is_current(viewer));
+  ++viewer.version;
+  EXPECT_TRUE(verdict_is_current(viewer));
+  viewer.zoom.running = true;
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.zoom.running = false;
+  viewer.settings.pipeline = Pipeline::classic;
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.settings.pipeline = kDefaultPipeline;
+  ++viewer.view_version;
+  EXPECT_FALSE(verdict_is_current(viewer));
 }
 
 TEST(PanelText, the_scale_of_pair_differences_is_symmetric) {

@@ -47,8 +47,8 @@ float gray(const Image& image, int x, int y) {
   return 0.299f * image.at(x, y, 0) + 0.587f * image.at(x, y, 1) + 0.114f * image.at(x, y, 2);
 }
 
-// The map's colours with half of the picture's own contrast: what differs from its average around
-// each pixel.
+// The map's colours, lightened and darkened by half of the picture's own contrast: what differs
+// from its average around each pixel. `color(tile, gray, detail)` is the colour of a pixel.
 template <class Color>
 void expect_map(const Image& window, const Image& picture, const Color& color) {
   const int columns = picture.width / 16, rows = picture.height / 16;
@@ -73,10 +73,11 @@ void expect_map(const Image& window, const Image& picture, const Color& color) {
       const float around =
           (average(left, top) * (1 - fx) + average(left + 1, top) * fx) * (1 - fy) +
           (average(left, top + 1) * (1 - fx) + average(left + 1, top + 1) * fx) * fy;
-      const glm::vec3 map = color(static_cast<std::size_t>(y / 16 * columns + x / 16));
+      const float here = gray(picture, x, y);
+      const glm::vec3 map =
+          color(static_cast<std::size_t>(y / 16 * columns + x / 16), here, here - around);
       for (int c = 0; c < 3; ++c) {
-        const float expected =
-            std::clamp(map[c] + 0.5f * (gray(picture, x, y) - around), 0.0f, 1.0f);
+        const float expected = std::clamp(map[c], 0.0f, 1.0f);
         const float error = std::abs(window.at(x, y, c) - expected);
         sum += static_cast<double>(error);
         largest = std::max(largest, error);
@@ -95,17 +96,22 @@ TEST_F(ViewerWindow, maps_have_the_colours_of_their_values) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Frame quadbox = frame("quadbox"), box = frame("3dgs");
   const auto high = static_cast<float>(scale_for(quadbox.pairs).maximum);
-  expect_map(read_image(path("heat.png")), quadbox.color, [&](std::size_t tile) {
-    return viridis(std::min(1.0f, static_cast<float>(quadbox.pairs[tile]) / high));
-  });
+  const auto counted = [&](std::size_t tile, float light, float detail) {
+    const float place = std::min(1.0f, static_cast<float>(quadbox.pairs[tile]) / high);
+    return quadbox.pairs[tile] == 0 ? glm::vec3(0.05f + 0.08f * light)
+                                    : (1 + 0.5f * detail) * viridis(0.2f + 0.8f * place);
+  };
+  expect_map(read_image(path("heat.png")), quadbox.color, counted);
   std::vector<std::int32_t> differences;  // of the first variant minus the other
   for (std::size_t i = 0; i < box.pairs.size(); ++i)
     differences.push_back(static_cast<std::int32_t>(quadbox.pairs[i]) -
                           static_cast<std::int32_t>(box.pairs[i]));
   const auto most = static_cast<float>(scale_for_signed(differences).maximum);
-  expect_map(read_image(path("pairs.png")), quadbox.color, [&](std::size_t tile) {
-    return diverging(std::clamp(static_cast<float>(differences[tile]) / most, -1.0f, 1.0f));
-  });
+  const auto compared = [&](std::size_t tile, float, float detail) {
+    const float place = static_cast<float>(differences[tile]) / most;
+    return (1 + 0.5f * detail) * diverging(std::clamp(place, -1.0f, 1.0f));
+  };
+  expect_map(read_image(path("pairs.png")), quadbox.color, compared);
 }
 
 TEST_F(ViewerWindow, mouse_and_wheel_move_the_camera_by_exact_angles) {

@@ -111,6 +111,8 @@ ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, Rend
   return check;
 }
 
+const char* disagreement_text(Disagreement why) { return kDisagreements[static_cast<int>(why)]; }
+
 std::string check_sentence(const ReferenceCheck& check, int tolerance) {
   const ImageDifference& difference = check.difference;
   const std::string psnr = decibels(difference.psnr);
@@ -121,7 +123,7 @@ std::string check_sentence(const ReferenceCheck& check, int tolerance) {
       "{}",
       grouped(difference.pixels), tolerance, psnr, difference.first->x, difference.first->y,
       check.tile);
-  const char* why = kDisagreements[static_cast<int>(check.why)];
+  const char* why = disagreement_text(check.why);
   if (!check.gaussian) return fmt::format("{}, which {}", first, why);
   return fmt::format("{}, first Gaussian {}: the frame {}", first, *check.gaussian, why);
 }

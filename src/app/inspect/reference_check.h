@@ -43,6 +43,9 @@ ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, Rend
                                        std::optional<PixelBox> region, int tolerance,
                                        const Progress& progress);
 
+/// What the frame does with the Gaussian: "does not blend it".
+const char* disagreement_text(Disagreement why);
+
 /// "equal to the reference within 1/255, 92.10 dB", or what differs.
 std::string check_sentence(const ReferenceCheck& check, int tolerance);
 

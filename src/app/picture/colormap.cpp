@@ -38,6 +38,13 @@ glm::vec3 mixed(const std::array<std::uint32_t, kCount>& table, float t) {
 
 glm::vec3 viridis(float t) { return mixed(kViridis, t); }
 
+glm::vec3 heat(float t) { return viridis(0.2f + 0.8f * std::clamp(t, 0.0f, 1.0f)); }
+
+// shaders/present.frag repeats these two.
+glm::vec3 heat_of_zero(float gray) { return glm::vec3(0.05f + 0.08f * gray); }
+
+glm::vec3 with_detail(glm::vec3 color, float detail) { return (1 + 0.5f * detail) * color; }
+
 glm::vec3 diverging(float t) { return mixed(kDiverging, 0.5f * (t + 1)); }
 
 }  // namespace qs

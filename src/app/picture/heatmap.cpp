@@ -16,10 +16,8 @@ namespace {
 using on_dark::kFaint;
 using on_dark::kText;
 
-constexpr float kDetail = 0.5f;  // share of the frame's own contrast that stays visible
-
 glm::vec3 color_of(std::uint32_t value, const Scale& scale) {
-  return viridis(static_cast<float>(value) / static_cast<float>(scale.maximum));
+  return heat(static_cast<float>(value) / static_cast<float>(scale.maximum));
 }
 
 float gray(const Image& image, int x, int y) {
@@ -32,7 +30,7 @@ float gray(const Image& image, int x, int y) {
 int block_px(const Heatmap& heatmap) { return heatmap.cell_px > 1 ? heatmap.cell_px : kTileSize; }
 
 // The frame is drawn as its difference from the block's mean gray, so that the mean colour of a
-// block is the colour of the scale.
+// block is the colour of the scale. Cells with the value 0 show the frame, dimmed.
 void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
                 glm::ivec2 corner) {
   const int right = std::min(corner.x + block_px(heatmap), color.width);
@@ -45,9 +43,11 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
   for (int y = corner.y; y < bottom; ++y) {
     for (int x = corner.x; x < right; ++x) {
       const int cell = y / heatmap.cell_px * heatmap.columns + x / heatmap.cell_px;
-      const glm::vec3 heat = color_of(heatmap.values[static_cast<std::size_t>(cell)], scale);
-      const float detail = kDetail * (gray(color, x, y) - mean);
-      for (int c = 0; c < 3; ++c) result.at(x, y, c) = heat[c] + detail;
+      const std::uint32_t value = heatmap.values[static_cast<std::size_t>(cell)];
+      const float light = gray(color, x, y);
+      const glm::vec3 shown =
+          value == 0 ? heat_of_zero(light) : with_detail(color_of(value, scale), light - mean);
+      for (int c = 0; c < 3; ++c) result.at(x, y, c) = shown[c];
     }
   }
 }
@@ -79,7 +79,8 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
   const int bar_width = right - left;
   for (int x = 0; x < bar_width; ++x) {
     const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar_width);
-    fill_rect(image, {left + x, y, 1, layout.bar}, viridis(t));
+    const bool zero = 2 * x < layout.bar || t * static_cast<float>(scale.maximum) < 0.5f;
+    fill_rect(image, {left + x, y, 1, layout.bar}, zero ? heat_of_zero(0.5f) : heat(t));
   }
   y += layout.bar;
   // From the last label, which has the unit, to the left: labels that would touch it are left out.

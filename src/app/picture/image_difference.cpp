@@ -2,7 +2,9 @@
 #include "app/picture/image_difference.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <numeric>
 
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
@@ -16,6 +18,7 @@ template <class DifferenceAt>
 ImageDifference difference_in(const PixelBox& box, int tolerance, DifferenceAt&& difference_at) {
   ImageDifference result;
   std::uint64_t squares = 0;
+  std::array<std::uint64_t, 256> histogram{};  // of pixels, by their largest difference
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
       int largest = 0;
@@ -24,6 +27,7 @@ ImageDifference difference_in(const PixelBox& box, int tolerance, DifferenceAt&&
         squares += static_cast<std::uint64_t>(difference * difference);
         largest = std::max(largest, difference);
       }
+      ++histogram[static_cast<std::size_t>(largest)];
       if (largest > tolerance) {
         ++result.pixels;
         if (!result.first) result.first = {x, y};
@@ -36,6 +40,13 @@ ImageDifference difference_in(const PixelBox& box, int tolerance, DifferenceAt&&
   }
   const double values = 3.0 * (box.x1 - box.x0) * (box.y1 - box.y0);
   if (squares > 0) result.psnr = psnr_of(static_cast<double>(squares) / values, 255);
+  const std::uint64_t differing =
+      std::accumulate(histogram.begin() + 1, histogram.end(), std::uint64_t{0});
+  std::uint64_t larger = 0;  // pixels that differ by `usual` or more
+  for (result.usual = result.largest; result.usual > 1; --result.usual) {
+    larger += histogram[static_cast<std::size_t>(result.usual)];
+    if (larger * 50 > differing) break;
+  }
   return result;
 }
 
@@ -74,6 +85,13 @@ Image amplified_difference(const Image& a, const Image& b, const PixelBox& box, 
 
 int amplification_for(int largest_difference) {
   return std::clamp(255 / std::max(largest_difference, 1), 1, 64);
+}
+
+int visible_amplification(const ImageDifference& difference) {
+  constexpr int kMost = 128;
+  int factor = 1;
+  while (factor < kMost && 2 * factor * std::max(difference.usual, 1) <= 255) factor *= 2;
+  return factor;
 }
 
 PixelBox box_of(const Image& image) { return {0, 0, image.width, image.height}; }

@@ -22,6 +22,7 @@ struct ImageDifference {
   glm::ivec2 largest_at{-1};        ///< the first pixel, row by row, that has it
   std::uint64_t pixels = 0;         ///< pixels that differ by more than the tolerance
   std::optional<glm::ivec2> first;  ///< the first of them, row by row
+  int usual = 0;  ///< at most one in fifty of the pixels that differ at all differs by more
 };
 
 /// Compares the pixels of `box`, default: of the whole image. Both images have the same size and at
@@ -41,6 +42,9 @@ Image amplified_difference(const Image& a, const Image& b, const PixelBox& box, 
 
 /// The largest factor, 1 to 64, by which a difference can be amplified without clipping.
 int amplification_for(int largest_difference);
+
+/// The largest power of two, 1 to 128, that does not clip the usual difference.
+int visible_amplification(const ImageDifference& difference);
 
 /// All pixels of the image.
 PixelBox box_of(const Image& image);

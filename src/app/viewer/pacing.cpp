@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/pacing.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace qs {
 namespace {
 
@@ -18,7 +21,9 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 }
 
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
-  return draw_once_ || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
+  // A measurement also ends without an action: it is cancelled, or its report comes first.
+  const bool ended = measuring_ && !viewer.measuring;
+  return draw_once_ || ended || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
          around.now - around.last_event < kUiSeconds || !viewer.on_demand || viewer.loading ||
          viewer.playback.running || viewer.moving();
 }
@@ -42,17 +47,24 @@ double Pacing::sleep_seconds(const Viewer& viewer, const Surroundings& around,
 bool Pacing::begin_drawing(const Viewer& viewer) {
   const bool disturbs = viewer.measuring && !draw_once_ && viewer.toasts.size() == toasts_;
   draw_once_ = false;
+  measuring_ = viewer.measuring;
   toasts_ = viewer.toasts.size();
   return disturbs;
 }
 
 double Pacing::end_drawing(const Viewer& viewer, double now) {
-  const double seconds = now - last_draw_;
-  last_draw_ = now;
-  const double fps = seconds > 0 && seconds < kPauseSeconds ? 1 / seconds : 0;
-  fps_ = fps == 0 ? 0 : fps_ == 0 ? fps : 0.9 * fps_ + 0.1 * fps;
-  const bool steady = !viewer.on_demand || viewer.moving() || viewer.loading;
-  return steady ? fps_ : 0;
+  const bool paused = now - std::exchange(last_draw_, now) >= kPauseSeconds;
+  const bool new_picture = std::exchange(frames_, viewer.frames) != viewer.frames;
+  if (paused) fps_ = 0;
+  if (paused || new_picture) {
+    const double seconds = now - std::exchange(last_picture_, now);
+    const double fps = paused || seconds <= 0 ? 0 : 1 / seconds;
+    fps_ = fps == 0 || fps_ == 0 ? fps : 0.9 * fps_ + 0.1 * fps;
+  }
+  if (viewer.on_demand && !viewer.moving()) return 0;
+  // The picture that is being drawn takes at least this long.
+  const double seconds = now - last_picture_;
+  return seconds > 0 ? std::min(fps_, 1 / seconds) : fps_;
 }
 
 }  // namespace qs

@@ -38,14 +38,16 @@ class Pacing {
   /// Called before the window is drawn; true if that disturbs a measurement, which is then void.
   bool begin_drawing(const Viewer& viewer);
 
-  /// Called after the window was drawn. Returns the frames of the window per second, smoothed; 0
-  /// while it is not drawn steadily.
+  /// Called after the window was drawn. Returns the new pictures per second that the user sees,
+  /// smoothed; 0 while the picture rests.
   double end_drawing(const Viewer& viewer, double now);
 
  private:
   bool draw_once_ = true;
-  double draw_until_ = 0, last_draw_ = 0, fps_ = 0;
+  double draw_until_ = 0, last_draw_ = 0, last_picture_ = 0, fps_ = 0;
   std::size_t toasts_ = 0;  // in the window
+  int frames_ = -1;         // Viewer::frames in the window
+  bool measuring_ = false;  // as the window says
 };
 
 }  // namespace qs

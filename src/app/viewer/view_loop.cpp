@@ -9,9 +9,11 @@
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
@@ -45,7 +47,7 @@ class ViewLoop final : public Host {
       Actions actions;
       window_.poll(pacing_.sleep_seconds(viewer_, surroundings(), numbers_are_wanted(viewer_)),
                    viewer_.navigation, actions);
-      if (window_.close_requested()) quit();
+      if (window_.close_requested() || QuitSignals::arrived()) quit();
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
       play_script(actions);
       window_.input().tick(seconds, actions);
@@ -155,11 +157,12 @@ class ViewLoop final : public Host {
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
     panel_state_.construction =
         construction_.show(viewer_.inspected ? viewer_.inspected->construction : nullptr);
+    turn_.drawn_status = hud_status(viewer_);
     const glm::ivec2 pixels = window_.framebuffer();
     Actions actions;
     window_.begin_ui();
     draw_panels(viewer_, panel_state_, actions);
-    presenter_.draw(pixels.x, pixels.y, viewer_.split);
+    presenter_.draw(pixels.x, pixels.y, shown_split(viewer_));
     window_.end_ui();
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();
@@ -170,6 +173,7 @@ class ViewLoop final : public Host {
   }
 
   const ViewOptions& options_;
+  const QuitSignals quit_signals_;
   glm::ivec2 first_size_{1280, 720};  // of the window
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();

@@ -7,8 +7,10 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <fmt/format.h>
 
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/keys.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
@@ -102,6 +104,17 @@ KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*p
   return command;
 }
 
+KeyCommand always(KeyCommand command) {
+  command.without_scene = true;
+  return command;
+}
+
+// Below a line, apart from the entries above it.
+KeyCommand last(KeyCommand command) {
+  command.line_above = true;
+  return command;
+}
+
 KeyCommand held(int key, int mods, const char* help, void (*function)(Viewer&, bool held)) {
   KeyCommand command = row(key, mods, Menu::none, help, function, true);
   command.on_release = call(function, false);
@@ -125,24 +138,23 @@ KeyCommand mode_row(CullMode mode) {
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
-      panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open),
+      always(panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open)),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
       job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
-      row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }),
+      last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
 
       panel(GLFW_KEY_F10, 0, view, "Performance", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
-      panel(GLFW_KEY_F1, 0, view, "Help", &Panels::help),
-      panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all),
+      always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
       row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
       row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
-      row(GLFW_KEY_F11, 0, view, "Full screen",
-          [](Viewer&, Host& host) { host.toggle_fullscreen(); }),
+      always(row(GLFW_KEY_F11, 0, view, "Full screen",
+                 [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
 
       panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
       row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera, CameraStep::previous),
@@ -173,6 +185,8 @@ std::vector<KeyCommand> make_commands() {
       job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
       job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
               job::compare_around_cursor),
+
+      always(panel(GLFW_KEY_F1, 0, Menu::help, "Keys and mouse", &Panels::help)),
   };
   rows.insert(rows.end(), last_rows.begin(), last_rows.end());
   return rows;
@@ -183,6 +197,14 @@ std::vector<KeyCommand> make_commands() {
 std::span<const KeyCommand> key_commands() {
   static const std::vector<KeyCommand> kCommands = make_commands();
   return kCommands;
+}
+
+std::string command_hint(std::string_view help) {
+  const std::span<const KeyCommand> rows = key_commands();
+  const auto found = std::find_if(rows.begin(), rows.end(),
+                                  [&](const KeyCommand& row) { return row.help == help; });
+  if (found == rows.end()) return std::string(help);
+  return fmt::format("{} ({})", help, key_name(found->key, found->mods));
 }
 
 const KeyCommand* find_key_command(int key, int mods) {

@@ -7,15 +7,16 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "app/viewer/state/action.h"
 
 namespace qs {
 
-enum class Menu { file, view, camera, mode, measure, none };
+enum class Menu { file, view, camera, mode, measure, help, none };
 
 /// Index = Menu; `none` has no menu.
-inline constexpr const char* kMenuNames[] = {"File", "View", "Camera", "Mode", "Measure"};
+inline constexpr const char* kMenuNames[] = {"File", "View", "Camera", "Mode", "Measure", "Help"};
 
 struct KeyCommand {
   int key;   ///< GLFW_KEY_*
@@ -26,9 +27,14 @@ struct KeyCommand {
   Action on_release = {};                              ///< of keys that act while they are held
   std::function<bool(const Viewer&)> is_checked = {};  ///< whether the menu shows a tick
   const char* tooltip = nullptr;                       ///< in the menu
+  bool without_scene = false;  ///< acts without a scene too; else the menu's entry is gray then
+  bool line_above = false;     ///< in the menu
 };
 
 std::span<const KeyCommand> key_commands();
+
+/// "Flip the split (X)": what a control with this KeyCommand::help does, and its key.
+std::string command_hint(std::string_view help);
 
 /// The command of a key; digits of the keypad count as those of the main row. Null without one.
 const KeyCommand* find_key_command(int key, int mods);

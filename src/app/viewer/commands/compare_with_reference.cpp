@@ -32,7 +32,7 @@ void compare(RenderContext& context, const Viewer& viewer, std::optional<PixelBo
       cpu, request.camera, request.settings, frame, truth, region, kTolerance, progress);
   context.reference = ReferenceImage{viewer.view_version, verdict.region, std::move(truth)};
   context.report(action::compared_with_reference,
-                 ReferenceComparison{viewer.version, verdict,
+                 ReferenceComparison{viewer.view_version, viewer.variant(), kTolerance, verdict,
                                      fmt::format("{}: {}", mode_name(request.settings.mode),
                                                  check_sentence(verdict, kTolerance))});
   if (request.other) context.show(request);

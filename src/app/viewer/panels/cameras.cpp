@@ -31,9 +31,11 @@ void draw_list(const Viewer& viewer, Actions& actions) {
   bool frusta = viewer.panels.frusta, photograph = viewer.panels.photograph;
   if (ImGui::Checkbox("in the scene", &frusta))
     actions.push_back(call(action::toggle_panel, &Panels::frusta));
+  command_tooltip("Cameras in the scene");
   ImGui::SameLine();
   if (ImGui::Checkbox("photograph", &photograph))
     actions.push_back(call(action::toggle_photograph));
+  command_tooltip("Photograph of this camera");
   if (viewer.panels.photograph) {
     float opacity = viewer.photograph_opacity;
     ImGui::SetNextItemWidth(10 * ImGui::GetFontSize());
@@ -53,11 +55,13 @@ void draw_path(const Viewer& viewer, Actions& actions) {
       actions.push_back(call(action::set_camera, viewer.keyframes[i].camera));
     ImGui::PopID();
   }
-  if (ImGui::Button("Set here (K)")) actions.push_back(call(action::add_keyframe));
+  if (ImGui::Button("Set here")) actions.push_back(call(action::add_keyframe));
+  command_tooltip("Set a keyframe");
   if (viewer.keyframes.size() < 2) return;
   ImGui::SameLine();
-  if (ImGui::Button(viewer.playback.running ? "Stop" : "Play (Space)"))
+  if (ImGui::Button(viewer.playback.running ? "Stop" : "Play"))
     actions.push_back(call(action::toggle_playback));
+  command_tooltip("Play the path");
   ImGui::SameLine();
   if (ImGui::Button("Save")) actions.push_back(call(action::save_keyframes));
   auto time = static_cast<float>(viewer.playback.time);

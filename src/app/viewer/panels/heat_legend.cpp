@@ -26,7 +26,7 @@ void draw_heat_legend(const Viewer& viewer) {
   const float shift = ImGui::CalcTextSize(under.c_str()).x;
   ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
   ImGui::TextColored(palette::kAccent, "%s", under.c_str());
-  draw_color_bar(viridis, heat_ticks(shown));
+  draw_color_bar([](float t) { return t > 0 ? heat(t) : heat_of_zero(0.5f); }, heat_ticks(shown));
   ImGui::TextColored(palette::kFaint, "%s", heat_facts(shown).c_str());
   ImGui::End();
 }

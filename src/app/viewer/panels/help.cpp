@@ -70,6 +70,7 @@ void draw_help(const Viewer&, Actions& actions) {
     ImGui::TableNextColumn();
     menu_section(Menu::camera);
     menu_section(Menu::mode);
+    menu_section(Menu::help);
     ImGui::EndTable();
   }
   ImGui::End();

@@ -22,6 +22,7 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
   }
   changed |= ImGui::SliderFloat("splat scale", &settings.splat_scale, 0.01f, 3, "%.2f",
                                 ImGuiSliderFlags_Logarithmic);
+  command_tooltip("Larger splats");
   changed |= ImGui::ColorEdit3("background", &settings.background.x, ImGuiColorEditFlags_NoInputs);
   int antialias = settings.antialiased ? (*settings.antialiased ? 1 : 2) : 0;
   if (ImGui::Combo("antialias", &antialias, "as trained\0on\0off\0")) {

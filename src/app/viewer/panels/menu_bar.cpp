@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <utility>
+
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
@@ -19,14 +21,17 @@ void draw_recent(const Viewer& viewer, Actions& actions) {
 
 void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMenu(kMenuNames[static_cast<int>(menu)])) return;
+  bool first = true;
   for (const KeyCommand& row : key_commands()) {
     if (row.menu != menu) continue;
     const bool checked = row.is_checked && row.is_checked(viewer);
-    if (ImGui::MenuItem(row.help.c_str(), key_name(row.key, row.mods).c_str(), checked))
+    const bool enabled = row.without_scene || viewer.scene;
+    if (row.line_above) ImGui::Separator();
+    if (ImGui::MenuItem(row.help.c_str(), key_name(row.key, row.mods).c_str(), checked, enabled))
       actions.push_back(row.action);
     if (row.tooltip != nullptr && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row.tooltip);
+    if (menu == Menu::file && std::exchange(first, false)) draw_recent(viewer, actions);
   }
-  if (menu == Menu::file) draw_recent(viewer, actions);
   if (menu == Menu::view) {
     ImGui::Separator();
     const auto option = [&](const char* name, bool Viewer::*which) {
@@ -44,8 +49,8 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
 
 float draw_menu_bar(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMainMenuBar()) return 0;
-  for (const Menu menu : {Menu::file, Menu::view, Menu::camera, Menu::mode, Menu::measure})
-    draw_menu(menu, viewer, actions);
+  for (int menu = 0; menu < static_cast<int>(Menu::none); ++menu)
+    draw_menu(static_cast<Menu>(menu), viewer, actions);
   if (viewer.scene) {
     const std::string text = scene_summary(viewer);
     const float width = ImGui::CalcTextSize(text.c_str()).x;

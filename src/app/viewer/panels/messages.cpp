@@ -61,8 +61,8 @@ void draw_welcome(const Viewer& viewer, Actions& actions) {
   ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::Begin("Welcome", nullptr, kPlain);
   ImGui::TextUnformatted("Drop a splat file or the folder of a trained model here.");
-  if (ImGui::Button("Open ... (Ctrl+O)"))
-    actions.push_back(call(action::toggle_panel, &Panels::open));
+  if (ImGui::Button("Open ...")) actions.push_back(call(action::toggle_panel, &Panels::open));
+  command_tooltip("Open a file");
   for (const std::filesystem::path& path : viewer.recent) {
     if (ImGui::Selectable(path.c_str())) actions.push_back(call(action::open, path));
   }

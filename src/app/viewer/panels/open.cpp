@@ -1,98 +1,144 @@
 // SPDX-License-Identifier: MIT
 //
-// Chooses a file to open: a list of folders and of readable files, and a line for a path.
+// The dialog Open. It takes the keyboard: typing changes the path, the arrow keys select a row,
+// Enter opens, Escape closes.
 #include <algorithm>
-#include <sstream>
 #include <system_error>
+#include <utility>
 
-#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
-#include "io/scene/reader.h"
 
 namespace qs {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool readable(const fs::path& path) {
-  const std::string ending = path.extension().string();
-  if (ending == ".json") return true;
-  const auto rows = readers();
-  return std::any_of(rows.begin(), rows.end(), [&](const ReaderRow& row) {
-    std::istringstream words(row.extensions);
-    for (std::string word; words >> word;) {
-      if (word == ending) return true;
-    }
-    return false;
-  });
-}
-
-void list(PanelState& state, const fs::path& folder) {
-  state.folder = folder;
-  state.entries.clear();
-  std::error_code error;
-  for (const auto& entry :
-       fs::directory_iterator(folder, fs::directory_options::skip_permission_denied, error)) {
-    if (entry.path().filename().string().starts_with('.')) continue;
-    std::error_code unreachable;
-    if (entry.is_directory(unreachable) || readable(entry.path()))
-      state.entries.push_back(entry.path());
-  }
-  std::sort(state.entries.begin(), state.entries.end(), [](const fs::path& a, const fs::path& b) {
-    std::error_code unreachable;
-    const bool a_file = !fs::is_directory(a, unreachable),
-               b_file = !fs::is_directory(b, unreachable);
-    return a_file != b_file ? b_file : a < b;
-  });
-}
+constexpr const char* kTitle = "Open";
 
 fs::path start_folder(const Viewer& viewer) {
   std::error_code error;
   return viewer.scene ? viewer.scene->path.parent_path() : fs::current_path(error);
 }
 
+bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
+
+// Puts what was typed before the field had the keyboard into it.
+int insert_early(ImGuiInputTextCallbackData* data) {
+  auto& early = *static_cast<std::string*>(data->UserData);
+  if (early.empty()) return 0;
+  data->InsertChars(0, early.c_str());
+  data->CursorPos = data->BufTextLen;
+  data->ClearSelection();
+  early.clear();
+  return 0;
+}
+
+void draw_path_field(PanelState& state) {
+  FileChooser& chooser = state.chooser;
+  // ImGui keeps the text of an active field, so a field that begins again has another identity.
+  ImGui::PushID(chooser.moves());
+  if (state.focus_path) {
+    ImGui::SetKeyboardFocusHere();
+    // The field drops what is typed until the frame after it has become active.
+    for (const ImWchar c : ImGui::GetIO().InputQueueCharacters) {
+      if (c >= ' ' && c < 127) state.typed_early += static_cast<char>(c);
+    }
+    ImGui::GetIO().ClearInputCharacters();
+  }
+  ImGui::SetNextItemWidth(-1);
+  std::string typed = chooser.typed();
+  ImGui::InputTextWithHint("##path", "path of a scene, a model folder or cameras", &typed,
+                           ImGuiInputTextFlags_CallbackAlways, insert_early, &state.typed_early);
+  if (ImGui::IsItemActive()) state.focus_path = false;
+  ImGui::PopID();
+  if (typed != chooser.typed()) chooser.type(typed);
+}
+
+std::optional<fs::path> draw_rows(PanelState& state) {
+  FileChooser& chooser = state.chooser;
+  constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersOuter;
+  const float below = 3 * ImGui::GetFrameHeightWithSpacing();
+  if (!ImGui::BeginTable("files", 3, kFlags, {0, -below})) return std::nullopt;
+  const float em = ImGui::GetFontSize();
+  ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);
+  ImGui::TableSetupColumn("size", ImGuiTableColumnFlags_WidthFixed, 6 * em);
+  ImGui::TableSetupColumn("date", ImGuiTableColumnFlags_WidthFixed, 6 * em);
+  std::optional<FileEntry> clicked;
+  for (std::size_t i = 0; i < chooser.rows().size(); ++i) {
+    const FileEntry& entry = chooser.rows()[i];
+    const bool selected = static_cast<int>(i) == chooser.selected();
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    if (ImGui::Selectable(entry.name.c_str(), selected, ImGuiSelectableFlags_SpanAllColumns))
+      clicked = entry;
+    if (selected && state.scroll_files) ImGui::SetScrollHereY();
+    for (const std::string& text : {entry.size, entry.date}) {
+      ImGui::TableNextColumn();
+      ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+      right_aligned(text);
+      ImGui::PopStyleColor();
+    }
+  }
+  state.scroll_files = false;
+  ImGui::EndTable();
+  return clicked ? chooser.choose(*clicked) : std::nullopt;
+}
+
+// Returns the path to open.
+std::optional<fs::path> use_keys(PanelState& state) {
+  FileChooser& chooser = state.chooser;
+  const int by = (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0);
+  if (by != 0) chooser.select(by);
+  state.scroll_files |= by != 0;
+  if (!pressed(ImGuiKey_Enter) && !pressed(ImGuiKey_KeyPadEnter)) return std::nullopt;
+  if (!state.typed_early.empty())
+    chooser.type(std::exchange(state.typed_early, "") + chooser.typed());
+  state.focus_path = true;
+  return chooser.enter();
+}
+
 }  // namespace
 
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
-  if (state.folder.empty()) list(state, fs::absolute(start_folder(viewer)));
+  if (!viewer.panels.open) return;
+  FileChooser& chooser = state.chooser;
+  if (!ImGui::IsPopupOpen(kTitle)) {
+    ImGui::OpenPopup(kTitle);
+    chooser.start(start_folder(viewer));
+    state.typed_early.clear();
+    state.focus_path = true;
+  }
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({38 * ImGui::GetFontSize(), 26 * ImGui::GetFontSize()},
-                           ImGuiCond_Appearing);
+  const float em = ImGui::GetFontSize();
+  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize({std::min(44 * em, display.x - em), std::min(30 * em, display.y - em)});
   bool open = true;
-  std::optional<fs::path> chosen, next;
-  ImGui::Begin("Open", &open, ImGuiWindowFlags_NoCollapse);
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::InputTextWithHint("##path", "path of a scene, a model folder or cameras", &state.typed,
-                               ImGuiInputTextFlags_EnterReturnsTrue))
-    chosen = state.typed;
-  ImGui::TextColored(palette::kFaint, "%s", state.folder.c_str());
-  ImGui::BeginChild("files", {0, -2 * ImGui::GetFrameHeightWithSpacing()}, true);
-  if (ImGui::Selectable("..")) next = state.folder.parent_path();
-  for (const fs::path& entry : state.entries) {
-    std::error_code error;
-    const bool folder = fs::is_directory(entry, error);
-    const std::string label = fmt::format("{}{}", entry.filename().string(), folder ? "/" : "");
-    if (ImGui::Selectable(label.c_str())) (folder ? next : chosen) = entry;
+  if (!ImGui::BeginPopupModal(
+          kTitle, &open,
+          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
+    return;
+  draw_path_field(state);
+  ImGui::TextColored(palette::kFaint, "%s", chooser.folder().c_str());
+  std::optional<fs::path> chosen = draw_rows(state);
+  if (const auto path = use_keys(state)) chosen = path;
+  if (chooser.problem().empty()) {
+    ImGui::TextColored(palette::kFaint, "Enter opens, arrow keys select, Escape closes");
+  } else {
+    ImGui::TextColored(palette::kCaution, "%s", chooser.problem().c_str());
   }
-  ImGui::EndChild();
-  if (ImGui::Button("Open this folder as a model")) chosen = state.folder;
+  if (ImGui::Button("Open this folder as a model")) chosen = chooser.folder();
   ImGui::SameLine();
-  if (ImGui::Button("Cancel")) open = false;
-  ImGui::End();
-  if (next) list(state, *next);
-  if (chosen) {
-    actions.push_back(call(action::open, *chosen));
-    open = false;
-  }
-  if (!open) {
+  if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
+  if (chosen) actions.push_back(call(action::open, *chosen));
+  if (chosen || !open) {
     actions.push_back(call(action::toggle_panel, &Panels::open));
-    state.folder.clear();
+    ImGui::CloseCurrentPopup();
   }
+  ImGui::EndPopup();
 }
 
 }  // namespace qs

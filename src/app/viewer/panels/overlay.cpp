@@ -109,7 +109,7 @@ void draw_inspected(const Viewer& viewer) {
 
 // A frame around the compared part, and a ring around the first pixel that differs from the
 // reference.
-void draw_verdict(const Viewer& viewer) {
+void draw_verdict_marks(const Viewer& viewer) {
   const ReferenceCheck& verdict = viewer.comparison->verdict;
   const PixelBox& box = verdict.region;
   if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
@@ -139,7 +139,7 @@ void draw_overlay(const Viewer& viewer, const PanelState& state) {
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
     draw_inspected(viewer);
-  if (viewer.comparison && viewer.comparison->version == viewer.version) draw_verdict(viewer);
+  if (verdict_is_current(viewer)) draw_verdict_marks(viewer);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
 }
 

@@ -6,6 +6,8 @@
 #include <glm/common.hpp>
 #include <imgui.h>
 
+#include "app/viewer/commands/commands.h"
+
 namespace qs {
 
 std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
@@ -23,6 +25,10 @@ void right_aligned(const std::string& text) {
   ImGui::TextUnformatted(text.c_str());
 }
 
+void command_tooltip(const char* help) {
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command_hint(help).c_str());
+}
+
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   draw_overlay(viewer, state);
   draw_heat_legend(viewer);
@@ -35,11 +41,13 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
     if (viewer.panels.recorder) draw_recorder(viewer, actions, top);
     if (viewer.panels.inspector && viewer.scene) draw_inspector(viewer, state, actions, top);
     if (viewer.panels.split && viewer.scene) draw_split(viewer, actions, top);
-    if (viewer.panels.help) draw_help(viewer, actions);
-    if (viewer.panels.open) draw_open(viewer, state, actions);
+    draw_verdict(viewer, actions);
+    // It asks for the focus at every frame, which would close the dialog.
+    if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, actions);
   }
   draw_messages(viewer, actions);
+  draw_open(viewer, state, actions);
 }
 
 }  // namespace qs

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/panels/file_chooser.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/panel_text.h"
@@ -19,10 +20,11 @@ namespace qs {
 
 /// State of the panels themselves.
 struct PanelState {
-  std::filesystem::path folder;                ///< listed by the panel Open
-  std::vector<std::filesystem::path> entries;  ///< folders and readable files in it
-  std::string typed;                           ///< path being typed
-  int inspections = 0;  ///< Viewer::inspections that the inspector scrolled to
+  FileChooser chooser;        ///< of the dialog Open
+  std::string typed_early;    ///< before its path field had the keyboard
+  bool focus_path = false;    ///< its path field asks for the keyboard
+  bool scroll_files = false;  ///< to the selected row
+  int inspections = 0;        ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0, construction = 0;  ///< GL textures of Viewer's pictures, 0 = none
 };
 
@@ -37,6 +39,9 @@ std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, i
 /// Text at the right end of a table's cell.
 void right_aligned(const std::string& text);
 
+/// Explains the control that was drawn last by the command that does the same, with its key.
+void command_tooltip(const char* help);
+
 // ---- one file each -----------------------------------------------------------------------------
 float draw_menu_bar(const Viewer& viewer, Actions& actions);  ///< its height
 void draw_hud(const Viewer& viewer, Actions& actions, float top);
@@ -47,8 +52,9 @@ void draw_cameras(const Viewer& viewer, Actions& actions, float top);
 void draw_recorder(const Viewer& viewer, Actions& actions, float top);
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions, float top);
 void draw_split(const Viewer& viewer, Actions& actions, float top);
-void draw_divider(const Viewer& viewer, Actions& actions, float top);  ///< of the split window
-void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_divider(const Viewer& viewer, Actions& actions, float top);       ///< of the split window
+void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
+void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
 void draw_overlay(const Viewer& viewer, const PanelState& state);
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, Actions& actions);

@@ -58,8 +58,9 @@ void draw_recorder(const Viewer& viewer, Actions& actions, float top) {
   draw_curves(zoom);
   ImGui::TextColored(palette::kFaint, "ms per frame from far to near");
   draw_legend();
-  if (ImGui::Button(zoom.running ? "Stop (Z)" : "Record (Z)"))
+  if (ImGui::Button(zoom.running ? "Stop" : "Record"))
     actions.push_back(call(action::toggle_zoom_recorder));
+  command_tooltip("Record a zoom");
   ImGui::End();
   if (!open) actions.push_back(call(action::toggle_panel, &Panels::recorder));
 }

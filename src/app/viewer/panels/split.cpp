@@ -76,6 +76,24 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   actions.push_back(call(action::change_split, split));
 }
 
+// Powers of two, or one that is chosen from the frames.
+void choose_amplification(const Viewer& viewer, Actions& actions) {
+  Split split = viewer.split;
+  const auto label = [&](int factor) {
+    return factor > 0 ? fmt::format("differences times {}", factor)
+                      : fmt::format("differences times {}, automatic", shown_amplification(viewer));
+  };
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::BeginCombo("##amplification", label(split.amplification).c_str())) return;
+  for (const int factor : {0, 1, 2, 4, 8, 16, 32, 64, 128}) {
+    const std::string text = factor == 0 ? "automatic" : label(factor);
+    if (!ImGui::Selectable(text.c_str(), factor == split.amplification)) continue;
+    split.amplification = factor;
+    actions.push_back(call(action::change_split, split));
+  }
+  ImGui::EndCombo();
+}
+
 void choose_view(const Viewer& viewer, Actions& actions) {
   Split split = viewer.split;
   for (std::size_t i = 0; i < std::size(kSplitViews); ++i) {
@@ -84,14 +102,13 @@ void choose_view(const Viewer& viewer, Actions& actions) {
       split.view = static_cast<SplitView>(i);
       actions.push_back(call(action::change_split, split));
     }
+    command_tooltip("Next view of the split");
   }
   if (split.view == SplitView::difference) {
-    ImGui::SetNextItemWidth(-1);
-    if (ImGui::SliderInt("##amplification", &split.amplification, 1, kMostAmplification,
-                         "differences times %d", ImGuiSliderFlags_Logarithmic))
-      actions.push_back(call(action::change_split, split));
+    choose_amplification(viewer, actions);
   } else if (split.view != SplitView::tile_pairs) {
-    if (ImGui::Button("Flip (X)")) actions.push_back(call(action::flip_split));
+    if (ImGui::Button("Flip")) actions.push_back(call(action::flip_split));
+    command_tooltip("Flip the split");
   }
 }
 
@@ -160,6 +177,9 @@ void draw_split(const Viewer& viewer, Actions& actions, float top) {
   if (viewer.shown.other) {
     if (viewer.split.view == SplitView::tile_pairs && viewer.shown.other->pairs)
       draw_pair_legend(viewer);
+    if (viewer.split.view == SplitView::difference)
+      draw_color_bar([](float t) { return glm::vec3(t); },
+                     difference_ticks(shown_amplification(viewer)));
     for (const Fact& fact : split_facts(viewer)) {
       ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
       ImGui::SameLine(9 * ImGui::GetFontSize());

@@ -37,8 +37,10 @@ void apply_style(float scale) {
   colors[ImGuiCol_HeaderHovered] = tinted(0.40f);
   colors[ImGuiCol_HeaderActive] = tinted(0.50f);
   colors[ImGuiCol_CheckMark] = palette::kAccent;
-  colors[ImGuiCol_SliderGrab] = tinted(0.75f);
-  colors[ImGuiCol_SliderGrabActive] = palette::kAccent;
+  // Dark enough for the slider's value, which is drawn over its grab.
+  colors[ImGuiCol_SliderGrab] = tinted(0.40f);
+  colors[ImGuiCol_SliderGrabActive] = tinted(0.55f);
+  colors[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, 0.45f};
   colors[ImGuiCol_PlotLines] = colors[ImGuiCol_PlotHistogram] = palette::kAccent;
   colors[ImGuiCol_TableHeaderBg] = {0.13f, 0.135f, 0.15f, 1};
   colors[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.025f};

@@ -19,7 +19,8 @@ bool shows_full_frame(const Viewer& viewer) {
 }
 
 bool can_measure(const Viewer& viewer) {
-  return shows_full_frame(viewer) && viewer.on_demand && viewer.panels.hud && viewer.panels.all;
+  return shows_full_frame(viewer) && viewer.on_demand && !viewer.zoom.running &&
+         viewer.panels.hud && viewer.panels.all;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/panel_text.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
 
@@ -208,6 +209,7 @@ void photograph_opened(Viewer& v, const Photograph& photograph) {
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
+  ++v.frames;
   if (frame.divisor > 1) return;
   v.frame_ms.push_back(frame.stats.frame_ms);
   if (v.frame_ms.size() > kMostFrames) v.frame_ms.pop_front();
@@ -241,8 +243,11 @@ void pixel_inspected(Viewer& v, const InspectedView& view) {
 
 void compared_with_reference(Viewer& v, const ReferenceComparison& comparison) {
   v.comparison = comparison;
-  notify(v, comparison.sentence);
+  // Otherwise a panel shows it.
+  if (!v.panels.all || !verdict_is_current(v)) notify(v, comparison.sentence);
 }
+
+void dismiss_comparison(Viewer& v) { v.comparison.reset(); }
 
 void zoom_stepped(Viewer& v, int steps, const std::vector<BenchRow>& rows_of_step) {
   if (!v.zoom.running) v.zoom = {true, steps, {}, {}};

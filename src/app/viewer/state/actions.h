@@ -64,6 +64,7 @@ void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);
 void numbers_refined(Viewer& viewer, const ModeNumbers& more);
 void pixel_inspected(Viewer& viewer, const InspectedView& view);
 void compared_with_reference(Viewer& viewer, const ReferenceComparison& comparison);
+void dismiss_comparison(Viewer& viewer);
 void zoom_stepped(Viewer& viewer, int steps, const std::vector<BenchRow>& rows_of_step);
 void zoom_ended(Viewer& viewer, const std::filesystem::path& folder);  ///< empty: nothing was saved
 

@@ -153,7 +153,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
   };
   const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
-  if (measured != nullptr && measured->false_positives)
+  if (measured != nullptr && measured->false_positives && numbers_are_current(viewer))
     facts.push_back({"unused", fmt::format("{} pairs, {}", grouped(*measured->false_positives),
                                            unused_text(measured))});
   if (viewer.process_bytes > 0) {
@@ -171,15 +171,12 @@ std::string hud_caveat(const Viewer& viewer) {
     reasons.push_back(fmt::format("drawn at 1/{} size", viewer.shown.divisor));
   if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
   if (viewer.shown.other) reasons.emplace_back("in a split window");
-  if (viewer.on_demand) {
-    reasons.emplace_back("drawn on demand");
-  } else if (viewer.vsync) {
-    reasons.emplace_back("waits for the display");
-  }
+  if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
 
 std::string hud_status(const Viewer& viewer) {
+  if (viewer.zoom.running) return "recording a zoom";
   if (numbers_are_current(viewer)) {
     const std::size_t frames = frames_behind(viewer.numbers);
     std::string text = "all modes measured off screen for this view";
@@ -187,8 +184,12 @@ std::string hud_status(const Viewer& viewer) {
     return text + (viewer.measuring ? ", measuring more ..." : "");
   }
   if (viewer.measuring) return "measuring all modes for this view ...";
-  if (viewer.zoom.running) return "recording a zoom";
-  return "from an earlier view; measured again once this view is still";
+  const std::string from =
+      viewer.numbers.rows.empty() ? "not measured yet" : "from an earlier view";
+  if (!viewer.on_demand) return from + "; all modes are measured while drawing on demand only";
+  const bool soon = viewer.still() && !viewer.playback.running;
+  return soon ? "measuring all modes for this view ..."
+              : from + "; measured once this view is still";
 }
 
 std::array<double, kStageCount> stages_of(const BenchRow& row) {
@@ -247,7 +248,8 @@ std::string state_json(const Viewer& viewer) {
   json["numbers_suffice"] = numbers_suffice(viewer);
   json["frames_behind"] = frames_behind(viewer.numbers);
   json["baseline"] = mode_name(viewer.baseline);
-  json["hud_status"] = hud_status(viewer);
+  json["status"] = viewer.drawn_status;
+  json["open_dialog"] = viewer.panels.open;
   for (const HudRow& row : hud_rows(viewer)) {
     const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
     json["modes"].push_back({{"mode", row.name},
@@ -274,12 +276,17 @@ std::string state_json(const Viewer& viewer) {
                      {"other", full_name(viewer.shown.other->variant)},
                      {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
                      {"divider", viewer.split.divider},
+                     {"amplification", shown_amplification(viewer)},
                      {"flipped", viewer.split.flipped},
                      {"region", {region.x0, region.y0, region.x1, region.y1}}};
     for (const Fact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
   }
   if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
   if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
+  if (verdict_is_current(viewer)) {
+    for (const Fact& fact : verdict_facts(*viewer.comparison))
+      json["verdict"][fact.label] = fact.value;
+  }
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
   json["keyframes"] = viewer.keyframes.size();

@@ -40,7 +40,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer);
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 
-/// "drawn on demand, with a heat map: not a measurement"; empty if the frame is a measurement.
+/// "drawn at 1/2 size, with a heat map: not a measurement"; empty if nothing hinders the frame.
 std::string hud_caveat(const Viewer& viewer);
 
 /// Milliseconds per stage; index = Stage. The text has a line per stage.

@@ -34,7 +34,7 @@ const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipel
 }
 
 bool numbers_are_current(const Viewer& viewer) {
-  return viewer.numbers.version == viewer.view_version;
+  return viewer.numbers.version == viewer.view_version && !viewer.zoom.running;
 }
 
 bool numbers_suffice(const Viewer& viewer) {

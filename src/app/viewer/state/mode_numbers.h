@@ -21,7 +21,8 @@ inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a r
 /// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
-/// True if the numbers are of the view in the window and not of an earlier one.
+/// True if the numbers are of the view in the window, and not of an earlier one or while a zoom is
+/// recorded.
 bool numbers_are_current(const Viewer& viewer);
 
 /// True if no more frames of this view are wanted: all ratios have a small interval, or the limit

@@ -98,6 +98,53 @@ std::vector<BarTick> pair_ticks(const ShownFrame& shown) {
   return {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
 }
 
+int shown_amplification(const Viewer& viewer) {
+  if (viewer.split.amplification > 0) return viewer.split.amplification;
+  return viewer.shown.other ? visible_amplification(viewer.shown.other->pixels) : 1;
+}
+
+Split shown_split(const Viewer& viewer) {
+  Split split = viewer.split;
+  split.amplification = shown_amplification(viewer);
+  return split;
+}
+
+std::vector<BarTick> difference_ticks(int amplification) {
+  return {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}};
+}
+
+bool verdict_is_current(const Viewer& viewer) {
+  return viewer.comparison && !viewer.zoom.running &&
+         viewer.comparison->view_version == viewer.view_version &&
+         viewer.comparison->variant == viewer.variant();
+}
+
+std::vector<Fact> verdict_facts(const ReferenceComparison& comparison) {
+  const ReferenceCheck& verdict = comparison.verdict;
+  const ImageDifference& difference = verdict.difference;
+  const PixelBox& box = verdict.region;
+  const auto place = [](glm::ivec2 at) { return fmt::format("{}, {}", at.x, at.y); };
+  std::vector<Fact> facts = {
+      {"frame", full_name(comparison.variant)},
+      {"pixels",
+       fmt::format("{} x {} from {}", box.x1 - box.x0, box.y1 - box.y0, place({box.x0, box.y0}))},
+      {"verdict", difference.first ? fmt::format("{} differ by more than {}/255",
+                                                 grouped(difference.pixels), comparison.tolerance)
+                                   : fmt::format("equal within {}/255", comparison.tolerance)},
+      {"PSNR", decibels(difference.psnr) + " dB"},
+      {"largest error", difference.largest == 0 ? "0"
+                                                : fmt::format("{}/255 at {}", difference.largest,
+                                                              place(difference.largest_at))}};
+  if (!difference.first) return facts;
+  facts.push_back({"first pixel", fmt::format("{} in tile {}, ringed in the picture",
+                                              place(*difference.first), verdict.tile)});
+  facts.push_back({"reason", verdict.gaussian
+                                 ? fmt::format("Gaussian {}: the frame {}", *verdict.gaussian,
+                                               disagreement_text(verdict.why))
+                                 : fmt::format("the pixel {}", disagreement_text(verdict.why))});
+  return facts;
+}
+
 std::string zoom_status(const ZoomRecording& zoom) {
   const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(kCullerCount);
   if (zoom.running) return fmt::format("step {} of {}", done, zoom.steps);

@@ -50,6 +50,22 @@ std::string heat_text(const ShownFrame& shown, std::size_t cell);
 std::array<std::string, 2> split_names(const Viewer& viewer);
 std::vector<BarTick> pair_ticks(const ShownFrame& shown);
 
+/// The factor by which the difference of a split window is shown: Split::amplification, or chosen
+/// from the frames.
+int shown_amplification(const Viewer& viewer);
+
+/// Viewer::split with that factor.
+Split shown_split(const Viewer& viewer);
+
+/// Of the difference: the 8-bit differences that are black and white.
+std::vector<BarTick> difference_ticks(int amplification);
+
+/// True if the last comparison with the reference is of the view and the mode in the window.
+bool verdict_is_current(const Viewer& viewer);
+
+/// What was compared, the numbers, the pixel that fails and why.
+std::vector<Fact> verdict_facts(const ReferenceComparison& comparison);
+
 /// What the zoom recorder does or did.
 std::string zoom_status(const ZoomRecording& zoom);
 

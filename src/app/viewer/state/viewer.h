@@ -70,15 +70,14 @@ enum class SplitView { sides, whole, difference, tile_pairs };
 /// Index = SplitView.
 inline constexpr const char* kSplitViews[] = {"side by side", "one at a time", "difference",
                                               "tile pairs"};
-inline constexpr int kMostAmplification = 128;
 
 /// The split window: the view as it is set, and another variant of it.
 struct Split {
   Variant other{find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
   SplitView view = SplitView::sides;
-  float divider = 0.5f;    ///< width left of the divider, as a fraction of the window's, 0 to 1
-  bool flipped = false;    ///< shows `other` on the left, or as the one at a time
-  int amplification = 16;  ///< factor of the difference, 1 to kMostAmplification
+  float divider = 0.5f;   ///< width left of the divider, as a fraction of the window's, 0 to 1
+  bool flipped = false;   ///< shows `other` on the left, or as the one at a time
+  int amplification = 0;  ///< factor of the difference; 0: chosen from the frames
 };
 
 /// The frame of Split::other.
@@ -127,7 +126,9 @@ struct InspectedView {
 
 /// The comparison of a view with the fp64 reference.
 struct ReferenceComparison {
-  int version = -1;  ///< Viewer::version
+  int view_version = -1;  ///< Viewer::view_version
+  Variant variant;        ///< that was compared
+  int tolerance = 0;      ///< of 8-bit values
   ReferenceCheck verdict;
   std::string sentence;
 };
@@ -157,9 +158,10 @@ struct Turn {
   double now = 0;          ///< seconds since the start
   glm::dvec2 cursor{-1};   ///< pixels of the picture
   bool measuring = false;  ///< the render thread measures now
-  double display_fps = 0;  ///< frames of the window per second, 0 while it rests
+  double display_fps = 0;  ///< new pictures in the window per second, 0 while it rests
   float present_ms = 0;    ///< GPU time of drawing the frame into the window
   std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
+  std::string drawn_status = {};                   ///< hud_status() when the window was drawn last
 };
 
 struct Viewer : Turn {
@@ -192,6 +194,7 @@ struct Viewer : Turn {
 
   std::optional<Loading> loading;
   ShownFrame shown;
+  int frames = 0;  ///< counts changes of `shown`
   ModeNumbers numbers;
   CullMode baseline = find_culler("3dgs");  ///< the mode that ratios are relative to
   std::deque<float> frame_ms;               ///< render times of the last full-size frames

@@ -20,6 +20,14 @@ constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
 constexpr double kClickPixels = 3;  ///< farther than this between press and release is a drag
 constexpr double kFast = 5, kSlow = 0.2;
 
+// Keys do nothing else while a dialog takes the keyboard. The state decides when the action is
+// applied, because the key that opens the dialog may be an action of the same poll.
+Action unless_typing(Action action) {
+  return [action = std::move(action)](Viewer& viewer, Host& host) {
+    if (!viewer.panels.open) action(viewer, host);
+  };
+}
+
 }  // namespace
 
 void Input::key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions) {
@@ -35,7 +43,7 @@ void Input::key(int key, bool down, bool repeat, int mods, bool captured, Action
   const KeyCommand* row = find_key_command(key, mods_);
   if (row != nullptr && row->on_release && repeat) return;
   held_.insert(key);
-  if (row != nullptr) actions.push_back(row->action);
+  if (row != nullptr) actions.push_back(unless_typing(row->action));
 }
 
 void Input::button(int button, bool down, bool captured, double now, Actions& actions) {
@@ -97,7 +105,8 @@ void Input::tick(double seconds, Actions& actions) const {
   }
   const double factor =
       ((mods_ & GLFW_MOD_SHIFT) != 0 ? kFast : 1) * ((mods_ & GLFW_MOD_ALT) != 0 ? kSlow : 1);
-  if (direction != glm::dvec3(0)) actions.push_back(call(action::fly, direction, seconds, factor));
+  if (direction != glm::dvec3(0))
+    actions.push_back(unless_typing(call(action::fly, direction, seconds, factor)));
 }
 
 }  // namespace qs

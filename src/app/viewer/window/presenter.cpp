@@ -110,7 +110,7 @@ Presenter::Presenter() {
   picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   other_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  rising_colors_ = color_texture(viridis);
+  rising_colors_ = color_texture(heat);
   signed_colors_ = color_texture([](float t) { return diverging(2 * t - 1); });
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);

@@ -2,6 +2,7 @@
 #include "app/viewer/window/window.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -120,6 +121,7 @@ void Window::add_fonts() {
 
 void Window::on_key(int key, int action, int mods) {
   last_event_ = glfwGetTime();
+  if (action == GLFW_PRESS) pressed_.push_back(key);
   if (actions_ == nullptr) return;
   input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, mods, ImGui::GetIO().WantTextInput,
              *actions_);
@@ -176,10 +178,25 @@ void Window::begin_ui() {
     for (std::size_t i = 0; i < scripted_buttons_.size(); ++i)
       io.MouseDown[i] = io.MouseDown[i] || scripted_buttons_[i];
   }
+  press_briefly();
   ImGui::NewFrame();
 }
 
+// ImGui sees the keys that are down when a frame begins. A key that was pressed and released since
+// the last frame is down in this one.
+void Window::press_briefly() {
+  ImGuiIO& io = ImGui::GetIO();
+  for (const int key : pressed_) {
+    if (key < 0 || io.KeysDown[key]) continue;
+    io.KeysDown[key] = true;
+    brief_.push_back(key);
+  }
+  pressed_.clear();
+}
+
 void Window::end_ui() {
+  for (const int key : brief_) ImGui::GetIO().KeysDown[key] = false;
+  brief_.clear();
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
@@ -191,6 +208,7 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
   const auto number = [&](std::size_t i) { return std::stod(step.words[i]); };
   const auto press = [&](const KeyPress& key, bool down) {
     ImGui_ImplGlfw_KeyCallback(window_, key.key, 0, down ? GLFW_PRESS : GLFW_RELEASE, key.mods);
+    if (down) pressed_.push_back(key.key);
     input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
   };
   const auto click = [&](int button, bool down) {
@@ -228,8 +246,15 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     const int mods = step.words.size() > 1 ? parse_key(step.words[1] + "+A").mods : 0;
     input_.wheel(number(0), mods, false, actions);
   } else if (step.command == "type") {
-    for (const char c : step.words[0])
-      ImGui::GetIO().AddInputCharacter(static_cast<unsigned char>(c));
+    // As a keyboard does it: a key with its character.
+    for (const char c : step.words[0]) {
+      const auto letter = static_cast<unsigned char>(c);
+      const bool has_key = std::isalnum(letter) != 0 || c == '/' || c == '.' || c == '-';
+      const KeyPress key{std::toupper(letter), 0};
+      if (has_key) press(key, true);
+      ImGui::GetIO().AddInputCharacter(letter);
+      if (has_key) press(key, false);
+    }
   } else if (step.command == "drop") {
     actions.push_back(call(action::open, std::filesystem::path(step.words[0])));
   } else if (step.command == "paste") {

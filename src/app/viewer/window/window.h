@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/viewer/window/input.h"
 #include "app/viewer/window/input_script.h"
@@ -54,6 +55,7 @@ class Window {
   void set_callbacks();
   void add_fonts();
   void on_key(int key, int action, int mods);
+  void press_briefly();
   void on_button(int button, int action, int mods);
   void on_cursor(double x, double y);
   void on_scroll(double x, double y);
@@ -66,6 +68,7 @@ class Window {
   bool scripted_cursor_ = false;            // a script moves the cursor
   std::array<bool, 3> scripted_buttons_{};  // that the script holds
   std::string title_;
+  std::vector<int> pressed_, brief_;  // keys since the last frame, and those already released
   double last_event_ = 0;
 };
 

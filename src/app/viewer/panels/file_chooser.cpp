@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/panels/file_chooser.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cstdlib>
+#include <sstream>
+#include <system_error>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "app/session/text.h"
+#include "io/scene/reader.h"
+#include "raster/base/error.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_folder(const fs::path& path) {
+  std::error_code unreachable;
+  return fs::is_directory(path, unreachable);
+}
+
+bool readable(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  if (ending == ".json") return true;
+  const auto rows = readers();
+  return std::any_of(rows.begin(), rows.end(), [&](const ReaderRow& row) {
+    std::istringstream words(row.extensions);
+    for (std::string word; words >> word;) {
+      if (word == ending) return true;
+    }
+    return false;
+  });
+}
+
+bool holds_scene(const fs::path& folder) {
+  try {
+    find_scene_file(folder);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::string date_of(const fs::path& path) {
+  std::error_code unreachable;
+  const fs::file_time_type time = fs::last_write_time(path, unreachable);
+  if (unreachable) return "";
+  const auto system = std::chrono::time_point_cast<std::chrono::system_clock::duration>(
+      std::chrono::file_clock::to_sys(time));
+  return fmt::format("{:%Y-%m-%d}", fmt::localtime(std::chrono::system_clock::to_time_t(system)));
+}
+
+FileEntry entry_of(const fs::path& path) {
+  FileEntry entry{path, path.filename().string(), is_folder(path), "", date_of(path)};
+  if (entry.folder) {
+    entry.name += "/";
+    return entry;
+  }
+  std::error_code unreachable;
+  const std::uintmax_t bytes = fs::file_size(path, unreachable);
+  if (!unreachable) entry.size = bytes_text(bytes);
+  return entry;
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+void FileChooser::start(const fs::path& folder) {
+  std::error_code error;
+  go_to(fs::absolute(folder, error));
+}
+
+void FileChooser::go_to(const fs::path& folder) {
+  // "/a/" is "/a" without its last, empty part.
+  folder_ = folder.has_filename() ? folder.lexically_normal() : folder.parent_path();
+  list(folder_);
+  ++moves_;
+  type("");
+}
+
+void FileChooser::list(const fs::path& folder) {
+  listed_ = folder;
+  entries_.clear();
+  std::error_code error;
+  for (const auto& entry :
+       fs::directory_iterator(folder, fs::directory_options::skip_permission_denied, error)) {
+    if (entry.path().filename().string().starts_with('.')) continue;
+    if (is_folder(entry.path()) || readable(entry.path()))
+      entries_.push_back(entry_of(entry.path()));
+  }
+  std::sort(entries_.begin(), entries_.end(), [](const FileEntry& a, const FileEntry& b) {
+    return a.folder != b.folder ? a.folder : a.path < b.path;
+  });
+  if (folder.has_parent_path() && folder.parent_path() != folder)
+    entries_.insert(entries_.begin(), FileEntry{folder.parent_path(), "../", true, "", ""});
+}
+
+void FileChooser::type(const std::string& text) {
+  typed_ = text;
+  problem_.clear();
+  selected_ = -1;
+  const fs::path named = text.find('/') == std::string::npos ? folder_ : typed_path().parent_path();
+  if (named != listed_ && is_folder(named)) list(named);
+  filter();
+}
+
+void FileChooser::filter() {
+  const std::string part = lower(typed_.substr(typed_.rfind('/') + 1));
+  rows_.clear();
+  std::copy_if(
+      entries_.begin(), entries_.end(), std::back_inserter(rows_),
+      [&](const FileEntry& entry) { return lower(entry.name).find(part) != std::string::npos; });
+}
+
+fs::path FileChooser::typed_path() const {
+  const char* home = std::getenv("HOME");
+  if (typed_.starts_with("~/") && home != nullptr) return fs::path(home) / typed_.substr(2);
+  return folder_ / typed_;
+}
+
+void FileChooser::select(int by) {
+  const int last = static_cast<int>(rows_.size()) - 1;
+  selected_ = last < 0 ? -1 : std::clamp(selected_ + by, 0, last);
+}
+
+std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
+  if (!entry.folder) return entry.path;
+  go_to(fs::path(entry.path));
+  return std::nullopt;
+}
+
+std::optional<fs::path> FileChooser::enter() {
+  if (selected_ >= 0) return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
+  if (typed_.empty()) return std::nullopt;
+  const fs::path path = typed_path();
+  std::error_code unreachable;
+  if (!fs::exists(path, unreachable)) {
+    if (rows_.size() == 1) return choose(FileEntry(rows_.front()));
+    problem_ = fmt::format("{} does not exist", path.string());
+    return std::nullopt;
+  }
+  if (!is_folder(path) || holds_scene(path)) return path;
+  go_to(path);
+  return std::nullopt;
+}
+
+}  // namespace qs

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+//
+// The state of the dialog Open, apart from its drawing: a folder, what is typed, and a row that is
+// selected by the arrow keys.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace qs {
+
+struct FileEntry {
+  std::filesystem::path path;
+  std::string name;  ///< as it is listed: folders end with a slash
+  bool folder = false;
+  std::string size, date;  ///< empty where they are unknown
+};
+
+class FileChooser {
+ public:
+  /// Begins in a folder, with nothing typed.
+  void start(const std::filesystem::path& folder);
+
+  /// Lists another folder; nothing is typed any more.
+  void go_to(const std::filesystem::path& folder);
+
+  /// The text of the path field changed. A text with a slash lists the folder that it names.
+  void type(const std::string& text);
+
+  /// Moves the selection among the rows, down if `by` is positive.
+  void select(int by);
+
+  /// What Enter does: opens the selected row or the typed path, or lists it if it is a folder
+  /// without a scene. Returns the path to open.
+  std::optional<std::filesystem::path> enter();
+
+  /// What a click on a row does.
+  std::optional<std::filesystem::path> choose(const FileEntry& entry);
+
+  const std::filesystem::path& folder() const { return listed_; }
+  const std::vector<FileEntry>& rows() const { return rows_; }  ///< that match what is typed
+  int selected() const { return selected_; }                    ///< index of a row, -1: none
+  const std::string& typed() const { return typed_; }
+  const std::string& problem() const { return problem_; }  ///< why Enter did nothing
+  int moves() const { return moves_; }  ///< counts go_to(): the field begins again
+
+ private:
+  std::filesystem::path typed_path() const;
+  void list(const std::filesystem::path& folder);
+  void filter();
+
+  std::filesystem::path folder_;  // to which a typed path is relative
+  std::filesystem::path listed_;
+  std::vector<FileEntry> entries_, rows_;
+  std::string typed_, problem_;
+  int selected_ = -1, moves_ = 0;
+};
+
+}  // namespace qs

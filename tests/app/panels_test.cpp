@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <fstream>
+#include <string_view>
+#include <vector>
 
+#include <glm/common.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <imgui.h>
@@ -149,6 +152,82 @@ TEST_F(PanelsTest, the_verdict_of_the_reference_stays_until_the_view_or_the_mode
   driven_.apply(action::compared_with_reference, comparison);
   driven_.apply(action::orbit, glm::dvec2(3, 4));
   EXPECT_FALSE(verdict_shows());
+}
+
+// The panels' windows, apart from the invisible handles of edges and ImGui's own.
+std::vector<Rect> opaque_windows() {
+  std::vector<Rect> rects;
+  for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+    if (!window->Active || (window->Flags & ImGuiWindowFlags_NoBackground) != 0 ||
+        std::string_view(window->Name).starts_with("Debug"))
+      continue;
+    const ImRect rect = window->Rect();
+    rects.push_back({{rect.Min.x, rect.Min.y}, {rect.Max.x, rect.Max.y}});
+  }
+  return rects;
+}
+
+TEST_F(PanelsTest, no_panel_covers_the_picture) {
+  driven_.apply([](Viewer& viewer) {
+    viewer.panels = {};
+    viewer.panels.hud = viewer.panels.info = viewer.panels.cameras = viewer.panels.recorder = true;
+    viewer.panels.inspector = viewer.panels.split = true;
+  });
+  for (const ImVec2 size : {ImVec2(1280, 720), ImVec2(1024, 640), ImVec2(1920, 1080)}) {
+    ImGui::GetIO().DisplaySize = size;
+    for (int i = 0; i < 3; ++i) draw();
+    const Rect picture =
+        layout_of(driven_.viewer, {{size.x, size.y}, ImGui::GetFontSize(), ImGui::GetFrameHeight()})
+            .picture;
+    EXPECT_GT(picture.size().x, 0.35f * size.x);
+    const std::vector<Rect> rects = opaque_windows();
+    EXPECT_GE(rects.size(), 3u);  // the menu and two bars
+    for (const Rect& rect : rects) {
+      const Rect both{glm::max(rect.low, picture.low), glm::min(rect.high, picture.high)};
+      EXPECT_TRUE(both.empty()) << rect.low.x << " " << rect.low.y << " to " << rect.high.x << " "
+                                << rect.high.y;
+    }
+  }
+}
+
+TEST_F(PanelsTest, a_bar_is_resized_by_its_edge_and_a_panel_closed_by_its_header) {
+  driven_.press("F10");
+  draw();
+  const float edge = layout_of(driven_.viewer, {{1280, 720}, ImGui::GetFontSize(), 20}).left.high.x;
+  ImGuiIO& io = ImGui::GetIO();
+  const auto mouse = [&](float x, bool down) {
+    io.MousePos = {x, 400};
+    io.MouseDown[0] = down;
+    draw();
+  };
+  mouse(edge, false);
+  mouse(edge, true);
+  mouse(edge - 60, true);
+  mouse(edge - 60, false);
+  EXPECT_NEAR(driven_.viewer.bars.left * ImGui::GetFontSize(), edge - 60, 1);
+  EXPECT_EQ(driven_.viewer.bars.right, 0);
+}
+
+TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {
+  driven_.apply([](Viewer& viewer) { viewer.scene.reset(); });
+  draw();
+  EXPECT_TRUE(shows("Welcome"));
+  driven_.apply([](Viewer& viewer) { viewer.loading = Loading{"/a.ply", "reading", 0}; });
+  draw();
+  EXPECT_FALSE(shows("Welcome"));
+  EXPECT_TRUE(shows("Loading"));
+}
+
+TEST(Hints, each_goes_away_once_it_is_followed) {
+  DrivenScene driven(0);
+  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true}; });
+  driven.press("H");
+  EXPECT_FALSE(driven.viewer.hints.map);
+  driven.apply(action::orbit, glm::dvec2(1, 0));
+  EXPECT_FALSE(driven.viewer.hints.turn);
+  EXPECT_TRUE(driven.viewer.hints.modes);
+  driven.press("1");
+  EXPECT_FALSE(driven.viewer.hints.modes);
 }
 
 // Relative luminance and contrast as the Web Content Accessibility Guidelines define them.

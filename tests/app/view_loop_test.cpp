@@ -165,6 +165,7 @@ TEST(Pacing, the_display_s_rate_counts_pictures_and_not_drawings_of_the_window) 
 // ---- requests -----------------------------------------------------------------------------------
 TEST(FrameRequests, numbers_are_missing_only_where_they_can_be_seen_and_measured) {
   Viewer viewer;
+  viewer.panels.hud = true;
   viewer.scene.emplace();
   viewer.shown.version = viewer.version;
   EXPECT_TRUE(numbers_are_missing(viewer));
@@ -186,6 +187,7 @@ TEST(FrameRequests, numbers_are_missing_only_where_they_can_be_seen_and_measured
 
 TEST(FrameRequests, numbers_are_wanted_until_they_are_precise_but_a_settled_view_has_the_first) {
   Viewer viewer;
+  viewer.panels.hud = true;
   viewer.scene.emplace();
   viewer.shown.version = viewer.version;
   EXPECT_TRUE(numbers_are_wanted(viewer));

@@ -35,12 +35,12 @@ using test::ProgramRun;
 using test::run_quadsplat;
 using testing::HasSubstr;
 using testing::StartsWith;
-using testing::StartsWith;
 
 using ViewerProgram = test::ProgramInWindow;
 
 TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes) {
-  const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  const ProgramRun run =
+      play("key F10\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json a = state("a.json");
   EXPECT_EQ(a["scene"], "scene");
@@ -52,6 +52,27 @@ TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes
   EXPECT_THAT(a["status"].get<std::string>(), HasSubstr("medians of "));
 }
 
+TEST_F(ViewerProgram, the_first_start_opens_the_bundled_scene_and_a_later_one_welcomes) {
+  const std::vector<std::string> settings = {"--settings", path("viewer.json")};
+  for (const char* name : {"first", "later"}) {
+    const ProgramRun run = play("sleep 0.3\nwait\nstate " + path(name) + "\nshot " +
+                                    path(std::string(name) + ".png") + "\nquit\n",
+                                settings);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  EXPECT_EQ(state("first")["scene"], "plush");
+  EXPECT_EQ(state("first")["hints"].size(), 3u);
+  EXPECT_EQ(state("later")["scene"], "");
+  EXPECT_EQ(state("later")["hints"].size(), 0u);
+  // The welcome screen with the scene's picture is in the middle.
+  const Image later = read_image(path("later.png"));
+  int bright = 0;
+  for (int y = 60; y < 180; ++y) {
+    for (int x = 80; x < 240; ++x) bright += later.at(x, y, 0) > 0.4f ? 1 : 0;
+  }
+  EXPECT_GT(bright, 120 * 160 / 10);
+}
+
 TEST_F(ViewerProgram, opens_what_is_dropped_on_an_empty_window) {
   const ProgramRun run = play("state " + path("a.json") + "\ndrop " + path("scene.ply") +
                               "\nwait\nstate " + path("b.json") + "\nquit\n");
@@ -61,7 +82,7 @@ TEST_F(ViewerProgram, opens_what_is_dropped_on_an_empty_window) {
 }
 
 TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
-  std::string script = "wait\n";
+  std::string script = "key F10\nwait\n";
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     script += "key " + std::to_string(mode) + "\nwait\nstate " +
               path("key" + std::to_string(mode)) + "\n";
@@ -145,10 +166,10 @@ TEST_F(ViewerProgram, cameras_are_dropped_copied_and_pasted) {
   Camera pasted = test::front_camera(320, 240);
   pasted.view_from_world[3].z = 0.5;
   const ProgramRun run =
-      play("wait\nstate " + path("a.json") + "\ndrop " + path("other.json") + "\nwait\nstate " +
-               path("b.json") + "\npaste " + format_camera(pasted) + "\nkey Ctrl+V\nwait\nstate " +
-               path("c.json") + "\npaste nonsense\nkey Ctrl+V\nwait\nstate " + path("d.json") +
-               "\nquit\n",
+      play("key Tab\nwait\nstate " + path("a.json") + "\ndrop " + path("other.json") +
+               "\nwait\nstate " + path("b.json") + "\npaste " + format_camera(pasted) +
+               "\nkey Ctrl+V\nwait\nstate " + path("c.json") +
+               "\npaste nonsense\nkey Ctrl+V\nwait\nstate " + path("d.json") + "\nquit\n",
            {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(state("a.json")["dataset_camera"], -1);
@@ -189,7 +210,7 @@ TEST_F(ViewerProgram, a_bench_s_csv_holds_the_numbers_of_the_display) {
 }
 
 TEST_F(ViewerProgram, the_inspector_says_what_the_command_says) {
-  const ProgramRun run = play("wait\nkey F10\nkey B\nsleep 0.2\nmove 40 120\nclick\nwait\nstate " +
+  const ProgramRun run = play("wait\nkey Tab\nkey B\nsleep 0.2\nmove 40 120\nclick\nwait\nstate " +
                                   path("a.json") + "\nshot " + path("inspector.png") + "\nquit\n",
                               {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -280,7 +301,7 @@ TEST_F(ViewerProgram, the_split_window_shows_both_variants_and_tells_how_they_di
 
 TEST_F(ViewerProgram, the_reference_stands_beside_the_view_once_it_was_asked_for) {
   const ProgramRun run = play(
-      "key F10\nwait\nstate " + path("before.json") + "\nkey 0\nwait\nstate " + path("whole.json") +
+      "key Tab\nwait\nstate " + path("before.json") + "\nkey 0\nwait\nstate " + path("whole.json") +
           "\nmove 100 120\nkey Shift+0\nwait\nstate " + path("part.json") + "\nquit\n",
       {path("scene.ply"), "--beside", "reference"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -303,7 +324,7 @@ TEST_F(ViewerProgram, refuses_to_stand_beside_what_there_is_not) {
 
 TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {
   const ProgramRun run =
-      play("wait\nkey 3\nkey H\nkey Shift+H\nkey Shift+H\nkey Shift+H\nwait\nstate " +
+      play("key Tab\nwait\nkey 3\nkey H\nkey Shift+H\nkey Shift+H\nkey Shift+H\nwait\nstate " +
                path("a.json") + "\nkey 2\nwait\nstate " + path("b.json") + "\nquit\n",
            {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -319,11 +340,14 @@ TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {
 }
 
 TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
-  const ProgramRun run = play("wait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+  const ProgramRun run =
+      play("key F10\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json camera = state("a.json")["camera"];
+  const std::string size = camera["width"].dump() + "x" + camera["height"].dump();
   ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
-                           "--size", "320x240", "--cull", "quadbox", "--frames", "1", "--warmup",
-                           "0", "--out-dir", path("bench")})
+                           "--size", size, "--cull", "quadbox", "--frames", "1", "--warmup", "0",
+                           "--out-dir", path("bench")})
                 .exit_code,
             0);
   const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
@@ -334,7 +358,7 @@ TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
 
 TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_display_s_count) {
   const ProgramRun run =
-      play("key H\nkey Shift+H\nkey Shift+H\nwait\nstate " + path("a.json") + "\nquit\n",
+      play("key F10\nkey H\nkey Shift+H\nkey Shift+H\nwait\nstate " + path("a.json") + "\nquit\n",
            {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json a = state("a.json");
@@ -382,7 +406,7 @@ TEST_F(ViewerProgram, typing_into_the_dialog_open_fires_no_shortcut_and_enter_op
 }
 
 TEST_F(ViewerProgram, an_idle_window_shows_that_its_measurement_has_finished) {
-  std::string script;
+  std::string script = "key F10\n";
   for (const char* name : {"0", "1", "2", "3"})
     script += "sleep 0.1\nwait\nsleep 0.5\nstate " + path(name) + "\nwheel 1\n";
   const ProgramRun run = play(script + "quit\n", {path("scene.ply")});
@@ -395,7 +419,7 @@ TEST_F(ViewerProgram, an_idle_window_shows_that_its_measurement_has_finished) {
 
 TEST_F(ViewerProgram, the_reference_s_verdict_stays_in_a_panel_until_the_view_changes) {
   const ProgramRun run =
-      play("key F10\nkey 3\nwait\nsleep 0.5\nshot " + path("before.png") + "\nkey 0\nwait\nstate " +
+      play("key 3\nwait\nsleep 0.5\nshot " + path("before.png") + "\nkey 0\nwait\nstate " +
                path("a.json") + "\nsleep 6\nshot " + path("panel.png") + "\nstate " +
                path("b.json") + "\nwheel 1\nwait\nstate " + path("c.json") + "\nquit\n",
            {path("scene.ply")});
@@ -409,7 +433,7 @@ TEST_F(ViewerProgram, the_reference_s_verdict_stays_in_a_panel_until_the_view_ch
   // Longer than a message stays, the panel still covers the lower left of the picture.
   const Image before = read_image(path("before.png")), panel = read_image(path("panel.png"));
   int covered = 0;
-  for (int y = 140; y < 230; ++y) {
+  for (int y = 120; y < 210; ++y) {
     for (int x = 20; x < 200; ++x)
       covered += std::abs(panel.at(x, y, 0) - before.at(x, y, 0)) > 2.0f / 255 ? 1 : 0;
   }
@@ -445,7 +469,7 @@ TEST_F(ViewerProgram, settings_and_the_last_view_are_kept) {
   ASSERT_EQ(play("wait\nstate " + path("b.json") + "\nquit\n", arguments).exit_code, 0);
   EXPECT_EQ(state("a.json")["camera"], state("b.json")["camera"]);
   const json kept = state("kept.json");
-  EXPECT_EQ(kept["hud"], false);
+  EXPECT_EQ(kept["hud"], true);
   EXPECT_EQ(kept["navigation"], "fly");
   EXPECT_EQ(kept["recent"][0], path("scene.ply"));
   std::ofstream(folder_ / "kept.json") << "{ damaged";

@@ -149,7 +149,7 @@ TEST_F(ViewerWindow, mouse_and_wheel_move_the_camera_by_exact_angles) {
 
 TEST_F(ViewerWindow, full_screen_fills_the_display_and_the_window_comes_back) {
   const test::ProgramRun run =
-      play("key F10\nwait\nkey F11\nsleep 0.3\nwait\nstate " + path("full") +
+      play("key Tab\nwait\nkey F11\nsleep 0.3\nwait\nstate " + path("full") +
                "\nkey F11\nsleep 0.3\nwait\nstate " + path("back") + "\nkey F11\nsleep 0.3\nquit\n",
            {path("scene.ply"), "--settings", path("kept.json")});
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -10,6 +10,10 @@
 
 namespace qs {
 
+/// The scene that comes with the program, and a picture of it.
+inline constexpr std::string_view kBundledScene = "assets/plush.ply";
+inline constexpr std::string_view kBundledPicture = "assets/plush.png";
+
 /// `name`: for example "assets/fonts/Roboto-Regular.ttf" or "shaders/present.vert". Empty if
 /// missing.
 std::optional<std::filesystem::path> find_asset(std::string_view name);

@@ -6,6 +6,7 @@
 #include <GLFW/glfw3.h>
 
 #include "app/report/stats_file.h"
+#include "app/session/assets.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
@@ -20,12 +21,25 @@
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window.h"
 #include "app/viewer/window/window_grab.h"
+#include "io/picture/image_file.h"
 
 namespace qs {
 namespace {
 
 constexpr double kLongestTurn = 0.1;  ///< seconds: a longer one does not make the camera jump
 constexpr double kMemorySeconds = 2;  ///< between two measurements of memory
+
+glm::ivec2 size_of(const PixelBox& box) { return {box.x1 - box.x0, box.y1 - box.y0}; }
+
+std::filesystem::path first_scene(const ViewOptions& options) {
+  if (!options.frame.scene.empty() || !first_start(options)) return options.frame.scene;
+  return find_asset(kBundledScene).value_or("");
+}
+
+std::shared_ptr<const Image> bundled_picture() {
+  const auto file = find_asset(kBundledPicture);
+  return file ? std::make_shared<Image>(read_image(*file)) : nullptr;
+}
 
 class ViewLoop final : public Host {
  public:
@@ -38,8 +52,10 @@ class ViewLoop final : public Host {
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     window_.set_vsync(vsync_ = viewer_.vsync);
-    apply(action::resize, window_.framebuffer().x, window_.framebuffer().y);
-    if (!options.frame.scene.empty()) open(options.frame.scene, options.frame.axes);
+    const glm::ivec2 pixels = size_of(picture_area());
+    apply(action::resize, pixels.x, pixels.y);
+    const std::filesystem::path scene = first_scene(options);
+    if (!scene.empty()) open(scene, options.frame.axes);
   }
 
   void run_until_quit() {
@@ -53,15 +69,13 @@ class ViewLoop final : public Host {
       window_.input().tick(seconds, actions);
       render_->take_reports(actions);
       loader_.take_reports(actions);
-      const glm::ivec2 pixels = window_.framebuffer();
-      if (pixels != glm::ivec2(viewer_.camera.width, viewer_.camera.height))
-        actions.push_back(call(action::resize, pixels.x, pixels.y));
       measure_memory();
       turn_.now = now;
-      turn_.cursor = window_.input().cursor();
+      turn_.cursor = window_.input().picture_cursor();
       turn_.measuring = render_->measuring();
       apply(action::tick, turn_, seconds);
       apply_all(actions);
+      fit_picture();
       take_frame();
       draw();
       requests_.update(viewer_, *render_, !pacing_.wants_to_draw(viewer_, surroundings()));
@@ -121,6 +135,24 @@ class ViewLoop final : public Host {
     return {glfwGetTime(), window_.last_event(), render_->busy(), pending};
   }
 
+  // The part of the framebuffer for the picture.
+  PixelBox picture_area() const {
+    const glm::vec2 per_unit =
+        glm::vec2(window_.framebuffer()) / glm::max(glm::vec2(1), glm::vec2(window_.size()));
+    const Rect picture = layout_of(viewer_, window_.metrics()).picture;
+    const glm::ivec2 low(glm::round(picture.low * per_unit));
+    const glm::ivec2 high(glm::round(picture.high * per_unit));
+    return {low.x, low.y, high.x, high.y};
+  }
+
+  void fit_picture() {
+    const PixelBox area = picture_area();
+    window_.input().set_picture_origin({area.x0, area.y0});
+    const glm::ivec2 pixels = size_of(area);
+    if (pixels != glm::ivec2(viewer_.camera.width, viewer_.camera.height))
+      apply_all({call(action::resize, pixels.x, pixels.y)});
+  }
+
   void play_script(Actions& actions) {
     if (grab_.requested()) return;
     const auto at_rest = [&] { return is_settled(viewer_) && !loader_.busy() && !render_->busy(); };
@@ -155,14 +187,13 @@ class ViewLoop final : public Host {
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
     window_.set_title(viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat");
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
-    panel_state_.construction =
-        construction_.show(viewer_.inspected ? viewer_.inspected->construction : nullptr);
+    show_thumbnail();
     turn_.drawn_status = hud_status(viewer_);
     const glm::ivec2 pixels = window_.framebuffer();
     Actions actions;
     window_.begin_ui();
     draw_panels(viewer_, panel_state_, actions);
-    presenter_.draw(pixels.x, pixels.y, shown_split(viewer_));
+    presenter_.draw(pixels, picture_area(), shown_split(viewer_));
     window_.end_ui();
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();
@@ -170,6 +201,16 @@ class ViewLoop final : public Host {
     turn_.display_fps = pacing_.end_drawing(viewer_, around.now);
     turn_.present_ms = presenter_.gpu_ms();
     apply_all(actions);
+  }
+
+  // Of the welcome panel, which is drawn without a scene.
+  void show_thumbnail() {
+    if (viewer_.scene || viewer_.loading) return;
+    if (!bundled_picture_) bundled_picture_ = bundled_picture();
+    panel_state_.thumbnail = thumbnail_.show(bundled_picture_);
+    if (bundled_picture_)
+      panel_state_.thumbnail_aspect = static_cast<float>(bundled_picture_->width) /
+                                      static_cast<float>(bundled_picture_->height);
   }
 
   const ViewOptions& options_;
@@ -180,7 +221,8 @@ class ViewLoop final : public Host {
   Turn turn_;
   Window window_;
   Presenter presenter_;
-  PictureTexture photograph_, construction_;
+  std::shared_ptr<const Image> bundled_picture_;
+  PictureTexture photograph_, thumbnail_;
   std::optional<GlFrames> gl_frames_;
   SceneLoader loader_;
   std::optional<RenderThread> render_;

@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/view_options.h"
 
+#include <system_error>
+
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 
+bool first_start(const ViewOptions& options) {
+  std::error_code error;
+  return !options.settings.empty() && !std::filesystem::exists(options.settings, error);
+}
+
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   const FrameOptions& frame = options.frame;
   Viewer viewer;
+  if (first_start(options)) viewer.hints = {true, true, true};
   const std::string problem = read_preferences(options.settings, viewer, window_size);
   if (!problem.empty()) action::notify_error(viewer, problem);
   if (frame.size) window_size = *frame.size;

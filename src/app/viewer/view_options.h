@@ -20,6 +20,9 @@ struct ViewOptions {
   std::filesystem::path out_dir = ".";          ///< Viewer::out_dir
 };
 
+/// True if the user has no preferences file yet: the bundled scene and hints are shown.
+bool first_start(const ViewOptions& options);
+
 /// The state at the start: that of the preferences file, unless an option says otherwise. Sets
 /// `window_size`, screen units. Throws Error(usage) if ViewOptions::beside names no variant.
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size);

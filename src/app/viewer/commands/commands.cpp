@@ -54,6 +54,7 @@ void grab_window(Viewer& v, Host& host) {
 }
 
 void toggle_heatmap(Viewer& v) {
+  v.hints.map = false;
   v.heatmap = v.heatmap ? std::nullopt : std::optional(v.last_heatmap);
   picture_changed(v);
 }

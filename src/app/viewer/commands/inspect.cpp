@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The inspector's job: the Gaussians of a pixel, and a drawing of one of them.
-#include "app/inspect/construction.h"
-#include "app/measure/scene_facts.h"
+// The inspector's job: the Gaussians of a pixel, and the tiles of one of them in every mode.
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
@@ -18,12 +16,10 @@ void inspect_view(RenderContext& context, const Viewer& viewer, glm::ivec2 pixel
   const Frame& frame = context.session.renderer->render(
       request.camera, request.settings, inspection_outputs(), HostImage{}, context.stop);
   const glm::ivec2 size(request.camera.width, request.camera.height);
-  InspectedView view{viewer.version,
-                     inspect(frame, size, pixel, request.settings.background, gaussian), nullptr};
-  if (view.inspection.gaussian)
-    view.construction = std::make_shared<Image>(draw_construction(
-        {view.inspection, frame.color, frame.grid, scene_name(context.session.scene->path)}));
-  context.report(action::pixel_inspected, std::move(view));
+  context.report(action::pixel_inspected,
+                 InspectedView{viewer.version,
+                               inspect(frame, size, pixel, request.settings.background, gaussian),
+                               frame.grid});
 }
 
 }  // namespace

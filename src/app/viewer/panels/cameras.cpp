@@ -73,19 +73,10 @@ void draw_path(const Viewer& viewer, Actions& actions) {
 
 }  // namespace
 
-void draw_cameras(const Viewer& viewer, Actions& actions, float top) {
-  const float width = 20 * ImGui::GetFontSize();
-  ImGui::SetNextWindowPos(
-      {ImGui::GetIO().DisplaySize.x - width - 25 * ImGui::GetFontSize(), top + 10},
-      ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({width, 0});
-  bool open = true;
-  ImGui::Begin("Cameras and path", &open, ImGuiWindowFlags_NoNav);
+void draw_cameras(const Viewer& viewer, PanelState&, Actions& actions) {
   draw_list(viewer, actions);
   ImGui::Separator();
   draw_path(viewer, actions);
-  ImGui::End();
-  if (!open) actions.push_back(call(action::toggle_panel, &Panels::cameras));
 }
 
 }  // namespace qs

@@ -13,9 +13,10 @@ void draw_heat_legend(const Viewer& viewer) {
   if (!viewer.shown.heatmap) return;
   const ShownFrame& shown = viewer.shown;
   const Heatmap& map = *shown.heatmap;
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width = std::min(display.x - 40, 46 * ImGui::GetFontSize());
-  ImGui::SetNextWindowPos({0.5f * display.x, display.y - 12}, ImGuiCond_Always, {0.5f, 1});
+  const Rect picture = current_layout(viewer).picture;
+  const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
+  ImGui::SetNextWindowPos({0.5f * (picture.low.x + picture.high.x), picture.high.y - 12},
+                          ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Heat map", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoInputs |

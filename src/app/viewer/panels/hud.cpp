@@ -2,8 +2,6 @@
 //
 // Performance: the numbers of all modes for this view, stage bars, and the frame in the window.
 #include <algorithm>
-#include <array>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -54,87 +52,99 @@ void draw_stage_legend() {
   }
 }
 
-void draw_mode_table(const Viewer& viewer, Actions& actions) {
+// A column of the table. Those with the lowest rank are drawn as far as the bar is wide enough.
+struct Column {
+  std::string title;
+  float letters;  // width
+  int rank;
+  std::string HudRow::*text = nullptr;  // null: the name or the stages
+  bool HudRow::*noisy = nullptr;
+};
+
+std::vector<Column> columns_that_fit(const Viewer& viewer) {
+  const std::vector<std::string> titles = hud_columns(viewer);
+  std::vector<Column> columns = {
+      {titles[0], 6.6f, 0},
+      {titles[1], 5.2f, 1, &HudRow::ms, &HudRow::is_noisy},
+      {titles[2], 2.8f, 5, &HudRow::fps, &HudRow::is_noisy},
+      {titles[3], 4.2f, 3, &HudRow::pairs},
+      {titles[4], 4.6f, 9, &HudRow::per_visible},
+      {titles[5], 3.4f, 6, &HudRow::unused},
+      {titles[6], 7.0f, 2, &HudRow::ratio, &HudRow::is_noisy},
+  };
+  if (const auto other = other_pipeline(viewer)) {
+    const char* name = kPipelineNames[static_cast<int>(*other)];
+    columns.push_back(
+        {fmt::format("{} ms", name), 5.2f, 7, &HudRow::other_ms, &HudRow::other_noisy});
+    columns.push_back({titles[6] + " ", 7.0f, 8, &HudRow::other_ratio, &HudRow::other_noisy});
+  }
+  columns.push_back({"stages", 5.0f, 4});
+  const float padding = 2 * ImGui::GetStyle().CellPadding.x;
+  const auto width = [&] {
+    float sum = 0;
+    for (const Column& column : columns) sum += column.letters * ImGui::GetFontSize() + padding;
+    return sum;
+  };
+  const auto by_rank = [](const Column& a, const Column& b) { return a.rank < b.rank; };
+  while (columns.size() > 1 && width() > ImGui::GetContentRegionAvail().x)
+    columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
+  return columns;
+}
+
+void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
+  const std::string label = fmt::format("{} {}", row.mode, row.name);
+  if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
+    actions.push_back(call(action::set_mode, row.mode));
+  if (ImGui::IsItemHovered()) {
+    ImGui::SetTooltip("%s\n%s\nright click: ratios to this mode", row_of(row.mode).summary,
+                      trust_text(viewer, row.mode).c_str());
+  }
+  if (ImGui::IsItemClicked(ImGuiMouseButton_Right))
+    actions.push_back(call(action::set_baseline, row.mode));
+}
+
+// Returns whether the stages were drawn.
+bool draw_mode_table(const Viewer& viewer, Actions& actions) {
   double longest = 0;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     const BenchRow* row = measured_row(viewer, mode, viewer.settings.pipeline);
     if (row != nullptr) longest = std::max(longest, stage_sum(*row));
   }
-  const std::optional<Pipeline> other = other_pipeline(viewer);
-  const std::vector<std::string> titles = hud_columns(viewer);
-  const int columns = static_cast<int>(titles.size()) + (other ? 3 : 1);
+  const std::vector<Column> columns = columns_that_fit(viewer);
   const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
-  if (!ImGui::BeginTable("modes", columns, flags)) return;
-  const float em = ImGui::GetFontSize();
-  const float widths[] = {7.0f * em, 6.0f * em, 3.2f * em, 4.6f * em,
-                          4.6f * em, 3.4f * em, 8.4f * em};
-  for (std::size_t i = 0; i < titles.size(); ++i)
-    ImGui::TableSetupColumn(titles[i].c_str(), ImGuiTableColumnFlags_WidthFixed, widths[i]);
-  if (other) {
-    const char* name = kPipelineNames[static_cast<int>(*other)];
-    ImGui::TableSetupColumn(fmt::format("{} ms", name).c_str(), ImGuiTableColumnFlags_WidthFixed,
-                            6.0f * em);
-    ImGui::TableSetupColumn((titles.back() + " ").c_str(), ImGuiTableColumnFlags_WidthFixed,
-                            8.4f * em);
-  }
-  ImGui::TableSetupColumn("stages", ImGuiTableColumnFlags_WidthFixed, 5.0f * em);
+  if (!ImGui::BeginTable("modes", static_cast<int>(columns.size()), flags)) return false;
+  for (const Column& column : columns)
+    ImGui::TableSetupColumn(column.title.c_str(), ImGuiTableColumnFlags_WidthFixed,
+                            column.letters * ImGui::GetFontSize());
   ImGui::TableNextRow();
-  for (int i = 0; i < columns; ++i) {
+  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+  for (const Column& column : columns) {
     ImGui::TableNextColumn();
-    ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-    const bool words = i == 0 || i == columns - 1;
-    if (words) ImGui::TextUnformatted(ImGui::TableGetColumnName(i));
-    if (!words) right_aligned(ImGui::TableGetColumnName(i));
-    ImGui::PopStyleColor();
+    if (column.text == nullptr) ImGui::TextUnformatted(column.title.c_str());
+    if (column.text != nullptr) right_aligned(column.title);
   }
+  ImGui::PopStyleColor();
   const bool current = numbers_are_current(viewer);
   for (const HudRow& row : hud_rows(viewer)) {
-    const bool chosen = row.mode == viewer.mode();
     ImGui::TableNextRow();
-    if (chosen)
+    if (row.mode == viewer.mode())
       ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, ImGui::GetColorU32(ImGuiCol_Header));
-    ImGui::TableNextColumn();
-    const std::string label = fmt::format("{} {}", row.mode, row.name);
-    if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
-      actions.push_back(call(action::set_mode, row.mode));
-    if (ImGui::IsItemHovered()) {
-      ImGui::SetTooltip("%s\n%s\nright click: ratios to this mode", row_of(row.mode).summary,
-                        trust_text(viewer, row.mode).c_str());
-    }
-    if (ImGui::IsItemClicked(ImGuiMouseButton_Right))
-      actions.push_back(call(action::set_baseline, row.mode));
-    std::vector<std::pair<std::string, bool>> cells = {
-        {row.ms, row.is_noisy},   {row.fps, row.is_noisy}, {row.pairs, false},
-        {row.per_visible, false}, {row.unused, false},     {row.ratio, row.is_noisy}};
-    if (other) {
-      cells.emplace_back(row.other_ms, row.other_noisy);
-      cells.emplace_back(row.other_ratio, row.other_noisy);
-    }
-    for (const auto& [text, noisy] : cells) {
-      ImGui::PushStyleColor(ImGuiCol_Text, current && !noisy ? palette::kText : palette::kFaint);
+    for (const Column& column : columns) {
       ImGui::TableNextColumn();
-      right_aligned(text);
-      ImGui::PopStyleColor();
+      if (column.text != nullptr) {
+        const bool noisy = column.noisy != nullptr && row.*column.noisy;
+        ImGui::PushStyleColor(ImGuiCol_Text, current && !noisy ? palette::kText : palette::kFaint);
+        right_aligned(row.*column.text);
+        ImGui::PopStyleColor();
+      } else if (column.rank == 0) {
+        draw_mode_name(viewer, row, actions);
+      } else {
+        draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), longest);
+      }
     }
-    ImGui::TableNextColumn();
-    draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), longest);
   }
   ImGui::EndTable();
-}
-
-// Two facts to a line, so that the panel stays low.
-void draw_frame_facts(const Viewer& viewer) {
-  if (!ImGui::BeginTable("facts", 4, ImGuiTableFlags_SizingFixedFit)) return;
-  const float em = ImGui::GetFontSize();
-  for (const float width : {5.0f * em, 12.5f * em, 5.0f * em, 9.0f * em})
-    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, width);
-  for (const Fact& fact : hud_facts(viewer)) {
-    ImGui::TableNextColumn();
-    ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
-    ImGui::TableNextColumn();
-    ImGui::TextUnformatted(fact.value.c_str());
-  }
-  ImGui::EndTable();
+  return columns.back().text == nullptr && columns.size() > 1;
 }
 
 void draw_plot(const Viewer& viewer) {
@@ -150,23 +160,39 @@ void draw_plot(const Viewer& viewer) {
 
 }  // namespace
 
-void draw_hud(const Viewer& viewer, Actions& actions, float top) {
-  ImGui::SetNextWindowPos({10, top + 10}, ImGuiCond_FirstUseEver);
-  const ImGuiWindowFlags flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
-                                 ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
-  ImGui::Begin("Performance", nullptr, flags);
-  draw_mode_table(viewer, actions);
-  draw_stage_legend();
-  ImGui::TextColored(palette::kFaint, "%s", hud_status(viewer).c_str());
+void draw_hud(const Viewer& viewer, PanelState&, Actions& actions) {
+  if (draw_mode_table(viewer, actions)) draw_stage_legend();
+  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+  ImGui::TextWrapped("%s", hud_status(viewer).c_str());
   if (other_pipeline(viewer))
-    ImGui::TextColored(palette::kFaint,
-                       "culling saves more in classic, which spends more on pairs");
+    ImGui::TextWrapped("culling saves more in classic, which spends more on pairs");
+  ImGui::PopStyleColor();
   ImGui::Separator();
-  draw_frame_facts(viewer);
+  for (const Fact& fact : hud_facts(viewer)) draw_fact(fact);
   const std::string caveat = hud_caveat(viewer);
-  if (!caveat.empty()) ImGui::TextColored(palette::kCaution, "this frame: %s", caveat.c_str());
+  if (!caveat.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, palette::kCaution);
+    ImGui::TextWrapped("this frame: %s", caveat.c_str());
+    ImGui::PopStyleColor();
+  }
   draw_plot(viewer);
-  ImGui::End();
+}
+
+void draw_status_line(const Viewer& viewer, const Rect& area) {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddRectFilled({area.low.x, area.low.y}, {area.high.x, area.high.y},
+                     ImGui::GetColorU32(ImGuiCol_MenuBarBg));
+  if (!viewer.scene) return;
+  const float letter = ImGui::GetFontSize();
+  const float y = 0.5f * (area.low.y + area.high.y - letter);
+  const StatusLine line = status_line(viewer);
+  const float note = area.high.x - ImGui::CalcTextSize(line.note.c_str()).x - 0.8f * letter;
+  draw.PushClipRect({area.low.x, area.low.y}, {note - letter, area.high.y}, true);
+  draw.AddText({area.low.x + 0.8f * letter, y}, ImGui::GetColorU32(palette::kText),
+               line.numbers.c_str());
+  draw.PopClipRect();
+  draw.AddText({note, y}, ImGui::GetColorU32(line.caution ? palette::kCaution : palette::kFaint),
+               line.note.c_str());
 }
 
 }  // namespace qs

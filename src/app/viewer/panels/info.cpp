@@ -51,22 +51,10 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
 
 }  // namespace
 
-void draw_info(const Viewer& viewer, Actions& actions, float top) {
-  const float width = 24 * ImGui::GetFontSize();
-  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - width - 10, top + 10},
-                          ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({width, 0});
-  bool open = true;
-  ImGui::Begin("Scene and render settings", &open, ImGuiWindowFlags_NoNav);
-  for (const Fact& fact : scene_facts_of(viewer)) {
-    ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
-    ImGui::SameLine(7 * ImGui::GetFontSize());
-    ImGui::TextWrapped("%s", fact.value.c_str());
-  }
+void draw_info(const Viewer& viewer, PanelState&, Actions& actions) {
+  for (const Fact& fact : scene_facts_of(viewer)) draw_fact(fact);
   ImGui::Separator();
   draw_settings(viewer, actions);
-  ImGui::End();
-  if (!open) actions.push_back(call(action::toggle_panel, &Panels::info));
 }
 
 }  // namespace qs

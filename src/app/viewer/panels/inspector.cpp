@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/viewer/panels/construction.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -41,6 +42,8 @@ void draw_contributions(const Inspection& inspection, float height, bool scroll,
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
   const PixelReport& pixel = inspection.pixel;
   if (!ImGui::BeginTable("contributions", 6, kFlags, {0, height})) return;
+  for (const float share : {1.4f, 1.0f, 1.0f, 1.0f, 1.0f, 0.8f})
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
   ImGui::TableNextColumn();
@@ -60,41 +63,22 @@ void draw_contributions(const Inspection& inspection, float height, bool scroll,
 
 }  // namespace
 
-void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions, float top) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float line = ImGui::GetTextLineHeightWithSpacing();
-  ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
-  ImGui::SetNextWindowSize(
-      {std::min(52 * ImGui::GetFontSize(), 0.62f * display.x), display.y - top - 20},
-      ImGuiCond_FirstUseEver);
-  bool open = true;
-  ImGui::Begin("Inspector", &open, ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
+void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.inspected) {
     ImGui::TextWrapped("Click a pixel of the picture.");
-  } else {
-    const Inspection& inspection = viewer.inspected->inspection;
-    ImGui::TextUnformatted(inspected_pixel_text(inspection.pixel).c_str());
-    if (viewer.inspected->version != viewer.version) {
-      ImGui::SameLine();
-      ImGui::TextColored(palette::kCaution, "(of an earlier view: click again)");
-    }
-    const bool scroll = std::exchange(state.inspections, viewer.inspections) != viewer.inspections;
-    const ImVec2 room = ImGui::GetContentRegionAvail();
-    if (state.construction != 0 && inspection.gaussian) {
-      // The drawing leaves the list at least eight lines.
-      const Image& picture = *viewer.inspected->construction;
-      const float aspect = static_cast<float>(picture.width) / static_cast<float>(picture.height);
-      const float height = std::min(room.x / aspect, std::max(room.y - 8 * line, 6 * line));
-      draw_contributions(inspection, room.y - height - ImGui::GetStyle().ItemSpacing.y, scroll,
-                         actions);
-      ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.construction)),
-                   {height * aspect, height});
-    } else {
-      draw_contributions(inspection, room.y, scroll, actions);
-    }
+    return;
   }
-  ImGui::End();
-  if (!open) actions.push_back(call(action::toggle_panel, &Panels::inspector));
+  const Inspection& inspection = viewer.inspected->inspection;
+  ImGui::TextWrapped("%s", inspected_pixel_text(inspection.pixel).c_str());
+  if (viewer.inspected->version != viewer.version)
+    ImGui::TextColored(palette::kCaution, "of an earlier view: click again");
+  draw_transmittance(inspection.pixel);
+  const bool scroll = std::exchange(state.inspections, viewer.inspections) != viewer.inspections;
+  const std::size_t rows = inspection.pixel.contributions.size() + 2;
+  const float lines = static_cast<float>(std::min<std::size_t>(rows, 12));
+  const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
+  draw_contributions(inspection, lines * line, scroll, actions);
+  if (inspection.gaussian) draw_construction_view(*viewer.inspected, viewer.mode());
 }
 
 }  // namespace qs

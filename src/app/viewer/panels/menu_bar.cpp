@@ -47,8 +47,8 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
 
 }  // namespace
 
-float draw_menu_bar(const Viewer& viewer, Actions& actions) {
-  if (!ImGui::BeginMainMenuBar()) return 0;
+void draw_menu_bar(const Viewer& viewer, Actions& actions) {
+  if (!ImGui::BeginMainMenuBar()) return;
   for (int menu = 0; menu < static_cast<int>(Menu::none); ++menu)
     draw_menu(static_cast<Menu>(menu), viewer, actions);
   if (viewer.scene) {
@@ -57,9 +57,7 @@ float draw_menu_bar(const Viewer& viewer, Actions& actions) {
     ImGui::SameLine(ImGui::GetWindowWidth() - width - 2 * ImGui::GetStyle().WindowPadding.x);
     ImGui::TextColored(palette::kFaint, "%s", text.c_str());
   }
-  const float height = ImGui::GetWindowSize().y;
   ImGui::EndMainMenuBar();
-  return height;
 }
 
 }  // namespace qs

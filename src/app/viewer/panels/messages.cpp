@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Toasts, progress, and the empty window's invitation.
+// Toasts and progress.
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -14,10 +16,13 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
                                     ImGuiWindowFlags_AlwaysAutoResize |
                                     ImGuiWindowFlags_NoFocusOnAppearing;
 
-void draw_loading(const Loading& loading, Actions& actions) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width = 26 * ImGui::GetFontSize();
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
+ImVec2 center_of(const Rect& rect) {
+  return {0.5f * (rect.low.x + rect.high.x), 0.5f * (rect.low.y + rect.high.y)};
+}
+
+void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
+  const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
+  ImGui::SetNextWindowPos(center_of(picture), ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Loading", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
@@ -26,13 +31,12 @@ void draw_loading(const Loading& loading, Actions& actions) {
   ImGui::End();
 }
 
-void draw_toasts(const Viewer& viewer) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width = 36 * ImGui::GetFontSize();
-  float bottom = display.y - 14;
+void draw_toasts(const Viewer& viewer, const Rect& picture) {
+  const float width = std::min(36 * ImGui::GetFontSize(), picture.size().x - 60);
+  float bottom = picture.high.y - 14;
   int number = 0;
   for (auto toast = viewer.toasts.rbegin(); toast != viewer.toasts.rend() && number < 5; ++toast) {
-    ImGui::SetNextWindowPos({display.x - 14, bottom}, ImGuiCond_Always, {1, 1});
+    ImGui::SetNextWindowPos({picture.high.x - 14, bottom}, ImGuiCond_Always, {1, 1});
     const float text = ImGui::CalcTextSize(toast->text.c_str(), nullptr, false, width).x;
     ImGui::SetNextWindowSize({text + 3 * ImGui::GetStyle().WindowPadding.x, 0});
     ImGui::PushStyleColor(ImGuiCol_Border, toast->error ? palette::kError : palette::kAccent);
@@ -52,21 +56,9 @@ void draw_toasts(const Viewer& viewer) {
 }  // namespace
 
 void draw_messages(const Viewer& viewer, Actions& actions) {
-  if (viewer.loading) draw_loading(*viewer.loading, actions);
-  draw_toasts(viewer);
-}
-
-void draw_welcome(const Viewer& viewer, Actions& actions) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::Begin("Welcome", nullptr, kPlain);
-  ImGui::TextUnformatted("Drop a splat file or the folder of a trained model here.");
-  if (ImGui::Button("Open ...")) actions.push_back(call(action::toggle_panel, &Panels::open));
-  command_tooltip("Open a file");
-  for (const std::filesystem::path& path : viewer.recent) {
-    if (ImGui::Selectable(path.c_str())) actions.push_back(call(action::open, path));
-  }
-  ImGui::End();
+  const Rect picture = current_layout(viewer).picture;
+  if (viewer.loading) draw_loading(*viewer.loading, picture, actions);
+  draw_toasts(viewer, picture);
 }
 
 }  // namespace qs

@@ -17,29 +17,36 @@
 namespace qs {
 namespace {
 
-ImVec2 to_screen(glm::dvec2 pixel, const Camera& camera) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  return {static_cast<float>((pixel.x + 0.5) / camera.width) * display.x,
-          static_cast<float>((pixel.y + 0.5) / camera.height) * display.y};
-}
+// The picture in the window.
+struct Screen {
+  const Camera& camera;
+  Rect area;
+  ImDrawList& draw;
 
-// The place of a point in view space, in front of the camera.
-ImVec2 projected(const Camera& camera, glm::dvec3 point) {
-  return to_screen(glm::dvec2(point) / point.z * camera.focal_px + camera.center_px, camera);
-}
+  ImVec2 at(glm::dvec2 pixel) const {
+    const glm::dvec2 share = (pixel + 0.5) / glm::dvec2(camera.width, camera.height);
+    const glm::vec2 place = area.low + glm::vec2(share) * area.size();
+    return {place.x, place.y};
+  }
+
+  // The place of a point in view space, in front of the camera.
+  ImVec2 projected(glm::dvec3 point) const {
+    return at(glm::dvec2(point) / point.z * camera.focal_px + camera.center_px);
+  }
+};
 
 // A line between two points of the world, clipped at the near plane.
-void draw_line(const Camera& camera, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
-  glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);
-  glm::dvec3 b = camera.view_from_world * glm::dvec4(to, 1);
-  const double near_depth = camera.near_depth;
+void draw_line(const Screen& screen, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
+  glm::dvec3 a = screen.camera.view_from_world * glm::dvec4(from, 1);
+  glm::dvec3 b = screen.camera.view_from_world * glm::dvec4(to, 1);
+  const double near_depth = screen.camera.near_depth;
   if (a.z < near_depth && b.z < near_depth) return;
   if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
   if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
-  ImGui::GetBackgroundDrawList()->AddLine(projected(camera, a), projected(camera, b), color, width);
+  screen.draw.AddLine(screen.projected(a), screen.projected(b), color, width);
 }
 
-void draw_frustum(const Camera& view, const Camera& camera, double depth, ImU32 color,
+void draw_frustum(const Screen& screen, const Camera& camera, double depth, ImU32 color,
                   float width) {
   const glm::dvec3 eye = camera.position();
   const std::array<glm::dvec2, 4> corners = {
@@ -48,35 +55,33 @@ void draw_frustum(const Camera& view, const Camera& camera, double depth, ImU32 
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const glm::dvec3 here = point_at(camera, corners[i], depth);
     const glm::dvec3 next = point_at(camera, corners[(i + 1) % corners.size()], depth);
-    draw_line(view, eye, here, color, width);
-    draw_line(view, here, next, color, width);
+    draw_line(screen, eye, here, color, width);
+    draw_line(screen, here, next, color, width);
   }
 }
 
-void draw_photograph(const Viewer& viewer, const PanelState& state) {
+void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen& screen) {
   const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
   if (state.photograph == 0 || found == viewer.scene->photographs.end() ||
       found->second != viewer.photograph.path)
     return;
   // The view has the camera's vertical field of view, so the photograph fills the height.
   const Image& image = *viewer.photograph.image;
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float width =
-      display.y * static_cast<float>(image.width) / static_cast<float>(std::max(image.height, 1));
-  const float left = 0.5f * (display.x - width);
-  ImGui::GetBackgroundDrawList()->AddImage(
-      reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)), {left, 0},
-      {left + width, display.y}, {0, 0}, {1, 1},
-      ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
+  const Rect& area = screen.area;
+  const float width = area.size().y * static_cast<float>(image.width) /
+                      static_cast<float>(std::max(image.height, 1));
+  const float left = 0.5f * (area.low.x + area.high.x - width);
+  screen.draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)),
+                       {left, area.low.y}, {left + width, area.high.y}, {0, 0}, {1, 1},
+                       ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
 }
 
-void draw_pivot(const Viewer& viewer) {
+void draw_pivot(const Viewer& viewer, const Screen& screen) {
   const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
   if (at.z <= viewer.camera.near_depth) return;
-  const ImVec2 screen = projected(viewer.camera, at);
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddCircle(screen, 7, IM_COL32(0, 0, 0, 160), 24, 3.5f);
-  draw.AddCircle(screen, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
+  const ImVec2 place = screen.projected(at);
+  screen.draw.AddCircle(place, 7, IM_COL32(0, 0, 0, 160), 24, 3.5f);
+  screen.draw.AddCircle(place, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
 }
 
 ImU32 color_of(glm::vec3 color, float opacity = 1) {
@@ -84,11 +89,10 @@ ImU32 color_of(glm::vec3 color, float opacity = 1) {
 }
 
 // The picked Gaussian's ellipse, square and boxes, and the inspected pixel.
-void draw_inspected(const Viewer& viewer) {
+void draw_inspected(const Viewer& viewer, const Screen& screen) {
   const Inspection& inspection = viewer.inspected->inspection;
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const auto rectangle = [&](glm::dvec2 low, glm::dvec2 high, ImU32 color, float width) {
-    draw.AddRect(to_screen(low, viewer.camera), to_screen(high, viewer.camera), color, 0, 0, width);
+    screen.draw.AddRect(screen.at(low), screen.at(high), color, 0, 0, width);
   };
   if (inspection.gaussian) {
     const GaussianReport& gaussian = *inspection.gaussian;
@@ -98,9 +102,9 @@ void draw_inspected(const Viewer& viewer) {
       rectangle(box.low, box.high, color_of(kSkyBlue), 1.5f);
     std::vector<ImVec2> ellipse;
     for (const glm::vec2 point : ellipse_of(gaussian.footprint, 96))
-      ellipse.push_back(to_screen(point, viewer.camera));
-    draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), color_of(kVermillion),
-                     ImDrawFlags_Closed, 2);
+      ellipse.push_back(screen.at(point));
+    screen.draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), color_of(kVermillion),
+                            ImDrawFlags_Closed, 2);
   }
   const glm::dvec2 pixel(inspection.pixel.pixel);
   rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 0, 0, 255), 3);
@@ -109,38 +113,42 @@ void draw_inspected(const Viewer& viewer) {
 
 // A frame around the compared part, and a ring around the first pixel that differs from the
 // reference.
-void draw_verdict_marks(const Viewer& viewer) {
+void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
   const ReferenceCheck& verdict = viewer.comparison->verdict;
   const PixelBox& box = verdict.region;
   if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
-    ImGui::GetBackgroundDrawList()->AddRect(
-        to_screen(glm::dvec2(box.x0, box.y0) - 0.5, viewer.camera),
-        to_screen(glm::dvec2(box.x1, box.y1) - 0.5, viewer.camera), IM_COL32(255, 255, 255, 200), 0,
-        0, 1.5f);
+    screen.draw.AddRect(screen.at(glm::dvec2(box.x0, box.y0) - 0.5),
+                        screen.at(glm::dvec2(box.x1, box.y1) - 0.5), IM_COL32(255, 255, 255, 200),
+                        0, 0, 1.5f);
   if (!verdict.difference.first) return;
-  const ImVec2 at = to_screen(glm::dvec2(*verdict.difference.first), viewer.camera);
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
-  draw.AddCircle(at, 12, ImGui::GetColorU32(palette::kError), 32, 2);
+  const ImVec2 at = screen.at(glm::dvec2(*verdict.difference.first));
+  screen.draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
+  screen.draw.AddCircle(at, 12, ImGui::GetColorU32(palette::kError), 32, 2);
 }
 
 }  // namespace
 
 void draw_overlay(const Viewer& viewer, const PanelState& state) {
   if (!viewer.scene) return;
-  if (viewer.panels.photograph && viewer.dataset_camera >= 0) draw_photograph(viewer, state);
+  const Screen screen{viewer.camera, current_layout(viewer).picture,
+                      *ImGui::GetBackgroundDrawList()};
+  const auto [low, high] = screen.area;
+  screen.draw.PushClipRect({low.x, low.y}, {high.x, high.y});
+  if (viewer.panels.photograph && viewer.dataset_camera >= 0)
+    draw_photograph(viewer, state, screen);
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {
       const bool here = static_cast<int>(i) == viewer.dataset_camera;
       if (here) continue;  // the view is inside it
-      draw_frustum(viewer.camera, viewer.scene->cameras[i], depth, color_of(kSkyBlue, 0.745f), 1);
+      draw_frustum(screen, viewer.scene->cameras[i], depth, color_of(kSkyBlue, 0.745f), 1);
     }
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
-    draw_inspected(viewer);
-  if (verdict_is_current(viewer)) draw_verdict_marks(viewer);
-  if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer);
+    draw_inspected(viewer, screen);
+  if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
+  if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);
+  screen.draw.PopClipRect();
 }
 
 }  // namespace qs

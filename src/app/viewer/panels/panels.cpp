@@ -2,11 +2,14 @@
 #include "app/viewer/panels/panels.h"
 
 #include <algorithm>
+#include <iterator>
+#include <span>
 
 #include <glm/common.hpp>
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
+#include "app/viewer/panels/style.h"
 
 namespace qs {
 
@@ -29,22 +32,118 @@ void command_tooltip(const char* help) {
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command_hint(help).c_str());
 }
 
+void same_line_if_fits(float width) {
+  ImGui::SameLine();
+  if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
+}
+
+void draw_fact(const Fact& fact) {
+  ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
+  ImGui::SameLine(8 * ImGui::GetFontSize());
+  ImGui::TextWrapped("%s", fact.value.c_str());
+}
+
+Layout current_layout(const Viewer& viewer) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  return layout_of(viewer, {{size.x, size.y}, ImGui::GetFontSize(), ImGui::GetFrameHeight()});
+}
+
+std::optional<float> draw_grip(const char* name, const Rect& area) {
+  // A window of its own captures the mouse, so that dragging does not turn the camera.
+  ImGui::SetNextWindowPos({area.low.x, area.low.y});
+  ImGui::SetNextWindowSize({area.size().x, std::max(area.size().y, 1.0f)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground |
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
+  const bool active = ImGui::IsItemActive();
+  if (active || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  ImGui::End();
+  ImGui::PopStyleVar(2);
+  return active ? std::optional(ImGui::GetIO().MousePos.x) : std::nullopt;
+}
+
+namespace {
+
+struct BarPanel {
+  bool Panels::*open;
+  const char* title;
+  void (*draw)(const Viewer& viewer, PanelState& state, Actions& actions);
+};
+
+constexpr BarPanel kBarPanels[] = {
+    {&Panels::hud, "All modes", draw_hud},
+    {&Panels::split, "Split", draw_split},
+    {&Panels::recorder, "Zoom recorder", draw_recorder},
+    {&Panels::inspector, "Inspector", draw_inspector},
+    {&Panels::cameras, "Cameras and path", draw_cameras},
+    {&Panels::info, "Scene and render settings", draw_info},
+};
+
+void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const> switches,
+              const Viewer& viewer, PanelState& state, Actions& actions) {
+  if (area.empty()) return;
+  ImGui::SetNextWindowPos({area.low.x, area.low.y});
+  ImGui::SetNextWindowSize({area.size().x, area.size().y});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                   ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_NoBringToFrontOnFocus);
+  for (bool Panels::*which : switches) {
+    if (!(viewer.panels.*which)) continue;
+    const auto row = std::find_if(std::begin(kBarPanels), std::end(kBarPanels),
+                                  [&](const BarPanel& panel) { return panel.open == which; });
+    bool open = true;
+    ImGui::SetNextItemOpen(true, ImGuiCond_FirstUseEver);
+    if (ImGui::CollapsingHeader(row->title, &open)) {
+      ImGui::PushID(row->title);
+      row->draw(viewer, state, actions);
+      ImGui::PopID();
+      ImGui::Spacing();
+    }
+    if (!open) actions.push_back(call(action::toggle_panel, which));
+  }
+  ImGui::End();
+  ImGui::PopStyleVar();
+}
+
+// The bars, and the handles at their inner edges that change their widths.
+void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Actions& actions) {
+  draw_bar("left bar", layout.left, kLeftPanels, viewer, state, actions);
+  draw_bar("right bar", layout.right, kRightPanels, viewer, state, actions);
+  const float letter = ImGui::GetFontSize(), half = 0.25f * letter;
+  const auto edge = [&](const char* name, const Rect& bar, float x) {
+    if (bar.empty()) return std::optional<float>();
+    return draw_grip(name, {{x - half, bar.low.y}, {x + half, bar.high.y}});
+  };
+  if (const auto x = edge("left edge", layout.left, layout.left.high.x))
+    actions.push_back(call(action::set_bar_width, &Bars::left, *x / letter));
+  if (const auto x = edge("right edge", layout.right, layout.right.low.x)) {
+    const float width = ImGui::GetIO().DisplaySize.x - *x;
+    actions.push_back(call(action::set_bar_width, &Bars::right, width / letter));
+  }
+}
+
+}  // namespace
+
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
+  const Layout layout = current_layout(viewer);
   draw_overlay(viewer, state);
   draw_heat_legend(viewer);
-  const float top = viewer.panels.all ? draw_menu_bar(viewer, actions) : 0;
-  draw_divider(viewer, actions, top);
+  draw_divider(viewer, actions);
   if (viewer.panels.all) {
-    if (viewer.panels.hud && viewer.scene) draw_hud(viewer, actions, top);
-    if (viewer.panels.info && viewer.scene) draw_info(viewer, actions, top);
-    if (viewer.panels.cameras && viewer.scene) draw_cameras(viewer, actions, top);
-    if (viewer.panels.recorder) draw_recorder(viewer, actions, top);
-    if (viewer.panels.inspector && viewer.scene) draw_inspector(viewer, state, actions, top);
-    if (viewer.panels.split && viewer.scene) draw_split(viewer, actions, top);
+    draw_menu_bar(viewer, actions);
+    draw_bars(viewer, layout, state, actions);
+    if (!layout.status.empty()) draw_status_line(viewer, layout.status);
+    draw_hints(viewer);
     draw_verdict(viewer, actions);
     // It asks for the focus at every frame, which would close the dialog.
     if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);
-    if (!viewer.scene && !viewer.loading) draw_welcome(viewer, actions);
+    if (!viewer.scene && !viewer.loading) draw_welcome(viewer, state, actions);
   }
   draw_messages(viewer, actions);
   draw_open(viewer, state, actions);

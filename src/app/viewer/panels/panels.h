@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The panels over the picture. A panel reads the Viewer and appends actions; it changes nothing
-// else. To add one: a file here with its function, a switch in Panels, its row in commands.cpp, its
-// call in panels.cpp.
+// The panels beside the picture. A panel reads the Viewer and appends actions; it changes nothing
+// else. To add one: a file here with its function, a switch in Panels, the switch in kLeftPanels or
+// kRightPanels (layout.h), its row in commands.cpp, its row in panels.cpp.
 #pragma once
 
 #include <filesystem>
@@ -14,18 +14,21 @@
 #include "app/viewer/panels/file_chooser.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
 
 namespace qs {
 
 /// State of the panels themselves.
 struct PanelState {
-  FileChooser chooser;        ///< of the dialog Open
-  std::string typed_early;    ///< before its path field had the keyboard
-  bool focus_path = false;    ///< its path field asks for the keyboard
-  bool scroll_files = false;  ///< to the selected row
-  int inspections = 0;        ///< Viewer::inspections that the inspector scrolled to
-  unsigned photograph = 0, construction = 0;  ///< GL textures of Viewer's pictures, 0 = none
+  FileChooser chooser;         ///< of the dialog Open
+  std::string typed_early;     ///< before its path field had the keyboard
+  bool focus_path = false;     ///< its path field asks for the keyboard
+  bool scroll_files = false;   ///< to the selected row
+  int inspections = 0;         ///< Viewer::inspections that the inspector scrolled to
+  unsigned photograph = 0;     ///< GL texture of Viewer::photograph, 0 = none
+  unsigned thumbnail = 0;      ///< GL texture of the bundled scene's picture, 0 = none
+  float thumbnail_aspect = 1;  ///< its width over its height
 };
 
 /// Draws all open panels. Called between Window::begin_ui() and end_ui().
@@ -36,27 +39,45 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions);
 std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows);
 
+/// Where everything is in this frame of the window.
+Layout current_layout(const Viewer& viewer);
+
+/// An invisible handle over `area` that is dragged to the left and right. Returns the mouse's x
+/// while it is dragged.
+std::optional<float> draw_grip(const char* name, const Rect& area);
+
 /// Text at the right end of a table's cell.
 void right_aligned(const std::string& text);
+
+/// A label and a value in a line; long values are wrapped.
+void draw_fact(const Fact& fact);
+
+/// Continues the line if an item of this width still fits into it.
+void same_line_if_fits(float width);
 
 /// Explains the control that was drawn last by the command that does the same, with its key.
 void command_tooltip(const char* help);
 
 // ---- one file each -----------------------------------------------------------------------------
-float draw_menu_bar(const Viewer& viewer, Actions& actions);  ///< its height
-void draw_hud(const Viewer& viewer, Actions& actions, float top);
+// In the bars:
+void draw_hud(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_info(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
+
+// Elsewhere:
+void draw_menu_bar(const Viewer& viewer, Actions& actions);
+void draw_status_line(const Viewer& viewer, const Rect& area);
 void draw_heat_legend(const Viewer& viewer);
-void draw_info(const Viewer& viewer, Actions& actions, float top);
 void draw_help(const Viewer& viewer, Actions& actions);
-void draw_cameras(const Viewer& viewer, Actions& actions, float top);
-void draw_recorder(const Viewer& viewer, Actions& actions, float top);
-void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions, float top);
-void draw_split(const Viewer& viewer, Actions& actions, float top);
-void draw_divider(const Viewer& viewer, Actions& actions, float top);       ///< of the split window
+void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
 void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
 void draw_overlay(const Viewer& viewer, const PanelState& state);
 void draw_messages(const Viewer& viewer, Actions& actions);
-void draw_welcome(const Viewer& viewer, Actions& actions);
+void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);
+void draw_hints(const Viewer& viewer);
 
 }  // namespace qs

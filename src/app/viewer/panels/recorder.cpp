@@ -16,53 +16,56 @@ namespace {
 ImVec4 color_of(CullMode mode) { return palette::with_opacity(on_dark::mode_color(mode)); }
 
 void draw_curves(const ZoomRecording& zoom) {
+  const float letter = ImGui::GetFontSize();
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const ImVec2 size{ImGui::GetContentRegionAvail().x, 11 * ImGui::GetFontSize()};
-  ImDrawList& draw = *ImGui::GetWindowDrawList();
-  draw.AddRectFilled(at, {at.x + size.x, at.y + size.y},
-                     ImGui::GetColorU32({0.12f, 0.125f, 0.14f, 1}), 4);
+  const ImVec2 size{ImGui::GetContentRegionAvail().x, 12 * letter};
   const ZoomCurves curves = zoom_curves(zoom);
-  if (curves.longest_ms <= 0) return ImGui::Dummy(size);
+  if (curves.longest_ms <= 0) return;
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const ImU32 faint = ImGui::GetColorU32(palette::kFaint), line = IM_COL32(255, 255, 255, 28);
+  const ImVec2 low{at.x + 4 * letter, at.y + 0.5f * letter};
+  const ImVec2 high{at.x + size.x - 0.5f * letter, at.y + size.y - 1.6f * letter};
+  const auto place = [&](glm::vec2 point) {
+    return ImVec2(low.x + point.x * (high.x - low.x), high.y - point.y * (high.y - low.y));
+  };
+  for (const float share : {0.0f, 0.5f, 1.0f}) {
+    const float y = place({0, share}).y;
+    const std::string text = ms_text(static_cast<double>(share) * curves.longest_ms);
+    draw.AddLine({low.x, y}, {high.x, y}, line);
+    draw.AddText({low.x - ImGui::CalcTextSize(text.c_str()).x - 6, y - 0.5f * letter}, faint,
+                 text.c_str());
+  }
+  draw.AddText({low.x, high.y + 0.3f * letter}, faint, "far");
+  draw.AddText({high.x - ImGui::CalcTextSize("near").x, high.y + 0.3f * letter}, faint, "near");
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     std::vector<ImVec2> points;
     for (const glm::vec2 point : curves.modes[static_cast<std::size_t>(mode - 1)])
-      points.emplace_back(at.x + 8 + point.x * (size.x - 16),
-                          at.y + size.y - 6 - point.y * (size.y - 12));
+      points.push_back(place(point));
     const ImU32 color = ImGui::GetColorU32(color_of(mode));
     draw.AddPolyline(points.data(), static_cast<int>(points.size()), color, 0, 2);
     for (const ImVec2& point : points) draw.AddCircleFilled(point, 2.5f, color);
   }
-  draw.AddText({at.x + 8, at.y + 4}, ImGui::GetColorU32(palette::kFaint),
-               fmt::format("{} ms", ms_text(curves.longest_ms)).c_str());
   ImGui::Dummy(size);
 }
 
 void draw_legend() {
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    if (mode > 1) ImGui::SameLine(0, 12);
+    if (mode > 1) same_line_if_fits(ImGui::CalcTextSize(mode_name(mode)).x);
     ImGui::TextColored(color_of(mode), "%s", mode_name(mode));
   }
 }
 
 }  // namespace
 
-void draw_recorder(const Viewer& viewer, Actions& actions, float top) {
+void draw_recorder(const Viewer& viewer, PanelState&, Actions& actions) {
   const ZoomRecording& zoom = viewer.zoom;
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
-  ImGui::SetNextWindowSize({32 * ImGui::GetFontSize(), 0});
-  bool open = true;
-  ImGui::Begin("Zoom recorder", &open,
-               ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
-  ImGui::TextUnformatted(zoom_status(zoom).c_str());
+  ImGui::TextWrapped("%s", zoom_status(zoom).c_str());
   draw_curves(zoom);
-  ImGui::TextColored(palette::kFaint, "ms per frame from far to near");
+  ImGui::TextColored(palette::kFaint, "milliseconds per frame");
   draw_legend();
   if (ImGui::Button(zoom.running ? "Stop" : "Record"))
     actions.push_back(call(action::toggle_zoom_recorder));
   command_tooltip("Record a zoom");
-  ImGui::End();
-  if (!open) actions.push_back(call(action::toggle_panel, &Panels::recorder));
 }
 
 }  // namespace qs

@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-constexpr float kGrip = 14;  ///< width in which the divider can be dragged, units of the screen
+constexpr float kGrip = 14;  ///< width in which the divider can be dragged, screen units
 
 // A name on a dark plate, from `align` 0 (right of `at`) to 1 (left of it).
 void draw_plate(const std::string& text, ImVec2 at, float align) {
@@ -29,16 +29,15 @@ void draw_plate(const std::string& text, ImVec2 at, float align) {
 }
 
 // The name of each variant over its part of the picture.
-void draw_names(const Viewer& viewer, float x) {
+void draw_names(const Viewer& viewer, const Rect& picture, float x) {
   const Split& split = viewer.split;
   const auto [left, right] = split_names(viewer);
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float y = display.y - 3.4f * ImGui::GetFontSize();
+  const float y = picture.high.y - 3.4f * ImGui::GetFontSize();
   if (split.view == SplitView::sides) {
     draw_plate(left, {x - 10, y}, 1);
     draw_plate(right, {x + 10, y}, 0);
   } else if (split.view == SplitView::whole) {
-    draw_plate(left, {0.5f * display.x, y}, 0.5f);
+    draw_plate(left, {0.5f * (picture.low.x + picture.high.x), y}, 0.5f);
   }
 }
 
@@ -56,7 +55,7 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   }
   const auto backends = available_backends();
   if (other.mode != kReferenceMode && backends.size() > 1) {
-    ImGui::SameLine();
+    same_line_if_fits(9 * em);
     ImGui::SetNextItemWidth(9 * em);
     const std::string drawn = drawn_by(other);
     if (ImGui::BeginCombo("##drawn", drawn.c_str())) {
@@ -97,7 +96,8 @@ void choose_amplification(const Viewer& viewer, Actions& actions) {
 void choose_view(const Viewer& viewer, Actions& actions) {
   Split split = viewer.split;
   for (std::size_t i = 0; i < std::size(kSplitViews); ++i) {
-    if (i > 0) ImGui::SameLine();
+    const float letter = ImGui::GetFontSize();
+    if (i > 0) same_line_if_fits(ImGui::CalcTextSize(kSplitViews[i]).x + 2 * letter);
     if (ImGui::RadioButton(kSplitViews[i], static_cast<std::size_t>(split.view) == i)) {
       split.view = static_cast<SplitView>(i);
       actions.push_back(call(action::change_split, split));
@@ -119,58 +119,40 @@ void draw_pair_legend(const Viewer& viewer) {
   const auto tile = cell_under_mouse(viewer, pairs.grid.tile_px * viewer.shown.divisor,
                                      pairs.grid.columns, pairs.grid.rows);
   const std::string under = tile ? signed_text(pairs.values[*tile]) : "-";
-  ImGui::TextColored(palette::kFaint, "blue: the first lists fewer, orange: more; here: %s",
-                     under.c_str());
+  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+  ImGui::TextWrapped("blue: the first lists fewer, orange: more; here: %s", under.c_str());
+  ImGui::PopStyleColor();
 }
 
 }  // namespace
 
-void draw_divider(const Viewer& viewer, Actions& actions, float top) {
+void draw_divider(const Viewer& viewer, Actions& actions) {
   if (!viewer.shown.other) return;
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float x = viewer.split.divider * display.x;
-  draw_names(viewer, x);
+  const Rect picture = current_layout(viewer).picture;
+  const float x = picture.low.x + viewer.split.divider * picture.size().x;
+  draw_names(viewer, picture, x);
   if (viewer.split.view != SplitView::sides) return;
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddLine({x, 0}, {x, display.y}, IM_COL32(0, 0, 0, 160), 4);
-  draw.AddLine({x, 0}, {x, display.y}, IM_COL32(255, 255, 255, 230), 1.5f);
-  const ImVec2 middle{x, 0.5f * display.y};
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4);
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(255, 255, 255, 230), 1.5f);
+  const ImVec2 middle{x, 0.5f * (picture.low.y + picture.high.y)};
   draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
   draw.AddCircle(middle, 13, IM_COL32(255, 255, 255, 230), 32, 1.5f);
   for (const float side : {-1.0f, 1.0f})
     draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
                            {x + 4 * side, middle.y + 4.5f * side}, IM_COL32(255, 255, 255, 230));
-  // An invisible window captures the mouse, so that dragging the divider does not turn the camera.
-  ImGui::SetNextWindowPos({x - 0.5f * kGrip, top});
-  ImGui::SetNextWindowSize({kGrip, std::max(display.y - top, 1.0f)});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
-  ImGui::Begin("divider", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground |
-                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
-                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
-  if (ImGui::IsItemHovered() || ImGui::IsItemActive())
-    ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
-  if (ImGui::IsItemActive()) {
+  const Rect grip{{x - 0.5f * kGrip, picture.low.y}, {x + 0.5f * kGrip, picture.high.y}};
+  if (const auto mouse = draw_grip("divider", grip)) {
     Split split = viewer.split;
-    split.divider = std::clamp(ImGui::GetIO().MousePos.x / display.x, 0.0f, 1.0f);
+    split.divider = std::clamp((*mouse - picture.low.x) / picture.size().x, 0.0f, 1.0f);
     if (split.divider != viewer.split.divider) actions.push_back(call(action::change_split, split));
   }
-  ImGui::End();
-  ImGui::PopStyleVar(2);
 }
 
-void draw_split(const Viewer& viewer, Actions& actions, float top) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({display.x - 10, top + 10}, ImGuiCond_FirstUseEver, {1, 0});
-  bool open = true;
-  ImGui::Begin("Split", &open,
-               ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |
-                   ImGuiWindowFlags_AlwaysAutoResize);
+void draw_split(const Viewer& viewer, PanelState&, Actions& actions) {
   ImGui::AlignTextToFramePadding();
   ImGui::Text("%s beside", name_beside(viewer.variant(), viewer.split.other).c_str());
-  ImGui::SameLine();
+  same_line_if_fits(10 * ImGui::GetFontSize());
   choose_other(viewer, actions);
   choose_view(viewer, actions);
   ImGui::Separator();
@@ -180,17 +162,12 @@ void draw_split(const Viewer& viewer, Actions& actions, float top) {
     if (viewer.split.view == SplitView::difference)
       draw_color_bar([](float t) { return glm::vec3(t); },
                      difference_ticks(shown_amplification(viewer)));
-    for (const Fact& fact : split_facts(viewer)) {
-      ImGui::TextColored(palette::kFaint, "%s", fact.label.c_str());
-      ImGui::SameLine(9 * ImGui::GetFontSize());
-      ImGui::TextUnformatted(fact.value.c_str());
-    }
+    for (const Fact& fact : split_facts(viewer)) draw_fact(fact);
   } else if (viewer.split.other.mode == kReferenceMode) {
-    ImGui::TextUnformatted("0 computes the reference of this view, which takes seconds;");
-    ImGui::TextUnformatted("Shift+0 only what is around the cursor.");
+    ImGui::TextWrapped(
+        "0 computes the reference of this view, which takes seconds; Shift+0 only what is around "
+        "the cursor.");
   }
-  ImGui::End();
-  if (!open) actions.push_back(call(action::toggle_panel, &Panels::split));
 }
 
 }  // namespace qs

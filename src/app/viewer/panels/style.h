@@ -15,7 +15,7 @@ namespace palette {
 inline ImVec4 with_opacity(glm::vec3 color, float opacity = 1) {
   return {color.r, color.g, color.b, opacity};
 }
-inline const ImVec4 kPanel = with_opacity(on_dark::kPanel, 0.93f);
+inline const ImVec4 kPanel = with_opacity(on_dark::kPanel);
 inline const ImVec4 kText = with_opacity(on_dark::kText);
 inline const ImVec4 kFaint = with_opacity(on_dark::kFaint);
 inline const ImVec4 kAccent = with_opacity(kSkyBlue);

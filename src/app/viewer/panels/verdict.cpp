@@ -11,7 +11,8 @@ namespace qs {
 void draw_verdict(const Viewer& viewer, Actions& actions) {
   if (!verdict_is_current(viewer)) return;
   const std::optional<glm::ivec2>& pixel = viewer.comparison->verdict.difference.first;
-  ImGui::SetNextWindowPos({10, ImGui::GetIO().DisplaySize.y - 10}, ImGuiCond_Appearing, {0, 1});
+  const Rect picture = current_layout(viewer).picture;
+  ImGui::SetNextWindowPos({picture.low.x + 10, picture.high.y - 10}, ImGuiCond_Appearing, {0, 1});
   bool open = true;
   ImGui::Begin("Reference", &open,
                ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |

@@ -63,6 +63,7 @@ void view_changed(Viewer& v) {
 void set_mode(Viewer& v, CullMode mode) {
   if (mode == v.settings.mode || mode < 1 || mode > kCullerCount) return;
   v.previous_mode = std::exchange(v.settings.mode, mode);
+  v.hints.modes = false;
   picture_changed(v);
 }
 
@@ -94,6 +95,10 @@ void toggle_panel(Viewer& v, bool Panels::*panel) {
   if (panel != &Panels::split) return;
   if (v.split.other == v.variant()) v.split.other.mode = v.previous_mode;
   picture_changed(v);
+}
+
+void set_bar_width(Viewer& v, float Bars::*bar, float letters) {
+  v.bars.*bar = std::clamp(letters, 1.0f, 1000.0f);
 }
 
 void toggle_option(Viewer& v, bool Viewer::*option) { v.*option = !(v.*option); }

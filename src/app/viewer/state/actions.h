@@ -29,6 +29,7 @@ void change_settings(Viewer& viewer, const RenderSettings& settings);
 
 // ---- panels and switches -----------------------------------------------------------------------
 void toggle_panel(Viewer& viewer, bool Panels::*panel);
+void set_bar_width(Viewer& viewer, float Bars::*bar, float letters);
 void toggle_option(Viewer& viewer, bool Viewer::*option);
 void toggle_photograph(Viewer& viewer, Host& host);
 void set_photograph_opacity(Viewer& viewer, float opacity);

@@ -175,6 +175,27 @@ std::string hud_caveat(const Viewer& viewer) {
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
 
+StatusLine status_line(const Viewer& viewer) {
+  const RenderStats& stats = viewer.shown.stats;
+  const double ms = static_cast<double>(stats.frame_ms);
+  StatusLine line;
+  std::vector<std::string> words = {mode_name(viewer.mode())};
+  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
+  words.push_back(grouped(stats.tile_pairs) + " pairs");
+  words.push_back(
+      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
+  if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");
+  line.numbers = joined(words, "  \u00b7  ");
+  line.note = hud_caveat(viewer);
+  line.caution = !line.note.empty();
+  if (line.caution) return line;
+  line.note =
+      viewer.panels.hud
+          ? fmt::format("{}: drag to turn", viewer.navigation == Navigation::fly ? "fly" : "orbit")
+          : "F10: all modes   F1: keys";
+  return line;
+}
+
 std::string hud_status(const Viewer& viewer) {
   if (viewer.zoom.running) return "recording a zoom";
   if (numbers_are_current(viewer)) {
@@ -287,6 +308,8 @@ std::string state_json(const Viewer& viewer) {
     for (const Fact& fact : verdict_facts(*viewer.comparison))
       json["verdict"][fact.label] = fact.value;
   }
+  json["hints"] = ordered_json::array();
+  for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
   json["keyframes"] = viewer.keyframes.size();

@@ -37,6 +37,14 @@ std::string hud_status(const Viewer& viewer);
 /// Facts of the frame in the window.
 std::vector<Fact> hud_facts(const Viewer& viewer);
 
+/// The line below the picture: the numbers of the frame in the window, and at its right end what
+/// hinders them or how to see more.
+struct StatusLine {
+  std::string numbers, note;
+  bool caution = false;  ///< the note says why the numbers are no measurement
+};
+StatusLine status_line(const Viewer& viewer);
+
 /// Facts of the two frames in a split window; empty otherwise.
 std::vector<Fact> split_facts(const Viewer& viewer);
 

@@ -145,6 +145,14 @@ std::vector<Fact> verdict_facts(const ReferenceComparison& comparison) {
   return facts;
 }
 
+std::vector<std::string> hint_texts(const Hints& hints) {
+  std::vector<std::string> texts;
+  if (hints.turn) texts.emplace_back("drag: turn the view");
+  if (hints.modes) texts.emplace_back("1 to 6: culling modes");
+  if (hints.map) texts.emplace_back("H: where the work is");
+  return texts;
+}
+
 std::string zoom_status(const ZoomRecording& zoom) {
   const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(kCullerCount);
   if (zoom.running) return fmt::format("step {} of {}", done, zoom.steps);

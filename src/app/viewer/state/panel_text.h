@@ -66,6 +66,9 @@ bool verdict_is_current(const Viewer& viewer);
 /// What was compared, the numbers, the pixel that fails and why.
 std::vector<Fact> verdict_facts(const ReferenceComparison& comparison);
 
+/// The hints that are still shown.
+std::vector<std::string> hint_texts(const Hints& hints);
+
 /// What the zoom recorder does or did.
 std::string zoom_status(const ZoomRecording& zoom);
 

@@ -2,6 +2,8 @@
 //
 // Preferences as JSON. Apart from preferences.cpp so that the fuzzer builds without the rest of the
 // application.
+#include <algorithm>
+
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
@@ -28,6 +30,8 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("hud", viewer.panels.hud);
   visit("info", viewer.panels.info);
   visit("cameras_panel", viewer.panels.cameras);
+  visit("left_bar", viewer.bars.left);
+  visit("right_bar", viewer.bars.right);
   visit("cameras", viewer.last_views);
 }
 
@@ -40,6 +44,8 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
   for_each_preference(read, size, [&](const char* name, auto& value) {
     if (json.contains(name)) json_value(json.at(name), value);
   });
+  for (float* letters : {&read.bars.left, &read.bars.right})
+    *letters = std::clamp(*letters, 0.0f, 1000.0f);
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
   for (const auto& path : json.value("recent", std::vector<std::string>()))

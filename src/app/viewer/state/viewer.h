@@ -52,10 +52,20 @@ struct ViewedScene {
 
 /// Which panels are open.
 struct Panels {
-  bool hud = true, info = false, help = false, cameras = false;
+  bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
        split = false;
   bool all = true;  ///< false hides all of them
+};
+
+/// Widths of the bars of panels beside the picture, in heights of a letter; 0: not set by the user.
+struct Bars {
+  float left = 0, right = 0;
+};
+
+/// The hints of the first start that are still shown. Each goes away once the user does it.
+struct Hints {
+  bool turn = false, modes = false, map = false;
 };
 
 struct Toast {
@@ -121,7 +131,7 @@ struct ZoomRecording {
 struct InspectedView {
   int version = -1;  ///< Viewer::version
   Inspection inspection;
-  std::shared_ptr<const Image> construction;  ///< draw_construction(); null without a Gaussian
+  TileGrid grid;
 };
 
 /// The comparison of a view with the fp64 reference.
@@ -189,6 +199,8 @@ struct Viewer : Turn {
   Photograph photograph;
   float photograph_opacity = 0.5f;
   Panels panels;
+  Bars bars;
+  Hints hints;
   std::vector<Toast> toasts;
   std::vector<std::filesystem::path> recent;  ///< scenes, newest first
 

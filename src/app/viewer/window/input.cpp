@@ -51,7 +51,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
     if (button != dragged_) return;
     dragged_ = -1;
     if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
-      actions.push_back(call(action::inspect_pixel, cursor_));
+      actions.push_back(call(action::inspect_pixel, picture_cursor()));
     return;
   }
   if (captured) return;
@@ -59,7 +59,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
   const bool twice = now - last_press_time_ < kDoubleClickSeconds &&
                      glm::distance(cursor_, last_press_) < kDoubleClickPixels;
-  if (twice) actions.push_back(call(action::pick_pivot, cursor_));
+  if (twice) actions.push_back(call(action::pick_pivot, picture_cursor()));
   last_press_time_ = twice ? -1e9 : now;
   last_press_ = cursor_;
 }

@@ -15,6 +15,7 @@ class Input {
   /// `down`: pressed or repeated.
   void key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions);
   void button(int button, bool down, bool captured, double now, Actions& actions);
+  /// `pixel`: of the window.
   void cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions);
   void wheel(double notches, int mods, bool captured, Actions& actions);
 
@@ -25,7 +26,12 @@ class Input {
   void tick(double seconds, Actions& actions) const;
 
   bool busy() const { return dragged_ >= 0 || flies(); }
-  glm::dvec2 cursor() const { return cursor_; }
+
+  /// Where the picture begins in the window, pixels. Actions get positions in the picture.
+  void set_picture_origin(glm::dvec2 pixel) { origin_ = pixel; }
+
+  glm::dvec2 cursor() const { return cursor_; }  ///< pixels of the window
+  glm::dvec2 picture_cursor() const { return cursor_ - origin_; }
 
  private:
   bool flies() const;
@@ -33,7 +39,7 @@ class Input {
   std::set<int> held_;  // keys
   int mods_ = 0;
   int dragged_ = -1;  // button
-  glm::dvec2 cursor_{0.0}, last_press_{-1e9};
+  glm::dvec2 cursor_{0.0}, origin_{0.0}, last_press_{-1e9};
   double last_press_time_ = -1e9;
 };
 

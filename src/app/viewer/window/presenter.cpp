@@ -166,19 +166,17 @@ void Presenter::upload() {
   if (layer_) glGenerateMipmap(GL_TEXTURE_2D);
 }
 
-void Presenter::draw(int width, int height, const Split& split) {
-  glViewport(0, 0, width, height);
+void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split) {
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
+  glClearColor(0.075f, 0.08f, 0.095f, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  glViewport(area.x0, window.y - area.y1, area.x1 - area.x0, area.y1 - area.y0);
   if (next_) {
     begin_timing();
     upload();
   }
-  if (width_ == 0) {
-    glClearColor(0.075f, 0.08f, 0.095f, 1);
-    glClear(GL_COLOR_BUFFER_BIT);
-    return;
-  }
+  if (width_ == 0) return;
   glUseProgram(program_);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);

@@ -31,8 +31,9 @@ class Presenter {
   /// one was drawn; `frames` may be null if frames never have one.
   void show(RenderedFrame frame, GlFrames* frames);
 
-  /// Fills the framebuffer. `split` is used if the frame has another one beside it.
-  void draw(int width, int height, const Split& split);
+  /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has
+  /// another one beside it.
+  void draw(glm::ivec2 window, const PixelBox& area, const Split& split);
 
   /// GPU time of a recent upload and draw, milliseconds; 0 until one was measured.
   float gpu_ms() const { return gpu_ms_; }

@@ -108,9 +108,14 @@ void Window::set_callbacks() {
   glfwSetWindowRefreshCallback(window_, note);
 }
 
+WindowMetrics Window::metrics() const {
+  const float letter = std::round(kFontSize * scale());
+  return {size(), letter, letter + 2 * ImGui::GetStyle().FramePadding.y};
+}
+
 void Window::add_fonts() {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
-  const float size = std::round(kFontSize * scale());
+  const float size = metrics().letter;
   if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {
     static const ImWchar kRanges[] = {0x20, 0xff, 0x2013, 0x2026, 0};  // Latin-1, dashes, ellipsis
     fonts.AddFontFromFileTTF(file->c_str(), size, nullptr, kRanges);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/state/layout.h"
 #include "app/viewer/window/input.h"
 #include "app/viewer/window/input_script.h"
 
@@ -47,6 +48,7 @@ class Window {
   glm::ivec2 size() const;           ///< screen units
   glm::ivec2 windowed_size() const;  ///< size() outside of full screen
   float scale() const;               ///< factor of fonts and lines
+  WindowMetrics metrics() const;
   Input& input() { return input_; }
   GLFWwindow* handle() const { return window_; }
   double last_event() const { return last_event_; }  ///< glfwGetTime() of the last input

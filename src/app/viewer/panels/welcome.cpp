@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+//
+// The window without a scene: what the program is, the bundled scene, recent files, formats. And
+// the hints of the first start.
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <imgui.h>
+
+#include "app/session/assets.h"
+#include "app/session/text.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/style.h"
+#include "io/scene/reader.h"
+
+namespace qs {
+namespace {
+
+constexpr int kRecentShown = 6;
+
+void faint(const char* text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+  ImGui::TextWrapped("%s", text);
+  ImGui::PopStyleColor();
+}
+
+void draw_bundled_scene(const PanelState& state, Actions& actions) {
+  const auto scene = find_asset(kBundledScene);
+  if (!scene) return;
+  const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().FramePadding.x;
+  const auto open = [&] { actions.push_back(call(action::open, *scene)); };
+  if (state.thumbnail != 0) {
+    const auto texture =
+        reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.thumbnail));
+    if (ImGui::ImageButton(texture, {width, width / state.thumbnail_aspect})) open();
+  }
+  if (ImGui::Button("Open the bundled scene")) open();
+}
+
+std::string formats_text() {
+  std::vector<std::string> endings;
+  for (const ReaderRow& row : readers()) {
+    std::istringstream words(row.extensions);
+    for (std::string word; words >> word;) {
+      const bool known = std::find(endings.begin(), endings.end(), word) != endings.end();
+      if (!known && word.find('.', 1) == word.npos) endings.push_back(word);
+    }
+  }
+  return "Or drop a scene here (" + joined(endings, ", ") +
+         "), the folder of a trained model, or cameras.";
+}
+
+}  // namespace
+
+void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions) {
+  const Rect picture = current_layout(viewer).picture;
+  const glm::vec2 center = 0.5f * (picture.low + picture.high);
+  const float letter = ImGui::GetFontSize();
+  // The height follows the content, so the picture is smaller in a low window.
+  const float width = std::min({30 * letter, picture.size().x, 0.8f * picture.size().y});
+  ImGui::SetNextWindowPos({center.x, center.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize({width, 0});
+  ImGui::Begin(
+      "Welcome", nullptr,
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::TextWrapped(
+      "quadsplat shows 3D Gaussian splatting scenes in real time, and measures what "
+      "their tile culling costs.");
+  ImGui::Spacing();
+  draw_bundled_scene(state, actions);
+  same_line_if_fits(8 * letter);
+  if (ImGui::Button("Open a file ..."))
+    actions.push_back(call(action::toggle_panel, &Panels::open));
+  command_tooltip("Open a file");
+  if (!viewer.recent.empty()) {
+    ImGui::Spacing();
+    faint("Recent files");
+  }
+  for (int i = 0; i < std::min(kRecentShown, static_cast<int>(viewer.recent.size())); ++i) {
+    const std::filesystem::path& path = viewer.recent[static_cast<std::size_t>(i)];
+    ImGui::PushID(i);
+    if (ImGui::Selectable(path.filename().c_str())) actions.push_back(call(action::open, path));
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", path.c_str());
+    ImGui::PopID();
+  }
+  ImGui::Spacing();
+  faint(formats_text().c_str());
+  ImGui::End();
+}
+
+void draw_hints(const Viewer& viewer) {
+  const std::vector<std::string> hints = hint_texts(viewer.hints);
+  if (hints.empty() || !viewer.scene || viewer.loading) return;
+  const float letter = ImGui::GetFontSize(), gap = letter;
+  float width = -gap;
+  for (const std::string& hint : hints) width += ImGui::CalcTextSize(hint.c_str()).x + 2 * gap;
+  const Rect picture = current_layout(viewer).picture;
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  float x = 0.5f * (picture.low.x + picture.high.x - width);
+  const float y = picture.high.y - 3 * letter;
+  for (const std::string& hint : hints) {
+    const float text = ImGui::CalcTextSize(hint.c_str()).x;
+    draw.AddRectFilled({x, y}, {x + text + gap, y + 1.8f * letter},
+                       ImGui::GetColorU32(palette::kPanel), 4);
+    draw.AddText({x + 0.5f * gap, y + 0.4f * letter}, ImGui::GetColorU32(palette::kText),
+                 hint.c_str());
+    x += text + 2 * gap;
+  }
+}
+
+}  // namespace qs

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace qs {
+namespace {
+
+constexpr float kDefaultShare = 0.35f;                  ///< of the window's width
+constexpr float kLeastDefault = 22, kMostDefault = 46;  ///< letters' heights
+constexpr float kLeastLetters = 14;                     ///< a bar's width
+constexpr float kMostShare = 0.6f;                      ///< all bars, of the width
+
+bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
+  return std::any_of(switches.begin(), switches.end(),
+                     [&](bool Panels::*which) { return panels.*which; });
+}
+
+// `letters`: as the user set it, 0 if not.
+float bar_width(float letters, float most, const WindowMetrics& window) {
+  const float usual = std::clamp(kDefaultShare * window.size.x, kLeastDefault * window.letter,
+                                 kMostDefault * window.letter);
+  const float least = std::min(kLeastLetters * window.letter, most);
+  return std::round(std::clamp(letters > 0 ? letters * window.letter : usual, least, most));
+}
+
+}  // namespace
+
+Layout layout_of(const Viewer& viewer, const WindowMetrics& window) {
+  const glm::vec2 size = window.size;
+  Layout layout;
+  layout.picture = {{0, 0}, size};
+  if (!viewer.panels.all || size.y < 4 * window.line) return layout;
+  layout.menu = {{0, 0}, {size.x, window.line}};
+  layout.picture.low.y = window.line;
+  layout.picture.high.y -= window.line;
+  layout.status = {{0, layout.picture.high.y}, size};
+  if (!viewer.scene) return layout;
+  const bool left = any_open(viewer.panels, kLeftPanels);
+  const bool right = any_open(viewer.panels, kRightPanels);
+  const float most = kMostShare * size.x / (left && right ? 2 : 1);
+  layout.left = layout.right = layout.picture;
+  layout.left.high.x = left ? bar_width(viewer.bars.left, most, window) : 0;
+  layout.right.low.x = size.x - (right ? bar_width(viewer.bars.right, most, window) : 0);
+  layout.picture.low.x = layout.left.high.x;
+  layout.picture.high.x = layout.right.low.x;
+  return layout;
+}
+
+}  // namespace qs

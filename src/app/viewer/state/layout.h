@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+//
+// Where the picture, the bars of panels and the lines above and below them are in the window.
+// Panels are beside the picture, never on it.
+#pragma once
+
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+/// Screen units of the window: x to the right, y down, from its top left corner.
+struct Rect {
+  glm::vec2 low{0.0f}, high{0.0f};
+  glm::vec2 size() const { return high - low; }
+  bool empty() const { return high.x <= low.x || high.y <= low.y; }
+  bool operator==(const Rect&) const = default;
+};
+
+/// The window's size, and the heights of a letter and of a line of the menu, screen units.
+struct WindowMetrics {
+  glm::vec2 size{1280, 720};
+  float letter = 15, line = 23;
+};
+
+/// Empty rectangles are not drawn.
+struct Layout {
+  Rect menu, left, right, status, picture;
+};
+
+/// The switches of the panels in the bars, from top to bottom.
+inline constexpr bool Panels::*kLeftPanels[] = {&Panels::hud, &Panels::split, &Panels::recorder};
+inline constexpr bool Panels::*kRightPanels[] = {&Panels::inspector, &Panels::cameras,
+                                                 &Panels::info};
+
+Layout layout_of(const Viewer& viewer, const WindowMetrics& window);
+
+}  // namespace qs

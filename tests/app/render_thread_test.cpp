@@ -201,17 +201,21 @@ TEST_F(RenderThreadTest, a_click_inspects_its_pixel_and_another_gaussian_can_be_
   }
 }
 
-TEST_F(RenderThreadTest, a_double_click_turns_the_camera_around_what_is_under_the_cursor) {
+TEST_F(RenderThreadTest, a_double_click_goes_to_what_is_under_the_cursor_and_turns_around_it) {
   press("B");
   apply(call(action::inspect_pixel, glm::dvec2(48, 32)));
+  const Camera before = viewer().camera;
   apply(call(action::pick_pivot, glm::dvec2(48, 32)));
   settle();
   // Half of the light of the pixel is absorbed in front of the pivot.
-  const double depth = (viewer().camera.view_from_world * glm::dvec4(viewer().pivot, 1)).z;
+  const double depth = (before.view_from_world * glm::dvec4(viewer().pivot, 1)).z;
   bool found = false;
   for (const Contribution& row : viewer().inspected->inspection.pixel.contributions)
     found = found || std::abs(static_cast<double>(row.depth) - depth) < 1e-4;
   EXPECT_TRUE(found);
+  const glm::dvec3 seen = viewer().camera.view_from_world * glm::dvec4(viewer().pivot, 1);
+  EXPECT_NEAR(seen.x, 0, 1e-9) << "in the middle of the picture";
+  EXPECT_LT(seen.z, depth) << "and nearer";
   apply(call(action::pick_pivot, glm::dvec2(-1, -1)));
   settle();
   EXPECT_EQ(viewer().toasts.back().text, "nothing is under the cursor");

@@ -66,7 +66,7 @@ class ViewLoop final : public Host {
       if (window_.close_requested() || QuitSignals::arrived()) quit();
       const double now = glfwGetTime(), seconds = std::min(now - viewer_.now, kLongestTurn);
       play_script(actions);
-      window_.input().tick(seconds, actions);
+      window_.input().tick(actions);
       render_->take_reports(actions);
       loader_.take_reports(actions);
       measure_memory();

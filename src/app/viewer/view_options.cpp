@@ -22,6 +22,7 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   if (!problem.empty()) action::notify_error(viewer, problem);
   if (frame.size) window_size = *frame.size;
   viewer.out_dir = options.out_dir;
+  viewer.animates_moves = !options.script;
   viewer.restores_views = !frame.cameras;
   viewer.backend = frame.backend.value_or(available_backends().front());
   viewer.settings.mode = frame.modes.front() == kReferenceMode ? kDefaultMode : frame.modes.front();

@@ -36,11 +36,11 @@ constexpr std::array kGestures = {
     Gesture{"Left drag", "orbit (fly: look around)"},
     Gesture{"Right drag", "pan (fly: look around)"},
     Gesture{"Middle drag", "pan"},
-    Gesture{"Wheel", "nearer, farther"},
+    Gesture{"Wheel", "nearer, farther (fly: faster, slower)"},
     Gesture{"Shift+Wheel", "field of view"},
     Gesture{"Ctrl+Wheel", "roll"},
     Gesture{"Click", "inspector: what makes this pixel"},
-    Gesture{"Double click", "pivot at what is under the cursor"},
+    Gesture{"Double click", "go to what is under the cursor, orbit around it"},
     Gesture{"Shift, Alt", "fly 5 times faster, slower"},
     Gesture{"Drop a file", "a scene, a folder, cameras"},
 };

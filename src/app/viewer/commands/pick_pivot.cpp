@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Finds the point that a pixel shows and turns the camera around it from then on.
+// Finds the point that a pixel shows, goes to it, and orbits around it from then on.
 #include <glm/common.hpp>
 
 #include "app/measure/zoom_path.h"
@@ -17,7 +17,7 @@ void find_pivot(RenderContext& context, const Viewer& viewer, glm::ivec2 pixel) 
   const FrameRequest request = full_frame(viewer);
   const auto point = find_point(*context.session.renderer, request.camera, request.settings, pixel);
   if (!point) return context.report(action::notify, "nothing is under the cursor");
-  context.report(action::set_pivot, *point);
+  context.report(action::frame_point, *point);
 }
 
 }  // namespace

@@ -91,6 +91,7 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
     facts.cameras = read_cameras(*file);
     facts.photographs = find_photographs(*file, facts.cameras);
   }
+  facts.landmarks = landmarks_of(scene.cloud);
   facts.up = facts.cameras.empty() || !scene.vertical_axis.empty()
                  ? world_up(scene.vertical_axis)
                  : mean_up(facts.cameras, world_up(scene.vertical_axis));

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
 #include "io/camera/cameras.h"
@@ -160,6 +161,7 @@ void save_keyframes(Viewer& v, Host& host) {
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
   std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
+  advance_motion(v, seconds);
   if (!v.playback.running || v.keyframes.size() < 2) return;
   seek(v, v.playback.time + seconds);
   if (v.playback.time >= v.keyframes.back().time) v.playback.running = false;

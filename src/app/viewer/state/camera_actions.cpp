@@ -12,13 +12,13 @@
 #include "app/session/camera_control.h"
 #include "app/session/framing.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/flight.h"
 
 namespace qs::action {
 namespace {
 
 constexpr double kRadiansPerPixel = 0.005, kDollyPerNotch = 0.9, kFovPerNotch = 0.94;
 constexpr double kRadiansPerRollNotch = glm::radians(2.0);
-constexpr double kFlyExtentsPerSecond = 0.25;  ///< of the scene's extent
 
 glm::dvec3 up_of(const Viewer& v) { return v.scene ? v.scene->up : glm::dvec3(0, -1, 0); }
 
@@ -35,17 +35,22 @@ glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
   return camera.position() + depth * view_axes(camera).forward;
 }
 
-/// Moves camera and pivot by a step in view axes, world units.
-void step(Viewer& v, glm::dvec3 step) {
-  const ViewAxes axes = view_axes(v.camera);
-  v.pivot += step.x * axes.right + step.y * axes.down + step.z * axes.forward;
-  move(v, stepped(v.camera, step));
-}
-
 /// Resizes the camera to the window.
 void set_view(Viewer& v, const Camera& camera) {
+  v.travel.reset();
   v.camera = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
   view_changed(v);
+}
+
+/// The camera of the data set at which the view is or to which it travels, -1: none.
+int destination(const Viewer& v) { return v.travel ? v.travel->dataset_camera : v.dataset_camera; }
+
+/// Ends a travel at once.
+void arrive(Viewer& v) {
+  if (!v.travel) return;
+  const Travel travel = *v.travel;
+  set_view(v, travel.to);
+  v.dataset_camera = travel.dataset_camera;
 }
 
 Camera framed(const Viewer& v) {
@@ -71,6 +76,7 @@ int nearest_camera(const Viewer& v) {
 }  // namespace
 
 void move(Viewer& v, const Camera& camera) {
+  v.travel.reset();
   v.camera = camera;
   v.dataset_camera = -1;
   v.last_motion = v.now;
@@ -90,7 +96,13 @@ void look(Viewer& v, glm::dvec2 pixels) {
   move(v, turned(v.camera, up_of(v), -angles.x, angles.y));
 }
 
-void pan(Viewer& v, glm::dvec2 pixels) { step(v, pan_step(v.camera, pivot_depth(v), pixels)); }
+void shift(Viewer& v, glm::dvec3 step) {
+  const ViewAxes axes = view_axes(v.camera);
+  v.pivot += step.x * axes.right + step.y * axes.down + step.z * axes.forward;
+  move(v, stepped(v.camera, step));
+}
+
+void pan(Viewer& v, glm::dvec2 pixels) { shift(v, pan_step(v.camera, pivot_depth(v), pixels)); }
 
 void dolly(Viewer& v, double notches) {
   const double depth = pivot_depth(v);
@@ -103,25 +115,36 @@ void change_fov(Viewer& v, double notches) {
 
 void roll(Viewer& v, double notches) { move(v, rolled(v.camera, kRadiansPerRollNotch * notches)); }
 
-void fly(Viewer& v, glm::dvec3 direction, double seconds, double factor) {
-  if (!v.scene || direction == glm::dvec3(0)) return;
-  step(v, kFlyExtentsPerSecond * v.scene->extent() * factor * seconds * direction);
-}
-
 void set_camera(Viewer& v, const Camera& camera) {
   set_view(v, camera);
   v.dataset_camera = -1;
   if (v.scene) v.pivot = natural_pivot(v.camera, *v.scene);
 }
 
-void set_pivot(Viewer& v, glm::dvec3 point) {
+void frame_point(Viewer& v, glm::dvec3 point) {
+  const glm::dvec3 to_eye = v.camera.position() - point;
+  const double distance = glm::length(to_eye);
+  const double kept = std::min(distance, std::max(0.5 * distance, 3 * v.camera.near_depth));
   v.pivot = point;
   notify(v, fmt::format("pivot at {:.4g}, {:.4g}, {:.4g}", point.x, point.y, point.z));
+  if (!(distance > 0)) return;
+  const glm::dvec3 direction = to_eye / distance;
+  Camera camera = moved_to(v.camera, point + kept * direction);
+  constexpr double kNearPole = 0.999;
+  if (std::abs(glm::dot(direction, up_of(v))) < kNearPole) {
+    camera.view_from_world = look_at(camera.position(), point, up_of(v), vertical_fov(camera),
+                                     camera.width, camera.height)
+                                 .view_from_world;
+  }
+  travel_to(v, camera);
 }
 
 void resize(Viewer& v, int width, int height) {
   if (width < 1 || height < 1) return;
   if (width == v.camera.width && height == v.camera.height) return;
+  if (v.travel)
+    v.travel = Travel{v.travel->from.resized(width, height), v.travel->to.resized(width, height),
+                      v.travel->seconds, v.travel->dataset_camera};
   if (v.camera.width > 0) {
     v.camera = v.camera.resized(width, height);
   } else {
@@ -133,13 +156,13 @@ void resize(Viewer& v, int width, int height) {
 
 void frame_scene(Viewer& v) {
   if (!v.scene) return;
-  move(v, framed(v));
+  travel_to(v, framed(v));
   v.pivot = glm::dvec3(v.scene->core.center());
 }
 
 void read_photograph(Viewer& v, Host& host) {
-  if (!v.panels.photograph || v.dataset_camera < 0) return;
-  const auto found = v.scene->photographs.find(v.dataset_camera);
+  if (!v.panels.photograph || destination(v) < 0) return;
+  const auto found = v.scene->photographs.find(destination(v));
   if (found == v.scene->photographs.end() || found->second == v.photograph.path) return;
   v.photograph = {found->second, nullptr};
   host.read_photograph(found->second);
@@ -147,8 +170,9 @@ void read_photograph(Viewer& v, Host& host) {
 
 void go_to_camera(Viewer& v, Host& host, int index) {
   if (!v.scene || index < 0 || index >= static_cast<int>(v.scene->cameras.size())) return;
-  set_camera(v, v.scene->cameras[static_cast<std::size_t>(index)]);
-  v.dataset_camera = index;
+  const Camera& camera = v.scene->cameras[static_cast<std::size_t>(index)];
+  travel_to(v, camera, index);
+  v.pivot = natural_pivot(camera, *v.scene);
   read_photograph(v, host);
 }
 
@@ -156,7 +180,7 @@ void step_camera(Viewer& v, Host& host, CameraStep step) {
   if (!v.scene || v.scene->cameras.empty())
     return notify(v, "this scene has no cameras: drop its cameras.json on the window");
   const int count = static_cast<int>(v.scene->cameras.size());
-  const int at = v.dataset_camera < 0 ? nearest_camera(v) : v.dataset_camera;
+  const int at = destination(v) < 0 ? nearest_camera(v) : destination(v);
   switch (step) {
     case CameraStep::previous:
       return go_to_camera(v, host, (at + count - 1) % count);
@@ -174,7 +198,7 @@ void step_camera(Viewer& v, Host& host, CameraStep step) {
 void go_home(Viewer& v, Host& host) {
   if (!v.scene) return;
   if (!v.scene->cameras.empty()) return go_to_camera(v, host, 0);
-  set_view(v, v.home);
+  travel_to(v, v.home);
   v.pivot = glm::dvec3(v.scene->core.center());
 }
 
@@ -182,6 +206,7 @@ void set_first_view(Viewer& v, Host& host) {
   v.home = framed(v);
   v.dataset_camera = -1;
   go_home(v, host);
+  arrive(v);
   v.home = v.camera;
 }
 

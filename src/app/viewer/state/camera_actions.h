@@ -15,8 +15,8 @@ void dolly(Viewer& viewer, double notches);
 void change_fov(Viewer& viewer, double notches);
 void roll(Viewer& viewer, double notches);
 
-/// `direction`: right, down, forward, each -1..1; `factor` multiplies the speed.
-void fly(Viewer& viewer, glm::dvec3 direction, double seconds, double factor);
+/// Moves camera and pivot by a step in view axes (right, down, forward), world units.
+void shift(Viewer& viewer, glm::dvec3 step);
 
 /// Any motion ends here: the view no longer is one of the data set's cameras.
 void move(Viewer& viewer, const Camera& camera);
@@ -24,7 +24,8 @@ void move(Viewer& viewer, const Camera& camera);
 // ---- views -------------------------------------------------------------------------------------
 /// Fits a camera of any size to the window.
 void set_camera(Viewer& viewer, const Camera& camera);
-void set_pivot(Viewer& viewer, glm::dvec3 point);
+/// Turns to a point, goes half the way to it, and orbits around it from now on.
+void frame_point(Viewer& viewer, glm::dvec3 point);
 void resize(Viewer& viewer, int width, int height);
 void frame_scene(Viewer& viewer);
 

@@ -9,6 +9,7 @@
 
 #include "app/inspect/inspection_text.h"
 #include "app/session/text.h"
+#include "app/viewer/state/flight.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
@@ -189,10 +190,12 @@ StatusLine status_line(const Viewer& viewer) {
   line.note = hud_caveat(viewer);
   line.caution = !line.note.empty();
   if (line.caution) return line;
-  line.note =
-      viewer.panels.hud
-          ? fmt::format("{}: drag to turn", viewer.navigation == Navigation::fly ? "fly" : "orbit")
-          : "F10: all modes   F1: keys";
+  const bool flies = viewer.navigation == Navigation::fly || viewer.flight.distance > 0;
+  if (flies) {
+    line.note = fmt::format("flying {:.3g} units a second", flying_speed(viewer));
+  } else if (!viewer.panels.hud) {
+    line.note = "F10: all modes   F1: keys";
+  }
   return line;
 }
 

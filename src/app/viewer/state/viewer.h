@@ -21,6 +21,7 @@
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
 #include "app/report/bench_report.h"
+#include "app/session/depth_ahead.h"
 #include "app/session/scene_box.h"
 #include "raster/renderer.h"
 
@@ -42,6 +43,7 @@ struct ViewedScene {
   std::vector<Camera> cameras;  ///< of the data set, may be empty
   std::filesystem::path cameras_file;
   std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
+  std::vector<Landmark> landmarks;                   ///< landmarks_of() the scene
 
   /// Longest side of the core, world units, > 0.
   double extent() const {
@@ -148,6 +150,21 @@ struct Photograph {
   std::shared_ptr<const Image> image;  ///< null until it is read
 };
 
+/// Flying with keys.
+struct Flight {
+  glm::dvec3 wish{0.0};      ///< right, down, forward, times the factor of the keys; of this turn
+  glm::dvec3 velocity{0.0};  ///< in view axes, world units per second
+  double factor = 1;         ///< set by the wheel
+  double distance = 0;       ///< smoothed distance of what is in front, world units; 0: unknown
+};
+
+/// A moment's move to another view.
+struct Travel {
+  Camera from, to;
+  double seconds = 0;       ///< since it began
+  int dataset_camera = -1;  ///< Viewer::dataset_camera at its end
+};
+
 struct Playback {
   bool running = false;
   double time = 0;  ///< seconds on the path
@@ -182,8 +199,11 @@ struct Viewer : Turn {
   Camera home;
   glm::dvec3 pivot{0.0};
   Navigation navigation = Navigation::orbit;
-  int dataset_camera = -1;    ///< index of the camera that the view stands at, else -1
-  double last_motion = -1e9;  ///< Viewer::now
+  Flight flight;
+  std::optional<Travel> travel;
+  bool animates_moves = false;  ///< else views change at once, as scripts need it
+  int dataset_camera = -1;      ///< index of the camera that the view stands at, else -1
+  double last_motion = -1e9;    ///< Viewer::now
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
   bool restores_views = true;                     ///< a scene opens at its last view
 

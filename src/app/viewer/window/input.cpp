@@ -11,6 +11,7 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/flight.h"
 
 namespace qs {
 namespace {
@@ -79,7 +80,7 @@ void Input::wheel(double notches, int mods, bool captured, Actions& actions) {
   if (captured || notches == 0) return;
   const auto motion = (mods & GLFW_MOD_SHIFT) != 0     ? action::change_fov
                       : (mods & GLFW_MOD_CONTROL) != 0 ? action::roll
-                                                       : action::dolly;
+                                                       : action::turn_wheel;
   actions.push_back(call(motion, notches));
 }
 
@@ -97,7 +98,7 @@ bool Input::flies() const {
                      [&](const FlyKey& row) { return held_.count(row.key) > 0; });
 }
 
-void Input::tick(double seconds, Actions& actions) const {
+void Input::tick(Actions& actions) const {
   if (!flies()) return;
   glm::dvec3 direction(0);
   for (const FlyKey& row : fly_keys()) {
@@ -106,7 +107,7 @@ void Input::tick(double seconds, Actions& actions) const {
   const double factor =
       ((mods_ & GLFW_MOD_SHIFT) != 0 ? kFast : 1) * ((mods_ & GLFW_MOD_ALT) != 0 ? kSlow : 1);
   if (direction != glm::dvec3(0))
-    actions.push_back(unless_typing(call(action::fly, direction, seconds, factor)));
+    actions.push_back(unless_typing(call(action::fly, direction, factor)));
 }
 
 }  // namespace qs

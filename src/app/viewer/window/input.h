@@ -23,7 +23,7 @@ class Input {
   void release_all(Actions& actions);
 
   /// Flies by the keys that are held.
-  void tick(double seconds, Actions& actions) const;
+  void tick(Actions& actions) const;
 
   bool busy() const { return dragged_ >= 0 || flies(); }
 

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/flight.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+#include "app/session/camera_control.h"
+#include "app/session/depth_ahead.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
+
+namespace qs {
+namespace {
+
+constexpr double kDistancesPerSecond = 0.5;  ///< speed over the distance ahead
+constexpr double kFasterPerNotch = 1.2, kMostFactor = 100;
+constexpr double kAccelerationSeconds = 0.12;  ///< to reach 63 % of a new velocity
+constexpr double kDistanceSeconds = 0.4;       ///< the same for the distance ahead
+constexpr double kStillShare = 0.01;           ///< of the speed: slower counts as standing
+constexpr double kTravelSeconds = 0.35;
+
+// Approaches `to` by the part that `seconds` of a first-order lag do.
+double approach(double seconds, double constant) { return 1 - std::exp(-seconds / constant); }
+
+double distance_ahead(const Viewer& v) {
+  const double least = 1e-3 * v.scene->extent();
+  const auto measured = depth_ahead(v.camera, v.scene->landmarks);
+  return std::max(measured.value_or(0.5 * v.scene->extent()), least);
+}
+
+// The distance changes slowly, so that passing a near thing does not stop the flight.
+void update_distance(Viewer& v, double seconds) {
+  const double now = distance_ahead(v);
+  double& kept = v.flight.distance;
+  if (!(kept > 0)) kept = now;
+  kept *= std::pow(now / kept, approach(seconds, kDistanceSeconds));
+}
+
+}  // namespace
+
+double flying_speed(const Viewer& v) {
+  if (!v.scene) return 0;
+  const double distance = v.flight.distance > 0 ? v.flight.distance : distance_ahead(v);
+  return kDistancesPerSecond * distance * v.flight.factor;
+}
+
+namespace action {
+
+void fly(Viewer& v, glm::dvec3 direction, double factor) {
+  if (!v.scene) return;
+  v.flight.wish = factor * direction;
+  v.last_motion = v.now;
+}
+
+void turn_wheel(Viewer& v, double notches) {
+  if (v.navigation == Navigation::orbit) return dolly(v, notches);
+  v.flight.factor = std::clamp(v.flight.factor * std::pow(kFasterPerNotch, notches),
+                               1 / kMostFactor, kMostFactor);
+}
+
+void travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
+  const Camera to = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
+  v.flight.velocity = {};
+  if (v.animates_moves && v.scene) {
+    v.travel = Travel{v.camera, to, 0, dataset_camera};
+    v.last_motion = v.now;
+    return;
+  }
+  v.travel.reset();
+  v.camera = to;
+  v.dataset_camera = dataset_camera;
+  view_changed(v);
+}
+
+void advance_motion(Viewer& v, double seconds) {
+  if (!v.scene) return;
+  if (v.travel) {
+    const Travel travel = *v.travel;
+    const double share = std::min((travel.seconds + seconds) / kTravelSeconds, 1.0);
+    const double eased = share * share * (3 - 2 * share);
+    move(v, share < 1 ? camera_at({{0, travel.from}, {1, travel.to}}, eased) : travel.to);
+    if (share < 1) {
+      v.travel = travel;
+      v.travel->seconds += seconds;
+    } else {
+      v.dataset_camera = travel.dataset_camera;
+    }
+    return;
+  }
+  Flight& flight = v.flight;
+  const bool flies = flight.wish != glm::dvec3(0);
+  if (!flies && flight.velocity == glm::dvec3(0)) {
+    flight.distance = 0;
+    return;
+  }
+  update_distance(v, seconds);
+  const double speed = flying_speed(v);
+  flight.velocity +=
+      (speed * flight.wish - flight.velocity) * approach(seconds, kAccelerationSeconds);
+  flight.wish = {};
+  if (!flies && glm::length(flight.velocity) < kStillShare * speed) flight.velocity = {};
+  shift(v, seconds * flight.velocity);
+}
+
+}  // namespace action
+}  // namespace qs

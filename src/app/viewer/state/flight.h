@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+//
+// Motion that takes time: flying with keys, and travelling to another view.
+#pragma once
+
+#include "app/viewer/state/action.h"
+
+namespace qs {
+
+/// Of flying, world units per second: it follows the distance to what is in front, times the factor
+/// that the wheel sets.
+double flying_speed(const Viewer& viewer);
+
+namespace action {
+
+/// Flies until the next turn. `direction`: right, down, forward, each -1..1; `factor` multiplies
+/// the speed. The camera accelerates, and slows down when nothing flies it any more.
+void fly(Viewer& viewer, glm::dvec3 direction, double factor);
+
+/// The wheel: nearer or farther in orbit mode, faster or slower in fly mode.
+void turn_wheel(Viewer& viewer, double notches);
+
+/// Moves to a view of any size within a moment, or at once if moves are not animated.
+/// `dataset_camera`: the index of the data set's camera that is there, else -1.
+void travel_to(Viewer& viewer, const Camera& camera, int dataset_camera = -1);
+
+/// Moves the camera by what `seconds` of flight or travel do.
+void advance_motion(Viewer& viewer, double seconds);
+
+}  // namespace action
+}  // namespace qs

@@ -171,7 +171,7 @@ TEST_F(PanelsTest, no_panel_covers_the_picture) {
   driven_.apply([](Viewer& viewer) {
     viewer.panels = {};
     viewer.panels.hud = viewer.panels.info = viewer.panels.cameras = viewer.panels.recorder = true;
-    viewer.panels.inspector = viewer.panels.split = true;
+    viewer.panels.inspector = viewer.panels.split = viewer.panels.messages = true;
   });
   for (const ImVec2 size : {ImVec2(1280, 720), ImVec2(1024, 640), ImVec2(1920, 1080)}) {
     ImGui::GetIO().DisplaySize = size;

@@ -22,6 +22,7 @@
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/window/input.h"
 #include "io/camera/cameras.h"
@@ -496,6 +497,10 @@ TEST(State, a_photograph_is_shown_at_the_nearest_camera) {
   EXPECT_FALSE(driven.viewer.panels.photograph);
   driven.apply(set_photograph_opacity, 0.25f);
   EXPECT_EQ(driven.viewer.photograph_opacity, 0.25f);
+  driven.apply(set_photograph_wipe, 0.75f);
+  EXPECT_EQ(driven.viewer.photograph_wipe, 0.75f);
+  driven.apply(set_photograph_wipe, 3.0f);
+  EXPECT_EQ(driven.viewer.photograph_wipe, 1);
   driven.apply(cameras_opened, scene.cameras, std::filesystem::path("/x/c.json"),
                std::map<int, std::filesystem::path>());
   EXPECT_EQ(driven.viewer.toasts.back().text, "3 cameras from c.json");
@@ -519,11 +524,29 @@ TEST(State, cancelling_stops_reading_and_hides_its_progress) {
 
 // ---- keys
 // ----------------------------------------------------------------------------------------
+TEST(Log, keeps_messages_after_they_have_disappeared) {
+  Driven driven;
+  driven.apply(tick, Turn{187.9}, 0.0);
+  driven.apply(notify, std::string("a"));
+  driven.apply(notify_error, std::string("b"));
+  driven.apply(tick, Turn{1000}, 0.0);
+  EXPECT_THAT(driven.viewer.toasts, IsEmpty());
+  ASSERT_THAT(driven.viewer.log, SizeIs(2));
+  EXPECT_EQ(driven.viewer.log[0].text, "a");
+  EXPECT_EQ(log_time(driven.viewer.log[0]), "3:07");
+  EXPECT_FALSE(driven.viewer.log[0].error);
+  EXPECT_TRUE(driven.viewer.log[1].error);
+  for (int i = 0; i < 200; ++i) driven.apply(notify, std::to_string(i));
+  ASSERT_THAT(driven.viewer.log, SizeIs(200));
+  EXPECT_EQ(driven.viewer.log.front().text, "0");
+}
+
 TEST(Keys, open_and_close_their_panels) {
   const std::pair<const char*, bool Panels::*> keys[] = {
       {"Ctrl+O", &Panels::open}, {"F10", &Panels::hud},  {"I", &Panels::info},
       {"B", &Panels::inspector}, {"F1", &Panels::help},  {"Tab", &Panels::all},
-      {"L", &Panels::cameras},   {"O", &Panels::frusta}, {"C", &Panels::split}};
+      {"L", &Panels::cameras},   {"O", &Panels::frusta}, {"C", &Panels::split},
+      {"M", &Panels::messages}};
   for (const auto& [key, panel] : keys) {
     SCOPED_TRACE(key);
     DrivenScene driven(1);

@@ -2,16 +2,34 @@
 #include "app/session/depth_ahead.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
 
 #include <glm/gtc/constants.hpp>
 
 namespace qs {
 namespace {
 
-// Of the picture: a single near Gaussian must not decide.
-constexpr double kMostShare = 0.1;
+constexpr int kCells = 8;  // of the picture, along each side
+
+struct Share {
+  double depth, cover;  // integral of the opacity over a cell's area
+};
+
+// The depth in front of which half of a cell's light comes from, if that depth exists. Within a
+// cell the shares are spread evenly, so transmittance falls exponentially (Beer and Lambert).
+double depth_of_cell(std::vector<Share>& shares) {
+  std::sort(shares.begin(), shares.end(),
+            [](const Share& a, const Share& b) { return a.depth < b.depth; });
+  double total = 0, in_front = 0;
+  for (const Share& share : shares) total += share.cover;
+  const double half = -std::log(0.5 * (1 + std::exp(-total)));  // optical depth of half the light
+  for (const Share& share : shares) {
+    in_front += share.cover;
+    if (in_front >= half) return share.depth;
+  }
+  return shares.back().depth;
+}
 
 }  // namespace
 
@@ -34,29 +52,26 @@ std::vector<Landmark> landmarks_of(const GaussianCloud& cloud, std::size_t most)
 }
 
 std::optional<double> depth_ahead(const Camera& camera, std::span<const Landmark> landmarks) {
-  const double pixels = static_cast<double>(camera.width) * camera.height;
-  std::vector<std::pair<double, double>> shares;  // depths, and areas in the picture over its own
+  const glm::dvec2 cell_px = glm::dvec2(camera.width, camera.height) / static_cast<double>(kCells);
+  std::array<std::vector<Share>, kCells * kCells> cells;
   for (const Landmark& landmark : landmarks) {
     const glm::dvec3 at = camera.view_from_world * glm::dvec4(glm::dvec3(landmark.position), 1);
     if (!(at.z > camera.near_depth)) continue;
-    const glm::dvec2 pixel = glm::dvec2(at) / at.z * camera.focal_px + camera.center_px;
-    if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < camera.width && pixel.y < camera.height))
-      continue;
     const glm::dvec2 scale = camera.focal_px / at.z;
-    const double share = static_cast<double>(landmark.area) * scale.x * scale.y / pixels;
-    shares.emplace_back(at.z, std::min(share, kMostShare));
+    const glm::dvec2 cell = (glm::dvec2(at) * scale + camera.center_px) / cell_px;
+    if (!(cell.x >= 0 && cell.y >= 0 && cell.x < kCells && cell.y < kCells)) continue;
+    const double cover = static_cast<double>(landmark.area) * scale.x * scale.y;
+    cells[static_cast<std::size_t>(static_cast<int>(cell.y) * kCells + static_cast<int>(cell.x))]
+        .push_back({at.z, std::min(cover / (cell_px.x * cell_px.y), 1.0)});
   }
-  if (shares.empty()) return std::nullopt;
-  std::sort(shares.begin(), shares.end());
-  double total = 0;
-  for (const auto& [depth, share] : shares) total += share;
-  const double covered = 1 - std::exp(-total);
-  double in_front = 0;
-  for (const auto& [depth, share] : shares) {
-    in_front += share;
-    if (1 - std::exp(-in_front) >= 0.5 * covered) return depth;
+  std::vector<double> depths;
+  for (std::vector<Share>& shares : cells) {
+    if (!shares.empty()) depths.push_back(depth_of_cell(shares));
   }
-  return shares.back().first;
+  if (depths.empty()) return std::nullopt;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
 }
 
 }  // namespace qs

@@ -23,9 +23,8 @@ struct Landmark {
 /// a finite position or area.
 std::vector<Landmark> landmarks_of(const GaussianCloud& cloud, std::size_t most = 4096);
 
-/// The depth in front of which half of the light of the covered part of the picture comes from,
-/// world units. Landmarks are spread evenly over the picture, so transmittance falls exponentially
-/// with the area in front (Beer and Lambert). Unset if no landmark is in the picture.
+/// The median over 8 x 8 parts of the picture of the depth that half of the part's light comes
+/// from, world units. Parts in which nothing is do not count; unset if nothing is in the picture.
 std::optional<double> depth_ahead(const Camera& camera, std::span<const Landmark> landmarks);
 
 }  // namespace qs

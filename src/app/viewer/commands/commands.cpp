@@ -149,6 +149,7 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_F10, 0, view, "Performance", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
+      panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
       always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
       row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
       row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),

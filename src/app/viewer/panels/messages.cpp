@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Toasts and progress.
+// Toasts, progress, and the log of messages.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -54,6 +54,17 @@ void draw_toasts(const Viewer& viewer, const Rect& picture) {
 }
 
 }  // namespace
+
+void draw_log(const Viewer& viewer, PanelState&, Actions&) {
+  if (viewer.log.empty()) ImGui::TextColored(palette::kFaint, "There are no messages yet.");
+  for (auto entry = viewer.log.rbegin(); entry != viewer.log.rend(); ++entry) {
+    ImGui::TextColored(palette::kFaint, "%s", log_time(*entry).c_str());
+    ImGui::SameLine();
+    ImGui::PushStyleColor(ImGuiCol_Text, entry->error ? palette::kError : palette::kText);
+    ImGui::TextWrapped("%s", entry->text.c_str());
+    ImGui::PopStyleColor();
+  }
+}
 
 void draw_messages(const Viewer& viewer, Actions& actions) {
   const Rect picture = current_layout(viewer).picture;

@@ -60,7 +60,8 @@ void draw_frustum(const Screen& screen, const Camera& camera, double depth, ImU3
   }
 }
 
-void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen& screen) {
+void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen& screen,
+                     Actions& actions) {
   const auto found = viewer.scene->photographs.find(viewer.dataset_camera);
   if (state.photograph == 0 || found == viewer.scene->photographs.end() ||
       found->second != viewer.photograph.path)
@@ -71,9 +72,15 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
   const float width = area.size().y * static_cast<float>(image.width) /
                       static_cast<float>(std::max(image.height, 1));
   const float left = 0.5f * (area.low.x + area.high.x - width);
+  const float wipe = viewer.photograph_wipe, x = left + wipe * width;
   screen.draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.photograph)),
-                       {left, area.low.y}, {left + width, area.high.y}, {0, 0}, {1, 1},
+                       {left, area.low.y}, {x, area.high.y}, {0, 0}, {wipe, 1},
                        ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
+  draw_plate("photograph " + viewer.photograph.path.filename().string(),
+             std::max(left, area.low.x) + 10, area.low.y + 10, 0);
+  const float shown = std::clamp(x, area.low.x, area.high.x);
+  if (const auto mouse = draw_divider_line("photograph's edge", area, shown))
+    actions.push_back(call(action::set_photograph_wipe, (*mouse - left) / width));
 }
 
 void draw_pivot(const Viewer& viewer, const Screen& screen) {
@@ -128,14 +135,14 @@ void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
 
 }  // namespace
 
-void draw_overlay(const Viewer& viewer, const PanelState& state) {
+void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions) {
   if (!viewer.scene) return;
   const Screen screen{viewer.camera, current_layout(viewer).picture,
                       *ImGui::GetBackgroundDrawList()};
   const auto [low, high] = screen.area;
   screen.draw.PushClipRect({low.x, low.y}, {high.x, high.y});
   if (viewer.panels.photograph && viewer.dataset_camera >= 0)
-    draw_photograph(viewer, state, screen);
+    draw_photograph(viewer, state, screen, actions);
   if (viewer.panels.frusta) {
     const double depth = 0.06 * viewer.scene->extent();
     for (std::size_t i = 0; i < viewer.scene->cameras.size(); ++i) {

@@ -66,6 +66,29 @@ std::optional<float> draw_grip(const char* name, const Rect& area) {
   return active ? std::optional(ImGui::GetIO().MousePos.x) : std::nullopt;
 }
 
+void draw_plate(const std::string& text, float x, float y, float align) {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const ImVec2 low{x - align * (size.x + 16), y}, high{low.x + size.x + 16, low.y + size.y + 8};
+  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4);
+  draw.AddText({low.x + 8, low.y + 4}, ImGui::GetColorU32(palette::kText), text.c_str());
+}
+
+std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x) {
+  constexpr float kGrip = 14;  // width in which the line can be dragged, screen units
+  constexpr ImU32 kLight = IM_COL32(255, 255, 255, 230);
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4);
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f);
+  const ImVec2 middle{x, 0.5f * (picture.low.y + picture.high.y)};
+  draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
+  draw.AddCircle(middle, 13, kLight, 32, 1.5f);
+  for (const float side : {-1.0f, 1.0f})
+    draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
+                           {x + 4 * side, middle.y + 4.5f * side}, kLight);
+  return draw_grip(name, {{x - 0.5f * kGrip, picture.low.y}, {x + 0.5f * kGrip, picture.high.y}});
+}
+
 namespace {
 
 struct BarPanel {
@@ -81,6 +104,7 @@ constexpr BarPanel kBarPanels[] = {
     {&Panels::inspector, "Inspector", draw_inspector},
     {&Panels::cameras, "Cameras and path", draw_cameras},
     {&Panels::info, "Scene and render settings", draw_info},
+    {&Panels::messages, "Messages", draw_log},
 };
 
 void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const> switches,
@@ -132,7 +156,7 @@ void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Ac
 
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);
-  draw_overlay(viewer, state);
+  draw_overlay(viewer, state, actions);
   draw_heat_legend(viewer);
   draw_divider(viewer, actions);
   if (viewer.panels.all) {

@@ -46,6 +46,13 @@ Layout current_layout(const Viewer& viewer);
 /// while it is dragged.
 std::optional<float> draw_grip(const char* name, const Rect& area);
 
+/// A vertical line at `x` over the picture, with arrows to drag it by. Returns the mouse's x while
+/// it is dragged.
+std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x);
+
+/// A name on a dark plate at the picture, from `align` 0 (right of x) to 1 (left of it).
+void draw_plate(const std::string& text, float x, float y, float align);
+
 /// Text at the right end of a table's cell.
 void right_aligned(const std::string& text);
 
@@ -66,6 +73,7 @@ void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_log(const Viewer& viewer, PanelState& state, Actions& actions);
 
 // Elsewhere:
 void draw_menu_bar(const Viewer& viewer, Actions& actions);
@@ -75,7 +83,7 @@ void draw_help(const Viewer& viewer, Actions& actions);
 void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
 void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
-void draw_overlay(const Viewer& viewer, const PanelState& state);
+void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_hints(const Viewer& viewer);

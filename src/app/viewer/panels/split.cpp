@@ -16,28 +16,16 @@
 namespace qs {
 namespace {
 
-constexpr float kGrip = 14;  ///< width in which the divider can be dragged, screen units
-
-// A name on a dark plate, from `align` 0 (right of `at`) to 1 (left of it).
-void draw_plate(const std::string& text, ImVec2 at, float align) {
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const ImVec2 low{at.x - align * (size.x + 16), at.y},
-      high{low.x + size.x + 16, at.y + size.y + 8};
-  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4);
-  draw.AddText({low.x + 8, low.y + 4}, ImGui::GetColorU32(palette::kText), text.c_str());
-}
-
 // The name of each variant over its part of the picture.
 void draw_names(const Viewer& viewer, const Rect& picture, float x) {
   const Split& split = viewer.split;
   const auto [left, right] = split_names(viewer);
   const float y = picture.high.y - 3.4f * ImGui::GetFontSize();
   if (split.view == SplitView::sides) {
-    draw_plate(left, {x - 10, y}, 1);
-    draw_plate(right, {x + 10, y}, 0);
+    draw_plate(left, x - 10, y, 1);
+    draw_plate(right, x + 10, y, 0);
   } else if (split.view == SplitView::whole) {
-    draw_plate(left, {0.5f * (picture.low.x + picture.high.x), y}, 0.5f);
+    draw_plate(left, 0.5f * (picture.low.x + picture.high.x), y, 0.5f);
   }
 }
 
@@ -132,17 +120,7 @@ void draw_divider(const Viewer& viewer, Actions& actions) {
   const float x = picture.low.x + viewer.split.divider * picture.size().x;
   draw_names(viewer, picture, x);
   if (viewer.split.view != SplitView::sides) return;
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4);
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(255, 255, 255, 230), 1.5f);
-  const ImVec2 middle{x, 0.5f * (picture.low.y + picture.high.y)};
-  draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
-  draw.AddCircle(middle, 13, IM_COL32(255, 255, 255, 230), 32, 1.5f);
-  for (const float side : {-1.0f, 1.0f})
-    draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
-                           {x + 4 * side, middle.y + 4.5f * side}, IM_COL32(255, 255, 255, 230));
-  const Rect grip{{x - 0.5f * kGrip, picture.low.y}, {x + 0.5f * kGrip, picture.high.y}};
-  if (const auto mouse = draw_grip("divider", grip)) {
+  if (const auto mouse = draw_divider_line("divider", picture, x)) {
     Split split = viewer.split;
     split.divider = std::clamp((*mouse - picture.low.x) / picture.size().x, 0.0f, 1.0f);
     if (split.divider != viewer.split.divider) actions.push_back(call(action::change_split, split));

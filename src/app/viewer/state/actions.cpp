@@ -27,11 +27,17 @@ namespace {
 
 constexpr double kToastSeconds = 5, kErrorSeconds = 12;
 constexpr std::size_t kMostRecent = 10, kMostFrames = 120;
+constexpr std::size_t kMostLogEntries = 200;
 
 void add_recent(Viewer& v, const std::filesystem::path& path) {
   std::erase(v.recent, path);
   v.recent.insert(v.recent.begin(), path);
   if (v.recent.size() > kMostRecent) v.recent.resize(kMostRecent);
+}
+
+void keep_in_log(Viewer& v, const std::string& text, bool error) {
+  v.log.push_back({v.now, text, error});
+  if (v.log.size() > kMostLogEntries) v.log.pop_front();
 }
 
 void restore_view(Viewer& v) {
@@ -47,10 +53,12 @@ void restore_view(Viewer& v) {
 }  // namespace
 
 void notify(Viewer& v, std::string text) {
+  keep_in_log(v, text, false);
   v.toasts.push_back({std::move(text), false, v.now + kToastSeconds});
 }
 
 void notify_error(Viewer& v, std::string text) {
+  keep_in_log(v, text, true);
   v.toasts.push_back({std::move(text), true, v.now + kErrorSeconds});
 }
 
@@ -113,6 +121,9 @@ void toggle_photograph(Viewer& v, Host& host) {
 }
 
 void set_photograph_opacity(Viewer& v, float opacity) { v.photograph_opacity = opacity; }
+void set_photograph_wipe(Viewer& v, float share) {
+  v.photograph_wipe = std::clamp(share, 0.0f, 1.0f);
+}
 
 void open(Viewer&, Host& host, const std::filesystem::path& path) { host.open(path, {}); }
 

@@ -11,7 +11,7 @@
 namespace qs::action {
 
 // ---- messages ----------------------------------------------------------------------------------
-/// Shows a sentence for some seconds; errors stay longer.
+/// Shows a sentence for some seconds, errors for longer, and keeps it in the log.
 void notify(Viewer& viewer, std::string text);
 void notify_error(Viewer& viewer, std::string text);
 
@@ -33,6 +33,7 @@ void set_bar_width(Viewer& viewer, float Bars::*bar, float letters);
 void toggle_option(Viewer& viewer, bool Viewer::*option);
 void toggle_photograph(Viewer& viewer, Host& host);
 void set_photograph_opacity(Viewer& viewer, float opacity);
+void set_photograph_wipe(Viewer& viewer, float share);
 
 // ---- files -------------------------------------------------------------------------------------
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);

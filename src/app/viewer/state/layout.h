@@ -30,7 +30,7 @@ struct Layout {
 /// The switches of the panels in the bars, from top to bottom.
 inline constexpr bool Panels::*kLeftPanels[] = {&Panels::hud, &Panels::split, &Panels::recorder};
 inline constexpr bool Panels::*kRightPanels[] = {&Panels::inspector, &Panels::cameras,
-                                                 &Panels::info};
+                                                 &Panels::info, &Panels::messages};
 
 Layout layout_of(const Viewer& viewer, const WindowMetrics& window);
 

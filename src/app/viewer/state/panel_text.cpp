@@ -145,6 +145,11 @@ std::vector<Fact> verdict_facts(const ReferenceComparison& comparison) {
   return facts;
 }
 
+std::string log_time(const LogEntry& entry) {
+  const int seconds = static_cast<int>(entry.time);
+  return fmt::format("{}:{:02}", seconds / 60, seconds % 60);
+}
+
 std::vector<std::string> hint_texts(const Hints& hints) {
   std::vector<std::string> texts;
   if (hints.turn) texts.emplace_back("drag: turn the view");

@@ -66,6 +66,9 @@ bool verdict_is_current(const Viewer& viewer);
 /// What was compared, the numbers, the pixel that fails and why.
 std::vector<Fact> verdict_facts(const ReferenceComparison& comparison);
 
+/// Minutes and seconds since the start: "3:07".
+std::string log_time(const LogEntry& entry);
+
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
 

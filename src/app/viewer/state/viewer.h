@@ -56,7 +56,7 @@ struct ViewedScene {
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
-       split = false;
+       split = false, messages = false;
   bool all = true;  ///< false hides all of them
 };
 
@@ -74,6 +74,13 @@ struct Toast {
   std::string text;
   bool error = false;
   double until = 0;  ///< Viewer::now at which it disappears
+};
+
+/// A message in the log.
+struct LogEntry {
+  double time = 0;  ///< Viewer::now
+  std::string text;
+  bool error = false;
 };
 
 /// How the window shows two variants of the view.
@@ -218,10 +225,12 @@ struct Viewer : Turn {
   bool vsync = true, on_demand = true, reduce_when_moving = true;
   Photograph photograph;
   float photograph_opacity = 0.5f;
+  float photograph_wipe = 1;  ///< the photograph covers the picture left of it, 0 to 1 of its width
   Panels panels;
   Bars bars;
   Hints hints;
   std::vector<Toast> toasts;
+  std::deque<LogEntry> log;                   ///< the last messages, newest last
   std::vector<std::filesystem::path> recent;  ///< scenes, newest first
 
   std::optional<Loading> loading;

@@ -146,7 +146,7 @@ std::vector<KeyCommand> make_commands() {
       job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
 
-      panel(GLFW_KEY_F10, 0, view, "Performance", &Panels::hud),
+      panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
       panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),

@@ -40,7 +40,7 @@ constexpr std::array kGestures = {
     Gesture{"Shift+Wheel", "field of view"},
     Gesture{"Ctrl+Wheel", "roll"},
     Gesture{"Click", "inspector: what makes this pixel"},
-    Gesture{"Double click", "go to what is under the cursor, orbit around it"},
+    Gesture{"Double click", "go to the point under the cursor"},
     Gesture{"Shift, Alt", "fly 5 times faster, slower"},
     Gesture{"Drop a file", "a scene, a folder, cameras"},
 };

@@ -46,7 +46,6 @@ void draw_help(const Viewer&, Actions& actions) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowFocus();
-  ImGui::SetNextWindowBgAlpha(0.98f);
   bool open = true;
   ImGui::Begin("Help", &open,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav |

@@ -78,7 +78,7 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
                        ImGui::GetColorU32({1, 1, 1, viewer.photograph_opacity}));
   draw_plate("photograph " + viewer.photograph.path.filename().string(),
              std::max(left, area.low.x) + 10, area.low.y + 10, 0);
-  const float shown = std::clamp(x, area.low.x, area.high.x);
+  const float shown = std::clamp(x, area.low.x + 14, area.high.x - 14);
   if (const auto mouse = draw_divider_line("photograph's edge", area, shown))
     actions.push_back(call(action::set_photograph_wipe, (*mouse - left) / width));
 }

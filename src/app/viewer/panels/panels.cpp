@@ -98,7 +98,7 @@ struct BarPanel {
 };
 
 constexpr BarPanel kBarPanels[] = {
-    {&Panels::hud, "All modes", draw_hud},
+    {&Panels::hud, "Numbers of all modes", draw_hud},
     {&Panels::split, "Split", draw_split},
     {&Panels::recorder, "Zoom recorder", draw_recorder},
     {&Panels::inspector, "Inspector", draw_inspector},

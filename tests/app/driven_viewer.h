@@ -20,6 +20,7 @@ inline ViewedScene some_scene(int cameras) {
   scene.name = "garden";
   scene.core = {glm::vec3(-1), glm::vec3(1)};
   scene.smallest_radius = 0.01f;
+  scene.framing.eye = {0, -1, -4};
   scene.gaussians = 500;
   scene.sh_degree = 3;
   for (int i = 0; i < cameras; ++i) {

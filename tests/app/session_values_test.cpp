@@ -15,12 +15,14 @@
 #include <unistd.h>
 
 #include "app/session/assets.h"
+#include "app/session/first_view.h"
 #include "app/session/framing.h"
 #include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
 #include "app/session/scene_box.h"
 #include "app/session/session.h"
 #include "app/session/text.h"
+#include "app/session/up_axis.h"
 #include "io/picture/image_file.h"
 #include "raster/base/error.h"
 #include "support/error_of.h"
@@ -264,6 +266,14 @@ TEST(Framing, small_scenes_and_up_axes_have_exact_values) {
   EXPECT_EQ(world_up("-Z"), glm::dvec3(0, 0, -1));
   EXPECT_EQ(world_up("+z"), glm::dvec3(0, 0, 1));
   EXPECT_EQ(world_up("--z"), glm::dvec3(0, -1, 0));
+  EXPECT_EQ(parse_direction("--up", "-y"), glm::dvec3(0, -1, 0));
+  EXPECT_EQ(parse_direction("--up", "z"), glm::dvec3(0, 0, 1));
+  EXPECT_EQ(parse_direction("--up", "0,3,-4"), glm::dvec3(0, 0.6, -0.8));
+  for (const char* wrong : {"", "w", "0,0,0", "1,2", "1,2,3,4", "nan,0,0", "inf,0,0"})
+    EXPECT_THROW(parse_direction("--up", wrong), Error) << wrong;
+  EXPECT_EQ(declared_up({}, ""), std::nullopt);
+  EXPECT_EQ(declared_up({}, "z"), glm::dvec3(0, 0, 1));
+  EXPECT_EQ(declared_up(glm::dvec3(1, 0, 0), "z"), glm::dvec3(1, 0, 0));
   // The near plane is a hundredth of the longest side, or of the sphere around the box.
   const SceneBox flat{{0, 0, 0}, {0, 4, 0}};
   EXPECT_NEAR(frame_box(flat, 0.1f, {0, -1, 0}, 64, 48).near_depth, 0.01 * 4 * 1.15, 1e-9);

@@ -22,6 +22,7 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "support/pool.h"
 #include "support/recording_host.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -371,6 +372,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   written.navigation = Navigation::fly;
   written.recent = {"/a.ply", "/b c.ply"};
   written.last_views["/a.ply"] = "kept";
+  written.ups["/a.ply"] = "0,-1,0.5";
   written.scene.emplace();
   written.scene->path = "/b.ply";
   written.camera = test::front_camera(64, 48);
@@ -383,6 +385,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   EXPECT_TRUE(read.panels.info);
   EXPECT_EQ(read.navigation, Navigation::fly);
   EXPECT_EQ(read.recent, written.recent);
+  EXPECT_EQ(read.ups, written.ups);
   EXPECT_THAT(read.last_views,
               testing::ElementsAre(testing::Pair("/a.ply", "kept"),
                                    testing::Pair("/b.ply", format_camera(written.camera))));
@@ -438,13 +441,13 @@ TEST(ViewOptions, overrule_the_preferences) {
   EXPECT_THROW(initial_viewer(options, size), Error);
 }
 
-TEST(SceneFacts, up_is_the_cameras_mean_unless_the_file_says_so) {
+TEST(SceneFacts, up_is_the_convention_s_in_a_cloud_without_a_floor_unless_the_file_says_so) {
   Scene scene;
   scene.path = "/nowhere/scene.ply";
   scene.cloud = test::random_cloud(50, 0, 1);
-  EXPECT_EQ(view_facts(scene, std::nullopt).up, glm::dvec3(0, -1, 0));
+  EXPECT_EQ(view_facts(scene, std::nullopt, test::pool(1)).up, glm::dvec3(0, -1, 0));
   scene.vertical_axis = "z";
-  EXPECT_EQ(view_facts(scene, std::nullopt).up, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(view_facts(scene, std::nullopt, test::pool(1)).up, glm::dvec3(0, 0, 1));
 }
 
 }  // namespace

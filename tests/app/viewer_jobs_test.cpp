@@ -350,7 +350,7 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
   EXPECT_EQ(viewer.loading->fraction, 0);
   ThreadPool pool(1);
   Scene scene = read_scene(folder_ / "scene.ply", pool, {});
-  const ViewedScene facts = view_facts(scene, std::nullopt);
+  const ViewedScene facts = view_facts(scene, std::nullopt, pool);
   EXPECT_EQ(facts.name, "scene");
   EXPECT_EQ(facts.gaussians, 30u);
   EXPECT_EQ(facts.sh_degree, 2);
@@ -365,7 +365,7 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
       list += (list.empty() ? "[" : ",") + format_camera(camera);
     }
     write("other.json", list + "]");
-    return view_facts(scene, folder_ / "other.json").up;
+    return view_facts(scene, folder_ / "other.json", pool).up;
   };
   EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 1, 0}}), glm::normalize(glm::dvec3(0, 1, 1))), 1e-9);
   EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 0, -1}, {0, 0, 1}, {0, 0, -1}}), glm::dvec3(0, -1, 0)),

@@ -14,7 +14,7 @@
 
 #include "app/driven_viewer.h"
 #include "app/session/camera_control.h"
-#include "app/session/framing.h"
+#include "app/session/first_view.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/pacing.h"
@@ -144,9 +144,11 @@ TEST(Motion, framing_uses_the_window_s_size_and_up) {
   driven.apply(resize, 300, 500);
   ViewedScene scene = some_scene(0);
   scene.up = {0, 0, 1};
-  scene.core = {glm::vec3(1, 2, 3), glm::vec3(2, 5, 4)};
+  scene.framing.eye = {1.5, -6, 4};
+  scene.framing.target = {1.5, 3.5, 3.5};
+  scene.framing.up = scene.up;
   driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
-  const Camera framed = frame_box(scene.core, scene.smallest_radius, scene.up, 300, 500);
+  const Camera framed = framed_camera(scene.framing, 300, 500);
   EXPECT_EQ(text_of(driven.viewer.camera), text_of(framed));
   EXPECT_EQ(text_of(driven.viewer.home), text_of(framed));
   EXPECT_EQ(driven.viewer.pivot, glm::dvec3(1.5, 3.5, 3.5));
@@ -160,6 +162,55 @@ TEST(Motion, framing_uses_the_window_s_size_and_up) {
   driven.press("F");
   EXPECT_EQ(text_of(driven.viewer.camera), text_of(framed));
   EXPECT_EQ(driven.viewer.pivot, glm::dvec3(1.5, 3.5, 3.5));
+}
+
+TEST(Motion, framing_shows_what_the_cameras_look_at_from_one_of_them) {
+  Driven driven;
+  driven.apply(resize, 300, 200);
+  driven.apply(scene_opened, some_scene(0), RenderSettings(), Backend::cpu);
+  const ViewedScene other = some_scene(4);
+  driven.apply(cameras_opened, other.cameras, std::filesystem::path("cameras.json"),
+               std::map<int, std::filesystem::path>());
+  driven.press("F");
+  EXPECT_LT(glm::length(driven.viewer.pivot), 1e-9);  // they look at the origin
+  EXPECT_NEAR(glm::length(driven.viewer.camera.position()), std::sqrt(10.0), 1e-9);
+  EXPECT_EQ(driven.viewer.dataset_camera, -1);
+  EXPECT_LT(glm::distance(driven.viewer.scene->up, glm::dvec3(0, -1, 0)), 1e-9);
+}
+
+TEST(Motion, a_view_that_is_declared_upright_is_remembered) {
+  Driven driven;
+  driven.apply(resize, 300, 200);
+  driven.press("U");  // no scene, no effect
+  driven.apply(scene_opened, some_scene(0), RenderSettings(), Backend::cpu);
+  const std::filesystem::path scene = driven.viewer.scene->path;
+  EXPECT_FALSE(remembered_up(driven.viewer, scene));
+  driven.apply(roll, 10.0);
+  const glm::dvec3 up = -view_axes(driven.viewer.camera).down;
+  const std::string view = text_of(driven.viewer.camera);
+  driven.press("U");
+  EXPECT_EQ(text_of(driven.viewer.camera), view);
+  EXPECT_LT(glm::distance(driven.viewer.scene->up, up), 1e-12);
+  ASSERT_TRUE(remembered_up(driven.viewer, scene));
+  EXPECT_LT(glm::distance(*remembered_up(driven.viewer, scene), up), 1e-12);
+  EXPECT_FALSE(remembered_up(driven.viewer, "/other.ply"));
+  driven.press("F");
+  EXPECT_NEAR(glm::dot(view_axes(driven.viewer.camera).right, up), 0, 1e-9);
+  // The cameras' own up does not replace it.
+  driven.apply(cameras_opened, some_scene(4).cameras, std::filesystem::path("cameras.json"),
+               std::map<int, std::filesystem::path>());
+  EXPECT_LT(glm::distance(driven.viewer.scene->up, up), 1e-12);
+  // Nor does a view from above leave F without a horizon.
+  const Framing framing = driven.viewer.scene->framing;
+  Camera above = driven.viewer.camera;
+  above = look_at(framing.target, framing.target + glm::dvec3(0, 1e-3, 1),
+                  framing.eye - framing.target, 1, 300, 200);
+  driven.apply(set_camera, above);
+  driven.press("U");
+  driven.press("F");
+  EXPECT_TRUE(std::isfinite(driven.viewer.camera.view_from_world[0][0]));
+  driven.apply([](Viewer& viewer) { viewer.ups["/bad.ply"] = "upward"; });
+  EXPECT_FALSE(remembered_up(driven.viewer, "/bad.ply"));
 }
 
 TEST(Motion, every_step_through_the_cameras_wraps_around) {

@@ -2,7 +2,9 @@
 #include "app/cli/camera_choice.h"
 
 #include "app/measure/camera_path.h"
+#include "app/session/first_view.h"
 #include "app/session/framing.h"
+#include "app/session/up_axis.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -28,7 +30,7 @@ std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
 }
 
 std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
-                                const Scene& scene) {
+                                const Scene& scene, ThreadPool& pool) {
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
   if (choice.path) return path_shots(*choice.path, choice.frames.value_or(kPathFrames));
   const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
@@ -53,7 +55,10 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
         "--cameras",
         scene.path.string());
   }
-  return {framing_shot(frame, scene)};
+  const Framing framing =
+      choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), pool);
+  const glm::ivec2 size = frame.size.value_or(kFramingSize);
+  return {{framed_camera(framing, size.x, size.y), -1, "framing"}};
 }
 
 }  // namespace
@@ -62,9 +67,10 @@ bool has_cameras(const FrameOptions& frame, const Scene& scene) {
   return frame.cameras || find_cameras_file(scene.path);
 }
 
-Shot framing_shot(const FrameOptions& frame, const Scene& scene) {
+Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
-  return {frame_scene(scene.cloud, scene.vertical_axis, size.x, size.y), -1, "framing"};
+  const glm::dvec3 up = declared_up(frame.up, scene.vertical_axis).value_or(world_up(""));
+  return {frame_scene(scene.cloud, up, size.x, size.y), -1, "framing"};
 }
 
 void declare_camera_choice(Options& options, CameraChoice& choice) {
@@ -83,13 +89,13 @@ void declare_camera_choice(Options& options, CameraChoice& choice) {
 }
 
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
-                               const Scene& scene) {
+                               const Scene& scene, ThreadPool& pool) {
   if (choice.index.has_value() + choice.json.has_value() + choice.all + choice.path.has_value() >
       1) {
     fail(ErrorKind::usage,
          "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");
   }
-  std::vector<Shot> shots = unsized_shots(choice, frame, scene);
+  std::vector<Shot> shots = unsized_shots(choice, frame, scene, pool);
   if (frame.size) {
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);
   }

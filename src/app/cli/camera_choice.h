@@ -28,14 +28,14 @@ inline constexpr int kPathFrames = 32;
 void declare_camera_choice(Options& options, CameraChoice& choice);
 
 /// At least one shot, resized to frame.size. Without a choice: the first camera of the cameras
-/// file, or a view that frames the scene if there is no file. Throws Error.
+/// file, or choose_framing() in 1280 x 720 pixels if there is no file. Throws Error.
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
-                               const Scene& scene);
+                               const Scene& scene, ThreadPool& pool);
 
 /// Whether the scene has a cameras file: given with --cameras or found beside it.
 bool has_cameras(const FrameOptions& frame, const Scene& scene);
 
-/// The view that frames the scene, at frame.size or 1280 x 720.
-Shot framing_shot(const FrameOptions& frame, const Scene& scene);
+/// A view of the scene's whole core, at frame.size or 1280 x 720.
+Shot overview_shot(const FrameOptions& frame, const Scene& scene);
 
 }  // namespace qs

@@ -15,8 +15,8 @@
 #include "app/report/markdown.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/framing.h"
 #include "app/session/progress_bar.h"
+#include "app/session/up_axis.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -91,7 +91,7 @@ class Bench {
     if (grid || command_.scaling > 0) name += fmt::format(" {}x{}", copies.x, copies.y);
     if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
     report_.scenes.push_back(scene_facts(*session.scene, name));
-    const std::vector<Shot> views = choose_views(frame, *session.scene);
+    const std::vector<Shot> views = choose_views(frame, session);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
@@ -121,19 +121,20 @@ class Bench {
     }
   }
 
-  std::vector<Shot> choose_views(const FrameOptions& frame, const Scene& scene) const {
-    if (command_.scaling > 0) return {framing_shot(frame, scene)};
+  std::vector<Shot> choose_views(const FrameOptions& frame, const Session& session) const {
+    const Scene& scene = *session.scene;
+    if (command_.scaling > 0) return {overview_shot(frame, scene)};
     CameraChoice choice;
     choice.path = command_.camera_path;
     choice.frames = command_.path_steps;
     if (command_.camera_indices.empty()) {
       choice.all = !choice.path && has_cameras(frame, scene);
-      return choose_shots(choice, frame, scene);
+      return choose_shots(choice, frame, scene, *session.pool);
     }
     std::vector<Shot> views;
     for (const int index : command_.camera_indices) {
       choice.index = index;
-      views.push_back(choose_shots(choice, frame, scene).front());
+      views.push_back(choose_shots(choice, frame, scene, *session.pool).front());
     }
     return views;
   }

@@ -44,7 +44,7 @@ class Compare {
  public:
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
-    shot_ = choose_shots(command.cameras, command.frame, *session_.scene).front();
+    shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
     if (command.crop &&
         (command.crop->x1 > shot_.camera.width || command.crop->y1 > shot_.camera.height)) {
       fail(ErrorKind::usage, "--crop: it ends at {},{}, but the picture is {} x {}",

@@ -56,7 +56,8 @@ glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
 int run(const InspectCommand& command) {
   check(command);
   Session session = open_session(command.frame);
-  const Shot shot = choose_shots(command.cameras, command.frame, *session.scene).front();
+  const Shot shot =
+      choose_shots(command.cameras, command.frame, *session.scene, *session.pool).front();
   const Frame& frame =
       session.renderer->render(shot.camera, session.settings, inspection_outputs());
   const glm::ivec2 size(shot.camera.width, shot.camera.height);

@@ -80,7 +80,8 @@ class Run {
       : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
-    const std::vector<Shot> shots = choose_shots(command_.cameras, command_.frame, *session_.scene);
+    const std::vector<Shot> shots =
+        choose_shots(command_.cameras, command_.frame, *session_.scene, *session_.pool);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
       if (shard.takes(view)) one_shot(shots[view], view);

@@ -30,11 +30,11 @@ struct ReportCommand {
   int views = 4;
 };
 
-std::vector<Shot> choose_views(const ReportCommand& command, const Scene& scene) {
+std::vector<Shot> choose_views(const ReportCommand& command, const Session& session) {
   CameraChoice choice = command.cameras;
   if (!choice.index && !choice.json && !choice.several())
-    choice.all = has_cameras(command.frame, scene);
-  const std::vector<Shot> all = choose_shots(choice, command.frame, scene);
+    choice.all = has_cameras(command.frame, *session.scene);
+  const std::vector<Shot> all = choose_shots(choice, command.frame, *session.scene, *session.pool);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
   std::vector<Shot> shots;
   for (std::size_t i = 0; i < count; ++i) shots.push_back(all[i * all.size() / count]);
@@ -59,7 +59,7 @@ class Report {
   explicit Report(const ReportCommand& command)
       : path_(output_file(command.output)),
         session_(open_session(command.frame)),
-        shots_(choose_views(command, *session_.scene)) {}
+        shots_(choose_views(command, session_)) {}
 
   int run() {
     std::vector<Camera> cameras;

@@ -96,7 +96,8 @@ int run(ZoomCommand& command, Arguments arguments) {
   Session session = open_session(command.frame);
   CameraChoice choice;
   choice.index = command.from_camera;
-  const Camera start = choose_shots(choice, command.frame, *session.scene).front().camera;
+  const Camera start =
+      choose_shots(choice, command.frame, *session.scene, *session.pool).front().camera;
   ZoomBundle bundle =
       start_zoom(session, start, command.target ? *command.target : find_target(session, start));
   bundle.steps = command.steps;

@@ -42,6 +42,12 @@ void declare_common_options(Options& options, FrameOptions& frame) {
       "--cameras", "FILE", frame.cameras,
       "cameras.json, transforms.json or a COLMAP folder (default: the one beside the scene)",
       {"cameras.json", "missing.json"});
+  options.value(
+      "--up", "DIR",
+      "direction that is up in the world: x, -x, y, -y, z, -z or X,Y,Z (default: what the "
+      "file declares, else the cameras' or an estimate)",
+      {"-y", "0,0.5,-1"},
+      [&frame](const std::string& text) { frame.up = parse_direction("--up", text); });
   options.value("--size", "WxH",
                 "picture size in pixels; keeps the vertical field of view (default: the camera's)",
                 {"48x32", "17x33"},

@@ -21,16 +21,6 @@ glm::dvec3 horizontal_forward(glm::dvec3 up) {
 
 }  // namespace
 
-glm::dvec3 world_up(std::string_view vertical_axis) {
-  std::string_view axis = vertical_axis;
-  const double sign = axis.starts_with('-') ? -1 : 1;
-  if (axis.starts_with('-') || axis.starts_with('+')) axis.remove_prefix(1);
-  if (axis == "x" || axis == "X") return {sign, 0, 0};
-  if (axis == "y" || axis == "Y") return {0, sign, 0};
-  if (axis == "z" || axis == "Z") return {0, 0, sign};
-  return {0, -1, 0};
-}
-
 Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, int height) {
   const glm::dvec3 size(box.size());
   const double radius = kMargin * std::max<double>(0.5 * glm::length(size), smallest);
@@ -60,10 +50,8 @@ float smallest_framing(const GaussianCloud& cloud) {
   return largest > 0 && std::isfinite(largest) ? 3 * largest : 1e-3f;
 }
 
-Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, int width,
-                   int height) {
-  return frame_box(core_box(cloud), smallest_framing(cloud), world_up(vertical_axis), width,
-                   height);
+Camera frame_scene(const GaussianCloud& cloud, glm::dvec3 up, int width, int height) {
+  return frame_box(core_box(cloud), smallest_framing(cloud), up, width, height);
 }
 
 }  // namespace qs

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The default view of a scene without cameras: upright, slightly from above, as large as fits. The
-// camera is oriented to the world's up direction; the scene is not rotated.
+// A view of a whole box: upright, slightly from above, as large as fits. The camera is oriented to
+// the world's up direction; the scene is not rotated. first_view.h chooses better views of a scene;
+// grids of growing size are compared in this one.
 #pragma once
-
-#include <string_view>
 
 #include <glm/vec3.hpp>
 
@@ -12,10 +11,6 @@
 #include "raster/scene/camera.h"
 
 namespace qs {
-
-/// The world's up direction for the vertical axis named in a file ("y", "-z", "Z", "+x"). Any other
-/// text gives -Y, as in scenes trained from photographs (RDF).
-glm::dvec3 world_up(std::string_view vertical_axis);
 
 /// A camera that shows the whole box at width x height with a vertical field of view of 60 degrees.
 /// `smallest` is the least radius to show, because a box may have size 0. The near plane is at
@@ -27,7 +22,6 @@ Camera frame_box(const SceneBox& box, float smallest, glm::dvec3 up, int width, 
 float smallest_framing(const GaussianCloud& cloud);
 
 /// frame_box() of the scene's core extents.
-Camera frame_scene(const GaussianCloud& cloud, std::string_view vertical_axis, int width,
-                   int height);
+Camera frame_scene(const GaussianCloud& cloud, glm::dvec3 up, int width, int height);
 
 }  // namespace qs

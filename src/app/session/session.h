@@ -24,7 +24,8 @@ struct FrameOptions {
   int iteration = -1;  ///< of a model folder; -1: the highest
   std::string axes;    ///< overrides the axes declared by the file, one of kAxes; empty: trust it
   std::optional<std::filesystem::path> cameras;  ///< unset: those beside the scene
-  std::optional<glm::ivec2> size;                ///< unset: the camera's
+  std::optional<glm::dvec3> up;    ///< unit vector, up in the world; unset: declared or estimated
+  std::optional<glm::ivec2> size;  ///< unset: the camera's
   std::vector<CullMode> modes = {kDefaultMode};
   std::optional<Backend> backend;  ///< unset: the best one that can render these modes
   int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread

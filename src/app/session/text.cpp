@@ -7,6 +7,8 @@
 #include <cmath>
 #include <system_error>
 
+#include <glm/geometric.hpp>
+
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -61,6 +63,25 @@ glm::vec3 parse_color(std::string_view what, std::string_view text) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return color;
+}
+
+glm::dvec3 parse_direction(std::string_view what, std::string_view text) {
+  constexpr std::string_view kAxisNames[] = {"x", "y", "z", "-x", "-y", "-z"};
+  glm::dvec3 direction{0.0};
+  for (int i = 0; i < 6; ++i) {
+    if (text == kAxisNames[i]) direction[i % 3] = i < 3 ? 1 : -1;
+  }
+  if (direction != glm::dvec3(0)) return direction;
+  const std::vector<std::string> words = separated(text);
+  bool good = words.size() == 3;
+  for (int axis = 0; good && axis < 3; ++axis)
+    good = parse_all(std::string_view(words[static_cast<std::size_t>(axis)]), direction[axis]);
+  const double length = glm::length(direction);
+  if (!good || !(length > 0) || !std::isfinite(length)) {
+    fail(ErrorKind::usage, "{}: '{}' is neither x, -x, y, -y, z, -z nor a direction X,Y,Z", what,
+         text);
+  }
+  return direction / length;
 }
 
 std::string joined(std::span<const std::string> words, std::string_view separator) {

@@ -20,6 +20,8 @@ int parse_integer(std::string_view what, std::string_view text, int low, int hig
 double parse_real(std::string_view what, std::string_view text, double low, double high);
 glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
 glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B, each 0..1
+/// A unit vector: an axis (x, -x, y, -y, z, -z) or X,Y,Z.
+glm::dvec3 parse_direction(std::string_view what, std::string_view text);
 
 /// "a", "b" -> "a, b".
 std::string joined(std::span<const std::string> words, std::string_view separator);

@@ -91,6 +91,7 @@ class ViewLoop final : public Host {
     request.path = path;
     request.axes = axes;
     request.keep_background = frame.background.has_value();
+    request.up = frame.up ? frame.up : remembered_up(viewer_, path);
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;

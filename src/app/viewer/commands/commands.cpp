@@ -168,6 +168,7 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_O, 0, camera, "Cameras in the scene", &Panels::frusta),
       row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
       row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
+      row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),
       row(GLFW_KEY_V, 0, camera, "Orbit or fly", toggle_navigation),
       row(GLFW_KEY_C, kCtrl, camera, "Copy the camera as JSON", copy_camera),
       row(GLFW_KEY_V, kCtrl, camera, "Paste a camera", paste_camera),

@@ -4,12 +4,12 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
 
 #include "app/measure/scene_facts.h"
-#include "app/session/camera_control.h"
+#include "app/session/camera_rig.h"
 #include "app/session/framing.h"
 #include "app/session/photographs.h"
+#include "app/session/up_axis.h"
 #include "app/viewer/render/render_context.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -20,15 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
-
-// The mean upward direction of the cameras, which are usually held upright.
-glm::dvec3 mean_up(const std::vector<Camera>& cameras, glm::dvec3 otherwise) {
-  glm::dvec3 sum(0);
-  for (const Camera& camera : cameras) sum -= view_axes(camera).down;
-  const double length = glm::length(sum);
-  return length > 0.1 * static_cast<double>(cameras.size()) && length > 0 ? sum / length
-                                                                          : otherwise;
-}
 
 // True for cameras and paths; meta.json and lod-meta.json are scenes.
 bool is_json(const fs::path& path) {
@@ -74,7 +65,8 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
   return found;
 }
 
-ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& cameras_file) {
+ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& cameras_file,
+                       ThreadPool& pool, const std::optional<glm::dvec3>& given_up) {
   ViewedScene facts;
   facts.path = scene.path;
   facts.name = scene_name(scene.path);
@@ -92,9 +84,15 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
     facts.photographs = find_photographs(*file, facts.cameras);
   }
   facts.landmarks = landmarks_of(scene.cloud);
-  facts.up = facts.cameras.empty() || !scene.vertical_axis.empty()
-                 ? world_up(scene.vertical_axis)
-                 : mean_up(facts.cameras, world_up(scene.vertical_axis));
+  const std::optional<glm::dvec3> up = declared_up(given_up, scene.vertical_axis);
+  facts.up_is_declared = up.has_value();
+  facts.up = up.value_or(cameras_up(facts.cameras, world_up("")));
+  if (const auto framing = framing_of(facts.cameras, facts.up)) {
+    facts.framing = *framing;
+  } else {
+    facts.framing = choose_framing(scene.cloud, up, pool);
+    facts.up = facts.framing.up;
+  }
   return facts;
 }
 
@@ -155,7 +153,7 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   const auto loaded = std::make_shared<LoadedScene>();
   ThreadPool pool(threads_);
   loaded->scene = read_scene(path, pool, options);
-  loaded->facts = view_facts(loaded->scene, request.cameras_file);
+  loaded->facts = view_facts(loaded->scene, request.cameras_file, pool, request.up);
   loaded->facts.axes = request.axes;
   for (const std::string& warning : loaded->scene.warnings)
     reports_.report(action::notify, warning);

@@ -17,9 +17,10 @@
 namespace qs {
 
 /// Facts of a scene, with the cameras of `cameras_file` (found beside the scene when empty) and the
-/// photographs in the folder `images` beside them. Throws Error if `cameras_file` cannot be read.
-ViewedScene view_facts(const Scene& scene,
-                       const std::optional<std::filesystem::path>& cameras_file);
+/// photographs in the folder `images` beside them. `up`: as in FrameOptions. Throws Error if
+/// `cameras_file` cannot be read.
+ViewedScene view_facts(const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
+                       ThreadPool& pool, const std::optional<glm::dvec3>& up = {});
 
 /// The photographs in the folder `images` beside the cameras or one folder up, by index into
 /// `cameras`.
@@ -31,6 +32,7 @@ struct OpenRequest {
   std::string axes;                                   ///< ReadOptions::axes
   int iteration = -1;                                 ///< ReadOptions::iteration
   std::optional<std::filesystem::path> cameras_file;  ///< unset: found beside the scene
+  std::optional<glm::dvec3> up;                       ///< FrameOptions::up
   bool keep_background = false;                       ///< open_scene()
 };
 

@@ -217,6 +217,7 @@ void cameras_opened(Viewer& v, Host& host, const std::vector<Camera>& cameras,
   v.scene->cameras = cameras;
   v.scene->cameras_file = file;
   v.scene->photographs = photographs;
+  use_cameras(*v.scene);
   set_first_view(v, host);
   notify(v, fmt::format("{} cameras from {}", cameras.size(), file.filename().string()));
 }

@@ -10,11 +10,31 @@
 #include <glm/trigonometric.hpp>
 
 #include "app/session/camera_control.h"
-#include "app/session/framing.h"
+#include "app/session/camera_rig.h"
+#include "app/session/text.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/flight.h"
+#include "raster/base/error.h"
 
-namespace qs::action {
+namespace qs {
+
+void use_cameras(ViewedScene& scene) {
+  if (scene.cameras.empty()) return;
+  if (!scene.up_is_declared) scene.up = cameras_up(scene.cameras, scene.up);
+  scene.framing = framing_of(scene.cameras, scene.up).value_or(scene.framing);
+}
+
+std::optional<glm::dvec3> remembered_up(const Viewer& v, const std::filesystem::path& scene) {
+  const auto kept = v.ups.find(scene.string());
+  if (kept == v.ups.end()) return {};
+  try {
+    return parse_direction("settings", kept->second);
+  } catch (const Error&) {  // the settings were edited by hand
+    return {};
+  }
+}
+
+namespace action {
 namespace {
 
 constexpr double kRadiansPerPixel = 0.005, kDollyPerNotch = 0.9, kFovPerNotch = 0.94;
@@ -28,10 +48,10 @@ double pivot_depth(const Viewer& v) {
   return std::max(depth_of(v.camera, v.pivot), least);
 }
 
-/// The pivot until the user picks one: the point of the line of sight beside the scene's centre.
+/// The pivot until the user picks one: the point of the line of sight beside what F shows.
 glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
   const double least = 0.05 * scene.extent();
-  const double depth = std::max(depth_of(camera, glm::dvec3(scene.core.center())), least);
+  const double depth = std::max(depth_of(camera, scene.framing.target), least);
   return camera.position() + depth * view_axes(camera).forward;
 }
 
@@ -54,8 +74,7 @@ void arrive(Viewer& v) {
 }
 
 Camera framed(const Viewer& v) {
-  return frame_box(v.scene->core, v.scene->smallest_radius, v.scene->up,
-                   std::max(v.camera.width, 1), std::max(v.camera.height, 1));
+  return framed_camera(v.scene->framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
 }
 
 int nearest_camera(const Viewer& v) {
@@ -157,7 +176,7 @@ void resize(Viewer& v, int width, int height) {
 void frame_scene(Viewer& v) {
   if (!v.scene) return;
   travel_to(v, framed(v));
-  v.pivot = glm::dvec3(v.scene->core.center());
+  v.pivot = v.scene->framing.target;
 }
 
 void read_photograph(Viewer& v, Host& host) {
@@ -199,7 +218,22 @@ void go_home(Viewer& v, Host& host) {
   if (!v.scene) return;
   if (!v.scene->cameras.empty()) return go_to_camera(v, host, 0);
   travel_to(v, v.home);
-  v.pivot = glm::dvec3(v.scene->core.center());
+  v.pivot = v.scene->framing.target;
+}
+
+void make_upright(Viewer& v) {
+  if (!v.scene) return;
+  ViewedScene& scene = *v.scene;
+  scene.up = -view_axes(v.camera).down;
+  scene.up_is_declared = true;
+  scene.framing.up = scene.up;
+  const glm::dvec3 seen = scene.framing.target - scene.framing.eye;
+  if (std::abs(glm::dot(seen, scene.up)) > 0.98 * glm::length(seen))  // it would look up or down
+    scene.framing = {v.camera.position(), v.pivot, scene.up, vertical_fov(v.camera)};
+  use_cameras(scene);
+  const std::string up = fmt::format("{},{},{}", scene.up.x, scene.up.y, scene.up.z);
+  v.ups[scene.path.string()] = up;
+  notify(v, "this view is upright from now on: --up " + up);
 }
 
 void set_first_view(Viewer& v, Host& host) {
@@ -210,4 +244,5 @@ void set_first_view(Viewer& v, Host& host) {
   v.home = v.camera;
 }
 
-}  // namespace qs::action
+}  // namespace action
+}  // namespace qs

@@ -35,6 +35,9 @@ enum class CameraStep { previous, next, first, last, nearest };
 void step_camera(Viewer& viewer, Host& host, CameraStep step);
 void go_home(Viewer& viewer, Host& host);
 
+/// The view's vertical axis becomes the world's, now and whenever this scene is opened.
+void make_upright(Viewer& viewer);
+
 /// The first camera of the scene's data set, else the framed scene: sets camera, home and pivot.
 void set_first_view(Viewer& viewer, Host& host);
 
@@ -42,3 +45,10 @@ void set_first_view(Viewer& viewer, Host& host);
 void read_photograph(Viewer& viewer, Host& host);
 
 }  // namespace qs::action
+
+namespace qs {
+
+/// The up direction that make_upright() remembered for this scene file.
+std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesystem::path& scene);
+
+}  // namespace qs

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostCameras = 100;
+constexpr std::size_t kMostScenes = 100;
 
 /// Calls visit(name, member) for the members that JSON stores directly.
 template <class V, class Size, class Visit>
@@ -33,6 +33,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("left_bar", viewer.bars.left);
   visit("right_bar", viewer.bars.right);
   visit("cameras", viewer.last_views);
+  visit("up", viewer.ups);
 }
 
 }  // namespace
@@ -59,7 +60,8 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   for_each_preference(viewer, window_size,
                       [&](const char* name, const auto& value) { json[name] = value; });
   if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
-  while (json["cameras"].size() > kMostCameras) json["cameras"].erase(json["cameras"].begin());
+  for (const char* name : {"cameras", "up"})
+    while (json[name].size() > kMostScenes) json[name].erase(json[name].begin());
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();
   for (const auto& path : viewer.recent) json["recent"].push_back(path.string());

@@ -22,6 +22,7 @@
 #include "app/picture/image_difference.h"
 #include "app/report/bench_report.h"
 #include "app/session/depth_ahead.h"
+#include "app/session/first_view.h"
 #include "app/session/scene_box.h"
 #include "raster/renderer.h"
 
@@ -39,6 +40,8 @@ struct ViewedScene {
   SceneBox core;                ///< core_box()
   float smallest_radius = 0;    ///< smallest_framing(), world units
   glm::dvec3 up{0, -1, 0};      ///< unit vector in the world
+  bool up_is_declared = false;  ///< `up` was given by the user or the file
+  Framing framing;              ///< what F shows
   std::string axes;             ///< ReadOptions::axes that the file was read with
   std::vector<Camera> cameras;  ///< of the data set, may be empty
   std::filesystem::path cameras_file;
@@ -51,6 +54,9 @@ struct ViewedScene {
     return static_cast<double>(std::max({size.x, size.y, size.z, 2 * smallest_radius}));
   }
 };
+
+/// Sets framing and, unless it is declared, up to those of the cameras. No effect without cameras.
+void use_cameras(ViewedScene& scene);
 
 /// Which panels are open.
 struct Panels {
@@ -212,6 +218,7 @@ struct Viewer : Turn {
   int dataset_camera = -1;      ///< index of the camera that the view stands at, else -1
   double last_motion = -1e9;    ///< Viewer::now
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
+  std::map<std::string, std::string> ups;         ///< scene file -> up direction X,Y,Z
   bool restores_views = true;                     ///< a scene opens at its last view
 
   RenderSettings settings;

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// A sample of a cloud, from which a first view is chosen: the time no longer depends on the size of
+// the scene, and the same cloud always gives the same sample.
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+struct CloudSample {
+  GaussianCloud gaussians;       ///< with the base colour only
+  std::vector<float> opacities;  ///< 0..1; all 1 if every one of them is 0
+  double represented = 1;        ///< Gaussians of the cloud per Gaussian of the sample, >= 1
+};
+
+/// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out those with
+/// values that are not numbers, infinite positions or infinite sizes.
+CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
+
+/// Weighted quantiles.
+class Quantiles {
+ public:
+  Quantiles(std::span<const double> values, std::span<const float> weights);
+  /// The least value with which the fraction of the weights' sum is reached; 0 without values.
+  double at(double fraction) const;
+
+ private:
+  std::vector<std::pair<double, double>> sorted_;  // values and the sums of the weights up to them
+};
+
+/// How far a scene reaches along an axis: low <= high, world units.
+struct Extent {
+  double low = 0, high = 0;
+  double size() const { return high - low; }
+  /// -1 at `low`, 1 at `high`.
+  double place_of(double value) const {
+    return high > low ? (2 * value - low - high) / (high - low) : 0;
+  }
+  double value_at(double place) const { return 0.5 * (low + high + place * (high - low)); }
+};
+
+}  // namespace qs

@@ -21,7 +21,7 @@ void fly(Viewer& viewer, glm::dvec3 direction, double factor);
 void turn_wheel(Viewer& viewer, double notches);
 
 /// Moves to a view of any size within a moment, or at once if moves are not animated.
-/// `dataset_camera`: the index of the data set's camera that is there, else -1.
+/// `dataset_camera`: the index of the camera of the data set with this view, else -1.
 void travel_to(Viewer& viewer, const Camera& camera, int dataset_camera = -1);
 
 /// Moves the camera by what `seconds` of flight or travel do.

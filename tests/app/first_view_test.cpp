@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "app/session/camera_control.h"
+#include "app/session/camera_rig.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "raster/renderer.h"
@@ -373,6 +374,24 @@ TEST(FirstView, of_trained_scenes_fills_the_picture) {
     EXPECT_NEAR(sum.x / pixels, 0.5 * image.width, 0.1 * image.width) << name;
     EXPECT_NEAR(sum.y / pixels, 0.5 * image.height, 0.15 * image.height) << name;
   }
+}
+
+// The photographs show the subject, so their cameras look at it; the view is chosen without them.
+TEST(FirstView, of_the_bundled_scene_is_of_what_its_photographs_show) {
+  const Scene scene = read_scene(test::source_path("assets/plush.ply"), test::pool(), {});
+  const std::vector<Camera> cameras = read_cameras(test::source_path("assets/cameras.json"));
+  const glm::dvec3 subject = cameras_target(cameras).value();
+  const Framing framing = choose_framing(scene.cloud, {}, test::pool());
+  const Camera camera = framed_camera(framing, 1280, 720);
+  const glm::dvec3 seen = camera.view_from_world * glm::dvec4(subject, 1);
+  const glm::dvec2 pixel = glm::dvec2(seen) / seen.z * camera.focal_px + camera.center_px;
+  EXPECT_NEAR(pixel.x, 640, 0.15 * 1280);
+  EXPECT_NEAR(pixel.y, 360, 0.15 * 720);
+  std::vector<double> distances;
+  for (const Camera& photograph : cameras)
+    distances.push_back(glm::distance(photograph.position(), subject));
+  std::sort(distances.begin(), distances.end());
+  EXPECT_LT(seen.z, 1.5 * distances[distances.size() / 2]) << "not much farther than they are";
 }
 
 }  // namespace

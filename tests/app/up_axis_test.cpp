@@ -27,7 +27,7 @@ double degrees_between(glm::dvec3 a, glm::dvec3 b) {
 
 glm::dvec3 up_of(const GaussianCloud& cloud) {
   const CloudSample sample = sample_of(cloud, 50'000);
-  return estimate_up(sample, find_subject(sample), kConvention);
+  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention);
 }
 
 TEST(UpAxis, is_the_normal_of_a_tilted_floor_under_objects_and_floaters) {

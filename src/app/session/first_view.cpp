@@ -18,6 +18,7 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kMostSampled = 50'000;
+constexpr float kMostOfScene = 0.7f;  ///< a subject that is smaller has surroundings
 constexpr int kAzimuths = 12;
 constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
 constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< of the elevations
@@ -28,6 +29,11 @@ struct Candidate {
   ViewQuality quality;
   double liking = 0;  ///< 0 to 1: how usual the direction is
 };
+
+float longest_side(const Subject& subject) {
+  const glm::vec3 size = subject.box.size();
+  return std::max({size.x, size.y, size.z});
+}
 
 double azimuth_of(int index) { return index * 2 * glm::pi<double>() / kAzimuths; }
 double liking_of(double azimuth) { return 0.5 + 0.5 * std::cos(azimuth); }
@@ -110,13 +116,20 @@ Camera framed_camera(const Framing& framing, int width, int height) {
 Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool) {
   const CloudSample sample = sample_of(cloud, kMostSampled);
-  const Subject subject = find_subject(sample);
-  const Ground ground(subject, up ? *up : estimate_up(sample, subject, {0, -1, 0}));
-  const Shape shape = shape_of(subject, static_cast<double>(smallest_framing(sample.gaussians)));
+  const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
+  const Subject whole = find_subject(sample, kSceneDensity);
+  const glm::dvec3 upward = up ? *up : estimate_up(sample, whole, {0, -1, 0});
+  const Ground ground(whole, upward);
+  const Shape whole_shape = shape_of(whole, smallest);
+  CandidateViews whole_views(sample, whole, ground, whole_shape, pool);
+  if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))
+    return best_of(views_inside(*height, ground, whole_views));
+  const Subject dense = find_subject(sample, kSubjectDensity);
+  const bool has_surroundings = longest_side(dense) < kMostOfScene * longest_side(whole);
+  const Subject& subject = has_surroundings ? dense : whole;
+  const Shape shape = shape_of(subject, smallest);
   CandidateViews views(sample, subject, ground, shape, pool);
-  const std::optional<double> inside = eye_height_inside(sample.gaussians, ground, views);
-  return best_of(inside ? views_inside(*inside, ground, views)
-                        : views_around(shape, ground, views));
+  return best_of(views_around(shape, ground, views));
 }
 
 std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,

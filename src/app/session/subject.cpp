@@ -10,7 +10,7 @@ namespace {
 constexpr int kSide = 48;  ///< cells along a side of the grid
 constexpr int kCells = kSide * kSide * kSide;
 constexpr float kCellsInCore = 8;  ///< along the longest side of the middle half of the opacity
-constexpr double kLeastDensity = 0.03, kLeastGroup = 0.1;
+constexpr double kLeastGroup = 0.1;
 
 /// A grid of cells around the middle of the scene. Far outliers lie outside of it.
 class Grid {
@@ -83,7 +83,8 @@ void keep_large_groups(std::vector<std::uint8_t>& dense, const std::vector<float
 }
 
 // The cells that belong to the subject.
-std::vector<std::uint8_t> dense_cells(const Grid& grid, const CloudSample& sample) {
+std::vector<std::uint8_t> dense_cells(const Grid& grid, const CloudSample& sample,
+                                      double least_density) {
   std::vector<float> mass(kCells), density;
   for (std::size_t i = 0; i < sample.opacities.size(); ++i) {
     const int cell = grid.cell_of(sample.gaussians.positions[i]);
@@ -99,7 +100,7 @@ std::vector<std::uint8_t> dense_cells(const Grid& grid, const CloudSample& sampl
     values.push_back(static_cast<double>(density[i]));
     weights.push_back(mass[i] * density[i]);
   }
-  const double least = kLeastDensity * Quantiles(values, weights).at(0.5);
+  const double least = least_density * Quantiles(values, weights).at(0.5);
   std::vector<std::uint8_t> dense(kCells);
   for (std::size_t i = 0; i < density.size(); ++i)
     dense[i] = density[i] > 0 && static_cast<double>(density[i]) >= least;
@@ -123,13 +124,13 @@ SceneBox weighted_box(std::span<const glm::vec3> positions, const std::vector<fl
 
 }  // namespace
 
-Subject find_subject(const CloudSample& sample) {
+Subject find_subject(const CloudSample& sample, double least_density) {
   const auto& positions = sample.gaussians.positions;
   Subject subject;
   subject.holds.assign(positions.size(), 1);
   const Grid grid(weighted_box(positions, sample.opacities, 0.25, 0.75));
   if (!grid.degenerate()) {
-    const std::vector<std::uint8_t> dense = dense_cells(grid, sample);
+    const std::vector<std::uint8_t> dense = dense_cells(grid, sample, least_density);
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const int cell = grid.cell_of(positions[i]);
       subject.holds[i] = cell >= 0 && dense[static_cast<std::size_t>(cell)];

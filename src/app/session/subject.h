@@ -17,8 +17,12 @@ struct Subject {
   SceneBox box;                      ///< the weighted 5th to 95th percentile of the positions
 };
 
-/// The Gaussians of a sample where the density of opacity is at least 3 % of what is typical,
+/// Of the typical density of opacity: where the scene is, and where it was captured best, which is
+/// what its pictures were taken of.
+inline constexpr double kSceneDensity = 0.03, kSubjectDensity = 0.4;
+
+/// The Gaussians of a sample where the density of opacity is at least this part of what is typical,
 /// without isolated groups of less than 10 % of the largest group.
-Subject find_subject(const CloudSample& sample);
+Subject find_subject(const CloudSample& sample, double least_density);
 
 }  // namespace qs

@@ -13,7 +13,6 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/resolution.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/view_options.h"
@@ -219,13 +218,6 @@ TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_
   viewer.panels.split = true;
   EXPECT_FALSE(full_frame(viewer).heatmap);
   EXPECT_EQ(full_frame(viewer).other, viewer.split.other);
-}
-
-TEST(Resolution, is_whole_when_quick_and_bounded_when_slow) {
-  EXPECT_EQ(resolution_divisor(0, 1280, 720), 1);
-  EXPECT_EQ(resolution_divisor(20, 1280, 720), 1);
-  EXPECT_EQ(resolution_divisor(200, 1280, 720), 3);
-  EXPECT_EQ(resolution_divisor(1e9, 1280, 720), kMostDivisor);
 }
 
 TEST(QuitSignals, note_a_signal_and_leave_the_second_one_alone) {

@@ -6,14 +6,20 @@
 namespace qs {
 namespace {
 
-/// The longest time of a frame that is reduced by `divisor` and not more.
-double limit_ms(int divisor) {
-  return divisor < kUsualDivisor ? kMovingFrameMs : kSlowestFrameMs;
-}
+constexpr int kUsualDivisor = 3;  ///< a frame is reduced more only below 20 pictures a second
+constexpr double kQuickShare = 0.8;
+constexpr int kSlowFrames = 3, kQuickFrames = 6;  ///< in a row, before the divisor changes
+constexpr double kMuchTooSlow = 1.5;              ///< times the limit: one frame is enough
 
-/// The time for another divisor if only pixels cost time: the least for a larger one, the most for
-/// a smaller one.
-double scaled_ms(double ms, int from, int to) { return ms * from * from / (to * to); }
+double squared(double x) { return x * x; }
+
+/// Bounds of a frame's time from the time of a frame with another divisor.
+double least_ms(double ms, int from, int to) {
+  return ms * squared(std::min(1.0, static_cast<double>(from) / to));
+}
+double most_ms(double ms, int from, int to) {
+  return ms * squared(std::max(1.0, static_cast<double>(from) / to));
+}
 
 }  // namespace
 
@@ -33,13 +39,24 @@ RenderSettings reduced(RenderSettings settings, int divisor) {
   return settings;
 }
 
+double longest_moving_ms(int divisor) { return divisor < kUsualDivisor ? 28 : 50; }
+
 void Resolution::learn(int divisor, double ms) {
-  int chosen = divisor;
-  while (chosen < kMostDivisor && scaled_ms(ms, divisor, chosen) > limit_ms(chosen)) ++chosen;
-  while (chosen > 1 &&
-         scaled_ms(ms, divisor, chosen - 1) <= kFinerShare * limit_ms(chosen - 1))
-    --chosen;
-  divisor_ = chosen;
+  const auto is_slow = [&](int n, double times) {
+    return n < kMostDivisor && least_ms(ms, divisor, n) > times * longest_moving_ms(n);
+  };
+  const auto is_quick = [&](int n) {
+    return n > 1 && most_ms(ms, divisor, n - 1) <= kQuickShare * longest_moving_ms(n - 1);
+  };
+  slow_ = is_slow(divisor_, 1) ? slow_ + 1 : 0;
+  quick_ = is_quick(divisor_) ? quick_ + 1 : 0;
+  if (slow_ >= kSlowFrames || is_slow(divisor_, kMuchTooSlow)) {
+    while (is_slow(divisor_, 1)) ++divisor_;
+    slow_ = 0;
+  } else if (quick_ >= kQuickFrames) {
+    while (is_quick(divisor_)) --divisor_;
+    quick_ = 0;
+  }
 }
 
 int refined(int divisor) { return divisor > kUsualDivisor ? kUsualDivisor : std::max(1, divisor - 1); }

@@ -9,13 +9,6 @@
 namespace qs {
 
 inline constexpr int kMostDivisor = 8;
-/// A slower frame is reduced more, up to kUsualDivisor.
-inline constexpr double kMovingFrameMs = 28;
-/// Beyond kUsualDivisor a frame is reduced only if it takes longer than this: 20 a second.
-inline constexpr double kSlowestFrameMs = 50;
-inline constexpr int kUsualDivisor = 3;
-/// A frame is reduced less if it would then take at most this part of its limit.
-inline constexpr double kFinerShare = 0.8;
 
 /// The camera of a reduced frame. Every point of the view keeps its place in the window.
 Camera reduced(const Camera& camera, int divisor);
@@ -24,9 +17,15 @@ Camera reduced(const Camera& camera, int divisor);
 /// full frame's, so that Gaussians keep their extent and the picture keeps its brightness.
 RenderSettings reduced(RenderSettings settings, int divisor);
 
-/// Chooses the divisor from the times of finished frames. Pixels are a part of a frame's cost, so a
-/// frame reduced by m instead of n < m takes at least (n/m)^2 of the time. For constant costs the
-/// divisor therefore comes to rest: it never returns to one that was too slow.
+/// The longest time of a moving frame that is reduced by `divisor` and not more: 28 ms for 1 and 2,
+/// so that window and input have time left in 30 pictures a second; 50 ms from 3 on.
+double longest_moving_ms(int divisor);
+
+/// Chooses the divisor from the times of finished frames. A frame reduced by m instead of n < m
+/// takes at least (n/m)^2 of the time, and not more. A divisor is left for a larger one if its
+/// frames are certainly too slow, and for a smaller one if its frames certainly need at most 80 % of
+/// their limit. So a divisor that was too slow is not tried again at the same costs. Single frames
+/// that other programs disturb do not count.
 class Resolution {
  public:
   /// A frame that was reduced by `divisor` took `ms`.
@@ -37,6 +36,7 @@ class Resolution {
 
  private:
   int divisor_ = 1;
+  int slow_ = 0, quick_ = 0;  // frames in a row that call for a larger or a smaller divisor
 };
 
 /// The divisor of the next frame when the camera rests and the window shows one reduced by

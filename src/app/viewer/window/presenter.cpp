@@ -101,9 +101,9 @@ Presenter::Presenter() {
   glUniform1i(uniform("other"), 1);
   glUniform1i(uniform("heat"), 2);
   glUniform1i(uniform("colors"), 3);
-  uniforms_ = {uniform("split"),         uniform("flipped"),  uniform("divider"),
-               uniform("amplification"), uniform("heat_low"), uniform("heat_high"),
-               uniform("heat_cells")};
+  uniforms_ = {uniform("enlarged"), uniform("split"),         uniform("flipped"),
+               uniform("divider"),  uniform("amplification"), uniform("heat_low"),
+               uniform("heat_high"), uniform("heat_cells")};
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
@@ -178,6 +178,7 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   }
   if (width_ == 0) return;
   glUseProgram(program_);
+  glUniform1i(uniforms_.enlarged, width_ < width || height_ < height ? 1 : 0);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
   glUniform1f(uniforms_.divider, split.divider);

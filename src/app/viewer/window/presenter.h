@@ -52,7 +52,7 @@ class Presenter {
   void end_timing();
 
   struct Uniforms {
-    int split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
+    int enlarged, split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
   };
 
   std::optional<RenderedFrame> next_;  // not yet uploaded

@@ -4,7 +4,7 @@
 #version 330 core
 uniform sampler2D picture;   // with mipmaps while a map is shown
 uniform sampler2D other;
-uniform bool enlarged;       // the frame has fewer pixels than the window
+uniform bool cubic;          // the frame is enlarged by cubic interpolation, else by linear
 uniform int split;           // 0: there is no other one; 1 + SplitView
 uniform bool flipped;        // the other one is the left one, or the one at a time
 uniform float divider;       // share of the width left of it
@@ -26,7 +26,7 @@ float gray(vec3 rgb) { return dot(rgb, vec3(0.299, 0.587, 0.114)); }
 // Catmull-Rom's cubic interpolation of 4 x 4 texels by 5 linear lookups: the two middle rows and
 // columns of a lookup's texels are one lookup between them, and the corners, which weigh less than
 // 0.5 % each, are left out.
-vec3 cubic(sampler2D image, vec2 place) {
+vec3 enlarged(sampler2D image, vec2 place) {
   vec2 size = vec2(textureSize(image, 0));
   vec2 texel = floor(place * size - 0.5) + 0.5;  // centre of the texel left above
   vec2 f = place * size - texel;
@@ -46,7 +46,7 @@ vec3 cubic(sampler2D image, vec2 place) {
 }
 
 vec3 color_of(sampler2D image) {
-  return enlarged ? cubic(image, at) : texture(image, at).rgb;
+  return cubic ? enlarged(image, at) : texture(image, at).rgb;
 }
 
 void main() {

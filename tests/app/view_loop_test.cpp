@@ -130,6 +130,20 @@ TEST(Pacing, continuous_drawing_waits_for_the_frame_but_not_long) {
   EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
 }
 
+TEST(Pacing, a_moving_camera_s_window_is_drawn_once_for_every_picture) {
+  Viewer viewer;
+  viewer.now = viewer.last_motion = 10;
+  const Pacing pacing = drawn_at(viewer, 10);
+  Surroundings busy = at(10.01);
+  busy.render_busy = true;
+  EXPECT_TRUE(pacing.frame_comes_first(viewer, busy));
+  ++viewer.frames;
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));  // while the next one is rendered
+  --viewer.frames;
+  viewer.last_motion = 9;
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
+}
+
 TEST(Pacing, the_display_s_rate_is_smoothed_and_a_pause_is_none) {
   Viewer viewer;
   viewer.on_demand = false;

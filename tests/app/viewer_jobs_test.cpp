@@ -195,7 +195,7 @@ TEST_F(ViewerJobs, requests_follow_the_state_of_the_view) {
   requests.update(viewer(), thread_, false);
   EXPECT_FALSE(settle());  // nothing changed
   // While the camera moves a slow backend draws fewer pixels, and the whole picture afterwards.
-  frame->shown.stats.frame_ms = 250;
+  frame->shown.stats.frame_ms = frame->shown.stats.stage_ms[static_cast<int>(Stage::blend)] = 250;
   requests.learn(*frame);
   apply(call(action::orbit, glm::dvec2(1, 1)));
   requests.update(viewer(), thread_, false);

@@ -25,6 +25,7 @@
 #include "raster/kernel/cull/modes.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
+#include "support/shared.h"
 #include "support/temporary_folder.h"
 
 namespace qs {
@@ -132,6 +133,37 @@ TEST_F(ViewerProgram, flying_moves_the_camera_and_home_brings_it_back) {
   EXPECT_EQ(state("b.json")["dataset_camera"], -1);
   EXPECT_EQ(state("c.json")["camera"], state("a.json")["camera"]);
   EXPECT_NE(state("d.json")["camera"], state("a.json")["camera"]);
+}
+
+TEST_F(ViewerProgram, a_moving_picture_is_as_bright_as_the_resting_one) {
+  std::string script = "wait\nkey Tab\n";
+  for (int i = 0; i < 12; ++i) {
+    const auto file = [&](const char* name) { return path(name + std::to_string(i)); };
+    script += "drag 8 0 left\ndrag -8 0 left\nsleep 0.1\nstate " + file("before") + "\nshot " +
+              file("moving") + ".png\nstate " + file("after") + "\n";
+  }
+  script += "wait\nstate " + path("rest") + "\nshot " + path("rest.png") + "\nquit\n";
+  const ProgramRun run =
+      play(script, {test::source_path("assets/plush.ply").string(), "--cameras",
+                    test::source_path("assets/cameras.json").string(), "--size", "1280x720"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto mean = [&](const std::string& name) {
+    const Image image = read_image(path(name + ".png"));
+    double sum = 0;
+    for (const float value : image.values) sum += static_cast<double>(value);
+    return sum / static_cast<double>(image.values.size());
+  };
+  EXPECT_EQ(state("rest")["divisor"], 1);
+  const double rest = mean("rest");
+  int reduced = 0;
+  for (int i = 0; i < 12; ++i) {
+    const std::string number = std::to_string(i);
+    const int divisor = state("before" + number)["divisor"];
+    if (divisor == 1 || state("after" + number)["divisor"] != divisor) continue;
+    ++reduced;
+    EXPECT_NEAR(mean("moving" + number) / rest, 1, 0.01) << "divisor " << divisor;
+  }
+  EXPECT_GT(reduced, 0);
 }
 
 TEST_F(ViewerProgram, the_window_and_the_screenshot_equal_a_headless_render) {

@@ -80,9 +80,12 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
 }
 
 void FrameRequests::learn(const RenderedFrame& frame) {
-  double ms = static_cast<double>(frame.shown.stats.frame_ms);
-  if (frame.shown.other) ms += static_cast<double>(frame.shown.other->stats.frame_ms);
-  resolution_.learn(frame.shown.divisor, ms);
+  FrameCost cost = cost_of(frame.shown.stats);
+  if (frame.shown.other) {
+    const FrameCost other = cost_of(frame.shown.other->stats);
+    cost = {cost.ms + other.ms, cost.pixels_ms + other.pixels_ms};
+  }
+  resolution_.learn(frame.shown.divisor, cost);
 }
 
 }  // namespace qs

@@ -2,8 +2,8 @@
 //
 // The thread that owns the renderer and the scene, so that a slow frame never blocks the window.
 // Jobs come first, in the order of their requests; then the newest requested frame; then the
-// numbers of all modes. A new request cancels a measurement, and a frame that became outdated unless
-// the camera moves.
+// numbers of all modes. A new request cancels a measurement, and a frame that became outdated
+// unless the camera moves.
 #pragma once
 
 #include <condition_variable>

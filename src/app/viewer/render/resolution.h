@@ -8,7 +8,7 @@
 
 namespace qs {
 
-inline constexpr int kMostDivisor = 8;
+inline constexpr int kMostDivisor = 6;
 
 /// The camera of a reduced frame. Every point of the view keeps its place in the window.
 Camera reduced(const Camera& camera, int divisor);
@@ -21,15 +21,22 @@ RenderSettings reduced(RenderSettings settings, int divisor);
 /// so that window and input have time left in 30 pictures a second; 50 ms from 3 on.
 double longest_moving_ms(int divisor);
 
-/// Chooses the divisor from the times of finished frames. A frame reduced by m instead of n < m
-/// takes at least (n/m)^2 of the time, and not more. A divisor is left for a larger one if its
-/// frames are certainly too slow, and for a smaller one if its frames certainly need at most 80 % of
-/// their limit. So a divisor that was too slow is not tried again at the same costs. Single frames
-/// that other programs disturb do not count.
+struct FrameCost {
+  double ms = 0;
+  double pixels_ms = 0;  ///< the part of it that fewer pixels can save
+};
+
+FrameCost cost_of(const RenderStats& stats);
+
+/// Chooses the divisor from the costs of finished frames. A divisor is left for a larger one if its
+/// frames are certainly too slow, and for a smaller one if its frames would certainly need at most
+/// 80 % of their limit; so at the same costs a divisor that was too slow is not tried again. Beyond
+/// 3 a frame is reduced more only if that may save a quarter of its time. Single frames that other
+/// programs disturb do not count.
 class Resolution {
  public:
-  /// A frame that was reduced by `divisor` took `ms`.
-  void learn(int divisor, double ms);
+  /// The cost of a frame that was reduced by `divisor`.
+  void learn(int divisor, const FrameCost& cost);
 
   /// The divisor for the next frame of a moving camera.
   int divisor() const { return divisor_; }

@@ -79,7 +79,8 @@ Frustum::Frustum(const View<float>& view, const FootprintRules& rules, TileGrid 
   spread_ = static_cast<double>(rules.splat_scale) *
             std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
                       focal.y * focal.y * stretch2(view, 1, limit.y));
-  const double room = kLargestK * std::sqrt(2 * kLevel * static_cast<double>(rules.dilation)) + 2 * kTileSize;
+  const double room =
+      kLargestK * std::sqrt(2 * kLevel * static_cast<double>(rules.dilation)) + 2 * kTileSize;
   const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
   for (int axis = 0; axis < 2; ++axis) {
     const auto side = static_cast<std::size_t>(2 * axis);

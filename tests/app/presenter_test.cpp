@@ -61,13 +61,13 @@ RenderedFrame frame_of(const Image& image) {
 TEST(Presenter, enlarges_a_reduced_frame_closer_to_the_full_one_than_linear_interpolation_does) {
   const test::VirtualDisplay display("1280x720x24");
   if (!display.runs()) GTEST_SKIP() << "Xvfb is not installed";
-  const Window window({640, 480});
+  const Window window({1280, 720});
   EXPECT_EQ(suitable_enlarging(), Enlarging::linear) << "Xvfb has no GPU";
 
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(test::read_scene(test::source_path("assets/plush.ply")).cloud, {});
   const Camera camera =
-      read_cameras(test::source_path("assets/cameras.json")).front().resized(640, 480);
+      read_cameras(test::source_path("assets/cameras.json")).front().resized(1280, 720);
   const Image full = renderer->render(camera).color;
   for (const int divisor : {2, 3}) {
     const RenderSettings settings = reduced(RenderSettings(), divisor);
@@ -75,13 +75,13 @@ TEST(Presenter, enlarges_a_reduced_frame_closer_to_the_full_one_than_linear_inte
     const auto shown = [&](Enlarging enlarging) {
       Presenter presenter(enlarging);
       presenter.show(frame_of(small), nullptr);
-      presenter.draw(640, 480, Split());
-      return Presenter::grab(640, 480);
+      presenter.draw({1280, 720}, {0, 0, 1280, 720}, Split());
+      return Presenter::grab(1280, 720);
     };
     const Image cubic = shown(Enlarging::cubic);
     EXPECT_GE(psnr_8bit(cubic, full), psnr_8bit(shown(Enlarging::linear), full) + 0.7) << divisor;
     // Apart from 8-bit texels and from the corners that the shader leaves out.
-    EXPECT_GE(psnr_8bit(cubic, interpolated(small, 640, 480)), 50) << divisor;
+    EXPECT_GE(psnr_8bit(cubic, interpolated(small, 1280, 720)), 50) << divisor;
   }
 }
 
@@ -94,7 +94,7 @@ TEST(Presenter, shows_a_frame_of_the_window_s_size_bit_for_bit) {
     image.values[i] = static_cast<float>(i * 7919 % 256) / 255.0f;
   Presenter presenter(Enlarging::cubic);
   presenter.show(frame_of(image), nullptr);
-  presenter.draw(320, 240, Split());
+  presenter.draw({320, 240}, {0, 0, 320, 240}, Split());
   EXPECT_EQ(Presenter::grab(320, 240).values, image.values);
 }
 

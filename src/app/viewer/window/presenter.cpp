@@ -187,7 +187,7 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   }
   if (width_ == 0) return;
   glUseProgram(program_);
-  const bool enlarged = width_ < width || height_ < height;
+  const bool enlarged = width_ < area.x1 - area.x0 || height_ < area.y1 - area.y0;
   glUniform1i(uniforms_.cubic, enlarged && enlarging_ == Enlarging::cubic ? 1 : 0);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);

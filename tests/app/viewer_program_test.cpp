@@ -147,7 +147,7 @@ TEST_F(ViewerProgram, a_moving_picture_is_as_bright_as_the_resting_one) {
     cloud.opacity_logits[i] = haze ? -4.6f : 1.0f;
     cloud.sh[i] = glm::vec3(haze ? -1.77f : 1.0f);
   }
-  write_scene(cloud, path("dots.ply"));
+  test::write_scene(cloud, path("dots.ply"));
   std::string script = "wait\nkey Tab\n";
   for (int i = 0; i < 12; ++i) {
     const auto file = [&](const char* name) { return path(name + std::to_string(i)); };

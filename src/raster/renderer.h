@@ -64,7 +64,7 @@ struct RenderSettings {
   glm::vec3 background{0.0f};       ///< RGB, weighted by the remaining transmittance
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
   /// px^2 added to both variances as a low-pass filter, >= 0. Below half of kDilation CUDA draws
-  /// with `classic` whatever `pipeline` says.
+  /// with `classic` for both values of `pipeline`.
   double dilation = kDilation;
   int tile_px = kTileSize;  ///< side of a tile, one of kTileSizes; only the CPU has others
 };

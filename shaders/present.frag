@@ -4,6 +4,7 @@
 #version 330 core
 uniform sampler2D picture;   // with mipmaps while a map is shown
 uniform sampler2D other;
+uniform bool cubic;          // the frame is enlarged by cubic interpolation, else by linear
 uniform int split;           // 0: there is no other one; 1 + SplitView
 uniform bool flipped;        // the other one is the left one, or the one at a time
 uniform float divider;       // share of the width left of it
@@ -22,9 +23,35 @@ const float kTileLevel = 4.0; // mipmap level whose texels are 16 x 16 pixels
 
 float gray(vec3 rgb) { return dot(rgb, vec3(0.299, 0.587, 0.114)); }
 
+// Catmull-Rom's cubic interpolation of 4 x 4 texels by 5 linear lookups: the two middle rows and
+// columns of a lookup's texels are one lookup between them, and the corners, which weigh less than
+// 0.5 % each, are left out.
+vec3 enlarged(sampler2D image, vec2 place) {
+  vec2 size = vec2(textureSize(image, 0));
+  vec2 texel = floor(place * size - 0.5) + 0.5;  // centre of the texel left above
+  vec2 f = place * size - texel;
+  vec2 w0 = f * (f * (1.0 - 0.5 * f) - 0.5);
+  vec2 w2 = f * (0.5 + f * (2.0 - 1.5 * f));
+  vec2 w3 = f * f * (0.5 * f - 0.5);
+  vec2 middle = 1.0 - w0 - w3;
+  vec2 before = (texel - 1.0) / size, between = (texel + w2 / middle) / size,
+       after = (texel + 2.0) / size;
+  vec3 sum = middle.x * middle.y * texture(image, between).rgb +
+             w0.x * middle.y * texture(image, vec2(before.x, between.y)).rgb +
+             w3.x * middle.y * texture(image, vec2(after.x, between.y)).rgb +
+             middle.x * w0.y * texture(image, vec2(between.x, before.y)).rgb +
+             middle.x * w3.y * texture(image, vec2(between.x, after.y)).rgb;
+  float corners = (w0.x + w3.x) * (w0.y + w3.y);
+  return clamp(sum / (1.0 - corners), 0.0, 1.0);
+}
+
+vec3 color_of(sampler2D image) {
+  return cubic ? enlarged(image, at) : texture(image, at).rgb;
+}
+
 void main() {
-  vec3 rgb = texture(picture, at).rgb;
-  vec3 beside = texture(other, at).rgb;
+  vec3 rgb = color_of(picture);
+  vec3 beside = split == 0 ? vec3(0.0) : color_of(other);
   bool second = split == kSides && at.x >= divider;
   if (split == kDifference) rgb = amplification * abs(rgb - beside);
   if ((split == kSides || split == kWhole) && second != flipped) rgb = beside;

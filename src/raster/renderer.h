@@ -63,7 +63,10 @@ struct RenderSettings {
   float splat_scale = 1;            ///< factor on every standard deviation, > 0
   glm::vec3 background{0.0f};       ///< RGB, weighted by the remaining transmittance
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
-  int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
+  /// px^2 added to both variances as a low-pass filter, >= 0. Below half of kDilation CUDA draws
+  /// with `classic` for both values of `pipeline`.
+  double dilation = kDilation;
+  int tile_px = kTileSize;  ///< side of a tile, one of kTileSizes; only the CPU has others
 };
 
 /// Pixels [x0, x1) x [y0, y1).

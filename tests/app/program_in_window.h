@@ -54,8 +54,9 @@ class ProgramInWindow : public testing::Test {
       arguments.push_back(word);
     if (std::find(arguments.begin(), arguments.end(), "--settings") == arguments.end())
       arguments.insert(arguments.end(), {"--settings", "-"});
-    arguments.insert(arguments.begin(),
-                     {"view", "--backend", "cpu", "--threads", "2", "--size", "320x240"});
+    if (std::find(arguments.begin(), arguments.end(), "--size") == arguments.end())
+      arguments.insert(arguments.end(), {"--size", "320x240"});
+    arguments.insert(arguments.begin(), {"view", "--backend", "cpu", "--threads", "2"});
     return run_quadsplat(arguments, meanwhile);
   }
 

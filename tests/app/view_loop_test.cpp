@@ -13,7 +13,6 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/resolution.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/view_options.h"
@@ -131,6 +130,20 @@ TEST(Pacing, continuous_drawing_waits_for_the_frame_but_not_long) {
   EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
 }
 
+TEST(Pacing, a_moving_camera_s_window_is_drawn_once_for_every_picture) {
+  Viewer viewer;
+  viewer.now = viewer.last_motion = 10;
+  const Pacing pacing = drawn_at(viewer, 10);
+  Surroundings busy = at(10.01);
+  busy.render_busy = true;
+  EXPECT_TRUE(pacing.frame_comes_first(viewer, busy));
+  ++viewer.frames;
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));  // while the next one is rendered
+  --viewer.frames;
+  viewer.last_motion = 9;
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
+}
+
 TEST(Pacing, the_display_s_rate_is_smoothed_and_a_pause_is_none) {
   Viewer viewer;
   viewer.on_demand = false;
@@ -219,13 +232,6 @@ TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_
   viewer.panels.split = true;
   EXPECT_FALSE(full_frame(viewer).heatmap);
   EXPECT_EQ(full_frame(viewer).other, viewer.split.other);
-}
-
-TEST(Resolution, is_whole_when_quick_and_bounded_when_slow) {
-  EXPECT_EQ(resolution_divisor(0, 1280, 720), 1);
-  EXPECT_EQ(resolution_divisor(20, 1280, 720), 1);
-  EXPECT_EQ(resolution_divisor(200, 1280, 720), 3);
-  EXPECT_EQ(resolution_divisor(1e9, 1280, 720), kMostDivisor);
 }
 
 TEST(QuitSignals, note_a_signal_and_leave_the_second_one_alone) {

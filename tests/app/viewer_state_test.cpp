@@ -19,7 +19,6 @@
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/resolution.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
@@ -878,18 +877,6 @@ TEST(FrameRequests, a_request_has_everything_of_the_view) {
   EXPECT_NE(request.version, request.view_version);
   EXPECT_EQ(request.settings.sh_degree, 1);
   EXPECT_EQ(request.divisor, 1);
-}
-
-TEST(Resolution, frames_shrink_by_the_square_root_of_their_time) {
-  // 40 ms for a megapixel of 1000 x 1000.
-  EXPECT_EQ(resolution_divisor(40, 1000, 1000), 1);
-  EXPECT_EQ(resolution_divisor(40.1, 1000, 1000), 2);
-  EXPECT_EQ(resolution_divisor(160, 1000, 1000), 2);
-  EXPECT_EQ(resolution_divisor(160.1, 1000, 1000), 3);
-  EXPECT_EQ(resolution_divisor(160, 2000, 1000), 3);
-  EXPECT_EQ(resolution_divisor(40 * 64, 1000, 1000), 8);
-  EXPECT_EQ(resolution_divisor(40 * 65, 1000, 1000), 8);
-  EXPECT_EQ(resolution_divisor(-5, 1000, 1000), 1);
 }
 
 // ---- preferences

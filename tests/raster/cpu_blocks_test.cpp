@@ -133,6 +133,7 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
           RenderSettings settings;
           settings.mode = mode;
           settings.splat_scale = scale;
+          settings.dilation = way % 2 == 0 ? 0.3 : 0.01;
           const std::vector<bool> missed = subject.missed(camera, settings);
           const cpu::FrameContext frame = subject.frame(camera, settings);
           cpu::Visible visible;

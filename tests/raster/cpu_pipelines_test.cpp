@@ -80,6 +80,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
     RenderSettings plain, other;
     other.antialiased = true;
     other.splat_scale = 0.6f;
+    other.dilation = 0.02;
     other.sh_degree = 1;
     other.background = {0.2f, 0.4f, 0.9f};
     for (RenderSettings settings : {plain, other}) {
@@ -122,6 +123,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_inside_a_scene_looking_every_way) {
         camera.near_depth = near_depths[turn % 3];
         const float scales[] = {1.0f, 0.1f, 5.0f, 40.0f};
         settings.splat_scale = scales[turn % 4];
+        settings.dilation = turn % 5 == 0 ? 0.3 / 16 : 0.3;
         settings.mode = turn % kCullerCount + 1;
         settings.antialiased = turn % 2 == 0;
         expect_equal(*renderer, camera, settings);

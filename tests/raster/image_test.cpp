@@ -31,6 +31,7 @@ test::OracleSettings rules_of(const GaussianCloud& cloud, const RenderSettings& 
   rules.background = settings.background;
   rules.sh_degree = settings.sh_degree;
   rules.splat_scale = static_cast<double>(settings.splat_scale);
+  rules.dilation = settings.dilation;
   rules.antialiased = settings.antialiased.value_or(cloud.antialiased);
   return rules;
 }
@@ -94,7 +95,7 @@ TEST_P(EveryMode, draws_the_image_that_its_rules_say) {
   }
 }
 
-TEST_P(EveryMode, honours_background_degree_scale_and_antialiasing) {
+TEST_P(EveryMode, honours_background_degree_scale_dilation_and_antialiasing) {
   const GaussianCloud cloud = test::random_cloud(300, 2, 9);
   const Camera camera = test::front_camera(64, 48);
   RenderSettings settings;
@@ -102,6 +103,7 @@ TEST_P(EveryMode, honours_background_degree_scale_and_antialiasing) {
   settings.background = {0.2f, 0.4f, 0.9f};
   settings.sh_degree = 1;
   settings.splat_scale = 0.6f;
+  settings.dilation = 0.05;
   settings.antialiased = true;
   Outputs outputs;
   outputs.trace = true;

@@ -56,8 +56,8 @@ bool make_splat(const GaussianCloud& cloud, const Camera& camera, const OracleSe
   const double xy = glm::dot(du, sigma * dv);
   glm::dmat2 on_screen(glm::dot(du, sigma * du), xy, xy, glm::dot(dv, sigma * dv));
   const double before = glm::determinant(on_screen);
-  on_screen[0][0] += 0.3;
-  on_screen[1][1] += 0.3;
+  on_screen[0][0] += settings.dilation;
+  on_screen[1][1] += settings.dilation;
   const double after = glm::determinant(on_screen);
   if (!(after > 0)) return false;
 

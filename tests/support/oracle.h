@@ -17,7 +17,7 @@ struct OracleSettings {
   glm::dvec3 background{0.0};
   int sh_degree = 3;
   bool antialiased = false;
-  double splat_scale = 1;
+  double splat_scale = 1, dilation = 0.3;
   /// Whether Gaussian i contributes to pixel (x, y); unset = to all.
   std::function<bool(std::size_t i, int x, int y)> acts;
 };

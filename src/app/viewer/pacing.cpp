@@ -29,8 +29,9 @@ bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) con
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {
-  return !viewer.on_demand && !viewer.loading && around.render_busy &&
-         around.now - last_draw_ < kPatienceSeconds;
+  const bool waits = (!viewer.on_demand || viewer.moving()) && !viewer.loading;
+  const bool shows_newest = frames_ == viewer.frames;
+  return waits && shows_newest && around.render_busy && around.now - last_draw_ < kPatienceSeconds;
 }
 
 bool Pacing::rests(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const {

@@ -2,8 +2,9 @@
 //
 // Decides when the window is drawn and how long the loop sleeps. On demand the window is drawn only
 // while something changes, and as little as possible while the render thread measures, because
-// drawing takes time from the GPU or the CPU that is measured. Otherwise frame and window
-// alternate, so that the frame's time is its own; a slow frame does not stop the window.
+// drawing takes time from the GPU or the CPU that is measured. While it draws continuously or the
+// camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
+// slow frame does not stop the window.
 #pragma once
 
 #include "app/viewer/state/viewer.h"

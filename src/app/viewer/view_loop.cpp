@@ -77,8 +77,10 @@ class ViewLoop final : public Host {
       apply_all(actions);
       fit_picture();
       take_frame();
+      // The CPU draws the next frame while the window shows this one, a GPU after that.
+      if (viewer_.moving() && viewer_.backend == Backend::cpu) request_frames();
       draw();
-      requests_.update(viewer_, *render_, !pacing_.wants_to_draw(viewer_, surroundings()));
+      request_frames();
     }
     write_preferences(options_.settings, viewer_, window_.windowed_size());
   }
@@ -178,6 +180,10 @@ class ViewLoop final : public Host {
     requests_.learn(*frame);
     apply_all({call(action::frame_shown, frame->shown)});
     presenter_.show(std::move(*frame), gl_frames_ ? &*gl_frames_ : nullptr);
+  }
+
+  void request_frames() {
+    requests_.update(viewer_, *render_, !pacing_.wants_to_draw(viewer_, surroundings()));
   }
 
   void draw() {

@@ -24,7 +24,7 @@ struct FrameContext {
   FootprintRules rules() const {
     const bool keep_faint =
         with_culler(settings.mode, []<class P>(P) -> bool { return P::kKeepsFaint; });
-    return {keep_faint, antialiased(), settings.splat_scale};
+    return {keep_faint, antialiased(), settings.splat_scale, static_cast<float>(settings.dilation)};
   }
 
   /// Runs a parallel loop; throws Cancelled when the frame was cancelled.

@@ -44,8 +44,8 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
                         static_cast<double>(frame.settings.splat_scale);
   covariance = {covariance.xx * scale2, covariance.xy * scale2, covariance.yy * scale2};
   const double before = covariance.determinant();
-  covariance.xx += kDilation;
-  covariance.yy += kDilation;
+  covariance.xx += frame.settings.dilation;
+  covariance.yy += frame.settings.dilation;
   const double determinant = covariance.determinant();
   if (!(determinant > 0) || !std::isfinite(determinant)) return false;
   splat.opacity = opacity_of_logit(cloud.opacity_logits[i]);

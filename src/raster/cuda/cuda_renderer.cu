@@ -46,7 +46,7 @@ class CudaRenderer final : public Renderer {
                              }};
     prepare_result(grid);
     if (texture != nullptr) gl_target_.map(*texture);
-    if (settings.pipeline == Pipeline::classic) {
+    if (settings.pipeline == Pipeline::classic || settings.dilation < fast::kLeastDilation) {
       draw_with(classic_, frame, outputs, target);
     } else {
       draw_with(fast_, frame, outputs, target);

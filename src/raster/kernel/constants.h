@@ -18,7 +18,7 @@ inline constexpr auto kAlphaMin = static_cast<float>(fp64::kAlphaMin);
 inline constexpr auto kAlphaMax = static_cast<float>(fp64::kAlphaMax);
 inline constexpr auto kTransmittanceMin = static_cast<float>(fp64::kTransmittanceMin);
 
-/// px^2 added to both variances as a low-pass filter; 3DGS.
+/// px^2 added to both variances as a low-pass filter, unless a frame sets another value; 3DGS.
 inline constexpr double kDilation = 0.3;
 /// The Jacobian is evaluated inside 1.3 x the field of view; 3DGS.
 inline constexpr double kSlopeMargin = 1.3;

@@ -19,6 +19,7 @@ struct FootprintRules {
   bool keep_faint;    ///< keep Gaussians with opacity <= 1/255 (mode 3dgs)
   bool antialiased;   ///< scale the opacity by compensation()
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
+  float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances
 };
 
 /// The footprint of a dilated covariance. Uses only + - * /, so that all backends get the same
@@ -49,8 +50,8 @@ QS_HD bool project(const View<float>& view, const FootprintRules& rules,
   covariance.xy = covariance.xy * scale2;
   covariance.yy = covariance.yy * scale2;
   const float before = covariance.determinant();
-  covariance.xx = covariance.xx + static_cast<float>(kDilation);
-  covariance.yy = covariance.yy + static_cast<float>(kDilation);
+  covariance.xx = covariance.xx + rules.dilation;
+  covariance.yy = covariance.yy + rules.dilation;
   const float determinant = covariance.determinant();
   if (!(determinant > 0.0f) || !(determinant < INFINITY)) return false;
   float log2_255_opacity = gaussian.log2_255_opacity;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/frame_requests.h"
 
-#include <algorithm>
-
-#include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
@@ -55,16 +52,22 @@ bool is_settled(const Viewer& viewer) {
          !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
 }
 
+int FrameRequests::next_divisor(const Viewer& viewer) const {
+  const bool reduces = draws_on_the_cpu(viewer) && viewer.reduce_when_moving;
+  if (reduces && viewer.moving()) return resolution_.divisor();
+  if (!are_up_to_date(viewer)) return 1;
+  // The requested frame is refined once the window shows it.
+  return viewer.shown.version == viewer.version ? refined(viewer.shown.divisor) : divisor_;
+}
+
 void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
   if (!viewer.scene || viewer.zoom.running) return;
-  const int divisor =
-      draws_on_the_cpu(viewer) && viewer.reduce_when_moving && viewer.moving()
-          ? resolution_divisor(ms_per_megapixel_, viewer.camera.width, viewer.camera.height)
-          : 1;
+  const int divisor = next_divisor(viewer);
   const bool continuous = !viewer.on_demand && !render.busy();
   if (!are_up_to_date(viewer) || divisor < divisor_ || continuous) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
+    request.moving = viewer.moving();
     render.request(std::move(request));
     version_ = viewer.version;
     divisor_ = divisor;
@@ -77,10 +80,12 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
 }
 
 void FrameRequests::learn(const RenderedFrame& frame) {
-  double ms = static_cast<double>(frame.shown.stats.frame_ms);
-  if (frame.shown.other) ms += static_cast<double>(frame.shown.other->stats.frame_ms);
-  const double megapixels = 1e-6 * frame.width * frame.height;
-  ms_per_megapixel_ = ms / std::max(megapixels, 1e-3);
+  FrameCost cost = cost_of(frame.shown.stats);
+  if (frame.shown.other) {
+    const FrameCost other = cost_of(frame.shown.other->stats);
+    cost = {cost.ms + other.ms, cost.pixels_ms + other.pixels_ms};
+  }
+  resolution_.learn(frame.shown.divisor, cost);
 }
 
 }  // namespace qs

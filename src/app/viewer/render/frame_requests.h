@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Decides what the render thread should do for the Viewer: draw a frame (smaller while the camera
-// moves and the CPU draws), and once the view is still, measure all modes.
+// Decides what the render thread should do for the Viewer: draw a frame (reduced while the camera
+// moves and the CPU draws, then refined in steps), and once the view is still, measure all modes.
 #pragma once
 
 #include "app/viewer/render/render_thread.h"
+#include "app/viewer/render/resolution.h"
 
 namespace qs {
 
@@ -34,8 +35,10 @@ class FrameRequests {
   bool are_up_to_date(const Viewer& viewer) const { return viewer.version == version_; }
 
  private:
+  int next_divisor(const Viewer& viewer) const;
+
   int version_ = -1, divisor_ = 1;  // of the last request
-  double ms_per_megapixel_ = 0;
+  Resolution resolution_;
 };
 
 }  // namespace qs

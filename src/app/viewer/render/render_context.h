@@ -18,6 +18,7 @@ struct FrameRequest {
   Camera camera;    ///< of the full-size view
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
+  bool moving = false;                  ///< a newer request does not cancel it
   std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
   std::optional<Variant> other;         ///< also drawn, for a split window
   int version = 0, view_version = 0;    ///< of Viewer

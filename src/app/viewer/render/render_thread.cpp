@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/viewer/render/host_frames.h"
+#include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
 
 namespace qs {
@@ -118,8 +119,8 @@ void RenderThread::loop(const std::stop_token& stop) {
       guarded([&] { job(context_); });
     } else if (ready && frame_) {
       const FrameRequest request = *std::exchange(frame_, std::nullopt);
-      // Frames of two variants are slow: cancelling them would leave a moving camera without any.
-      task_ = request.divisor > 1 || request.other ? Task::frame : Task::refinement;
+      // A moving camera that cancels its frames would never see one.
+      task_ = request.moving ? Task::frame : Task::refinement;
       lock.unlock();
       guarded([&] { draw(request); });
     } else if (ready && numbers_) {
@@ -175,12 +176,9 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
   }
 }
 
-void RenderThread::draw(const FrameRequest& request) {
-  Camera camera = request.camera;
-  if (request.divisor > 1) {
-    camera = camera.resized(std::max(1, camera.width / request.divisor),
-                            std::max(1, camera.height / request.divisor));
-  }
+void RenderThread::draw(FrameRequest request) {
+  const Camera camera = reduced(request.camera, request.divisor);
+  request.settings = reduced(request.settings, request.divisor);
   std::optional<RenderedFrame> rendered;
   if (takes_one_frame(request)) rendered = draw_into_gl(camera, request);
   if (!rendered) rendered = draw_on_host(context_, request, camera);

@@ -2,8 +2,8 @@
 //
 // The thread that owns the renderer and the scene, so that a slow frame never blocks the window.
 // Jobs come first, in the order of their requests; then the newest requested frame; then the
-// numbers of all modes. A new request cancels a measurement, and a full-size frame that became
-// outdated.
+// numbers of all modes. A new request cancels a measurement, and a frame that became outdated
+// unless the camera moves.
 #pragma once
 
 #include <condition_variable>
@@ -48,7 +48,7 @@ class RenderThread {
 
  private:
   void loop(const std::stop_token& stop);
-  void draw(const FrameRequest& request);
+  void draw(FrameRequest request);
   void measure(const NumbersRequest& request);
   template <class Work>
   void guarded(Work&& work);

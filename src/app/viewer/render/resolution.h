@@ -1,22 +1,53 @@
 // SPDX-License-Identifier: MIT
 //
-// The reduced resolution of a slow backend while the camera moves.
+// The reduced resolution of a slow backend while the camera moves, and the steps back to the full
+// one. A frame reduced by n has 1/n of the full frame's pixels along each side.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include "raster/renderer.h"
 
 namespace qs {
 
-inline constexpr double kMovingFrameMs = 40;
-inline constexpr int kMostDivisor = 8;
+inline constexpr int kMostDivisor = 6;
 
-/// The smallest n, 1 to kMostDivisor, for which a frame of width / n x height / n is expected to
-/// take at most kMovingFrameMs.
-inline int resolution_divisor(double ms_per_megapixel, int width, int height) {
-  const double ms = ms_per_megapixel * 1e-6 * width * height;
-  const double divisor = std::ceil(std::sqrt(std::max(0.0, ms) / kMovingFrameMs));
-  return static_cast<int>(std::clamp(divisor, 1.0, static_cast<double>(kMostDivisor)));
-}
+/// The camera of a reduced frame. Every point of the view keeps its place in the window.
+Camera reduced(const Camera& camera, int divisor);
+
+/// The settings of a reduced frame. Its low-pass dilation covers the same part of the window as the
+/// full frame's, so that Gaussians keep their extent and the picture keeps its brightness.
+RenderSettings reduced(RenderSettings settings, int divisor);
+
+/// The longest time of a moving frame that is reduced by `divisor` and not more: 28 ms for 1 and 2,
+/// so that window and input have time left in 30 pictures a second; 50 ms from 3 on.
+double longest_moving_ms(int divisor);
+
+struct FrameCost {
+  double ms = 0;
+  double pixels_ms = 0;  ///< the part of it that fewer pixels can save
+};
+
+FrameCost cost_of(const RenderStats& stats);
+
+/// Chooses the divisor from the costs of finished frames. A divisor is left for a larger one if its
+/// frames are certainly too slow, and for a smaller one if its frames would certainly need at most
+/// 80 % of their limit; so at the same costs a divisor that was too slow is not tried again. Beyond
+/// 3 a frame is reduced more only if that may save a quarter of its time. Single frames that other
+/// programs disturb do not count.
+class Resolution {
+ public:
+  /// The cost of a frame that was reduced by `divisor`.
+  void learn(int divisor, const FrameCost& cost);
+
+  /// The divisor for the next frame of a moving camera.
+  int divisor() const { return divisor_; }
+
+ private:
+  int divisor_ = 1;
+  int slow_ = 0, quick_ = 0;  // frames in a row that call for a larger or a smaller divisor
+};
+
+/// The divisor of the next frame when the camera rests and the window shows one reduced by
+/// `divisor`: 3, then 2, then 1.
+int refined(int divisor);
 
 }  // namespace qs

@@ -4,6 +4,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 
 #include <epoxy/gl.h>
 
@@ -92,7 +93,15 @@ std::optional<HeatLayer> layer_of(const ShownFrame& shown) {
   return std::nullopt;
 }
 
-Presenter::Presenter() {
+Enlarging suitable_enlarging() {
+  const std::string_view renderer(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  for (const char* software : {"llvmpipe", "softpipe", "SwiftShader", "Software Rasterizer"}) {
+    if (renderer.find(software) != std::string_view::npos) return Enlarging::linear;
+  }
+  return Enlarging::cubic;
+}
+
+Presenter::Presenter(Enlarging enlarging) : enlarging_(enlarging) {
   program_ = linked(compiled(GL_VERTEX_SHADER, "present.vert"),
                     compiled(GL_FRAGMENT_SHADER, "present.frag"));
   glUseProgram(program_);
@@ -101,9 +110,9 @@ Presenter::Presenter() {
   glUniform1i(uniform("other"), 1);
   glUniform1i(uniform("heat"), 2);
   glUniform1i(uniform("colors"), 3);
-  uniforms_ = {uniform("split"),         uniform("flipped"),  uniform("divider"),
-               uniform("amplification"), uniform("heat_low"), uniform("heat_high"),
-               uniform("heat_cells")};
+  uniforms_ = {uniform("cubic"),     uniform("split"),         uniform("flipped"),
+               uniform("divider"),   uniform("amplification"), uniform("heat_low"),
+               uniform("heat_high"), uniform("heat_cells")};
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
@@ -178,6 +187,8 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   }
   if (width_ == 0) return;
   glUseProgram(program_);
+  const bool enlarged = width_ < area.x1 - area.x0 || height_ < area.y1 - area.y0;
+  glUniform1i(uniforms_.cubic, enlarged && enlarging_ == Enlarging::cubic ? 1 : 0);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
   glUniform1f(uniforms_.divider, split.divider);

@@ -19,10 +19,16 @@ struct HeatLayer {
 /// The heat map of a frame, else the pair difference of a split one, else nothing.
 std::optional<HeatLayer> layer_of(const ShownFrame& shown);
 
+/// How a frame with fewer pixels than the window is enlarged.
+enum class Enlarging { linear, cubic };
+
+/// Cubic. Linear where a CPU does OpenGL's work, which it then needs for the frames.
+Enlarging suitable_enlarging();
+
 class Presenter {
  public:
   /// In the window's GL context. Throws Error(device) if a shader is missing or does not compile.
-  Presenter();
+  explicit Presenter(Enlarging enlarging = suitable_enlarging());
   ~Presenter();
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
@@ -52,9 +58,10 @@ class Presenter {
   void end_timing();
 
   struct Uniforms {
-    int split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
+    int cubic, split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
   };
 
+  Enlarging enlarging_;
   std::optional<RenderedFrame> next_;  // not yet uploaded
   std::optional<HeatLayer> layer_;     // of the newest frame
   GlTexture newest_, previous_;        // textures that are not given back yet

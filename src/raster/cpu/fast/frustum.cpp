@@ -5,7 +5,7 @@
 //   mean_x + reach < 0,   mean_x = fx x/z + cx,   reach = k sqrt(level (Sxx + Syy)) + 2 tiles.
 // The sum of the undilated variances is at most (spread sigma / z)^2 for every shape. Splitting the
 // root and multiplying by z > 0 shows that the condition holds if
-//   fx x + (cx + k sqrt(2 level kDilation) + 2 tiles) z + k sqrt(level) spread sigma < 0.
+//   fx x + (cx + k sqrt(2 level dilation) + 2 tiles) z + k sqrt(level) spread sigma < 0.
 // This is linear in the position, so its largest value over a box is at a corner. It does not
 // divide by the depth, so blocks that cross the camera's plane need no special case.
 #include "raster/cpu/fast/frustum.h"
@@ -30,10 +30,10 @@ static_assert(kLevel > 2 * kLn2 * static_cast<double>(kLog2Of255));
 constexpr double kLargestK = 7;
 static_assert(kLargestK > static_cast<double>(kReachK + (1 << 24) * kReachKPerF2));
 
-/// A smaller bound of k for standard deviations below kLargestSigmaPx pixels. There the dilation
-/// keeps f^2 above 0.2 / 5e4 - 3 * 2^-24, all rounding errors (1e-6 of the largest variance)
-/// included.
-constexpr double kLargestSigmaPx = 220, kUsualK = 1.2;
+/// A smaller bound of k for standard deviations below kLargestSigmas roots of the dilation. There
+/// the dilation keeps f^2 above (2/3) / 1.7e5 - 3 * 2^-24, all rounding errors (1e-6 of the largest
+/// variance, or 1/3 of the dilation) included.
+constexpr double kLargestSigmas = 400, kUsualK = 1.2;
 
 /// Bound of the relative error of a position in view axes and of its pixel in single precision:
 /// about ten roundings of 2^-24, and a margin.
@@ -72,12 +72,15 @@ BlockBounds bounds_of(const Block& block) {
 }
 
 Frustum::Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid)
-    : near_depth_(static_cast<double>(view.near_depth)), depth_(in_view(view, 0, 0, 1)) {
+    : near_depth_(static_cast<double>(view.near_depth)),
+      usual_spread_(kLargestSigmas * std::sqrt(static_cast<double>(rules.dilation))),
+      depth_(in_view(view, 0, 0, 1)) {
   const glm::dvec2 focal(view.focal_px), center(view.center_px), limit(view.slope_limit);
   spread_ = static_cast<double>(rules.splat_scale) *
             std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
                       focal.y * focal.y * stretch2(view, 1, limit.y));
-  const double room = kLargestK * std::sqrt(2 * kLevel * kDilation) + 2 * kTileSize;
+  const double room =
+      kLargestK * std::sqrt(2 * kLevel * static_cast<double>(rules.dilation)) + 2 * kTileSize;
   const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
   for (int axis = 0; axis < 2; ++axis) {
     const auto side = static_cast<std::size_t>(2 * axis);
@@ -119,7 +122,7 @@ bool Frustum::misses(const BlockBounds& bounds) const {
   if (depth_.largest(bounds) < near_depth_) return true;
   const double spread = spread_ * static_cast<double>(bounds.sigma);  // in px times depth
   const double nearest = std::max(depth_.smallest(bounds), near_depth_);
-  const double k = spread < kLargestSigmaPx * nearest ? kUsualK : kLargestK;
+  const double k = spread < usual_spread_ * nearest ? kUsualK : kLargestK;
   const double reach = k * std::sqrt(kLevel) * spread;
   return std::any_of(sides_.begin(), sides_.end(),
                      [&](const Linear& inside) { return inside.largest(bounds) + reach < 0; });

@@ -46,6 +46,7 @@ class Frustum {
   static Linear in_view(const View<float>& view, int axis, double across, double along);
 
   double near_depth_;
+  double usual_spread_;          ///< px; smaller footprints reach only a little beyond their box
   double spread_;                ///< upper bound of px per (sigma / depth)
   Linear depth_;                 ///< view z
   std::array<Linear, 4> sides_;  ///< px inside of each side of the image, times depth

@@ -82,7 +82,7 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
   };
   const V fx = hn::Set(d, view.focal_px.x), fy = hn::Set(d, view.focal_px.y);
   const V scale2 = hn::Set(d, rules.splat_scale * rules.splat_scale);
-  const V dilation = hn::Set(d, static_cast<float>(kDilation));
+  const V dilation = hn::Set(d, rules.dilation);
 
   std::size_t count = 0;
   for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {

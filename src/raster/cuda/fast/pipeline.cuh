@@ -18,6 +18,10 @@ namespace qs::cuda::fast {
 /// Pairs are indexed with 30 bits, see LookBackWord::kValue.
 inline constexpr std::uint64_t kMaxPairs = (1u << 30) - 1;
 
+/// px^2. Blending multiplies exponentials whose exponents grow as footprints become thinner. With
+/// this dilation they stay above -90, and floats reach down to -126.
+inline constexpr double kLeastDilation = kDilation / 2;
+
 class FastPipeline {
  public:
   explicit FastPipeline(int device) : side_stream_(device, false) {}

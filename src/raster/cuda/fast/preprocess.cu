@@ -131,7 +131,7 @@ void Visible::reserve(std::size_t gaussians) {
 
 void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear) {
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const FootprintRules rules{P::kKeepsFaint, frame.antialiased(), frame.settings.splat_scale};
+    const FootprintRules rules = frame.rules(P::kKeepsFaint);
     const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
                           frame.grid,         nearest_bits(frame.camera),     to_clear};
     launch("preprocess", project_gaussians<P>, blocks_for(std::max(1u, frame.cloud.count)),

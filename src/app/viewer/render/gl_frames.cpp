@@ -39,7 +39,8 @@ GlTexture GlFrames::take(int width, int height) {
     glDeleteTextures(1, &slot->texture.name);
     glGenTextures(1, &slot->texture.name);
     glBindTexture(GL_TEXTURE_2D, slot->texture.name);
-    const int levels = std::bit_width(static_cast<unsigned>(std::max(width, height)));
+    const auto levels =
+        static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
     glTexStorage2D(GL_TEXTURE_2D, levels, GL_RGBA8, width, height);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);

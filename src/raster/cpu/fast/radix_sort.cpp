@@ -24,7 +24,7 @@ std::pair<std::size_t, std::size_t> segment(std::size_t i, std::size_t segments,
 void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::stop_token& stop) {
   constexpr int kMaxDigitBits = 11;
   if (items.keys.empty()) return;
-  const int bits = std::bit_width(range.high - range.low);
+  const auto bits = static_cast<int>(std::bit_width(range.high - range.low));
   const int passes = (bits + kMaxDigitBits - 1) / kMaxDigitBits;
   const int digit_bits = passes == 0 ? 0 : (bits + passes - 1) / passes;
   const std::size_t buckets = std::size_t{1} << digit_bits;

@@ -17,13 +17,13 @@ std::array<glm::vec2, 4> corners(glm::vec2 low, glm::vec2 high) {
   return {low, glm::vec2(high.x, low.y), high, glm::vec2(low.x, high.y)};
 }
 
+}  // namespace
+
 Box box_of_tile(const TileGrid& grid, int tile) {
   const glm::vec2 low =
       static_cast<float>(grid.tile_px) * glm::vec2(tile % grid.columns, tile / grid.columns);
   return {low, low + static_cast<float>(grid.tile_px)};
 }
-
-}  // namespace
 
 FrameCanvas::FrameCanvas(const Box& window, glm::ivec2 size, float scale_limit) : window_(window) {
   const glm::vec2 extent = window.high - window.low, room(size);

@@ -40,6 +40,9 @@ class FrameCanvas {
   Image picture_;
 };
 
+/// The borders of a tile. `tile`: row * columns + column.
+Box box_of_tile(const TileGrid& grid, int tile);
+
 /// The smallest window of whole tiles around the ellipse and all tiles that the modes list, plus
 /// one tile on every side. It may extend beyond the image.
 Box window_of(const GaussianReport& report, const TileGrid& grid);

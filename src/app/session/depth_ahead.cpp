@@ -16,8 +16,8 @@ struct Share {
   double depth, cover;  // integral of the opacity over a cell's area
 };
 
-// The depth in front of which half of a cell's light comes from, if that depth exists. Within a
-// cell the shares are spread evenly, so transmittance falls exponentially (Beer and Lambert).
+// Half of the light of a cell comes from what is nearer than this depth. The shares are spread
+// evenly over the cell, so transmittance falls exponentially (Beer and Lambert).
 double depth_of_cell(std::vector<Share>& shares) {
   std::sort(shares.begin(), shares.end(),
             [](const Share& a, const Share& b) { return a.depth < b.depth; });

@@ -23,8 +23,9 @@ struct Landmark {
 /// a finite position or area.
 std::vector<Landmark> landmarks_of(const GaussianCloud& cloud, std::size_t most = 4096);
 
-/// The median over 8 x 8 parts of the picture of the depth that half of the part's light comes
-/// from, world units. Parts in which nothing is do not count; unset if nothing is in the picture.
+/// How far away the picture's content is, world units. The picture has 8 x 8 parts, and each has a
+/// depth: half of its light comes from what is nearer. The result is the median of these depths.
+/// Empty parts do not count; unset if all are empty.
 std::optional<double> depth_ahead(const Camera& camera, std::span<const Landmark> landmarks);
 
 }  // namespace qs

@@ -125,10 +125,10 @@ Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec
   if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))
     return best_of(views_inside(*height, ground, whole_views));
   const Subject dense = find_subject(sample, kSubjectDensity);
-  const bool has_surroundings = longest_side(dense) < kMostOfScene * longest_side(whole);
-  const Subject& subject = has_surroundings ? dense : whole;
-  const Shape shape = shape_of(subject, smallest);
-  CandidateViews views(sample, subject, ground, shape, pool);
+  if (longest_side(dense) >= kMostOfScene * longest_side(whole))
+    return best_of(views_around(whole_shape, ground, whole_views));
+  const Shape shape = shape_of(dense, smallest);
+  CandidateViews views(sample, dense, ground, shape, pool);
   return best_of(views_around(shape, ground, views));
 }
 

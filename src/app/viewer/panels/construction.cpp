@@ -38,12 +38,6 @@ struct Figure {
   }
 };
 
-Box tile_box(const TileGrid& grid, int tile) {
-  const auto side = static_cast<float>(grid.tile_px);
-  const glm::vec2 low = side * glm::vec2(tile % grid.columns, tile / grid.columns);
-  return {low, low + side};
-}
-
 void draw_grid(const Figure& figure, const Box& window, const TileGrid& grid) {
   const auto side = static_cast<float>(grid.tile_px);
   const glm::vec2 low = glm::max(window.low, glm::vec2(0));
@@ -169,7 +163,7 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   for (std::size_t i = 0; i < listed.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.55f, 0.3f, 0.14f};  // index = PairUse
     const auto use = static_cast<std::size_t>(view.inspection.uses[index][i]);
-    figure.fill(tile_box(view.grid, listed.tiles[i]),
+    figure.fill(box_of_tile(view.grid, listed.tiles[i]),
                 color_of(on_dark::mode_color(listed.mode), kOpacity[use]));
   }
   draw_grid(figure, window, view.grid);

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <chrono>
 #include <cstdlib>
-#include <sstream>
 #include <system_error>
 
 #include <fmt/chrono.h>
@@ -30,11 +29,8 @@ bool readable(const fs::path& path) {
   if (ending == ".json") return true;
   const auto rows = readers();
   return std::any_of(rows.begin(), rows.end(), [&](const ReaderRow& row) {
-    std::istringstream words(row.extensions);
-    for (std::string word; words >> word;) {
-      if (word == ending) return true;
-    }
-    return false;
+    const std::vector<std::string> endings = separated(row.extensions, ' ');
+    return std::find(endings.begin(), endings.end(), ending) != endings.end();
   });
 }
 

@@ -15,8 +15,7 @@ void draw_heat_legend(const Viewer& viewer) {
   const Heatmap& map = *shown.heatmap;
   const Rect picture = current_layout(viewer).picture;
   const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
-  ImGui::SetNextWindowPos({0.5f * (picture.low.x + picture.high.x), picture.high.y - 12},
-                          ImGuiCond_Always, {0.5f, 1});
+  ImGui::SetNextWindowPos({picture.center().x, picture.high.y - 12}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Heat map", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoInputs |

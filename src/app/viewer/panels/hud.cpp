@@ -184,7 +184,7 @@ void draw_status_line(const Viewer& viewer, const Rect& area) {
                      ImGui::GetColorU32(ImGuiCol_MenuBarBg));
   if (!viewer.scene) return;
   const float letter = ImGui::GetFontSize();
-  const float y = 0.5f * (area.low.y + area.high.y - letter);
+  const float y = area.center().y - 0.5f * letter;
   const StatusLine line = status_line(viewer);
   const float note = area.high.x - ImGui::CalcTextSize(line.note.c_str()).x - 0.8f * letter;
   draw.PushClipRect({area.low.x, area.low.y}, {note - letter, area.high.y}, true);

@@ -16,13 +16,10 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
                                     ImGuiWindowFlags_AlwaysAutoResize |
                                     ImGuiWindowFlags_NoFocusOnAppearing;
 
-ImVec2 center_of(const Rect& rect) {
-  return {0.5f * (rect.low.x + rect.high.x), 0.5f * (rect.low.y + rect.high.y)};
-}
-
 void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
-  ImGui::SetNextWindowPos(center_of(picture), ImGuiCond_Always, {0.5f, 0.5f});
+  const glm::vec2 center = picture.center();
+  ImGui::SetNextWindowPos({center.x, center.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Loading", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());

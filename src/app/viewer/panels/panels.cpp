@@ -80,7 +80,7 @@ std::optional<float> draw_divider_line(const char* name, const Rect& picture, fl
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4);
   draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f);
-  const ImVec2 middle{x, 0.5f * (picture.low.y + picture.high.y)};
+  const ImVec2 middle{x, picture.center().y};
   draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
   draw.AddCircle(middle, 13, kLight, 32, 1.5f);
   for (const float side : {-1.0f, 1.0f})

@@ -25,7 +25,7 @@ void draw_names(const Viewer& viewer, const Rect& picture, float x) {
     draw_plate(left, x - 10, y, 1);
     draw_plate(right, x + 10, y, 0);
   } else if (split.view == SplitView::whole) {
-    draw_plate(left, 0.5f * (picture.low.x + picture.high.x), y, 0.5f);
+    draw_plate(left, picture.center().x, y, 0.5f);
   }
 }
 

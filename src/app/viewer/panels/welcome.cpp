@@ -3,7 +3,6 @@
 // The window without a scene: what the program is, the bundled scene, recent files, formats. And
 // the hints of the first start.
 #include <algorithm>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -42,8 +41,7 @@ void draw_bundled_scene(const PanelState& state, Actions& actions) {
 std::string formats_text() {
   std::vector<std::string> endings;
   for (const ReaderRow& row : readers()) {
-    std::istringstream words(row.extensions);
-    for (std::string word; words >> word;) {
+    for (const std::string& word : separated(row.extensions, ' ')) {
       const bool known = std::find(endings.begin(), endings.end(), word) != endings.end();
       if (!known && word.find('.', 1) == word.npos) endings.push_back(word);
     }
@@ -56,7 +54,7 @@ std::string formats_text() {
 
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions) {
   const Rect picture = current_layout(viewer).picture;
-  const glm::vec2 center = 0.5f * (picture.low + picture.high);
+  const glm::vec2 center = picture.center();
   const float letter = ImGui::GetFontSize();
   // The height follows the content, so the picture is smaller in a low window.
   const float width = std::min({30 * letter, picture.size().x, 0.8f * picture.size().y});
@@ -98,7 +96,7 @@ void draw_hints(const Viewer& viewer) {
   for (const std::string& hint : hints) width += ImGui::CalcTextSize(hint.c_str()).x + 2 * gap;
   const Rect picture = current_layout(viewer).picture;
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  float x = 0.5f * (picture.low.x + picture.high.x - width);
+  float x = picture.center().x - 0.5f * width;
   const float y = picture.high.y - 3 * letter;
   for (const std::string& hint : hints) {
     const float text = ImGui::CalcTextSize(hint.c_str()).x;

@@ -28,11 +28,10 @@ struct FrameCost {
 
 FrameCost cost_of(const RenderStats& stats);
 
-/// Chooses the divisor from the costs of finished frames. A divisor is left for a larger one if its
-/// frames are certainly too slow, and for a smaller one if its frames would certainly need at most
-/// 80 % of their limit; so at the same costs a divisor that was too slow is not tried again. Beyond
-/// 3 a frame is reduced more only if that may save a quarter of its time. Single frames that other
-/// programs disturb do not count.
+/// Chooses the divisor from the costs of finished frames. The divisor grows when its frames are
+/// certainly too slow. It shrinks when frames with a smaller one would certainly need at most 80 %
+/// of their limit, so at constant costs it does not alternate. It grows beyond 3 only if that may
+/// save a quarter of a frame's time. A single frame that another program disturbs changes nothing.
 class Resolution {
  public:
   /// The cost of a frame that was reduced by `divisor`.

@@ -65,14 +65,6 @@ void set_view(Viewer& v, const Camera& camera) {
 /// The camera of the data set at which the view is or to which it travels, -1: none.
 int destination(const Viewer& v) { return v.travel ? v.travel->dataset_camera : v.dataset_camera; }
 
-/// Ends a travel at once.
-void arrive(Viewer& v) {
-  if (!v.travel) return;
-  const Travel travel = *v.travel;
-  set_view(v, travel.to);
-  v.dataset_camera = travel.dataset_camera;
-}
-
 Camera framed(const Viewer& v) {
   return framed_camera(v.scene->framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
 }
@@ -161,9 +153,10 @@ void frame_point(Viewer& v, glm::dvec3 point) {
 void resize(Viewer& v, int width, int height) {
   if (width < 1 || height < 1) return;
   if (width == v.camera.width && height == v.camera.height) return;
-  if (v.travel)
-    v.travel = Travel{v.travel->from.resized(width, height), v.travel->to.resized(width, height),
-                      v.travel->seconds, v.travel->dataset_camera};
+  if (v.travel) {
+    v.travel->from = v.travel->from.resized(width, height);
+    v.travel->to = v.travel->to.resized(width, height);
+  }
   if (v.camera.width > 0) {
     v.camera = v.camera.resized(width, height);
   } else {

@@ -63,30 +63,31 @@ void turn_wheel(Viewer& v, double notches) {
 void travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
   const Camera to = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
   v.flight.velocity = {};
-  if (v.animates_moves && v.scene) {
-    v.travel = Travel{v.camera, to, 0, dataset_camera};
-    v.last_motion = v.now;
-    return;
-  }
+  v.travel = Travel{v.camera, to, 0, dataset_camera};
+  if (!v.animates_moves || !v.scene) return arrive(v);
+  v.last_motion = v.now;
+}
+
+void arrive(Viewer& v) {
+  if (!v.travel) return;
+  v.camera = v.travel->to;
+  v.dataset_camera = v.travel->dataset_camera;
   v.travel.reset();
-  v.camera = to;
-  v.dataset_camera = dataset_camera;
   view_changed(v);
 }
 
 void advance_motion(Viewer& v, double seconds) {
   if (!v.scene) return;
   if (v.travel) {
-    const Travel travel = *v.travel;
-    const double share = std::min((travel.seconds + seconds) / kTravelSeconds, 1.0);
+    Travel& travel = *v.travel;
+    travel.seconds += seconds;
+    v.last_motion = v.now;
+    const double share = travel.seconds / kTravelSeconds;
+    if (share >= 1) return arrive(v);
     const double eased = share * share * (3 - 2 * share);
-    move(v, share < 1 ? camera_at({{0, travel.from}, {1, travel.to}}, eased) : travel.to);
-    if (share < 1) {
-      v.travel = travel;
-      v.travel->seconds += seconds;
-    } else {
-      v.dataset_camera = travel.dataset_camera;
-    }
+    v.camera = camera_at({{0, travel.from}, {1, travel.to}}, eased);
+    v.dataset_camera = -1;
+    view_changed(v);
     return;
   }
   Flight& flight = v.flight;

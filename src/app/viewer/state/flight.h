@@ -24,6 +24,9 @@ void turn_wheel(Viewer& viewer, double notches);
 /// `dataset_camera`: the index of the camera of the data set with this view, else -1.
 void travel_to(Viewer& viewer, const Camera& camera, int dataset_camera = -1);
 
+/// Ends a travel at once.
+void arrive(Viewer& viewer);
+
 /// Moves the camera by what `seconds` of flight or travel do.
 void advance_motion(Viewer& viewer, double seconds);
 

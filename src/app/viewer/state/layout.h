@@ -12,6 +12,7 @@ namespace qs {
 struct Rect {
   glm::vec2 low{0.0f}, high{0.0f};
   glm::vec2 size() const { return high - low; }
+  glm::vec2 center() const { return 0.5f * (low + high); }
   bool empty() const { return high.x <= low.x || high.y <= low.y; }
   bool operator==(const Rect&) const = default;
 };

@@ -264,6 +264,8 @@ std::string state_json(const Viewer& viewer) {
       viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
   json["axes"] = viewer.scene ? viewer.scene->axes : "";
   json["dataset_camera"] = viewer.dataset_camera;
+  json["seconds"] = viewer.now;
+  json["frames"] = viewer.frames;
   json["divisor"] = viewer.shown.divisor;
   json["interop"] = viewer.shown.interop;
   json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};

@@ -54,6 +54,7 @@ class Presenter {
   void upload();
   void upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const;
   void upload_layer();
+  void set_up_layers(bool cubic, const Split& split) const;
   void begin_timing();
   void end_timing();
 
@@ -65,7 +66,7 @@ class Presenter {
   std::optional<RenderedFrame> next_;  // not yet uploaded
   std::optional<HeatLayer> layer_;     // of the newest frame
   GlTexture newest_, previous_;        // textures that are not given back yet
-  unsigned program_ = 0, empty_vertices_ = 0;
+  unsigned frame_program_ = 0, program_ = 0, empty_vertices_ = 0;
   Uniforms uniforms_{};
   unsigned pixels_ = 0;  // buffer for uploads
   unsigned picture_ = 0, other_ = 0, heat_ = 0, rising_colors_ = 0, signed_colors_ = 0;

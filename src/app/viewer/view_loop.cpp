@@ -46,16 +46,14 @@ class ViewLoop final : public Host {
   explicit ViewLoop(const ViewOptions& options)
       : options_(options),
         store_(initial_viewer(options, first_size_)),
-        window_(first_size_),
-        loader_(Window::wake, options.frame.threads) {
+        loader_(Window::wake, options.frame.threads),
+        window_(begin_reading()) {
     if (options.script) script_ = ScriptPlayer(*options.script);
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     window_.set_vsync(vsync_ = viewer_.vsync);
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
-    const std::filesystem::path scene = first_scene(options);
-    if (!scene.empty()) open(scene, options.frame.axes);
   }
 
   void run_until_quit() {
@@ -121,6 +119,13 @@ class ViewLoop final : public Host {
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
 
+  // Opening a window takes as long as reading a scene of moderate size. Returns the window's size.
+  glm::ivec2 begin_reading() {
+    const std::filesystem::path scene = first_scene(options_);
+    if (!scene.empty()) open(scene, options_.frame.axes);
+    return first_size_;
+  }
+
   // ---- one turn -------------------------------------------------------------------------------
   template <class Function, class... Arguments>
   void apply(Function function, Arguments... arguments) {
@@ -176,8 +181,9 @@ class ViewLoop final : public Host {
 
   void take_frame() {
     std::optional<RenderedFrame> frame = render_->take_frame();
+    if (!viewer_.scene && !viewer_.loading) return presenter_.clear();
     if (!frame) return;
-    requests_.learn(*frame);
+    if (viewer_.scene) requests_.learn(*frame);
     apply_all({call(action::frame_shown, frame->shown)});
     presenter_.show(std::move(*frame), gl_frames_ ? &*gl_frames_ : nullptr);
   }
@@ -226,12 +232,12 @@ class ViewLoop final : public Host {
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();
   Turn turn_;
+  SceneLoader loader_;
   Window window_;
   Presenter presenter_;
   std::shared_ptr<const Image> bundled_picture_;
   PictureTexture photograph_, thumbnail_;
   std::optional<GlFrames> gl_frames_;
-  SceneLoader loader_;
   std::optional<RenderThread> render_;
   PanelState panel_state_;
   Pacing pacing_;

@@ -180,6 +180,11 @@ StatusLine status_line(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   const double ms = static_cast<double>(stats.frame_ms);
   StatusLine line;
+  if (viewer.loading && !viewer.scene) {
+    line.numbers = fmt::format("loading {}", viewer.loading->path.filename().string());
+    if (viewer.frames > 0) line.note = "a coarse picture until the rest is read";
+    return line;
+  }
   std::vector<std::string> words = {mode_name(viewer.mode())};
   if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
   words.push_back(grouped(stats.tile_pairs) + " pairs");

@@ -150,6 +150,12 @@ void Presenter::show(RenderedFrame frame, GlFrames* frames) {
   next_ = std::move(frame);
 }
 
+void Presenter::clear() {
+  next_.reset();
+  layer_.reset();
+  width_ = height_ = 0;
+}
+
 void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const {
   glBindTexture(GL_TEXTURE_2D, texture);
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, pixels_);

@@ -37,6 +37,9 @@ class Presenter {
   /// one was drawn; `frames` may be null if frames never have one.
   void show(RenderedFrame frame, GlFrames* frames);
 
+  /// Draws no frame until the next show().
+  void clear();
+
   /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has
   /// another one beside it.
   void draw(glm::ivec2 window, const PixelBox& area, const Split& split);

@@ -16,6 +16,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/preferences.h"
+#include "app/viewer/window/desktop_dialog.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
 #include "app/viewer/window/script_player.h"
@@ -48,7 +49,11 @@ class ViewLoop final : public Host {
         store_(initial_viewer(options, first_size_)),
         loader_(Window::wake, options.frame.threads),
         window_(begin_reading()) {
-    if (options.script) script_ = ScriptPlayer(*options.script);
+    if (options.script) {
+      script_ = ScriptPlayer(*options.script);
+    } else {
+      desktop_dialog_.emplace(Window::wake);  // scripts know the viewer's own dialog
+    }
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     window_.set_vsync(vsync_ = viewer_.vsync);
@@ -67,12 +72,14 @@ class ViewLoop final : public Host {
       window_.input().tick(actions);
       render_->take_reports(actions);
       loader_.take_reports(actions);
+      if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       measure_memory();
       turn_.now = now;
       turn_.cursor = window_.input().picture_cursor();
       turn_.measuring = render_->measuring();
       apply(action::tick, turn_, seconds);
       apply_all(actions);
+      prefer_desktop_dialog();
       fit_picture();
       take_frame();
       // The CPU draws the next frame while the window shows this one, a GPU after that.
@@ -151,6 +158,17 @@ class ViewLoop final : public Host {
     const glm::ivec2 low(glm::round(picture.low * per_unit));
     const glm::ivec2 high(glm::round(picture.high * per_unit));
     return {low.x, low.y, high.x, high.y};
+  }
+
+  // Wherever the viewer's own dialog is opened.
+  void prefer_desktop_dialog() {
+    const bool was_open = std::exchange(dialog_open_, viewer_.panels.open);
+    if (was_open || !dialog_open_ || !desktop_dialog_ || !desktop_dialog_->is_available()) return;
+    apply(action::toggle_panel, &Panels::open);
+    dialog_open_ = false;
+    std::error_code error;
+    const std::filesystem::path beside = viewer_.scene ? viewer_.scene->path.parent_path() : ".";
+    desktop_dialog_->show(std::filesystem::absolute(beside, error));
   }
 
   void fit_picture() {
@@ -244,7 +262,8 @@ class ViewLoop final : public Host {
   ScriptPlayer script_;
   FrameRequests requests_;
   WindowGrab grab_;
-  bool quit_ = false, vsync_ = true;
+  std::optional<DesktopDialog> desktop_dialog_;
+  bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
 };
 

@@ -36,7 +36,7 @@ struct Scene {
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
 };
 
-/// Some Gaussians of a scene that is being read, for a picture before the rest is there.
+/// Some Gaussians of a scene that is being read, for a picture before the rest is read.
 struct SceneSample {
   Scene scene;           ///< its cloud has the base colour only; no warnings
   std::size_t step = 1;  ///< every step-th Gaussian of the file, from the first on

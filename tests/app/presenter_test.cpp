@@ -100,5 +100,23 @@ TEST(Presenter, shows_a_frame_of_the_window_s_size_bit_for_bit) {
   EXPECT_EQ(Presenter::grab(320, 240).values, image.values);
 }
 
+TEST(Presenter, shows_a_reduced_frame_alone_as_beside_itself) {
+  const test::VirtualDisplay display("1280x720x24");
+  if (!display.runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const Window window({320, 240});
+  Image image(107, 80, 3);
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<float>(i * 7919 % 256) / 255.0f;
+  const auto shown = [&](const RenderedFrame& frame) {
+    Presenter presenter(Enlarging::linear);
+    presenter.show(frame, nullptr);
+    presenter.draw({320, 240}, {0, 0, 320, 240}, Split());
+    return Presenter::grab(320, 240).values;
+  };
+  RenderedFrame beside = frame_of(image);
+  beside.other = beside.rgba;
+  EXPECT_EQ(shown(beside), shown(frame_of(image)));
+}
+
 }  // namespace
 }  // namespace qs

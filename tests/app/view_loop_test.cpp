@@ -125,9 +125,19 @@ TEST(Pacing, continuous_drawing_waits_for_the_frame_but_not_long) {
   busy.now = 10.04;
   EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
   EXPECT_FALSE(pacing.frame_comes_first(viewer, at(10.01)));
+}
+
+TEST(Pacing, reading_has_pauses_between_drawings_but_a_new_picture_is_drawn_at_once) {
+  Viewer viewer;
   viewer.loading.emplace();
-  busy.now = 10.01;
-  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));
+  const Pacing pacing = drawn_at(viewer, 10);
+  EXPECT_TRUE(pacing.wants_to_draw(viewer, at(10.05)));
+  EXPECT_TRUE(pacing.frame_comes_first(viewer, at(10.05)));
+  EXPECT_GT(pacing.sleep_seconds(viewer, at(10.05), false), 0);
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, at(10.07)));
+  EXPECT_EQ(pacing.sleep_seconds(viewer, at(10.07), false), 0);
+  ++viewer.frames;
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, at(10.01)));
 }
 
 TEST(Pacing, a_moving_camera_s_window_is_drawn_once_for_every_picture) {

@@ -252,8 +252,9 @@ TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
 class Loader : public testing::Test, protected test::RecordingHost {
  protected:
   // Reports of reading until the loader is done.
-  Viewer load(const std::filesystem::path& path, const std::string& axes = "") {
-    SceneLoader loader([] {}, 1);
+  Viewer load(const std::filesystem::path& path, const std::string& axes = "",
+              const Sampling& sampling = {}) {
+    SceneLoader loader([] {}, 1, sampling);
     OpenRequest request;
     request.path = path;
     request.axes = axes;
@@ -388,6 +389,60 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
       1e-9);
   scene.vertical_axis = "x";
   EXPECT_EQ(up({{0, 0, 1}}), glm::dvec3(1, 0, 0));
+}
+
+TEST_F(Loader, a_large_scene_is_seen_before_it_is_there_and_is_the_same_afterwards) {
+  Sampling sampling;
+  sampling.fewest = 60'000;
+  start_.camera = test::front_camera(320, 180);
+  for (const char* name : {"large.spz", "large.ply"}) {
+    const std::filesystem::path path = folder_ / name;
+    test::write_scene(test::random_cloud(60'001, 1, 3), path);
+    const Scene scene = test::read_scene(path);
+    const ViewedScene facts = view_facts(scene, std::nullopt, test::pool(1));
+    jobs.clear();
+    EXPECT_FALSE(load(path, "", sampling).scene);
+    ASSERT_THAT(jobs, SizeIs(2)) << "the picture of a sample, then the scene";
+
+    ActionQueue reports([] {});
+    std::vector<RenderedFrame> shown;
+    RenderContext context{reports, {}, [&](RenderedFrame frame) { shown.push_back(frame); }};
+    context.session.pool = std::make_unique<ThreadPool>(1);
+    jobs[0](context);
+    EXPECT_EQ(context.session.scene, nullptr);
+    ASSERT_THAT(shown, SizeIs(1));
+    const auto lit = [](std::uint8_t value) { return value > 40 && value < 255; };
+    EXPECT_GT(std::count_if(shown[0].rgba.begin(), shown[0].rgba.end(), lit),
+              static_cast<int>(shown[0].rgba.size() / 8));
+    EXPECT_GT(shown[0].shown.divisor, 1) << "it is not a measurement";
+
+    jobs[1](context);
+    EXPECT_EQ(context.session.scene->cloud.positions, scene.cloud.positions);
+    EXPECT_EQ(context.session.scene->cloud.sh, scene.cloud.sh);
+    ViewerStore store{Viewer()};
+    Actions actions;
+    reports.take(actions);
+    for (const Action& action : actions) store.apply(action, *this);
+    const ViewedScene& shown_facts = *store.viewer().scene;
+    EXPECT_EQ(shown_facts.up, facts.up);
+    EXPECT_EQ(shown_facts.framing.eye, facts.framing.eye);
+    EXPECT_EQ(shown_facts.framing.target, facts.framing.target);
+    EXPECT_EQ(shown_facts.framing.near_depth, facts.framing.near_depth);
+    EXPECT_EQ(shown_facts.gaussians, 60'001u);
+  }
+}
+
+TEST_F(Loader, a_small_scene_and_one_beside_another_are_shown_once_they_are_there) {
+  const std::filesystem::path path = folder_ / "scene.ply";
+  test::write_scene(test::random_cloud(1000, 0, 3), path);
+  load(path);
+  EXPECT_THAT(jobs, SizeIs(1));
+  jobs.clear();
+  Sampling all;
+  all.fewest = 0;
+  start_.scene.emplace();
+  load(path, "", all);
+  EXPECT_THAT(jobs, SizeIs(1));
 }
 
 TEST_F(Loader, a_model_is_read_at_its_last_iteration) {

@@ -217,5 +217,50 @@ TEST(Reader, progress_of_a_container_rises_to_one) {
   EXPECT_EQ(last, 1);
 }
 
+TEST(Reader, a_sample_holds_every_nth_gaussian_of_the_scene_in_every_format) {
+  const TemporaryFolder folder;
+  for (const WriterRow& writer : writers()) {
+    for (const char* axes : {"", "LUB"}) {
+      SCOPED_TRACE(std::string(writer.name) + axes);
+      const auto path = folder / (std::string("a") + writer.extension);
+      ThreadPool pool(1);
+      qs::write_scene(random_cloud(2000, 1, 1), path, pool, {}, writer.name);
+      std::vector<SceneSample> samples;
+      float reached = 0, reached_by_sample = -1;
+      ReadOptions options{.axes = axes};
+      options.progress.report = [&](float fraction) { reached = fraction; };
+      options.sampling.most = 300;
+      options.sampling.fewest = 2000;
+      options.sampling.take = [&](SceneSample sample) {
+        reached_by_sample = reached;
+        samples.push_back(std::move(sample));
+      };
+      const Scene scene = qs::read_scene(path, pool, options);
+      ASSERT_EQ(samples.size(), 1u);
+      const GaussianCloud &some = samples[0].scene.cloud, &all = scene.cloud;
+      EXPECT_EQ(samples[0].of, 2000u);
+      EXPECT_EQ(samples[0].step, 7u);
+      EXPECT_EQ(samples[0].scene.path, path);
+      EXPECT_EQ(samples[0].scene.vertical_axis, scene.vertical_axis);
+      ASSERT_EQ(some.size(), 286u);
+      const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(all.sh_degree));
+      for (std::size_t k = 0; k < some.size(); ++k) {
+        EXPECT_EQ(some.positions[k], all.positions[7 * k]);
+        EXPECT_EQ(some.log_scales[k], all.log_scales[7 * k]);
+        EXPECT_EQ(some.rotations[k], all.rotations[7 * k]);
+        EXPECT_EQ(some.opacity_logits[k], all.opacity_logits[7 * k]);
+        EXPECT_EQ(some.sh[k], all.sh[7 * k * coefficients]);
+      }
+      if (std::string_view(writer.name) == "spz") {
+        EXPECT_LT(reached_by_sample, 0.5f) << "SH are not unpacked yet";
+      }
+      samples.clear();
+      options.sampling.fewest = 2001;
+      qs::read_scene(path, pool, options);
+      EXPECT_TRUE(samples.empty()) << "it is read in a moment";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace qs::test

@@ -358,7 +358,8 @@ TEST(WrittenBytes, spz_of_version_4_has_a_table_of_streams_after_32_bytes) {
       EXPECT_EQ(number(32 + 16 * i + 8), row_bytes[i] * cloud.size());
     }
     EXPECT_EQ(bytes.size(), total);
-    const SpzContent content = unpack_spz(bytes, folder / "a.spz", pool, {}, 1);
+    const SpzContent content =
+        unpack_spz(bytes, folder / "a.spz", pool, {}, 1, [](const SpzContent&) {});
     const std::string blocks(reinterpret_cast<const char*>(content.bytes.data()),
                              content.bytes.size());
     expect_same_bytes(blocks, expected_spz_blocks(cloud, bits));

@@ -26,7 +26,7 @@ bool is_drawable(const GaussianCloud& cloud, std::size_t i) {
 }  // namespace
 
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most) {
-  const std::size_t step = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
+  const std::size_t step = sample_step(cloud.size(), most);
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   CloudSample sample;
   GaussianCloud& kept = sample.gaussians;
@@ -46,6 +46,12 @@ CloudSample sample_of(const GaussianCloud& cloud, std::size_t most) {
     std::fill(opacities.begin(), opacities.end(), 1.0f);
   sample.represented = static_cast<double>(step);
   return sample;
+}
+
+CloudSample sample_of(const SceneSample& sample) {
+  CloudSample taken = sample_of(sample.scene.cloud, sample.scene.cloud.size());
+  taken.represented = static_cast<double>(sample.step);
+  return taken;
 }
 
 Quantiles::Quantiles(std::span<const double> values, std::span<const float> weights) {

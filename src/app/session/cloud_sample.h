@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/scene/reader.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -21,6 +22,9 @@ struct CloudSample {
 /// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out those with
 /// values that are not numbers, infinite positions or infinite sizes.
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
+
+/// The same from a sample that a reader took with `most` as its Sampling::most.
+CloudSample sample_of(const SceneSample& sample);
 
 /// Weighted quantiles.
 class Quantiles {

@@ -17,7 +17,6 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostSampled = 50'000;
 constexpr float kMostOfScene = 0.7f;  ///< a subject that is smaller has surroundings
 constexpr int kAzimuths = 12;
 constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
@@ -115,7 +114,11 @@ Camera framed_camera(const Framing& framing, int width, int height) {
 
 Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool) {
-  const CloudSample sample = sample_of(cloud, kMostSampled);
+  return choose_framing(sample_of(cloud, Sampling().most), up, pool);
+}
+
+Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool) {
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
   const glm::dvec3 upward = up ? *up : estimate_up(sample, whole, {0, -1, 0});

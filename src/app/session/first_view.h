@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "app/session/cloud_sample.h"
 #include "raster/base/parallel.h"
 #include "raster/scene/camera.h"
-#include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
@@ -33,6 +33,10 @@ Camera framed_camera(const Framing& framing, int width, int height);
 /// of it. Rooms, streets and gardens are seen from inside. `up`: a unit vector; unset:
 /// estimate_up() with -y as the convention.
 Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool);
+
+/// The same view from a sample that was taken with Sampling's default of `most`.
+Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool);
 
 /// The up axis that the user or else the file declares. `given` is what the user says.

@@ -11,6 +11,7 @@ constexpr double kBusySeconds = 0.01;      ///< sleep while other threads work
 constexpr double kRestSeconds = 0.5;       ///< longest sleep
 constexpr double kUiSeconds = 0.35;        ///< panels are drawn this long after the last event
 constexpr double kPatienceSeconds = 0.03;  ///< longest wait for a frame
+constexpr double kLoadingSeconds = 0.06;   ///< from drawing to drawing while a scene is read
 constexpr double kPauseSeconds = 0.25;     ///< a longer gap between drawings is not a frame rate
 
 }  // namespace
@@ -29,8 +30,9 @@ bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) con
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {
-  const bool waits = (!viewer.on_demand || viewer.moving()) && !viewer.loading;
   const bool shows_newest = frames_ == viewer.frames;
+  if (viewer.loading) return shows_newest && around.now - last_draw_ < kLoadingSeconds;
+  const bool waits = !viewer.on_demand || viewer.moving();
   return waits && shows_newest && around.render_busy && around.now - last_draw_ < kPatienceSeconds;
 }
 

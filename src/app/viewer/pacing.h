@@ -4,7 +4,8 @@
 // while something changes, and as little as possible while the render thread measures, because
 // drawing takes time from the GPU or the CPU that is measured. While it draws continuously or the
 // camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
-// slow frame does not stop the window.
+// slow frame does not stop the window. While a scene is read, which may need every core, drawings
+// of its progress have a pause between them.
 #pragma once
 
 #include "app/viewer/state/viewer.h"
@@ -27,7 +28,7 @@ class Pacing {
   /// True if the window should be drawn, apart from frame_comes_first().
   bool wants_to_draw(const Viewer& viewer, const Surroundings& around) const;
 
-  /// True if the window should wait for a frame that is being rendered.
+  /// True if the window should wait for a frame that is being rendered or for progress.
   bool frame_comes_first(const Viewer& viewer, const Surroundings& around) const;
 
   /// True if the loop may sleep until something happens. `numbers_wanted`: numbers_are_wanted().

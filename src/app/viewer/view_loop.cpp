@@ -16,6 +16,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/preferences.h"
+#include "app/viewer/window/desktop_dialog.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
 #include "app/viewer/window/script_player.h"
@@ -46,16 +47,18 @@ class ViewLoop final : public Host {
   explicit ViewLoop(const ViewOptions& options)
       : options_(options),
         store_(initial_viewer(options, first_size_)),
-        window_(first_size_),
-        loader_(Window::wake, options.frame.threads) {
-    if (options.script) script_ = ScriptPlayer(*options.script);
+        loader_(Window::wake, options.frame.threads),
+        window_(begin_reading()) {
+    if (options.script) {
+      script_ = ScriptPlayer(*options.script);
+    } else {
+      desktop_dialog_.emplace(Window::wake);  // scripts know the viewer's own dialog
+    }
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     window_.set_vsync(vsync_ = viewer_.vsync);
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
-    const std::filesystem::path scene = first_scene(options);
-    if (!scene.empty()) open(scene, options.frame.axes);
   }
 
   void run_until_quit() {
@@ -69,12 +72,14 @@ class ViewLoop final : public Host {
       window_.input().tick(actions);
       render_->take_reports(actions);
       loader_.take_reports(actions);
+      if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       measure_memory();
       turn_.now = now;
       turn_.cursor = window_.input().picture_cursor();
       turn_.measuring = render_->measuring();
       apply(action::tick, turn_, seconds);
       apply_all(actions);
+      prefer_desktop_dialog();
       fit_picture();
       take_frame();
       // The CPU draws the next frame while the window shows this one, a GPU after that.
@@ -121,6 +126,13 @@ class ViewLoop final : public Host {
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
 
+  // Opening a window takes as long as reading a scene of moderate size. Returns the window's size.
+  glm::ivec2 begin_reading() {
+    const std::filesystem::path scene = first_scene(options_);
+    if (!scene.empty()) open(scene, options_.frame.axes);
+    return first_size_;
+  }
+
   // ---- one turn -------------------------------------------------------------------------------
   template <class Function, class... Arguments>
   void apply(Function function, Arguments... arguments) {
@@ -146,6 +158,17 @@ class ViewLoop final : public Host {
     const glm::ivec2 low(glm::round(picture.low * per_unit));
     const glm::ivec2 high(glm::round(picture.high * per_unit));
     return {low.x, low.y, high.x, high.y};
+  }
+
+  // Wherever the viewer's own dialog is opened.
+  void prefer_desktop_dialog() {
+    const bool was_open = std::exchange(dialog_open_, viewer_.panels.open);
+    if (was_open || !dialog_open_ || !desktop_dialog_ || !desktop_dialog_->is_available()) return;
+    apply(action::toggle_panel, &Panels::open);
+    dialog_open_ = false;
+    std::error_code error;
+    const std::filesystem::path beside = viewer_.scene ? viewer_.scene->path.parent_path() : ".";
+    desktop_dialog_->show(std::filesystem::absolute(beside, error));
   }
 
   void fit_picture() {
@@ -176,8 +199,9 @@ class ViewLoop final : public Host {
 
   void take_frame() {
     std::optional<RenderedFrame> frame = render_->take_frame();
+    if (!viewer_.scene && !viewer_.loading) return presenter_.clear();
     if (!frame) return;
-    requests_.learn(*frame);
+    if (viewer_.scene) requests_.learn(*frame);
     apply_all({call(action::frame_shown, frame->shown)});
     presenter_.show(std::move(*frame), gl_frames_ ? &*gl_frames_ : nullptr);
   }
@@ -226,19 +250,20 @@ class ViewLoop final : public Host {
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();
   Turn turn_;
+  SceneLoader loader_;
   Window window_;
   Presenter presenter_;
   std::shared_ptr<const Image> bundled_picture_;
   PictureTexture photograph_, thumbnail_;
   std::optional<GlFrames> gl_frames_;
-  SceneLoader loader_;
   std::optional<RenderThread> render_;
   PanelState panel_state_;
   Pacing pacing_;
   ScriptPlayer script_;
   FrameRequests requests_;
   WindowGrab grab_;
-  bool quit_ = false, vsync_ = true;
+  std::optional<DesktopDialog> desktop_dialog_;
+  bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
 };
 

@@ -14,6 +14,7 @@
 #include "io/scene/gltf.h"
 #include "io/scene/ksplat.h"
 #include "io/scene/ply.h"
+#include "io/scene/sample.h"
 #include "io/scene/sog.h"
 #include "io/scene/splat.h"
 #include "io/scene/spz.h"
@@ -97,7 +98,16 @@ void assume_axes(Scene& scene, std::string_view axes) {
   scene.axes = axes;
 }
 
-Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& options) {
+Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const ReadOptions& given) {
+  bool sampled = false;
+  ReadOptions options = given;
+  if (given.sampling.take) {
+    options.sampling.take = [&](SceneSample sample) {
+      sampled = true;
+      if (!options.axes.empty()) assume_axes(sample.scene, options.axes);
+      given.sampling.take(std::move(sample));
+    };
+  }
   Scene scene;
   scene.path = find_scene_file(path, options.iteration);
   const MappedFile file(scene.path);
@@ -115,6 +125,8 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
       std::chrono::steady_clock::now() - start;
   scene.unpack_ms = elapsed.count() - scene.fill_ms;
   if (!options.axes.empty()) assume_axes(scene, options.axes);
+  if (!sampled && is_sampled(scene.cloud.size(), options.sampling))
+    given.sampling.take(sample_of(scene, options.sampling));
   options.progress.update(1);
   return scene;
 }

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,11 +36,32 @@ struct Scene {
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
 };
 
+/// Some Gaussians of a scene that is being read, for a picture before the rest is read.
+struct SceneSample {
+  Scene scene;           ///< its cloud has the base colour only; no warnings
+  std::size_t step = 1;  ///< every step-th Gaussian of the file, from the first on
+  std::size_t of = 0;    ///< Gaussians of the file
+};
+
+/// The distance between Gaussians of a sample of at most `most`.
+constexpr std::size_t sample_step(std::size_t count, std::size_t most) {
+  return count <= most ? 1 : (count + most - 1) / most;
+}
+
+struct Sampling {
+  /// Receives the sample, at most once and as early as the format permits: .spz in gzip before its
+  /// SH are unpacked, others when all Gaussians are read. On the thread of read_scene().
+  std::function<void(SceneSample sample)> take;
+  std::size_t most = 50'000;     ///< of the sample
+  std::size_t fewest = 300'000;  ///< of the file; smaller ones are read in a moment
+};
+
 struct ReadOptions {
   int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
   /// Overrides the frame declared by the file, one of kAxes; empty: trust the file.
   std::string axes = {};
   Progress progress = {};
+  Sampling sampling = {};
 };
 
 /// One file format. Both functions get the file's whole content (memory-mapped) and its path, which

@@ -15,6 +15,7 @@
 #include "io/scene/fill_cloud.h"
 #include "io/scene/ply.h"
 #include "io/scene/quantised.h"
+#include "io/scene/sample.h"
 #include "io/scene/spz_container.h"
 
 namespace qs {
@@ -22,8 +23,9 @@ namespace {
 
 // Index in kAxes of the frame in the extension records. A record is a type, a length and that many
 // bytes; unknown ones are skipped. Frames above 8 exchange axes, which no known writer does.
+constexpr std::size_t kRub = 3;
+
 std::size_t stored_frame(SpzContent& content) {
-  constexpr std::size_t kRub = 3;
   constexpr std::uint32_t kCoordinateSystem = 0xADBE0003;
   constexpr std::uint64_t kRecordHeader = 8;
   if ((content.header.flags & SpzHeader::kExtensions) == 0) return kRub;
@@ -100,19 +102,20 @@ class SpzDecoder {
         row_bytes_(spz_row_bytes(content.header)),
         step_(std::ldexp(1.0f, -content.header.fractional_bits)) {}
 
-  void fill(std::size_t i) const {
-    cloud_.positions[i] = position(row(kSpzPositions, i));
-    cloud_.opacity_logits[i] = tables_.logit[byte(row(kSpzAlphas, i), 0)];
-    cloud_.log_scales[i] = triple(tables_.log_scale, row(kSpzScales, i));
+  /// Decodes Gaussian `i` of the file. `k`: its index in the cloud.
+  void fill(std::size_t i, std::size_t k) const {
+    cloud_.positions[k] = position(row(kSpzPositions, i));
+    cloud_.opacity_logits[k] = tables_.logit[byte(row(kSpzAlphas, i), 0)];
+    cloud_.log_scales[k] = triple(tables_.log_scale, row(kSpzScales, i));
     const std::byte* const rotation = row(kSpzRotations, i);
-    cloud_.rotations[i] = content_.header.version <= 2
+    cloud_.rotations[k] = content_.header.version <= 2
                               ? rotation_of_bytes(rotation)
                               : rotation_of_bits(load<std::uint32_t>(rotation));
     const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
-    glm::vec3* const sh = &cloud_.sh[i * coefficients];
+    glm::vec3* const sh = &cloud_.sh[k * coefficients];
     sh[0] = triple(tables_.dc, row(kSpzColors, i));
     const std::byte* const rest = row(kSpzSh, i);
-    for (std::size_t k = 1; k < coefficients; ++k) sh[k] = triple(tables_.sh, rest + 3 * (k - 1));
+    for (std::size_t c = 1; c < coefficients; ++c) sh[c] = triple(tables_.sh, rest + 3 * (c - 1));
   }
 
  private:
@@ -141,6 +144,31 @@ class SpzDecoder {
   ByteTables tables_;
 };
 
+void describe(const SpzHeader& header, std::size_t frame, Scene& scene) {
+  scene.axes = kAxes[frame];
+  scene.format = fmt::format("spz, version {}", header.version);
+  scene.cloud.antialiased = (header.flags & SpzHeader::kAntialiased) != 0;
+}
+
+// Of content without SH so far.
+SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool& pool,
+                      const Sampling& sampling) {
+  SceneSample sample;
+  sample.of = content.header.count;
+  sample.step = sample_step(sample.of, sampling.most);
+  sample.scene.path = scene.path;
+  sample.scene.file_bytes = scene.file_bytes;
+  sample.scene.cloud.resize((sample.of + sample.step - 1) / sample.step, 0);
+  describe(content.header, kRub, sample.scene);
+  const SpzDecoder decoder(content, sample.scene.cloud);
+  fill_cloud(sample.scene, pool, {}, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) decoder.fill(k * sample.step, k);
+    flip_axes(sample.scene.cloud, begin, end, signs_to_rdf(kRub));
+  });
+  sample.scene.warnings.clear();
+  return sample;
+}
+
 }  // namespace
 
 // Damaged gzip data is recognised by the extension, so that the reader's message says what is
@@ -152,20 +180,27 @@ bool recognises_spz(std::span<const std::byte> content, const std::filesystem::p
 void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
               ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   constexpr float kUnpacked = 0.5f;  // of the progress
-  SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked);
+  const auto take_sample = [&](const SpzContent& base) {
+    // Extensions, which may declare other axes, come last.
+    const bool is_sound = (base.header.flags & SpzHeader::kExtensions) == 0;
+    if (!is_sound || !is_sampled(base.header.count, options.sampling)) return;
+    try {
+      options.sampling.take(sample_of(base, scene, pool, options.sampling));
+    } catch (const Error&) {  // none of the sample can be drawn; the others may be
+    }
+  };
+  SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked, take_sample);
   const std::size_t frame = stored_frame(spz);
   const AxisSigns signs = signs_to_rdf(frame);
-  scene.axes = kAxes[frame];
   scene.warnings = std::move(spz.warnings);
-  scene.format = fmt::format("spz, version {}", spz.header.version);
 
   const int stored_rest = sh_coefficient_count(spz.header.sh_degree) - 1;
   scene.cloud = make_cloud(spz.header.count, kept_sh_degree(stored_rest, scene));
-  scene.cloud.antialiased = (spz.header.flags & SpzHeader::kAntialiased) != 0;
+  describe(spz.header, frame, scene);
 
   const SpzDecoder decoder(spz, scene.cloud);
   fill_cloud(scene, pool, options.progress, kUnpacked, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) decoder.fill(i);
+    for (std::size_t i = begin; i < end; ++i) decoder.fill(i, i);
     flip_axes(scene.cloud, begin, end, signs);
   });
 }

@@ -62,21 +62,23 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   }
 }
 
-// Inflates in pieces, so that it can be cancelled. Returns the number of bytes.
-std::size_t inflate_into(std::span<std::byte> out, Inflater& inflater, const Progress& progress,
-                         float end) {
+// Fills all of `out` but its first `filled` bytes up to `goal`. Inflates in pieces, so that it can
+// be cancelled. Returns the number of bytes in `out`.
+std::size_t inflate_into(std::span<std::byte> out, std::size_t filled, std::size_t goal,
+                         Inflater& inflater, const Progress& progress, float end) {
   constexpr std::size_t kPiece = 1 << 20;  // a few milliseconds
-  std::size_t filled = 0, got = 1;
-  while (filled < out.size() && got > 0) {
+  std::size_t got = 1;
+  while (filled < goal && got > 0) {
     progress.update(end * static_cast<float>(filled) / static_cast<float>(out.size()));
-    got = inflater.read(out.subspan(filled, std::min(kPiece, out.size() - filled)));
+    got = inflater.read(out.subspan(filled, std::min(kPiece, goal - filled)));
     filled += got;
   }
   return filled;
 }
 
 SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
-                       const Progress& progress, float end) {
+                       const Progress& progress, float end,
+                       const std::function<void(const SpzContent&)>& base_is_there) {
   SpzContent content;
   Inflater inflater(file, path);
   std::array<std::byte, kLegacyHeaderBytes> head;
@@ -88,7 +90,11 @@ SpzContent unpack_gzip(std::span<const std::byte> file, const std::string& path,
   if (version < 1 || version > 3) fail("{}: .spz version {} in gzip, 1 to 3 exist", path, version);
   check(content.header, path);
   make_blocks(content, file.size(), path);
-  if (inflate_into(content.bytes, inflater, progress, end) < content.bytes.size()) {
+  const std::size_t base_bytes = content.bytes.size() - content.blocks[kSpzSh].size();
+  std::size_t filled = inflate_into(content.bytes, 0, base_bytes, inflater, progress, end);
+  if (filled == base_bytes) base_is_there(content);
+  filled = inflate_into(content.bytes, filled, content.bytes.size(), inflater, progress, end);
+  if (filled < content.bytes.size()) {
     fail("{}: cut off: too few bytes for its {} Gaussians", path, content.header.count);
   }
   // Reading one byte more than allowed detects excess data, and reaching the end verifies the
@@ -194,9 +200,11 @@ bool is_spz(std::span<const std::byte> content) {
 }
 
 SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool, const Progress& progress, float end) {
-  SpzContent unpacked = is_gzip(content) ? unpack_gzip(content, path.string(), progress, end)
-                                         : unpack_plain(content, path.string(), pool);
+                      ThreadPool& pool, const Progress& progress, float end,
+                      const std::function<void(const SpzContent&)>& base_is_there) {
+  SpzContent unpacked = is_gzip(content)
+                            ? unpack_gzip(content, path.string(), progress, end, base_is_there)
+                            : unpack_plain(content, path.string(), pool);
   progress.update(end);
   return unpacked;
 }

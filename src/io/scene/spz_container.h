@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,8 +54,11 @@ struct SpzContent {
 /// True for the plain container of version 4 and for gzip data that begins with the .spz magic.
 bool is_spz(std::span<const std::byte> content);
 
-/// Reports progress from 0 to `end`. Throws Error(input) and Cancelled.
+/// Reports progress from 0 to `end`. Data in gzip is unpacked in the order of its blocks:
+/// `base_is_there` is called once all but the last one, kSpzSh, are unpacked. Throws Error(input),
+/// Cancelled.
 SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
-                      ThreadPool& pool, const Progress& progress, float end);
+                      ThreadPool& pool, const Progress& progress, float end,
+                      const std::function<void(const SpzContent& content)>& base_is_there);
 
 }  // namespace qs

@@ -44,7 +44,11 @@ void menu_section(Menu menu) {
 
 void draw_help(const Viewer&, Actions& actions) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * display.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  // Below the menu bar.
+  const float menu = ImGui::GetFrameHeight();
+  ImGui::SetNextWindowPos({0.5f * display.x, 0.5f * (menu + display.y)}, ImGuiCond_Always,
+                          {0.5f, 0.5f});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {display.x, display.y - menu});
   ImGui::SetNextWindowFocus();
   bool open = true;
   ImGui::Begin("Help", &open,
@@ -66,10 +70,10 @@ void draw_help(const Viewer&, Actions& actions) {
     menu_section(Menu::file);
     menu_section(Menu::view);
     menu_section(Menu::measure);
+    menu_section(Menu::help);
     ImGui::TableNextColumn();
     menu_section(Menu::camera);
     menu_section(Menu::mode);
-    menu_section(Menu::help);
     ImGui::EndTable();
   }
   ImGui::End();

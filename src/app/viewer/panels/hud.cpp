@@ -182,7 +182,7 @@ void draw_status_line(const Viewer& viewer, const Rect& area) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.AddRectFilled({area.low.x, area.low.y}, {area.high.x, area.high.y},
                      ImGui::GetColorU32(ImGuiCol_MenuBarBg));
-  if (!viewer.scene) return;
+  if (!viewer.scene && !viewer.loading) return;
   const float letter = ImGui::GetFontSize();
   const float y = area.center().y - 0.5f * letter;
   const StatusLine line = status_line(viewer);

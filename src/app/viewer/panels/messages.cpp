@@ -18,12 +18,15 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
 
 void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
-  const glm::vec2 center = picture.center();
-  ImGui::SetNextWindowPos({center.x, center.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  // Below what the picture shows.
+  const float low = picture.high.y - ImGui::GetFontSize();
+  ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});
   ImGui::Begin("Loading", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::Text("%s %s", loading.what.c_str(), loading.path.filename().c_str());
-  ImGui::ProgressBar(loading.fraction, {-1, 0});
+  ImGui::SameLine();
+  right_aligned(fmt::format("{:.0f} %", 100 * loading.fraction));
+  ImGui::ProgressBar(loading.fraction, {-1, 0.5f * ImGui::GetFontSize()}, "");
   if (ImGui::Button("Cancel")) actions.push_back(call(action::cancel_loading));
   ImGui::End();
 }

@@ -61,7 +61,8 @@ void draw_path_field(PanelState& state) {
 std::optional<fs::path> draw_rows(PanelState& state) {
   FileChooser& chooser = state.chooser;
   constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersOuter;
-  const float below = 3 * ImGui::GetFrameHeightWithSpacing();
+  // A line of text and the buttons.
+  const float below = ImGui::GetTextLineHeightWithSpacing() + ImGui::GetFrameHeightWithSpacing();
   if (!ImGui::BeginTable("files", 3, kFlags, {0, -below})) return std::nullopt;
   const float em = ImGui::GetFontSize();
   ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);

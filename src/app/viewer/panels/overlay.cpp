@@ -22,6 +22,7 @@ struct Screen {
   const Camera& camera;
   Rect area;
   ImDrawList& draw;
+  float scale;  ///< drawing_scale()
 
   ImVec2 at(glm::dvec2 pixel) const {
     const glm::dvec2 share = (pixel + 0.5) / glm::dvec2(camera.width, camera.height);
@@ -43,7 +44,7 @@ void draw_line(const Screen& screen, glm::dvec3 from, glm::dvec3 to, ImU32 color
   if (a.z < near_depth && b.z < near_depth) return;
   if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
   if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
-  screen.draw.AddLine(screen.projected(a), screen.projected(b), color, width);
+  screen.draw.AddLine(screen.projected(a), screen.projected(b), color, width * screen.scale);
 }
 
 void draw_frustum(const Screen& screen, const Camera& camera, double depth, ImU32 color,
@@ -87,8 +88,9 @@ void draw_pivot(const Viewer& viewer, const Screen& screen) {
   const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
   if (at.z <= viewer.camera.near_depth) return;
   const ImVec2 place = screen.projected(at);
-  screen.draw.AddCircle(place, 7, IM_COL32(0, 0, 0, 160), 24, 3.5f);
-  screen.draw.AddCircle(place, 7, IM_COL32(255, 255, 255, 220), 24, 1.5f);
+  screen.draw.AddCircle(place, 7 * screen.scale, IM_COL32(0, 0, 0, 160), 24, 3.5f * screen.scale);
+  screen.draw.AddCircle(place, 7 * screen.scale, IM_COL32(255, 255, 255, 220), 24,
+                        1.5f * screen.scale);
 }
 
 ImU32 color_of(glm::vec3 color, float opacity = 1) {
@@ -99,7 +101,7 @@ ImU32 color_of(glm::vec3 color, float opacity = 1) {
 void draw_inspected(const Viewer& viewer, const Screen& screen) {
   const Inspection& inspection = viewer.inspected->inspection;
   const auto rectangle = [&](glm::dvec2 low, glm::dvec2 high, ImU32 color, float width) {
-    screen.draw.AddRect(screen.at(low), screen.at(high), color, 0, 0, width);
+    screen.draw.AddRect(screen.at(low), screen.at(high), color, 0, 0, width * screen.scale);
   };
   if (inspection.gaussian) {
     const GaussianReport& gaussian = *inspection.gaussian;
@@ -111,7 +113,7 @@ void draw_inspected(const Viewer& viewer, const Screen& screen) {
     for (const glm::vec2 point : ellipse_of(gaussian.footprint, 96))
       ellipse.push_back(screen.at(point));
     screen.draw.AddPolyline(ellipse.data(), static_cast<int>(ellipse.size()), color_of(kVermillion),
-                            ImDrawFlags_Closed, 2);
+                            ImDrawFlags_Closed, 2 * screen.scale);
   }
   const glm::dvec2 pixel(inspection.pixel.pixel);
   rectangle(pixel - 2.5, pixel + 2.5, IM_COL32(0, 0, 0, 255), 3);
@@ -126,11 +128,12 @@ void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
   if (box.x1 - box.x0 < viewer.camera.width || box.y1 - box.y0 < viewer.camera.height)
     screen.draw.AddRect(screen.at(glm::dvec2(box.x0, box.y0) - 0.5),
                         screen.at(glm::dvec2(box.x1, box.y1) - 0.5), IM_COL32(255, 255, 255, 200),
-                        0, 0, 1.5f);
+                        0, 0, 1.5f * screen.scale);
   if (!verdict.difference.first) return;
   const ImVec2 at = screen.at(glm::dvec2(*verdict.difference.first));
-  screen.draw.AddCircle(at, 12, IM_COL32(0, 0, 0, 200), 32, 4);
-  screen.draw.AddCircle(at, 12, ImGui::GetColorU32(palette::kError), 32, 2);
+  screen.draw.AddCircle(at, 12 * screen.scale, IM_COL32(0, 0, 0, 200), 32, 4 * screen.scale);
+  screen.draw.AddCircle(at, 12 * screen.scale, ImGui::GetColorU32(palette::kError), 32,
+                        2 * screen.scale);
 }
 
 }  // namespace
@@ -138,7 +141,7 @@ void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
 void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions) {
   if (!viewer.scene) return;
   const Screen screen{viewer.camera, current_layout(viewer).picture,
-                      *ImGui::GetBackgroundDrawList()};
+                      *ImGui::GetBackgroundDrawList(), drawing_scale()};
   const auto [low, high] = screen.area;
   screen.draw.PushClipRect({low.x, low.y}, {high.x, high.y});
   if (viewer.panels.photograph && viewer.dataset_camera >= 0)

@@ -69,24 +69,26 @@ std::optional<float> draw_grip(const char* name, const Rect& area) {
 void draw_plate(const std::string& text, float x, float y, float align) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const ImVec2 low{x - align * (size.x + 16), y}, high{low.x + size.x + 16, low.y + size.y + 8};
-  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4);
-  draw.AddText({low.x + 8, low.y + 4}, ImGui::GetColorU32(palette::kText), text.c_str());
+  const float by = drawing_scale(), width = size.x + 16 * by;
+  const ImVec2 low{x - align * width, y}, high{low.x + width, low.y + size.y + 8 * by};
+  draw.AddRectFilled(low, high, ImGui::GetColorU32(palette::kPanel), 4 * by);
+  draw.AddText({low.x + 8 * by, low.y + 4 * by}, ImGui::GetColorU32(palette::kText), text.c_str());
 }
 
 std::optional<float> draw_divider_line(const char* name, const Rect& picture, float x) {
-  constexpr float kGrip = 14;  // width in which the line can be dragged, screen units
+  const float by = drawing_scale();
+  const float grip = 14 * by;  // width in which the line can be dragged, screen units
   constexpr ImU32 kLight = IM_COL32(255, 255, 255, 230);
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4);
-  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f);
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, IM_COL32(0, 0, 0, 160), 4 * by);
+  draw.AddLine({x, picture.low.y}, {x, picture.high.y}, kLight, 1.5f * by);
   const ImVec2 middle{x, picture.center().y};
-  draw.AddCircleFilled(middle, 13, ImGui::GetColorU32(palette::kPanel), 32);
-  draw.AddCircle(middle, 13, kLight, 32, 1.5f);
-  for (const float side : {-1.0f, 1.0f})
+  draw.AddCircleFilled(middle, 13 * by, ImGui::GetColorU32(palette::kPanel), 32);
+  draw.AddCircle(middle, 13 * by, kLight, 32, 1.5f * by);
+  for (const float side : {-by, by})
     draw.AddTriangleFilled({x + 9 * side, middle.y}, {x + 4 * side, middle.y - 4.5f * side},
                            {x + 4 * side, middle.y + 4.5f * side}, kLight);
-  return draw_grip(name, {{x - 0.5f * kGrip, picture.low.y}, {x + 0.5f * kGrip, picture.high.y}});
+  return draw_grip(name, {{x - 0.5f * grip, picture.low.y}, {x + 0.5f * grip, picture.high.y}});
 }
 
 namespace {

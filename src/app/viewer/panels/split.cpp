@@ -22,8 +22,9 @@ void draw_names(const Viewer& viewer, const Rect& picture, float x) {
   const auto [left, right] = split_names(viewer);
   const float y = picture.high.y - 3.4f * ImGui::GetFontSize();
   if (split.view == SplitView::sides) {
-    draw_plate(left, x - 10, y, 1);
-    draw_plate(right, x + 10, y, 0);
+    const float gap = 10 * drawing_scale();
+    draw_plate(left, x - gap, y, 1);
+    draw_plate(right, x + gap, y, 0);
   } else if (split.view == SplitView::whole) {
     draw_plate(left, picture.center().x, y, 0.5f);
   }

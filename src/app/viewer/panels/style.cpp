@@ -3,6 +3,8 @@
 
 namespace qs {
 
+float drawing_scale() { return ImGui::GetFontSize() / kFontSize; }
+
 void apply_style(float scale) {
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();

@@ -27,6 +27,10 @@ inline const ImVec4 kStages[] = {
     with_opacity(on_dark::kStages[2]), with_opacity(on_dark::kStages[3])};
 }  // namespace palette
 
+/// Lengths and widths of lines that are drawn over the picture are multiplied by this: how much
+/// larger letters are than kFontSize.
+float drawing_scale();
+
 /// Sets ImGui's style for `scale` pixels per unit.
 void apply_style(float scale);
 

@@ -28,12 +28,14 @@ void faint(const char* text) {
 void draw_bundled_scene(const PanelState& state, Actions& actions) {
   const auto scene = find_asset(kBundledScene);
   if (!scene) return;
-  const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().FramePadding.x;
+  const int frame = static_cast<int>(ImGui::GetStyle().FramePadding.y);
+  const float width = ImGui::GetContentRegionAvail().x - static_cast<float>(2 * frame);
   const auto open = [&] { actions.push_back(call(action::open, *scene)); };
   if (state.thumbnail != 0) {
     const auto texture =
         reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(state.thumbnail));
-    if (ImGui::ImageButton(texture, {width, width / state.thumbnail_aspect})) open();
+    if (ImGui::ImageButton(texture, {width, width / state.thumbnail_aspect}, {0, 0}, {1, 1}, frame))
+      open();
   }
   if (ImGui::Button("Open the bundled scene")) open();
 }

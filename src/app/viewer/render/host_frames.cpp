@@ -17,15 +17,6 @@ std::vector<std::uint8_t> to_rgba(const Image& image) {
   return rgba;
 }
 
-RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
-  return {shown_of(request, frame.stats),
-          frame.color.width,
-          frame.color.height,
-          to_rgba(frame.color),
-          {},
-          {}};
-}
-
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
   HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, request.settings,
@@ -87,6 +78,15 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
 }
 
 }  // namespace
+
+RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
+  return {shown_of(request, frame.stats),
+          frame.color.width,
+          frame.color.height,
+          to_rgba(frame.color),
+          {},
+          {}};
+}
 
 ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats) {
   ShownFrame shown;

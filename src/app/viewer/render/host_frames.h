@@ -11,6 +11,9 @@ namespace qs {
 /// The facts of a frame, without its maps.
 ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats);
 
+/// A frame in host memory, without its maps.
+RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame);
+
 /// Sets the heat map and its scale.
 void show_map(ShownFrame& shown, Heatmap map);
 

@@ -1,13 +1,42 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/open_scene.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/render_context.h"
+#include "app/viewer/render/resolution.h"
 
 namespace qs {
 namespace {
 
 Progress upload_progress(RenderContext& context, const Scene& scene) {
   return shown_progress(scene.path, "uploading", context.stop, context.reports);
+}
+
+RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
+                            bool keep_background) {
+  if (!keep_background) settings.background = glm::vec3(facts.white_background ? 1.0f : 0.0f);
+  return settings;
+}
+
+// On the CPU with any backend: a renderer of its own is made in no time.
+Job draw_sample(const std::shared_ptr<ReadSample>& read, FrameRequest request) {
+  constexpr double kLargest = 16;  ///< times as large as in the scene
+  constexpr int kDivisor = 2;      ///< the sample shows no details
+  return [=](RenderContext& context) mutable {
+    // Fewer Gaussians are drawn larger, so that they cover the same area.
+    const double larger = std::min(std::sqrt(static_cast<double>(read->sample.step)), kLargest);
+    request.divisor = kDivisor;
+    request.settings = reduced(request.settings, kDivisor);
+    request.settings.splat_scale *= static_cast<float>(larger);
+    const auto renderer = make_renderer(Backend::cpu, *context.session.pool);
+    renderer->upload(std::move(read->sample.scene.cloud), {});
+    const Camera camera = reduced(request.camera, kDivisor);
+    context.present(rendered_of(
+        request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
+  };
 }
 
 }  // namespace
@@ -32,8 +61,7 @@ Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSetti
     const auto end = hide_progress_at_end(context);
     const auto scene = std::make_shared<const Scene>(std::move(loaded->scene));
     auto renderer = upload_to(context, scene, backend);
-    if (!keep_background)
-      settings.background = glm::vec3(loaded->facts.white_background ? 1.0f : 0.0f);
+    settings = settings_for(loaded->facts, settings, keep_background);
     Session& session = context.session;
     session.second.reset();
     context.reference.reset();
@@ -48,6 +76,20 @@ Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSetti
 void action::scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& loaded,
                         bool keep_background) {
   host.run(open_scene(loaded, viewer.backend, viewer.settings, keep_background));
+}
+
+void action::sample_read(Viewer& viewer, Host& host, const std::shared_ptr<ReadSample>& read,
+                         bool keep_background) {
+  if (viewer.scene) return;
+  Viewer opened = viewer;
+  opened.panels.photograph = false;  // it is not read yet
+  const RenderSettings settings = settings_for(read->facts, viewer.settings, keep_background);
+  scene_opened(opened, host, read->facts, settings, viewer.backend);
+  FrameRequest request;
+  request.camera = opened.camera;
+  request.settings = settings;
+  request.settings.mode = viewer.mode();
+  host.run(draw_sample(read, request));
 }
 
 }  // namespace qs

@@ -16,6 +16,12 @@ struct LoadedScene {
   ViewedScene facts;
 };
 
+/// A sample of a scene that is being read, and the facts for the viewer as far as it shows them.
+struct ReadSample {
+  SceneSample sample;
+  ViewedScene facts;
+};
+
 /// A renderer with the scene; the window shows the progress. Throws Error and Cancelled.
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend);
@@ -31,6 +37,11 @@ namespace action {
 /// Runs open_scene() on the viewer's backend with its settings.
 void scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& loaded,
                 bool keep_background);
+
+/// Shows a picture of the sample in the view that the scene will open with, if no other scene is in
+/// the window. The viewer stays as it is.
+void sample_read(Viewer& viewer, Host& host, const std::shared_ptr<ReadSample>& read,
+                 bool keep_background);
 
 }  // namespace action
 }  // namespace qs

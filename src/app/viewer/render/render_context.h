@@ -42,7 +42,8 @@ struct ReferenceImage {
 
 struct RenderContext {
   ActionQueue& reports;
-  std::function<void(const FrameRequest&)> show;  ///< draws into the window from within a job
+  std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
+  std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
   Session session = {};                          ///< scene and renderer are null at first
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed

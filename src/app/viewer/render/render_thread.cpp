@@ -27,7 +27,8 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
       frames_(frames),
       gl_works_(frames != nullptr),
       reports_(std::move(wake)),
-      context_{reports_, [this](const FrameRequest& request) { draw(request); }} {
+      context_{reports_, [this](const FrameRequest& request) { draw(request); },
+               [this](RenderedFrame frame) { publish(std::move(frame)); }} {
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device;
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
@@ -183,13 +184,18 @@ void RenderThread::draw(FrameRequest request) {
   if (takes_one_frame(request)) rendered = draw_into_gl(camera, request);
   if (!rendered) rendered = draw_on_host(context_, request, camera);
   const bool gl = rendered->texture.name != 0;
+  publish(std::move(*rendered));
+  if (gl) expect(camera.width, camera.height);
+}
+
+// Replaces a frame that the window did not take.
+void RenderThread::publish(RenderedFrame frame) {
   {
     const std::lock_guard lock(mutex_);
     if (rendered_ && rendered_->texture.name != 0) frames_->give_back(rendered_->texture);
-    rendered_ = std::move(rendered);
+    rendered_ = std::move(frame);
   }
   wake_();
-  if (gl) expect(camera.width, camera.height);
 }
 
 // Prepares the texture of the next frame while the window shows this one.

@@ -49,6 +49,7 @@ class RenderThread {
  private:
   void loop(const std::stop_token& stop);
   void draw(FrameRequest request);
+  void publish(RenderedFrame frame);
   void measure(const NumbersRequest& request);
   template <class Work>
   void guarded(Work&& work);

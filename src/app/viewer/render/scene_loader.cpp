@@ -65,8 +65,12 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
   return found;
 }
 
-ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& cameras_file,
-                       ThreadPool& pool, const std::optional<glm::dvec3>& given_up) {
+namespace {
+
+// choose(up) chooses a framing if there are no cameras.
+template <class Choose>
+ViewedScene view_facts_with(const Scene& scene, const std::optional<fs::path>& cameras_file,
+                            const std::optional<glm::dvec3>& given_up, const Choose& choose) {
   ViewedScene facts;
   facts.path = scene.path;
   facts.name = scene_name(scene.path);
@@ -90,11 +94,68 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
   if (const auto framing = framing_of(facts.cameras, facts.up)) {
     facts.framing = *framing;
   } else {
-    facts.framing = choose_framing(scene.cloud, up, pool);
+    facts.framing = choose(up);
     facts.up = facts.framing.up;
   }
   return facts;
 }
+
+}  // namespace
+
+ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& cameras_file,
+                       ThreadPool& pool, const std::optional<glm::dvec3>& given_up) {
+  return view_facts_with(scene, cameras_file, given_up, [&](const std::optional<glm::dvec3>& up) {
+    return choose_framing(scene.cloud, up, pool);
+  });
+}
+
+namespace {
+
+// What can be done with a sample while the rest of the scene is read: on a thread of its own,
+// chooses the first view and reports both.
+class EarlyView {
+ public:
+  EarlyView(ActionQueue& reports, const OpenRequest& request)
+      : reports_(reports), request_(request) {}
+
+  void begin(SceneSample sample) {
+    thread_ = std::jthread([this, sample = std::move(sample)](const std::stop_token& stop) mutable {
+      try {
+        work(std::move(sample), stop);
+      } catch (const std::exception&) {  // the scene itself fails too, with a message
+      }
+    });
+  }
+
+  // The framing of the scene: that of the sample if no Gaussian was dropped since.
+  std::optional<Framing> framing_of(const Scene& scene) {
+    if (thread_.joinable()) thread_.join();
+    return scene.cloud.size() == of_ ? framing_ : std::nullopt;
+  }
+
+ private:
+  void work(SceneSample sample, const std::stop_token& stop) {
+    ThreadPool pool(1);
+    const auto read = std::make_shared<ReadSample>();
+    read->facts = view_facts_with(
+        sample.scene, request_.cameras_file, request_.up,
+        [&](const auto& up) { return choose_framing(sample_of(sample), up, pool); });
+    read->facts.axes = request_.axes;
+    framing_ = read->facts.framing;
+    of_ = sample.of;
+    read->sample = std::move(sample);
+    if (!stop.stop_requested())
+      reports_.report(action::sample_read, read, request_.keep_background);
+  }
+
+  ActionQueue& reports_;
+  const OpenRequest& request_;
+  std::optional<Framing> framing_;
+  std::size_t of_ = 0;
+  std::jthread thread_;
+};
+
+}  // namespace
 
 void SceneLoader::open(const OpenRequest& request) {
   cancel();
@@ -150,10 +211,18 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   options.iteration = request.iteration;
   options.axes = request.axes;
   options.progress = shown_progress(path, "reading", stop, reports_);
+  EarlyView early(reports_, request);
+  options.sampling = sampling_;
+  options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
   const auto loaded = std::make_shared<LoadedScene>();
   ThreadPool pool(threads_);
   loaded->scene = read_scene(path, pool, options);
-  loaded->facts = view_facts(loaded->scene, request.cameras_file, pool, request.up);
+  if (const auto framing = early.framing_of(loaded->scene)) {
+    loaded->facts = view_facts_with(loaded->scene, request.cameras_file, request.up,
+                                    [&](const auto&) { return *framing; });
+  } else {
+    loaded->facts = view_facts(loaded->scene, request.cameras_file, pool, request.up);
+  }
   loaded->facts.axes = request.axes;
   for (const std::string& warning : loaded->scene.warnings)
     reports_.report(action::notify, warning);

@@ -2,7 +2,8 @@
 //
 // Reads what the user opens or drops, on a thread of its own: a scene with its cameras and
 // photographs, cameras for the scene in the window, or a camera path. Outcomes are reported as
-// actions, after everything was read. One photograph at a time is read on another thread.
+// actions, after everything was read. Before that, a large scene's sample is reported, with the
+// first view that is chosen from it. One photograph at a time is read on another thread.
 #pragma once
 
 #include <filesystem>
@@ -40,8 +41,8 @@ class SceneLoader {
  public:
   /// `wake` is called on the loader's threads after every report. Scenes are read by `threads`
   /// threads; 0 = one per hardware thread.
-  SceneLoader(std::function<void()> wake, int threads)
-      : reports_(std::move(wake)), threads_(threads) {}
+  SceneLoader(std::function<void()> wake, int threads, Sampling sampling = {})
+      : reports_(std::move(wake)), threads_(threads), sampling_(std::move(sampling)) {}
 
   /// Starts reading, and cancels what is being read.
   void open(const OpenRequest& request);
@@ -59,6 +60,7 @@ class SceneLoader {
 
   ActionQueue reports_;
   int threads_;
+  Sampling sampling_;
   std::atomic<int> reading_ = 0;  // threads
   std::jthread thread_, photograph_thread_;
 };

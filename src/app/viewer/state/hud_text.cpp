@@ -180,6 +180,11 @@ StatusLine status_line(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   const double ms = static_cast<double>(stats.frame_ms);
   StatusLine line;
+  if (viewer.loading && !viewer.scene) {
+    line.numbers = fmt::format("loading {}", viewer.loading->path.filename().string());
+    if (viewer.frames > 0) line.note = "a coarse picture until the rest is read";
+    return line;
+  }
   std::vector<std::string> words = {mode_name(viewer.mode())};
   if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
   words.push_back(grouped(stats.tile_pairs) + " pairs");
@@ -264,6 +269,8 @@ std::string state_json(const Viewer& viewer) {
       viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
   json["axes"] = viewer.scene ? viewer.scene->axes : "";
   json["dataset_camera"] = viewer.dataset_camera;
+  json["seconds"] = viewer.now;
+  json["frames"] = viewer.frames;
   json["divisor"] = viewer.shown.divisor;
   json["interop"] = viewer.shown.interop;
   json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};

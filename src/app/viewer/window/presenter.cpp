@@ -36,7 +36,10 @@ unsigned compiled(GLenum kind, const char* name) {
   return shader;
 }
 
-unsigned linked(unsigned vertex, unsigned fragment) {
+// The program of a fragment shader that covers the window.
+unsigned linked(const char* fragment_name) {
+  const unsigned vertex = compiled(GL_VERTEX_SHADER, "present.vert");
+  const unsigned fragment = compiled(GL_FRAGMENT_SHADER, fragment_name);
   const unsigned program = glCreateProgram();
   glAttachShader(program, vertex);
   glAttachShader(program, fragment);
@@ -102,8 +105,10 @@ Enlarging suitable_enlarging() {
 }
 
 Presenter::Presenter(Enlarging enlarging) : enlarging_(enlarging) {
-  program_ = linked(compiled(GL_VERTEX_SHADER, "present.vert"),
-                    compiled(GL_FRAGMENT_SHADER, "present.frag"));
+  frame_program_ = linked("frame.frag");
+  glUseProgram(frame_program_);
+  glUniform1i(glGetUniformLocation(frame_program_, "picture"), 0);
+  program_ = linked("present.frag");
   glUseProgram(program_);
   const auto uniform = [&](const char* name) { return glGetUniformLocation(program_, name); };
   glUniform1i(uniform("picture"), 0);
@@ -132,6 +137,7 @@ Presenter::~Presenter() {
   glDeleteBuffers(1, &pixels_);
   glDeleteVertexArrays(1, &empty_vertices_);
   glDeleteProgram(program_);
+  glDeleteProgram(frame_program_);
 }
 
 void Presenter::show(RenderedFrame frame, GlFrames* frames) {
@@ -142,6 +148,12 @@ void Presenter::show(RenderedFrame frame, GlFrames* frames) {
   }
   layer_ = layer_of(frame.shown);
   next_ = std::move(frame);
+}
+
+void Presenter::clear() {
+  next_.reset();
+  layer_.reset();
+  width_ = height_ = 0;
 }
 
 void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const {
@@ -186,9 +198,24 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
     upload();
   }
   if (width_ == 0) return;
-  glUseProgram(program_);
   const bool enlarged = width_ < area.x1 - area.x0 || height_ < area.y1 - area.y0;
-  glUniform1i(uniforms_.cubic, enlarged && enlarging_ == Enlarging::cubic ? 1 : 0);
+  const bool cubic = enlarged && enlarging_ == Enlarging::cubic;
+  if (cubic || has_other_ || layer_) {
+    set_up_layers(cubic, split);
+  } else {
+    glUseProgram(frame_program_);
+  }
+  bind(0, GL_TEXTURE_2D, shown_);
+  glBindVertexArray(empty_vertices_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindVertexArray(0);
+  end_timing();
+}
+
+// For present.frag.
+void Presenter::set_up_layers(bool cubic, const Split& split) const {
+  glUseProgram(program_);
+  glUniform1i(uniforms_.cubic, cubic ? 1 : 0);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
   glUniform1f(uniforms_.divider, split.divider);
@@ -202,11 +229,6 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   bind(3, GL_TEXTURE_1D, heat && layer_->low < 0 ? signed_colors_ : rising_colors_);
   bind(2, GL_TEXTURE_2D, heat_);
   bind(1, GL_TEXTURE_2D, other_);
-  bind(0, GL_TEXTURE_2D, shown_);
-  glBindVertexArray(empty_vertices_);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glBindVertexArray(0);
-  end_timing();
 }
 
 // One query at a time: the next one begins after the result of the last one was read.

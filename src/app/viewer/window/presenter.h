@@ -37,6 +37,9 @@ class Presenter {
   /// one was drawn; `frames` may be null if frames never have one.
   void show(RenderedFrame frame, GlFrames* frames);
 
+  /// Draws no frame until the next show().
+  void clear();
+
   /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has
   /// another one beside it.
   void draw(glm::ivec2 window, const PixelBox& area, const Split& split);
@@ -54,6 +57,7 @@ class Presenter {
   void upload();
   void upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const;
   void upload_layer();
+  void set_up_layers(bool cubic, const Split& split) const;
   void begin_timing();
   void end_timing();
 
@@ -65,7 +69,7 @@ class Presenter {
   std::optional<RenderedFrame> next_;  // not yet uploaded
   std::optional<HeatLayer> layer_;     // of the newest frame
   GlTexture newest_, previous_;        // textures that are not given back yet
-  unsigned program_ = 0, empty_vertices_ = 0;
+  unsigned frame_program_ = 0, program_ = 0, empty_vertices_ = 0;
   Uniforms uniforms_{};
   unsigned pixels_ = 0;  // buffer for uploads
   unsigned picture_ = 0, other_ = 0, heat_ = 0, rising_colors_ = 0, signed_colors_ = 0;

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <mutex>
 
 #include <epoxy/gl.h>
 // After epoxy, which brings GL's functions.
@@ -26,6 +27,15 @@ Window* self(GLFWwindow* window) { return static_cast<Window*>(glfwGetWindowUser
 
 /// As scripts name them; index = GLFW_MOUSE_BUTTON_*.
 constexpr const char* kButtons[] = {"left", "right", "middle"};
+
+// Whether GLFW can be woken.
+std::mutex wake_mutex;
+bool can_wake = false;
+
+void allow_waking(bool allowed) {
+  const std::lock_guard lock(wake_mutex);
+  can_wake = allowed;
+}
 
 std::string glfw_reason() {
   const char* text = nullptr;
@@ -65,9 +75,11 @@ Window::Window(glm::ivec2 size) {
   ImGui_ImplOpenGL3_Init("#version 330 core");
   add_fonts();
   apply_style(scale());
+  allow_waking(true);
 }
 
 Window::~Window() {
+  allow_waking(false);
   ImGui_ImplOpenGL3_Shutdown();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
@@ -170,7 +182,10 @@ void Window::poll(double seconds, Navigation navigation, Actions& actions) {
   actions_ = nullptr;
 }
 
-void Window::wake() { glfwPostEmptyEvent(); }
+void Window::wake() {
+  const std::lock_guard lock(wake_mutex);
+  if (can_wake) glfwPostEmptyEvent();
+}
 
 void Window::begin_ui() {
   ImGui_ImplOpenGL3_NewFrame();

@@ -28,7 +28,7 @@ class Window {
 
   /// Handles events; waits up to `seconds` for the first one.
   void poll(double seconds, Navigation navigation, Actions& actions);
-  static void wake();  ///< ends poll()'s wait, from any thread
+  static void wake();  ///< ends poll()'s wait, from any thread, also without a window
 
   void begin_ui();  ///< panels draw between begin_ui() and end_ui()
   void end_ui();

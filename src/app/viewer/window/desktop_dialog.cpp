@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/window/desktop_dialog.h"
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#ifdef QUADSPLAT_PORTAL
+#include <dbus/dbus.h>
+#endif
+
+#include "app/viewer/state/actions.h"
+
+namespace qs {
+
+DesktopDialog::DesktopDialog(std::function<void()> wake) : reports_(std::move(wake)) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { serve(stop); });
+}
+
+DesktopDialog::~DesktopDialog() = default;
+
+void DesktopDialog::show(const std::filesystem::path& folder) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!wanted_) wanted_ = folder;
+  }
+  changed_.notify_all();
+}
+
+#ifndef QUADSPLAT_PORTAL
+
+void DesktopDialog::serve(const std::stop_token&) {}
+
+#else
+
+namespace {
+
+constexpr int kAnswerMs = 5000;  ///< a portal that is started answers in this time
+constexpr int kTurnMs = 50;      ///< between looks at the stop token
+constexpr const char* kPortal = "org.freedesktop.portal.Desktop";
+constexpr const char* kPortalPath = "/org/freedesktop/portal/desktop";
+constexpr const char* kChooser = "org.freedesktop.portal.FileChooser";
+constexpr const char* kRequest = "org.freedesktop.portal.Request";
+
+struct Close {
+  void operator()(DBusConnection* bus) const {
+    dbus_connection_close(bus);
+    dbus_connection_unref(bus);
+  }
+  void operator()(DBusMessage* message) const { dbus_message_unref(message); }
+};
+using Bus = std::unique_ptr<DBusConnection, Close>;
+using Message = std::unique_ptr<DBusMessage, Close>;
+
+// Empty without a session bus.
+std::string session_bus() {
+  if (const char* address = std::getenv("DBUS_SESSION_BUS_ADDRESS")) return address;
+  const char* folder = std::getenv("XDG_RUNTIME_DIR");
+  const std::string socket = folder == nullptr ? "" : std::string(folder) + "/bus";
+  std::error_code error;
+  return std::filesystem::exists(socket, error) ? "unix:path=" + socket : "";
+}
+
+Bus connect() {
+  const std::string address = session_bus();
+  if (address.empty()) return {};
+  Bus bus(dbus_connection_open_private(address.c_str(), nullptr));
+  if (!bus || dbus_bus_register(bus.get(), nullptr) == FALSE) return {};
+  dbus_connection_set_exit_on_disconnect(bus.get(), FALSE);  // registering sets it
+  return bus;
+}
+
+Message call_to(const char* path, const char* interface, const char* method) {
+  return Message(dbus_message_new_method_call(kPortal, path, interface, method));
+}
+
+// Null if the portal answers with an error or not at all.
+Message answer(DBusConnection* bus, const Message& call) {
+  return Message(dbus_connection_send_with_reply_and_block(bus, call.get(), kAnswerMs, nullptr));
+}
+
+// Starts the portal if the bus knows how.
+bool has_file_chooser(DBusConnection* bus) {
+  const char* const property = "version";
+  const Message call = call_to(kPortalPath, "org.freedesktop.DBus.Properties", "Get");
+  dbus_message_append_args(call.get(), DBUS_TYPE_STRING, &kChooser, DBUS_TYPE_STRING, &property,
+                           DBUS_TYPE_INVALID);
+  return answer(bus, call) != nullptr;
+}
+
+// {"current_folder": the bytes of the path with a 0 at their end}
+void append_options(DBusMessageIter& arguments, const std::string& folder) {
+  const char* const key = "current_folder";
+  const char* const bytes = folder.c_str();
+  DBusMessageIter options, entry, value, array;
+  dbus_message_iter_open_container(&arguments, DBUS_TYPE_ARRAY, "{sv}", &options);
+  if (!folder.empty()) {
+    dbus_message_iter_open_container(&options, DBUS_TYPE_DICT_ENTRY, nullptr, &entry);
+    dbus_message_iter_append_basic(&entry, DBUS_TYPE_STRING, &key);
+    dbus_message_iter_open_container(&entry, DBUS_TYPE_VARIANT, "ay", &value);
+    dbus_message_iter_open_container(&value, DBUS_TYPE_ARRAY, "y", &array);
+    dbus_message_iter_append_fixed_array(&array, DBUS_TYPE_BYTE, &bytes,
+                                         static_cast<int>(folder.size()) + 1);
+    dbus_message_iter_close_container(&value, &array);
+    dbus_message_iter_close_container(&entry, &value);
+    dbus_message_iter_close_container(&options, &entry);
+  }
+  dbus_message_iter_close_container(&arguments, &options);
+}
+
+// The path of the request object that will send the response; empty after an error.
+std::string open_file(DBusConnection* bus, const std::string& folder) {
+  const char *const parent = "", *const title = "Open a scene";
+  const Message call = call_to(kPortalPath, kChooser, "OpenFile");
+  DBusMessageIter arguments;
+  dbus_message_iter_init_append(call.get(), &arguments);
+  dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &parent);
+  dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &title);
+  append_options(arguments, folder);
+  const Message reply = answer(bus, call);
+  const char* request = nullptr;
+  if (!reply || dbus_message_get_args(reply.get(), nullptr, DBUS_TYPE_OBJECT_PATH, &request,
+                                      DBUS_TYPE_INVALID) == FALSE)
+    return "";
+  return request;
+}
+
+// "file:///a%20b" -> "/a b"; empty for other places.
+std::filesystem::path path_of(std::string_view uri) {
+  constexpr std::string_view kFile = "file://";
+  if (!uri.starts_with(kFile)) return {};
+  uri.remove_prefix(kFile.size());
+  std::string path;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const bool escaped = uri[i] == '%' && i + 2 < uri.size();
+    path +=
+        escaped
+            ? static_cast<char>(std::strtol(std::string(uri.substr(i + 1, 2)).c_str(), nullptr, 16))
+            : uri[i];
+    if (escaped) i += 2;
+  }
+  return path;
+}
+
+// The first of "uris" in a response (0, {"uris": [...], ...}); empty if the user chose none.
+std::filesystem::path chosen_file(DBusMessage* response) {
+  DBusMessageIter arguments, options;
+  dbus_uint32_t outcome = 1;
+  if (dbus_message_has_signature(response, "ua{sv}") == FALSE) return {};
+  dbus_message_iter_init(response, &arguments);
+  dbus_message_iter_get_basic(&arguments, &outcome);
+  if (outcome != 0) return {};
+  dbus_message_iter_next(&arguments);
+  dbus_message_iter_recurse(&arguments, &options);
+  for (; dbus_message_iter_get_arg_type(&options) == DBUS_TYPE_DICT_ENTRY;
+       dbus_message_iter_next(&options)) {
+    DBusMessageIter entry, value, list;
+    const char *key = nullptr, *uri = nullptr;
+    dbus_message_iter_recurse(&options, &entry);
+    dbus_message_iter_get_basic(&entry, &key);
+    dbus_message_iter_next(&entry);
+    dbus_message_iter_recurse(&entry, &value);
+    if (std::string_view(key) != "uris" ||
+        dbus_message_iter_get_arg_type(&value) != DBUS_TYPE_ARRAY ||
+        dbus_message_iter_get_element_type(&value) != DBUS_TYPE_STRING)
+      continue;
+    dbus_message_iter_recurse(&value, &list);
+    if (dbus_message_iter_get_arg_type(&list) != DBUS_TYPE_STRING) return {};
+    dbus_message_iter_get_basic(&list, &uri);
+    return path_of(uri);
+  }
+  return {};
+}
+
+// Waits for the response of a request. Null if the connection broke or a stop was requested.
+Message response_of(DBusConnection* bus, const std::string& request, const std::stop_token& stop) {
+  while (!stop.stop_requested() && dbus_connection_read_write(bus, kTurnMs) != FALSE) {
+    while (Message message{dbus_connection_pop_message(bus)}) {
+      if (dbus_message_is_signal(message.get(), kRequest, "Response") != FALSE &&
+          dbus_message_has_path(message.get(), request.c_str()) != FALSE)
+        return message;
+    }
+  }
+  return {};
+}
+
+void close_request(DBusConnection* bus, const std::string& request) {
+  if (request.empty()) return;
+  dbus_connection_send(bus, call_to(request.c_str(), kRequest, "Close").get(), nullptr);
+  dbus_connection_flush(bus);
+}
+
+void show_own_dialog(Viewer& viewer) { viewer.panels.open = true; }
+
+}  // namespace
+
+void DesktopDialog::serve(const std::stop_token& stop) {
+  const Bus bus = connect();
+  if (!bus || !has_file_chooser(bus.get())) return;
+  available_ = true;
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [&] { return wanted_.has_value(); })) {
+    const std::string folder = wanted_->string();
+    lock.unlock();
+    const std::string request = open_file(bus.get(), folder);
+    Message response;
+    if (!request.empty()) response = response_of(bus.get(), request, stop);
+    if (stop.stop_requested()) return close_request(bus.get(), request);
+    if (response) {
+      const std::filesystem::path file = chosen_file(response.get());
+      if (!file.empty()) reports_.report(action::open, file);
+    } else {
+      available_ = false;
+      reports_.report(show_own_dialog);
+    }
+    lock.lock();
+    wanted_.reset();
+  }
+}
+
+#endif
+
+}  // namespace qs

@@ -79,12 +79,11 @@ class PlaneFinder {
 
   /// The weight of about the heaviest plane with this normal, from every second piece.
   double rough_weight(glm::dvec3 normal) const {
-    constexpr int kBins = 256;
+    constexpr int kHalf = 128, kBins = 2 * kHalf;
     double bins[kBins] = {};
     for (std::size_t i = 0; i < pieces_.size(); i += 2) {
       const double at = glm::dot(pieces_[i].position - middle_, normal) / thickness_;
-      if (std::abs(at) < kBins / 2)
-        bins[static_cast<int>(at + kBins / 2)] += pieces_[i].weight(normal);
+      if (std::abs(at) < kHalf) bins[static_cast<int>(at + kHalf)] += pieces_[i].weight(normal);
     }
     double best = 0;
     for (int bin = 1; bin < kBins; ++bin) best = std::max(best, bins[bin - 1] + bins[bin]);

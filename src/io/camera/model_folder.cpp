@@ -28,7 +28,7 @@ std::optional<std::filesystem::path> find_beside(const std::filesystem::path& sc
 
 std::optional<std::filesystem::path> find_cameras_file(const std::filesystem::path& scene_file) {
   for (const CameraFormat& format : camera_formats()) {
-    if (const auto found = find_beside(scene_file, format.place)) return found;
+    if (auto found = find_beside(scene_file, format.place)) return found;
   }
   return std::nullopt;
 }

@@ -55,7 +55,7 @@ Renderer& renderer_on(RenderContext& context, Backend backend) {
   return renderer_on(session, backend, upload_progress(context, *session.scene));
 }
 
-Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSettings settings,
+Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, RenderSettings settings,
                bool keep_background) {
   return [=](RenderContext& context) mutable {
     const auto end = hide_progress_at_end(context);

@@ -29,7 +29,7 @@ std::unique_ptr<Renderer> upload_to(RenderContext& context,
 /// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
 /// `settings` are used as they are, except that without `keep_background` the background is the
 /// model's.
-Job open_scene(std::shared_ptr<LoadedScene> loaded, Backend backend, RenderSettings settings,
+Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, RenderSettings settings,
                bool keep_background);
 
 namespace action {

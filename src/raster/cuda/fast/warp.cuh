@@ -18,6 +18,19 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
+template <int kBits>
+__device__ unsigned peers_of(std::uint32_t digit, bool valid) {
+  unsigned peers = __ballot_sync(kAllLanes, valid);
+#pragma unroll
+  for (int bit = 0; bit < kBits; ++bit) {
+    const bool set = (digit >> bit & 1) != 0;
+    const unsigned with = __ballot_sync(kAllLanes, set);
+    peers &= set ? with : ~with;
+  }
+  return peers;
+}
+
 /// The sum over this lane and all lower lanes. All lanes of the warp must call it.
 template <class T>
 __device__ T inclusive_sum_of_warp(T value) {

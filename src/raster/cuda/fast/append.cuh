@@ -70,12 +70,12 @@ struct Appended {
   static constexpr int kLines = 12, kBits = 32;
 
   std::uint32_t depth_key;
-  std::uint16_t line_begin, across_begin;    ///< of the walk; across_begin: a macro-tile's border
-  std::uint16_t macro_column, macro_row;     ///< the first macro-tile
-  std::uint16_t inverse_width;               ///< 65,536 / macro_columns, rounded up
-  std::uint8_t macro_columns, macro_rows;    ///< 0: not visible, or large
+  std::uint16_t line_begin, across_begin;  ///< of the walk; across_begin: a macro-tile's border
+  std::uint16_t macro_column, macro_row;   ///< the first macro-tile
+  std::uint16_t inverse_width;             ///< 65,536 / macro_columns, rounded up
+  std::uint8_t macro_columns, macro_rows;  ///< 0: not visible, or large
   std::uint8_t lines, by_rows, unused[2];
-  std::uint32_t runs[kLines];                ///< per line: a bit per tile, from across_begin
+  std::uint32_t runs[kLines];  ///< per line: a bit per tile, from across_begin
 
   __device__ void clear() { macro_columns = macro_rows = 0; }
   __device__ bool has_walk() const { return macro_columns > 0; }
@@ -155,7 +155,8 @@ struct Appended {
 struct StagedEntry {
   std::uint32_t word;  // macro-tile: 13 bits, owner: 11, mask: 8
 
-  static constexpr unsigned kOwners = 1u << 11, kMacroTiles = 1u << 13;
+  static constexpr unsigned kOwners = 1u << 11;
+  static_assert(kThreads <= kOwners);
 
   __device__ explicit StagedEntry(std::uint32_t stored) : word(stored) {}
   __device__ StagedEntry(unsigned macro_tile, unsigned owner, unsigned mask)

@@ -161,8 +161,8 @@ class MacroSort {
     arrays_.order = sorted;
   }
 
-  /// Completes an order in which few neighbours are wrong, by depth, then by Gaussian. Returns false
-  /// if it needs more than a few rounds.
+  /// Completes an order in which few neighbours are wrong, by depth, then by Gaussian. Returns
+  /// false if it needs more than a few rounds.
   __device__ bool exchange_neighbours() {
     constexpr int kRounds = 12;
     for (int round = 0; round < kRounds; ++round) {
@@ -335,14 +335,14 @@ std::uint32_t most_per_macro_tile() {
 
 void list_by_macro_tile(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                         TilePairs& pairs, cudaStream_t full_stream) {
-  const Lists out{frame.grid,         scratch.ranges,   pairs.gaussians.data(), size.pair_capacity,
+  const Lists out{frame.grid,          scratch.ranges,   pairs.gaussians.data(), size.pair_capacity,
                   scratch.class_sizes, scratch.schedule, scratch.segments};
   const MacroTiles& macro_tiles = scratch.macro_tiles;
   const auto count = static_cast<unsigned>(macro_tiles.count());
   const auto bytes_of = [](std::uint32_t capacity) { return SharedArrays::kBytesEach * capacity; };
   if (size.has_full_macro_tiles()) {
-    launch("sort", list_full, Blocks(std::min(count, kFullCount), kFullThreads,
-                                     bytes_of(size.macro_capacity)),
+    launch("sort", list_full,
+           Blocks(std::min(count, kFullCount), kFullThreads, bytes_of(size.macro_capacity)),
            full_stream, macro_tiles, out);
   }
   launch("sort", list_usual, Blocks(count, kUsualThreads, bytes_of(MacroTiles::kUsual)),

@@ -51,7 +51,9 @@ std::uint32_t MacroTileCapacity::next(const Counters& counters, const FrameSize&
 }
 
 FastPipeline::FastPipeline(int device)
-    : side_stream_(device, false), full_stream_(device, true), macro_capacity_(most_per_macro_tile()) {
+    : side_stream_(device, false),
+      full_stream_(device, true),
+      macro_capacity_(most_per_macro_tile()) {
   size_.pair_capacity = 1 << 16;
   size_.segment_capacity = 1 << 5;
   size_.macro_capacity = MacroTileCapacity::kFirst;

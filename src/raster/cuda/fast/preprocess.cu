@@ -27,8 +27,9 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
-constexpr unsigned kMostTurns = 3;      // of a block of project_and_append
-constexpr std::uint32_t kStagedEntries = 3072;  // of such a block; others are appended one by one
+constexpr unsigned kProjectBlocks = 4;          // per multiprocessor, to hide latency
+constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
+constexpr int kLargeLines = 512;        // of a walk in shared memory; longer ones are recomputed
 constexpr unsigned kLargeBlocks = 528;  // share the large Gaussians
 
 struct Listed {
@@ -95,84 +96,68 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
   }
 }
 
-/// Projects kThreads Gaussians in every turn of a block, then appends all of them to macro-tiles.
-/// A block counts its entries first, so that it reserves room once per macro-tile: thousands of
-/// atomic additions to the same counter would take longer than everything else.
+/// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
+/// reserves room once per macro-tile: thousands of atomic additions to the same counter would take
+/// longer than everything else.
 template <class P>
-__global__ void __launch_bounds__(kThreads)
-    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles, unsigned turns,
+__global__ void __launch_bounds__(kThreads, kProjectBlocks)
+    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
                        std::uint32_t* large, Counters* counters) {
+  __shared__ Appended<P> appended[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
-  auto* const appended = static_cast<Appended<P>*>(dynamic_shared());
-  auto* const counts =  // per macro-tile
-      reinterpret_cast<std::uint32_t*>(appended + std::size_t{turns} * kThreads);
+  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
-  const std::uint32_t first_gaussian = blockIdx.x * turns * kThreads;
-  for (unsigned i = threadIdx.x; i < macro_count; i += kThreads) counts[i] = 0;
+  const std::uint32_t first = blockIdx.x * kThreads, i = first + threadIdx.x;
+  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
   if (threadIdx.x == 0) staged_count = 0;
-  __syncthreads();
-  std::uint32_t visible_here = 0;
-  for (unsigned turn = 0; turn < turns; ++turn) {
-    const std::uint32_t i = first_gaussian + turn * kThreads + threadIdx.x;
-    Appended<P>& own = appended[turn * kThreads + threadIdx.x];
-    own.clear();
-    Projected projected;
-    bool is_large = false;
-    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
-      is_large = !own.set(projected.footprint, in.grid);
-    }
-    const bool visible = is_large || own.has_walk();
-    own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
-    if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
-    if (visible) {
-      const Footprint& footprint = projected.footprint;
-      out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, 0, 0};
-      ++visible_here;
-    }
-    const unsigned all_large = __ballot_sync(kAllLanes, is_large);
-    if (all_large != 0) {
-      std::uint32_t first = 0;
-      if (lane_index() == 0) {
-        first = atomicAdd(&counters->large, static_cast<std::uint32_t>(__popc(all_large)));
-      }
-      first = __shfl_sync(kAllLanes, first, 0);
-      if (is_large) large[first + __popc(all_large & lanes_below())] = i;
-    }
-    __syncwarp();
-    const unsigned first_owner = turn * kThreads + threadIdx.x / kWarp * kWarp;
-    for_each_macro_tile(appended + first_owner, first_gaussian + first_owner, out, macro_tiles,
-                        in.grid, [&](bool exists, unsigned macro_tile, unsigned owner,
-                                     unsigned tiles) {
-      const unsigned all = __ballot_sync(kAllLanes, exists);
-      unsigned first = 0;
-      if (lane_index() == 0) {
-        first = atomicAdd(&staged_count, static_cast<std::uint32_t>(__popc(all)));
-      }
-      const unsigned at = __shfl_sync(kAllLanes, first, 0) + __popc(all & lanes_below());
-      if (!exists) return;
-      owner += first_owner;
-      if (at < kStagedEntries) {
-        staged[at] = StagedEntry(macro_tile, owner, tiles).word;
-        atomicAdd(&counts[macro_tile], 1u);
-      } else {
-        macro_tiles.append(macro_tile, {appended[owner].depth_key, first_gaussian + owner}, tiles);
-      }
-    });
+
+  Appended<P>& own = appended[threadIdx.x];
+  own.clear();
+  Projected projected;
+  bool is_large = false;
+  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+    is_large = !own.set(projected.footprint, in.grid);
   }
+  const bool visible = is_large || own.has_walk();
+  own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
+  if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
+  if (visible) {
+    const Footprint& footprint = projected.footprint;
+    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, 0, 0};
+  }
+  const std::uint32_t slot = reserve_slot(is_large, &counters->large);
+  if (is_large) large[slot] = i;
+  const int visible_here = __syncthreads_count(visible);
+  if (threadIdx.x == 0 && visible_here > 0) {
+    atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
+  }
+
+  const unsigned first_owner = threadIdx.x / kWarp * kWarp;
+  for_each_macro_tile(
+      appended + first_owner, first + first_owner, out, macro_tiles, in.grid,
+      [&](bool exists, unsigned macro_tile, unsigned owner, unsigned tiles) {
+        const std::uint32_t at = reserve_slot(exists, &staged_count);
+        if (!exists) return;
+        owner += first_owner;
+        if (at < kStagedEntries) {
+          staged[at] = StagedEntry(macro_tile, owner, tiles).word;
+          atomicAdd(&counts[macro_tile], 1u);
+        } else {
+          macro_tiles.append(macro_tile, {appended[owner].depth_key, first + owner}, tiles);
+        }
+      });
   __syncthreads();
-  for (unsigned i = threadIdx.x; i < macro_count; i += kThreads) {
-    if (counts[i] > 0) counts[i] = atomicAdd(&macro_tiles.counts[i], counts[i]);
+  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
+    if (counts[m] > 0) counts[m] = atomicAdd(&macro_tiles.counts[m], counts[m]);
   }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
-  for (std::uint32_t i = threadIdx.x; i < staged_here; i += kThreads) {
-    const StagedEntry entry(staged[i]);
+  for (std::uint32_t s = threadIdx.x; s < staged_here; s += kThreads) {
+    const StagedEntry entry(staged[s]);
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
     macro_tiles.store(macro_tile, atomicAdd(&counts[macro_tile], 1u),
-                      {appended[owner].depth_key, first_gaussian + owner}, entry.mask());
+                      {appended[owner].depth_key, first + owner}, entry.mask());
   }
-  const std::uint32_t visible_sum = sum_of_block<kThreads>(visible_here).total;
-  if (threadIdx.x == 0 && visible_sum > 0) atomicAdd(&counters->visible, visible_sum);
 }
 
 /// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
@@ -181,15 +166,44 @@ template <class P>
 __global__ void __launch_bounds__(kThreads)
     append_large(TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, Counters* counters) {
+  __shared__ Span runs[kLargeLines];
   const std::uint32_t count = counters->large;
   for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
     const MacroEntry entry{visible.depth_keys[large[l]], large[l]};
     const Footprint footprint = visible.footprints[entry.gaussian].footprint();
-    const TileRect rect = macro_rect(bounds<P>(footprint, grid));
+    TileRect tiles_of_all;
+    Span lines{0, 0};
+    bool by_rows = true;
+    if constexpr (kWalks<P>) {
+      const auto walk = P::walk(footprint, grid);
+      lines = walk.lines;
+      by_rows = walk.by_rows;
+      tiles_of_all = by_rows ? TileRect{walk.widest(), lines} : TileRect{lines, walk.widest()};
+      __syncthreads();
+      const int last = min(lines.end, lines.begin + kLargeLines);
+      for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
+           line += static_cast<int>(kThreads)) {
+        runs[line - lines.begin] = walk.span(line);
+      }
+      __syncthreads();
+    } else {
+      tiles_of_all = bounds<P>(footprint, grid);
+    }
+    const TileRect rect = macro_rect(tiles_of_all);
     const int width = rect.columns.size(), all = width * rect.rows.size();
     for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kThreads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
-      const unsigned tiles = tiles_in<P>(footprint, grid, column, row);
+      unsigned tiles = 0;
+      if (kWalks<P> && lines.size() <= kLargeLines) {
+        MacroMask listed(column, row);
+        const Span own = intersection(lines, listed.lines(by_rows));
+        for (int line = own.begin; line < own.end; ++line) {
+          listed.add(by_rows, line, runs[line - lines.begin]);
+        }
+        tiles = listed.mask;
+      } else {
+        tiles = tiles_in<P>(footprint, grid, column, row);
+      }
       const auto macro_tile = static_cast<unsigned>(row * macro_tiles.columns + column);
       if (tiles != 0) macro_tiles.append(macro_tile, entry, tiles);
     }
@@ -285,14 +299,9 @@ void project(const FrameContext& frame, const FrameSize& size, Visible& visible,
                           frame.grid,         nearest_bits(frame.camera),     to_clear};
     const unsigned blocks = blocks_for(std::max(1u, frame.cloud.count));
     if (size.uses_macro_tiles()) {
-      // More turns reserve room in macro-tiles less often, fewer turns fill the GPU.
-      constexpr unsigned kBlocksForAll = 528;
-      const unsigned turns = std::clamp(blocks / kBlocksForAll, 1u, kMostTurns);
-      const Blocks fewer((blocks + turns - 1) / turns, kThreads,
-                         std::size_t{turns} * kThreads * sizeof(Appended<P>) +
-                             size.macro_tiles() * sizeof(std::uint32_t));
-      launch("preprocess", project_and_append<P>, fewer, frame.stream, in, visible.view(),
-             scratch.macro_tiles, turns, scratch.large, scratch.counters);
+      const Blocks with_counts(blocks, kThreads, size.macro_tiles() * sizeof(std::uint32_t));
+      launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
+             scratch.macro_tiles, scratch.large, scratch.counters);
       launch("preprocess", append_large<P>, Blocks(kLargeBlocks), frame.stream, frame.grid,
              visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
     } else {

@@ -16,8 +16,8 @@ struct Counters {
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
-  std::uint32_t segments;  ///< of all long lists
-  std::uint32_t turns[2];  ///< half segments that warps have taken: first, and again
+  std::uint32_t segments;            ///< of all long lists
+  std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
   std::uint32_t blocks_done;         ///< that have appended such Gaussians
@@ -34,11 +34,11 @@ struct MacroTiles {
   static constexpr int kTiles = kColumns * kRows;
   static constexpr std::uint32_t kUsual = 3072;  ///< Gaussians; fuller ones are listed apart
 
-  std::uint32_t* counts;    ///< Gaussians appended to each, also those beyond the capacity
-  MacroEntry* entries;      ///< `capacity` for each
-  std::uint8_t* masks;      ///< per entry: the tiles that it lists, see MacroMask
-  std::uint32_t* order;     ///< all macro-tiles, the fullest first
-  std::uint32_t capacity;   ///< 0: the frame is sorted globally
+  std::uint32_t* counts;   ///< Gaussians appended to each, also those beyond the capacity
+  MacroEntry* entries;     ///< `capacity` for each
+  std::uint8_t* masks;     ///< per entry: the tiles that it lists, see MacroMask
+  std::uint32_t* order;    ///< all macro-tiles, the fullest first
+  std::uint32_t capacity;  ///< 0: the frame is sorted globally
   int columns, rows;
 
   QS_HD int count() const { return columns * rows; }

@@ -31,6 +31,17 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
   return peers;
 }
 
+/// Consecutive places for the lanes that need one, counted by *count. All lanes of the warp must
+/// call it; the others' index is undefined.
+__device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
+  const unsigned all = __ballot_sync(kAllLanes, needs);
+  std::uint32_t first = 0;
+  if (all != 0 && lane_index() == 0) {
+    first = atomicAdd(count, static_cast<std::uint32_t>(__popc(all)));
+  }
+  return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
+}
+
 /// The sum over this lane and all lower lanes. All lanes of the warp must call it.
 template <class T>
 __device__ T inclusive_sum_of_warp(T value) {

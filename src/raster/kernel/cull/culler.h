@@ -71,8 +71,9 @@ QS_HD void for_each_line(const Walk& walk, Visit&& visit) {
 
 /// True if mode P is a Walk.
 template <class P>
-inline constexpr bool kWalks =
-    requires { P::template walk<kTileSize>(Footprint{}, TileGrid{}); };
+inline constexpr bool kWalks = requires {
+  P::template walk<kTileSize>(Footprint{}, TileGrid{});
+};
 
 /// Calls visit(tile) with tile = row * columns + column once for every tile that mode P lists.
 /// kTilePx is grid.tile_px.

@@ -29,8 +29,8 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
 
 constexpr unsigned kProjectBlocks = 4;          // per multiprocessor, to hide latency
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
-constexpr int kLargeLines = 512;        // of a walk in shared memory; longer ones are recomputed
-constexpr unsigned kLargeBlocks = 528;  // share the large Gaussians
+constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
+constexpr unsigned kLargeBlocks = 1056, kLargeThreads = 128;  // share the large Gaussians
 
 struct Listed {
   std::uint32_t lines, tiles;
@@ -66,34 +66,6 @@ __global__ void __launch_bounds__(kThreads) project_and_count(ProjectInput in, V
   const Footprint& footprint = projected.footprint;
   out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
                        listed.tiles};
-}
-
-/// Finds the order of the macro-tiles, and the fullest. All threads of one block call it together.
-__device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
-  __shared__ std::uint32_t begins[kLengthClasses];
-  __shared__ std::uint32_t fullest;
-  const auto count = static_cast<unsigned>(tiles.count());
-  const volatile std::uint32_t* const counts = tiles.counts;
-  if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
-  if (threadIdx.x == 0) fullest = 0;
-  __syncthreads();
-  std::uint32_t most = 0;
-  for (unsigned i = threadIdx.x; i < count; i += kThreads) {
-    const std::uint32_t gaussians = counts[i];
-    atomicAdd(&begins[length_class(gaussians)], 1u);
-    most = max(most, gaussians);
-  }
-  atomicMax(&fullest, most);
-  __syncthreads();
-  if (threadIdx.x < kWarp) {
-    const std::uint32_t own = begins[threadIdx.x];
-    begins[threadIdx.x] = inclusive_sum_of_warp(own) - own;
-  }
-  if (threadIdx.x == 0) counters->fullest_macro_tile = fullest;
-  __syncthreads();
-  for (unsigned i = threadIdx.x; i < count; i += kThreads) {
-    tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
-  }
 }
 
 /// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
@@ -160,10 +132,38 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   }
 }
 
+/// Finds the order of the macro-tiles, and the fullest. All threads of one block call it together.
+__device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
+  __shared__ std::uint32_t begins[kLengthClasses];
+  __shared__ std::uint32_t fullest;
+  const auto count = static_cast<unsigned>(tiles.count());
+  const volatile std::uint32_t* const counts = tiles.counts;
+  if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
+  if (threadIdx.x == 0) fullest = 0;
+  __syncthreads();
+  std::uint32_t most = 0;
+  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+    const std::uint32_t gaussians = counts[i];
+    atomicAdd(&begins[length_class(gaussians)], 1u);
+    most = max(most, gaussians);
+  }
+  atomicMax(&fullest, most);
+  __syncthreads();
+  if (threadIdx.x < kWarp) {
+    const std::uint32_t own = begins[threadIdx.x];
+    begins[threadIdx.x] = inclusive_sum_of_warp(own) - own;
+  }
+  if (threadIdx.x == 0) counters->fullest_macro_tile = fullest;
+  __syncthreads();
+  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+    tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
+  }
+}
+
 /// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
 /// orders the macro-tiles.
 template <class P>
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kLargeThreads)
     append_large(TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, Counters* counters) {
   __shared__ Span runs[kLargeLines];
@@ -182,7 +182,7 @@ __global__ void __launch_bounds__(kThreads)
       __syncthreads();
       const int last = min(lines.end, lines.begin + kLargeLines);
       for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
-           line += static_cast<int>(kThreads)) {
+           line += static_cast<int>(kLargeThreads)) {
         runs[line - lines.begin] = walk.span(line);
       }
       __syncthreads();
@@ -191,7 +191,7 @@ __global__ void __launch_bounds__(kThreads)
     }
     const TileRect rect = macro_rect(tiles_of_all);
     const int width = rect.columns.size(), all = width * rect.rows.size();
-    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kThreads)) {
+    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kLargeThreads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
       unsigned tiles = 0;
       if (kWalks<P> && lines.size() <= kLargeLines) {
@@ -302,8 +302,8 @@ void project(const FrameContext& frame, const FrameSize& size, Visible& visible,
       const Blocks with_counts(blocks, kThreads, size.macro_tiles() * sizeof(std::uint32_t));
       launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
              scratch.macro_tiles, scratch.large, scratch.counters);
-      launch("preprocess", append_large<P>, Blocks(kLargeBlocks), frame.stream, frame.grid,
-             visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
+      launch("preprocess", append_large<P>, Blocks(kLargeBlocks, kLargeThreads), frame.stream,
+             frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
     } else {
       launch("preprocess", project_and_count<P>, blocks, frame.stream, in, visible.view());
     }

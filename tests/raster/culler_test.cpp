@@ -119,6 +119,37 @@ const std::vector<std::set<int>>& needed_by_draw() {
   return needed;
 }
 
+TYPED_TEST(CullerTest, has_bounds_that_contain_its_tiles_and_are_empty_without_any) {
+  using P = TypeParam;
+  for_each_footprint([](const Footprint& footprint, TileGrid grid, Size) {
+    const TileRect rect = bounds<P>(footprint, grid);
+    const std::vector<int> tiles = tiles_of<P>(footprint, grid);
+    EXPECT_EQ(rect.columns.size() > 0 && rect.rows.size() > 0, !tiles.empty());
+    for (const int tile : tiles) {
+      EXPECT_TRUE(rect.contains(tile % grid.columns, tile / grid.columns)) << tile;
+    }
+  });
+}
+
+TEST(Cullers, the_naive_loop_over_windows_lists_every_tile_once) {
+  for_each_footprint([](const Footprint& footprint, TileGrid grid, Size) {
+    std::vector<int> tiles;
+    for (int row = 0; row < grid.rows; row += 2) {
+      for (int column = 0; column < grid.columns; column += 3) {
+        const TileRect window{{column, column + 3}, {row, row + 2}};
+        QuadBoxNaive::for_each_tile_in(footprint, grid, window, [&](int x, int y) {
+          EXPECT_TRUE(window.contains(x, y));
+          tiles.push_back(y * grid.columns + x);
+        });
+      }
+    }
+    std::sort(tiles.begin(), tiles.end());
+    std::vector<int> expected = tiles_of<QuadBox>(footprint, grid);
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(tiles, expected);
+  });
+}
+
 TYPED_TEST(CullerTest, loses_visible_pixels_exactly_when_the_table_says_so) {
   auto needed = needed_by_draw().begin();
   int losses = 0;

@@ -27,11 +27,13 @@ inline unsigned blocks_for(std::uint64_t items) {
   return static_cast<unsigned>((items + kThreads - 1) / kThreads);
 }
 
-/// Size of a launch: number of blocks, and threads per block.
+/// Size of a launch: number of blocks, threads per block, and bytes of dynamic shared memory.
 struct Blocks {
   unsigned count, threads = kThreads;
+  std::size_t shared_bytes = 0;
   Blocks(unsigned count_) : count(count_) {}
-  Blocks(unsigned count_, unsigned threads_) : count(count_), threads(threads_) {}
+  Blocks(unsigned count_, unsigned threads_, std::size_t shared_bytes_ = 0)
+      : count(count_), threads(threads_), shared_bytes(shared_bytes_) {}
 };
 
 /// Enqueues a kernel in `stream`; `arguments` are passed by value.
@@ -41,6 +43,12 @@ void launch(const char* what, void (*kernel)(Parameters...), Blocks blocks, cuda
   cudaLaunchConfig_t config{};
   config.gridDim = dim3(blocks.count);
   config.blockDim = dim3(blocks.threads);
+  config.dynamicSmemBytes = blocks.shared_bytes;
+  if (blocks.shared_bytes > 0) {
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                               static_cast<int>(blocks.shared_bytes)),
+          what);
+  }
   config.stream = stream;
   check(cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...), what);
 }

@@ -19,26 +19,29 @@ inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& 
   trace.splats.push_back(splat);
 }
 
-/// Fills the requested ones of Frame::pairs, used and trace, and waits for them. `list_lengths()`
-/// returns the number of pairs per tile, `listed` holds the contiguous lists, and
-/// `append_gaussians(trace)` calls append_visible() in the order of the cloud.
-template <class ListLengths, class AppendGaussians>
+/// Fills the requested ones of Frame::pairs, used and trace, and waits for them. `list_ranges()`
+/// returns where the list of each tile is in `listed`, and `append_gaussians(trace)` calls
+/// append_visible() in the order of the cloud.
+template <class ListRanges, class AppendGaussians>
 void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
-                   const ListLengths& list_lengths, const DeviceBuffer<std::uint32_t>& listed,
+                   const ListRanges& list_ranges, const DeviceBuffer<std::uint32_t>& listed,
                    const AppendGaussians& append_gaussians, Frame& result) {
   if (!outputs.pairs && !outputs.used && !outputs.trace) return;
-  std::vector<std::uint32_t> lengths = list_lengths();
-  if (outputs.used) result.used = pixels.used_per_tile(lengths, frame.stream);
+  const std::vector<ListRange> ranges = list_ranges();
+  if (outputs.used) result.used = pixels.used_per_tile(ranges, frame.stream);
   if (outputs.trace) {
     Trace& trace = result.trace;
     append_gaussians(trace);
+    const auto all = copied(listed.data(), end_of(ranges), frame.stream);
     trace.tile_begin.push_back(0);
-    for (const std::uint32_t length : lengths) {
-      trace.tile_begin.push_back(trace.tile_begin.back() + length);
+    for (const ListRange& range : ranges) {
+      trace.listed.insert(trace.listed.end(), all.begin() + range.begin, all.begin() + range.end);
+      trace.tile_begin.push_back(trace.tile_begin.back() + range.size());
     }
-    trace.listed = copied(listed.data(), trace.tile_begin.back(), frame.stream);
   }
-  if (outputs.pairs) result.pairs = std::move(lengths);
+  if (outputs.pairs) {
+    for (const ListRange& range : ranges) result.pairs.push_back(range.size());
+  }
 }
 
 }  // namespace qs::cuda

@@ -4,6 +4,7 @@
 // GL texture) is filled from these.
 #pragma once
 
+#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -11,6 +12,19 @@
 #include "raster/renderer.h"
 
 namespace qs::cuda {
+
+/// Where the list of a tile is in the lists of all tiles: [begin, end).
+struct ListRange {
+  std::uint32_t begin, end;
+  std::uint32_t size() const { return end - begin; }
+};
+
+/// The number of pairs up to the last list.
+inline std::size_t end_of(const std::vector<ListRange>& ranges) {
+  std::size_t end = 0;
+  for (const ListRange& range : ranges) end = std::max<std::size_t>(end, range.end);
+  return end;
+}
 
 struct Pixels {
   DeviceBuffer<float> color;              ///< height x width x 3
@@ -34,17 +48,14 @@ struct Pixels {
     if (outputs.used && pairs > 0) check(cudaMemsetAsync(used.data(), 0, pairs, stream), "blend");
   }
 
-  /// Number of marked pairs per tile. The tiles' lists are contiguous.
-  std::vector<std::uint32_t> used_per_tile(const std::vector<std::uint32_t>& list_lengths,
+  /// Number of marked pairs per tile.
+  std::vector<std::uint32_t> used_per_tile(const std::vector<ListRange>& ranges,
                                            cudaStream_t stream) const {
-    const std::uint64_t pairs =
-        std::accumulate(list_lengths.begin(), list_lengths.end(), std::uint64_t{0});
-    const std::vector<std::uint8_t> marks = copied(used.data(), pairs, stream);
+    const std::vector<std::uint8_t> marks = copied(used.data(), end_of(ranges), stream);
     std::vector<std::uint32_t> sums;
-    auto mark = marks.begin();
-    for (const std::uint32_t length : list_lengths) {
-      sums.push_back(std::accumulate(mark, mark + length, std::uint32_t{0}));
-      mark += length;
+    for (const ListRange& range : ranges) {
+      sums.push_back(std::accumulate(marks.begin() + range.begin, marks.begin() + range.end,
+                                     std::uint32_t{0}));
     }
     return sums;
   }

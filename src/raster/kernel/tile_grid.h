@@ -78,4 +78,8 @@ struct TileRect {
   }
 };
 
+QS_HD TileRect intersection(const TileRect& a, const TileRect& b) {
+  return {intersection(a.columns, b.columns), intersection(a.rows, b.rows)};
+}
+
 }  // namespace qs

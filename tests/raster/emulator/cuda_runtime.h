@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <vector>
 
 #define __global__
 #define __device__
@@ -57,10 +58,13 @@ const std::array<std::uint64_t, kWarpSize>& warp_exchange(std::uint64_t value);
 
 inline std::size_t used_bytes = 0;
 
+inline std::vector<uint4> dynamic_shared;  // of the running kernel
+
 }  // namespace emulator
 
 inline dim3 threadIdx, blockIdx, blockDim, gridDim;
 
+inline void __threadfence() {}
 inline void __syncthreads() { emulator::barrier(0); }
 inline int __syncthreads_count(int predicate) { return emulator::barrier(predicate != 0 ? 1 : 0); }
 
@@ -163,6 +167,16 @@ inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
   return cudaSuccess;
 }
 struct cudaFuncAttributes {};
+enum cudaDeviceAttr { cudaDevAttrMaxSharedMemoryPerBlockOptin };
+/// Little, so that tests reach the limit.
+inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr, int) {
+  return *value = 100 << 10, cudaSuccess;
+}
+enum { cudaFuncAttributeMaxDynamicSharedMemorySize = 8 };
+template <class Kernel>
+cudaError_t cudaFuncSetAttribute(Kernel, int, int) {
+  return cudaSuccess;
+}
 inline cudaError_t cudaFuncGetAttributes(cudaFuncAttributes*, void (*)()) { return cudaSuccess; }
 
 inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
@@ -253,6 +267,7 @@ inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t) { return cudaSuccess; }
 
 struct cudaLaunchConfig_t {
   dim3 gridDim, blockDim;
+  std::size_t dynamicSmemBytes = 0;
   cudaStream_t stream = nullptr;
 };
 template <class... Parameters, class... Arguments>
@@ -260,6 +275,8 @@ cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(
                                Arguments... arguments) {
   gridDim = config->gridDim;
   blockDim = config->blockDim;
+  emulator::dynamic_shared.assign((config->dynamicSmemBytes + sizeof(uint4) - 1) / sizeof(uint4),
+                                  uint4{});
   for (blockIdx.x = 0; blockIdx.x < gridDim.x; ++blockIdx.x) {
     emulator::run_block(blockDim.x, [&] { kernel(arguments...); });
   }

@@ -66,7 +66,7 @@ class Joiner {
 
 template <class P>
 HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joiner) {
-  if constexpr (requires { P::walk(footprint, grid); }) {
+  if constexpr (kWalks<P>) {
     const auto walk = P::walk(footprint, grid);
     for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
       const Span span = walk.span(line);
@@ -78,8 +78,8 @@ HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joi
       }
     }
   } else {
-    P::for_each_tile(footprint, grid, [&](int tile) HWY_ATTR {
-      const int row = tile / grid.columns, column = tile % grid.columns;
+    const TileRect all{{0, grid.columns}, {0, grid.rows}};
+    P::for_each_tile_in(footprint, grid, all, [&](int column, int row) HWY_ATTR {
       joiner.add(row, row + 1, column, column + 1);
     });
   }

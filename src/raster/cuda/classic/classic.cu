@@ -27,7 +27,7 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   result.stats.tile_pairs = pairs_.count;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
   collect_lists(
-      frame, outputs, pixels, [&] { return list_lengths(frame); }, pairs_.buffers.values,
+      frame, outputs, pixels, [&] { return list_ranges(frame); }, pairs_.buffers.values,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
 }
 
@@ -47,13 +47,13 @@ void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) 
   }
 }
 
-std::vector<std::uint32_t> ClassicPipeline::list_lengths(const FrameContext& frame) const {
+std::vector<ListRange> ClassicPipeline::list_ranges(const FrameContext& frame) const {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  std::vector<std::uint32_t> lengths;
+  std::vector<ListRange> ranges;
   for (const uint2 range : copied(lists_.ranges.data(), tiles, frame.stream)) {
-    lengths.push_back(range.y - range.x);
+    ranges.push_back({range.x, range.y});
   }
-  return lengths;
+  return ranges;
 }
 
 }  // namespace qs::cuda::classic

@@ -20,7 +20,7 @@ class ClassicPipeline {
 
  private:
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
-  std::vector<std::uint32_t> list_lengths(const FrameContext& frame) const;
+  std::vector<ListRange> list_ranges(const FrameContext& frame) const;
 
   PinnedValue<Counters> counters_;
   Visible visible_;

@@ -135,12 +135,12 @@ __global__ void __launch_bounds__(kBinThreads, kBinBlocks)
   __syncthreads();
 
   const Writer<Key> writer{out, digit_counts};
-  if constexpr (requires { P::walk(footprint.footprint(), in.grid); }) {
+  if constexpr (kWalks<P>) {
     write_lines<P>(footprint, gaussian, block_begin, in, writer);
   } else if (footprint.tiles > 0) {
     std::uint64_t slot = block_begin + tiles.before;
     const std::uint64_t end = min(slot + footprint.tiles, std::uint64_t{in.capacity});
-    P::for_each_tile(footprint.footprint(), in.grid, [&](int tile) {
+    for_each_tile<P>(footprint.footprint(), in.grid, [&](int tile) {
       if (slot < end) writer.write(slot++, tile, gaussian);
     });
   }

@@ -3,7 +3,10 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/preprocess.cuh"
+#include "raster/cuda/fast/schedule.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/sh.h"
 
@@ -24,13 +27,18 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
+constexpr unsigned kProjectBlocks = 4;          // per multiprocessor, to hide latency
+constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
+constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
+constexpr unsigned kLargeBlocks = 1056, kLargeThreads = 128;  // share the large Gaussians
+
 struct Listed {
   std::uint32_t lines, tiles;
 };
 
 template <class P>
 __device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid grid) {
-  if constexpr (requires { P::walk(footprint, grid); }) {
+  if constexpr (kWalks<P>) {
     const auto walk = P::walk(footprint, grid);
     Listed listed{static_cast<std::uint32_t>(walk.lines.size()), 0};
     for_each_line(walk, [&](int, Span span) { listed.tiles += span.size(); });
@@ -41,7 +49,7 @@ __device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid gri
 }
 
 template <class P>
-__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, VisibleView out) {
+__global__ void __launch_bounds__(kThreads) project_and_count(ProjectInput in, VisibleView out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   for (std::size_t word = i; word < in.to_clear.count; word += gridDim.x * blockDim.x) {
     in.to_clear.words[word] = uint4{0, 0, 0, 0};
@@ -58,6 +66,156 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, V
   const Footprint& footprint = projected.footprint;
   out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
                        listed.tiles};
+}
+
+/// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
+/// reserves room once per macro-tile: thousands of atomic additions to the same counter would take
+/// longer than everything else.
+template <class P>
+__global__ void __launch_bounds__(kThreads, kProjectBlocks)
+    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
+                       std::uint32_t* large, Counters* counters) {
+  __shared__ Appended<P> appended[kThreads];
+  __shared__ std::uint32_t staged_count, staged[kStagedEntries];
+  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
+  const auto macro_count = static_cast<unsigned>(macro_tiles.count());
+  const std::uint32_t first = blockIdx.x * kThreads, i = first + threadIdx.x;
+  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
+  if (threadIdx.x == 0) staged_count = 0;
+
+  Appended<P>& own = appended[threadIdx.x];
+  own.clear();
+  Projected projected;
+  bool is_large = false;
+  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+    is_large = !own.set(projected.footprint, in.grid);
+  }
+  const bool visible = is_large || own.has_walk();
+  own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
+  if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
+  if (visible) {
+    const Footprint& footprint = projected.footprint;
+    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, 0, 0};
+  }
+  const std::uint32_t slot = reserve_slot(is_large, &counters->large);
+  if (is_large) large[slot] = i;
+  const int visible_here = __syncthreads_count(visible);
+  if (threadIdx.x == 0 && visible_here > 0) {
+    atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
+  }
+
+  const unsigned first_owner = threadIdx.x / kWarp * kWarp;
+  for_each_macro_tile(
+      appended + first_owner, first + first_owner, out, macro_tiles, in.grid,
+      [&](bool exists, unsigned macro_tile, unsigned owner, unsigned tiles) {
+        const std::uint32_t at = reserve_slot(exists, &staged_count);
+        if (!exists) return;
+        owner += first_owner;
+        if (at < kStagedEntries) {
+          staged[at] = StagedEntry(macro_tile, owner, tiles).word;
+          atomicAdd(&counts[macro_tile], 1u);
+        } else {
+          macro_tiles.append(macro_tile, {appended[owner].depth_key, first + owner}, tiles);
+        }
+      });
+  __syncthreads();
+  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
+    if (counts[m] > 0) counts[m] = atomicAdd(&macro_tiles.counts[m], counts[m]);
+  }
+  __syncthreads();
+  const std::uint32_t staged_here = min(staged_count, kStagedEntries);
+  for (std::uint32_t s = threadIdx.x; s < staged_here; s += kThreads) {
+    const StagedEntry entry(staged[s]);
+    const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
+    macro_tiles.store(macro_tile, atomicAdd(&counts[macro_tile], 1u),
+                      {appended[owner].depth_key, first + owner}, entry.mask());
+  }
+}
+
+/// Finds the order of the macro-tiles, and the fullest. All threads of one block call it together.
+__device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
+  __shared__ std::uint32_t begins[kLengthClasses];
+  __shared__ std::uint32_t fullest;
+  const auto count = static_cast<unsigned>(tiles.count());
+  const volatile std::uint32_t* const counts = tiles.counts;
+  if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
+  if (threadIdx.x == 0) fullest = 0;
+  __syncthreads();
+  std::uint32_t most = 0;
+  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+    const std::uint32_t gaussians = counts[i];
+    atomicAdd(&begins[length_class(gaussians)], 1u);
+    most = max(most, gaussians);
+  }
+  atomicMax(&fullest, most);
+  __syncthreads();
+  if (threadIdx.x < kWarp) {
+    const std::uint32_t own = begins[threadIdx.x];
+    begins[threadIdx.x] = inclusive_sum_of_warp(own) - own;
+  }
+  if (threadIdx.x == 0) counters->fullest_macro_tile = fullest;
+  __syncthreads();
+  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+    tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
+  }
+}
+
+/// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
+/// orders the macro-tiles.
+template <class P>
+__global__ void __launch_bounds__(kLargeThreads)
+    append_large(TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
+                 const std::uint32_t* large, Counters* counters) {
+  __shared__ Span runs[kLargeLines];
+  const std::uint32_t count = counters->large;
+  for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
+    const MacroEntry entry{visible.depth_keys[large[l]], large[l]};
+    const Footprint footprint = visible.footprints[entry.gaussian].footprint();
+    TileRect tiles_of_all;
+    Span lines{0, 0};
+    bool by_rows = true;
+    if constexpr (kWalks<P>) {
+      const auto walk = P::walk(footprint, grid);
+      lines = walk.lines;
+      by_rows = walk.by_rows;
+      tiles_of_all = by_rows ? TileRect{walk.widest(), lines} : TileRect{lines, walk.widest()};
+      __syncthreads();
+      const int last = min(lines.end, lines.begin + kLargeLines);
+      for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
+           line += static_cast<int>(kLargeThreads)) {
+        runs[line - lines.begin] = walk.span(line);
+      }
+      __syncthreads();
+    } else {
+      tiles_of_all = bounds<P>(footprint, grid);
+    }
+    const TileRect rect = macro_rect(tiles_of_all);
+    const int width = rect.columns.size(), all = width * rect.rows.size();
+    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kLargeThreads)) {
+      const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
+      unsigned tiles = 0;
+      if (kWalks<P> && lines.size() <= kLargeLines) {
+        MacroMask listed(column, row);
+        const Span own = intersection(lines, listed.lines(by_rows));
+        for (int line = own.begin; line < own.end; ++line) {
+          listed.add(by_rows, line, runs[line - lines.begin]);
+        }
+        tiles = listed.mask;
+      } else {
+        tiles = tiles_in<P>(footprint, grid, column, row);
+      }
+      const auto macro_tile = static_cast<unsigned>(row * macro_tiles.columns + column);
+      if (tiles != 0) macro_tiles.append(macro_tile, entry, tiles);
+    }
+  }
+  __shared__ bool is_last;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    __threadfence();
+    is_last = atomicAdd(&counters->blocks_done, 1u) + 1 == gridDim.x;
+  }
+  __syncthreads();
+  if (is_last) order_macro_tiles(macro_tiles, counters);
 }
 
 __device__ AlphaEllipse ellipse_of(const Footprint& footprint) {
@@ -129,13 +287,26 @@ void Visible::reserve(std::size_t gaussians) {
   splats.reserve("the frame's Gaussians", gaussians);
 }
 
-void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear) {
+void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch) {
+  const ToClear to_clear = scratch.begin_frame(size);
+  if (size.uses_macro_tiles()) {
+    check(cudaMemsetAsync(to_clear.words, 0, to_clear.count * sizeof(uint4), frame.stream),
+          "preprocess");
+  }
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules(P::kKeepsFaint);
     const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
                           frame.grid,         nearest_bits(frame.camera),     to_clear};
-    launch("preprocess", project_gaussians<P>, blocks_for(std::max(1u, frame.cloud.count)),
-           frame.stream, in, visible.view());
+    const unsigned blocks = blocks_for(std::max(1u, frame.cloud.count));
+    if (size.uses_macro_tiles()) {
+      const Blocks with_counts(blocks, kThreads, size.macro_tiles() * sizeof(std::uint32_t));
+      launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
+             scratch.macro_tiles, scratch.large, scratch.counters);
+      launch("preprocess", append_large<P>, Blocks(kLargeBlocks, kLargeThreads), frame.stream,
+             frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
+    } else {
+      launch("preprocess", project_and_count<P>, blocks, frame.stream, in, visible.view());
+    }
   });
 }
 

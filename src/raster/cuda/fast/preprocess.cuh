@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1 of the fast pipeline, in two kernels: `project` computes visibility and footprints,
-// `color` evaluates the spherical harmonics and writes the splats for blending. `color` reads most
+// Stage 1 of the fast pipeline, in two kernels: `project` computes visibility and footprints, and
+// appends the visible Gaussians to the macro-tiles that they meet if the frame uses them. `color`
+// evaluates the spherical harmonics and writes the splats for blending. `color` reads most
 // of the scene's bytes, but only blending depends on it, so it runs concurrently with binning and
 // sorting. Results are indexed as in the cloud.
 #pragma once
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "raster/cuda/fast/scratch.cuh"
 #include "raster/cuda/frame_context.cuh"
 
 namespace qs::cuda::fast {
@@ -19,6 +21,7 @@ struct alignas(32) PackedFootprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
+  // Only in a frame that is sorted globally:
   std::uint32_t lines;  ///< lines of tiles in the mode's walk; 0 if the mode has no walk
   std::uint32_t tiles;  ///< tiles listed, > 0
 
@@ -79,13 +82,8 @@ struct Visible {
   VisibleView view() { return {depth_keys.data(), footprints.data(), splats.data()}; }
 };
 
-/// Memory that `project` sets to zero in addition to its own work.
-struct ToClear {
-  uint4* words;
-  std::size_t count;
-};
-
-void project(const FrameContext& frame, Visible& visible, const ToClear& to_clear);
+/// The first work of a frame: also clears the frame's counters.
+void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch);
 void color(const FrameContext& frame, Visible& visible, cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

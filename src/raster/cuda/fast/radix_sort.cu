@@ -44,19 +44,6 @@ __global__ void __launch_bounds__(kSortThreads)
   if (threadIdx.x == 0 && total > 0) atomicAdd(kept, total);
 }
 
-/// Mask of the lanes whose item is valid and has the same digit as this lane's.
-template <int kBits>
-__device__ unsigned peers_of(std::uint32_t digit, bool valid) {
-  unsigned peers = __ballot_sync(kAllLanes, valid);
-#pragma unroll
-  for (int bit = 0; bit < kBits; ++bit) {
-    const bool set = (digit >> bit & 1) != 0;
-    const unsigned with = __ballot_sync(kAllLanes, set);
-    peers &= set ? with : ~with;
-  }
-  return peers;
-}
-
 /// Publishes `own`, this part's number of items with the digit `bin`, and returns the number of
 /// such items in all earlier parts.
 __device__ std::uint32_t look_back(volatile std::uint32_t* words, unsigned bins, unsigned bin,

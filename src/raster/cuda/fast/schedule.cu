@@ -5,15 +5,6 @@
 namespace qs::cuda::fast {
 namespace {
 
-/// Lengths of 2^15 and more are in class 0, empty lists in the last class.
-__device__ unsigned length_class(std::uint32_t length) {
-  if (length == 0) return kLengthClasses - 1;
-  constexpr int kMantissaBits = 23, kBias = 127;
-  const unsigned bits = __float_as_uint(static_cast<float>(length));
-  const unsigned half_octaves = (bits >> (kMantissaBits - 1)) - 2 * kBias;
-  return half_octaves < kLengthClasses - 1 ? kLengthClasses - 2 - half_octaves : 0;
-}
-
 __global__ void __launch_bounds__(kThreads)
     schedule_tiles(const KeyRange* ranges, unsigned tiles, std::uint32_t* class_sizes,
                    std::uint32_t* scheduled, SegmentsView segments) {
@@ -33,16 +24,7 @@ __global__ void __launch_bounds__(kThreads)
   if (class_sizes != nullptr && thread < kLengthClasses && sizes[thread] > 0) {
     begins[thread] = atomicAdd(&class_sizes[thread], sizes[thread]);
   }
-  if (length > kLongList) {
-    const std::uint32_t count = segment_count(length);
-    const std::uint32_t first = atomicAdd(&counters->segments, count);
-    const bool fits = first + count <= segments.capacity;
-    for (std::uint32_t i = 0; i < count && first + i < segments.capacity; ++i) {
-      segments.segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0};
-    }
-    const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
-    if (list < segments.capacity) segments.first_segments[list] = first;
-  }
+  if (length > kLongList) segments.reserve(tile, segment_count(length));
   if (thread == 0 && longest > 0) atomicMax(&counters->max_pairs_in_a_tile, longest);
   __syncthreads();
   if (class_sizes != nullptr && tile < tiles) scheduled[own * tiles + begins[own] + place] = tile;

@@ -11,6 +11,15 @@ namespace qs::cuda::fast {
 
 inline constexpr unsigned kLengthClasses = kWarp;  ///< half octaves, the longest first
 
+/// Lengths of 2^15 and more are in class 0, empty lists in the last class.
+__device__ inline unsigned length_class(std::uint32_t length) {
+  if (length == 0) return kLengthClasses - 1;
+  constexpr int kMantissaBits = 23, kBias = 127;
+  const unsigned bits = __float_as_uint(static_cast<float>(length));
+  const unsigned half_octaves = (bits >> (kMantissaBits - 1)) - 2 * kBias;
+  return half_octaves < kLengthClasses - 1 ? kLengthClasses - 2 - half_octaves : 0;
+}
+
 struct ScheduleView {
   const std::uint32_t* class_sizes;  ///< kLengthClasses; null: tiles are in row order
   const std::uint32_t* tiles;        ///< kLengthClasses arrays of `count` entries each

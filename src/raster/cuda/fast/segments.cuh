@@ -16,7 +16,7 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr std::uint32_t kLongList = 2048;    ///< longer lists are cut
+inline constexpr std::uint32_t kLongList = 4096;    ///< longer lists are cut
 inline constexpr std::uint32_t kSegment = 512;      ///< Gaussians counted per segment, at least
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 

@@ -52,13 +52,18 @@ int depth_passes(const FrameContext& frame) {
                     Radix<DepthKey>::kPasses);
 }
 
-void DepthOrder::reserve(std::size_t size) {
+void DepthOrder::reserve(const FrameSize& size) {
+  if (size.uses_macro_tiles()) return;
   for (auto* buffer : {&gaussians, &other_gaussians, &keys, &other_keys}) {
-    buffer->reserve("the frame's Gaussians", size);
+    buffer->reserve("the frame's Gaussians", size.gaussians);
   }
 }
 
 void TilePairs::reserve(const FrameSize& size) {
+  if (size.uses_macro_tiles()) {
+    gaussians.reserve("the frame's tile pairs", size.pair_capacity);
+    return;
+  }
   const std::size_t key_bytes =
       size.uses_16_bit_keys() ? sizeof(std::uint16_t) : sizeof(std::uint32_t);
   const std::uint64_t held =

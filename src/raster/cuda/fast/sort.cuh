@@ -5,7 +5,7 @@
 // every tile's list is in depth order although the pairs do not store a depth.
 #pragma once
 
-#include "raster/cuda/fast/scratch.cuh"
+#include "raster/cuda/fast/preprocess.cuh"
 
 namespace qs::cuda::fast {
 
@@ -13,10 +13,11 @@ struct DepthOrder {
   DeviceBuffer<std::uint32_t> gaussians;  ///< the visible ones, front to back
   DeviceBuffer<std::uint32_t> other_gaussians, keys, other_keys;
 
-  void reserve(std::size_t size);
+  void reserve(const FrameSize& size);
 };
 
 /// Tiles are the keys, in 16 or 32 bits (see FrameSize::uses_16_bit_keys()), Gaussians the values.
+/// A frame with macro-tiles uses `gaussians` only.
 struct TilePairs {
   DeviceBuffer<std::byte> keys, other_keys;
   DeviceBuffer<std::uint32_t> gaussians, other_gaussians;

@@ -18,6 +18,30 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
+template <int kBits>
+__device__ unsigned peers_of(std::uint32_t digit, bool valid) {
+  unsigned peers = __ballot_sync(kAllLanes, valid);
+#pragma unroll
+  for (int bit = 0; bit < kBits; ++bit) {
+    const bool set = (digit >> bit & 1) != 0;
+    const unsigned with = __ballot_sync(kAllLanes, set);
+    peers &= set ? with : ~with;
+  }
+  return peers;
+}
+
+/// Consecutive places for the lanes that need one, counted by *count. All lanes of the warp must
+/// call it; the others' index is undefined.
+__device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
+  const unsigned all = __ballot_sync(kAllLanes, needs);
+  std::uint32_t first = 0;
+  if (all != 0 && lane_index() == 0) {
+    first = atomicAdd(count, static_cast<std::uint32_t>(__popc(all)));
+  }
+  return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
+}
+
 /// The sum over this lane and all lower lanes. All lanes of the warp must call it.
 template <class T>
 __device__ T inclusive_sum_of_warp(T value) {

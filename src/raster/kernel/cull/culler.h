@@ -12,8 +12,8 @@
 //   };
 //
 // A convex footprint meets every line of tiles in one contiguous run. So a mode is a Walk: an axis,
-// a range of lines along it, and the run of tiles in each line. A mode may instead define its own
-// `for_each_tile`, as quadbox-naive does. for_each_tile() both counts and lists tiles.
+// a range of lines along it, the run of tiles in each line, and a run that contains all of them. A
+// mode may instead define its own `bounds` and `for_each_tile_in`, as quadbox-naive does.
 // To add a mode, write a header with such a struct and add one entry to modes.h; tests, command
 // line and viewer find it there.
 #pragma once
@@ -60,6 +60,7 @@ struct RectWalk {
     return {by_rows, by_rows ? rect.rows : rect.columns, by_rows ? rect.columns : rect.rows};
   }
   QS_HD Span span(int) const { return tiles; }
+  QS_HD Span widest() const { return tiles; }
 };
 
 /// Calls visit(line, span) for every line of the mode's walk, in ascending order.
@@ -68,12 +69,20 @@ QS_HD void for_each_line(const Walk& walk, Visit&& visit) {
   for (int line = walk.lines.begin; line < walk.lines.end; ++line) visit(line, walk.span(line));
 }
 
+/// True if mode P is a Walk.
+template <class P>
+inline constexpr bool kWalks = requires {
+  P::template walk<kTileSize>(Footprint{}, TileGrid{});
+};
+
 /// Calls visit(tile) with tile = row * columns + column once for every tile that mode P lists.
 /// kTilePx is grid.tile_px.
 template <class P, int kTilePx = kTileSize, class Visit>
 QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
-  if constexpr (requires { P::template for_each_tile<kTilePx>(footprint, grid, visit); }) {
-    P::template for_each_tile<kTilePx>(footprint, grid, visit);
+  if constexpr (!kWalks<P>) {
+    P::template for_each_tile_in<kTilePx>(
+        footprint, grid, {{0, grid.columns}, {0, grid.rows}},
+        [&](int column, int row) { visit(row * grid.columns + column); });
   } else {
     const auto walk = P::template walk<kTilePx>(footprint, grid);
     for_each_line(walk, [&](int line, Span span) {
@@ -88,13 +97,27 @@ QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visi
 template <class P, int kTilePx = kTileSize>
 QS_HD unsigned count_tiles(const Footprint& footprint, TileGrid grid) {
   unsigned count = 0;
-  if constexpr (requires { P::template walk<kTilePx>(footprint, grid); }) {
+  if constexpr (kWalks<P>) {
     for_each_line(P::template walk<kTilePx>(footprint, grid),
                   [&](int, Span span) { count += static_cast<unsigned>(span.size()); });
   } else {
-    P::template for_each_tile<kTilePx>(footprint, grid, [&](int) { ++count; });
+    for_each_tile<P, kTilePx>(footprint, grid, [&](int) { ++count; });
   }
   return count;
+}
+
+/// A rectangle that contains all tiles that mode P lists; empty if it lists none.
+template <class P, int kTilePx = kTileSize>
+QS_HD TileRect bounds(const Footprint& footprint, TileGrid grid) {
+  if constexpr (!kWalks<P>) {
+    return P::template bounds<kTilePx>(footprint, grid);
+  } else {
+    const auto walk = P::template walk<kTilePx>(footprint, grid);
+    Span lines = walk.lines;
+    while (lines.size() > 0 && walk.span(lines.begin).size() == 0) ++lines.begin;
+    const Span widest = lines.size() > 0 ? walk.widest() : Span{0, 0};
+    return walk.by_rows ? TileRect{widest, lines} : TileRect{lines, widest};
+  }
 }
 
 }  // namespace qs

@@ -38,6 +38,8 @@ struct ExactWalk {
         boxes.span(line));
   }
 
+  QS_HD Span widest() const { return boxes.widest(); }
+
  private:
   static QS_HD float clamp(float x, float low, float high) {
     return x < low ? low : (x > high ? high : x);

@@ -83,6 +83,11 @@ struct QuadBoxWalk {
     const float right = right_same > right_opposite ? right_same : right_opposite;
     return tiles_meeting<kTilePx>(mean_u - left, mean_u + right, limit);
   }
+
+  QS_HD Span widest() const {
+    const float reach = same.x > opposite.x ? same.x : opposite.x;
+    return tiles_meeting<kTilePx>(mean_u - reach, mean_u + reach, limit);
+  }
 };
 
 struct QuadBox {
@@ -106,25 +111,33 @@ struct QuadBoxNaive {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
-  /// Visits the tiles of one box after the other, except those that an earlier box contains.
+  /// Calls visit(column, row) for the tiles within `window`: those of one box after the other,
+  /// except those that an earlier box contains.
   template <int kTilePx = kTileSize, class Visit>
-  static QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
+  static QS_HD void for_each_tile_in(const Footprint& footprint, TileGrid grid,
+                                     const TileRect& window, Visit&& visit) {
     const QuadBoxes boxes = QuadBoxes::of(footprint);
     const TileRect a = boxes.tiles<kTilePx>(0, grid), b = boxes.tiles<kTilePx>(1, grid);
     const TileRect c = boxes.tiles<kTilePx>(2, grid), d = boxes.tiles<kTilePx>(3, grid);
-    loop(a, grid, visit, [](int, int) { return false; });
-    loop(b, grid, visit, [&](int x, int y) { return a.contains(x, y); });
-    loop(c, grid, visit, [&](int x, int y) { return a.contains(x, y) || b.contains(x, y); });
-    loop(d, grid, visit,
+    loop(intersection(a, window), visit, [](int, int) { return false; });
+    loop(intersection(b, window), visit, [&](int x, int y) { return a.contains(x, y); });
+    loop(intersection(c, window), visit,
+         [&](int x, int y) { return a.contains(x, y) || b.contains(x, y); });
+    loop(intersection(d, window), visit,
          [&](int x, int y) { return a.contains(x, y) || b.contains(x, y) || c.contains(x, y); });
+  }
+
+  template <int kTilePx = kTileSize>
+  static QS_HD TileRect bounds(const Footprint& footprint, TileGrid grid) {
+    return qs::bounds<QuadBox, kTilePx>(footprint, grid);
   }
 
  private:
   template <class Visit, class Listed>
-  static QS_HD void loop(const TileRect& rect, TileGrid grid, Visit& visit, const Listed& listed) {
+  static QS_HD void loop(const TileRect& rect, Visit& visit, const Listed& listed) {
     for (int row = rect.rows.begin; row < rect.rows.end; ++row) {
       for (int column = rect.columns.begin; column < rect.columns.end; ++column) {
-        if (!listed(column, row)) visit(row * grid.columns + column);
+        if (!listed(column, row)) visit(column, row);
       }
     }
   }

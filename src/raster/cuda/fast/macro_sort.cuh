@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+//
+// Sorts the Gaussians of a macro-tile by depth, then by index, in the shared memory of a block.
+// Their order before is arbitrary, so the order after must be total.
+#pragma once
+
+#include "raster/cuda/fast/scratch.cuh"
+#include "raster/cuda/fast/warp.cuh"
+
+namespace qs::cuda::fast {
+
+/// The dynamic shared memory of a block: three arrays of `capacity` elements.
+struct SharedArrays {
+  std::uint32_t* values;  ///< depth keys, by index in the macro-tile; later Gaussians, in order
+  std::uint16_t* order;   ///< indices in the macro-tile, in order
+  std::uint16_t* other;   ///< the order before a pass of the sort; later masks of tiles, in order
+
+  static constexpr std::size_t kBytesEach = sizeof(std::uint32_t) + 2 * sizeof(std::uint16_t);
+
+  __device__ SharedArrays(void* memory, std::uint32_t capacity)
+      : values(static_cast<std::uint32_t*>(memory)),
+        order(reinterpret_cast<std::uint16_t*>(values + capacity)),
+        other(order + capacity) {}
+};
+
+/// The part of a block's items that a warp processes, in order: [begin, end).
+struct WarpPart {
+  unsigned begin, end;
+
+  /// Of `size` items, cut into `parts` for which the lengths are multiples of 32.
+  __device__ WarpPart(unsigned size, unsigned part, unsigned parts) {
+    const unsigned each = (size + parts * kWarp - 1) / (parts * kWarp) * kWarp;
+    begin = min(part * each, size);
+    end = min(begin + each, size);
+  }
+};
+
+/// Sorts a macro-tile with the kBlock threads of a block, which call all functions together.
+template <unsigned kBlock>
+class MacroSort {
+ public:
+  __device__ MacroSort(SharedArrays& arrays, const MacroEntry* entries, unsigned size)
+      : arrays_(arrays), entries_(entries), size_(size), part_(size, threadIdx.x / kWarp, kWarps) {}
+
+  /// Sets arrays.order to the indices of the entries by depth, then by Gaussian.
+  __device__ void sort() {
+    constexpr int kMostBits = 2 * kDigitBits;  // exchanges do the rest
+    begin_with(&MacroEntry::depth_key);
+    sort_by_values(kMostBits);
+    if (exchange_neighbours()) return;
+    begin_with(&MacroEntry::gaussian);
+    sort_by_values(32);
+    load(&MacroEntry::depth_key);
+    sort_by_values(32);
+  }
+
+ private:
+  static constexpr int kDigitBits = 9;
+  static constexpr unsigned kDigits = 1u << kDigitBits;
+  static constexpr unsigned kWarps = kBlock / kWarp;
+  static constexpr unsigned kOwnDigits = kBlock < kDigits ? kDigits / kBlock : 1;
+
+  __device__ void load(std::uint32_t MacroEntry::*member) {
+    __syncthreads();
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) arrays_.values[i] = entries_[i].*member;
+    __syncthreads();
+  }
+
+  __device__ void begin_with(std::uint32_t MacroEntry::*member) {
+    load(member);
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
+      arrays_.order[i] = static_cast<std::uint16_t>(i);
+    }
+    __syncthreads();
+  }
+
+  /// The largest of the block's values.
+  __device__ std::uint32_t largest(std::uint32_t value) {
+    __shared__ std::uint32_t of_warps[kWarps];
+    for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+      value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
+    }
+    if (lane_index() == 0) of_warps[threadIdx.x / kWarp] = value;
+    __syncthreads();
+    for (const std::uint32_t other : of_warps) value = max(value, other);
+    __syncthreads();
+    return value;
+  }
+
+  /// Sorts arrays.order by the highest `most_bits` in which the values of its elements differ.
+  /// Equal ones keep their order. A radix sort from the lowest of these bits.
+  __device__ void sort_by_values(int most_bits) {
+    std::uint32_t most = 0, inverse_of_least = 0;
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
+      most = max(most, arrays_.values[i]);
+      inverse_of_least = max(inverse_of_least, ~arrays_.values[i]);
+    }
+    const std::uint32_t least = ~largest(inverse_of_least), range = largest(most) - least;
+    int bits = 0;
+    while (bits < 32 && range >> bits != 0) ++bits;
+    for (int shift = max(bits - most_bits, 0); shift < bits; shift += kDigitBits) {
+      sort_by_digit(least, shift);
+    }
+  }
+
+  __device__ void sort_by_digit(std::uint32_t least, int shift) {
+    // Counts of two warps share a word, because atomicAdd has no 16-bit form.
+    __shared__ std::uint32_t counts[kWarps / 2][kDigits];
+    const unsigned thread = threadIdx.x, warp = thread / kWarp;
+    const auto count_of = [&](unsigned w, unsigned digit) -> std::uint16_t& {
+      return reinterpret_cast<std::uint16_t*>(&counts[w / 2][digit])[w % 2];
+    };
+    const auto digit_of_item = [&](unsigned item) {
+      return (arrays_.values[item] - least) >> shift & (kDigits - 1);
+    };
+    for (unsigned i = thread; i < kWarps / 2 * kDigits; i += kBlock) (&counts[0][0])[i] = 0;
+    __syncthreads();
+    for (unsigned i = part_.begin + lane_index(); i < part_.end; i += kWarp) {
+      const unsigned digit = digit_of_item(arrays_.order[i]);
+      atomicAdd(&counts[warp / 2][digit], warp % 2 == 0 ? 1u : 1u << 16);
+    }
+    __syncthreads();
+    std::uint32_t sum = 0;
+    const unsigned own = thread * kOwnDigits;
+    for (unsigned d = own; d < own + kOwnDigits && d < kDigits; ++d) {
+#pragma unroll
+      for (unsigned w = 0; w < kWarps; ++w) sum += count_of(w, d);
+    }
+    std::uint32_t before = sum_of_block<kBlock>(sum).before;
+    for (unsigned d = own; d < own + kOwnDigits && d < kDigits; ++d) {
+#pragma unroll
+      for (unsigned w = 0; w < kWarps; ++w) {
+        const std::uint32_t count = count_of(w, d);
+        count_of(w, d) = static_cast<std::uint16_t>(before);
+        before += count;
+      }
+    }
+    __syncthreads();
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+      const bool exists = first + lane_index() < part_.end;
+      const std::uint16_t item = exists ? arrays_.order[first + lane_index()] : 0;
+      const unsigned digit = digit_of_item(item);
+      const unsigned peers = peers_of<kDigitBits>(digit, exists);
+      const unsigned below = __popc(peers & lanes_below());
+      const unsigned begin = count_of(warp, digit);
+      __syncwarp();
+      if (exists && below == 0) {
+        count_of(warp, digit) = static_cast<std::uint16_t>(begin + __popc(peers));
+      }
+      __syncwarp();
+      if (exists) arrays_.other[begin + below] = item;
+    }
+    __syncthreads();
+    std::uint16_t* const sorted = arrays_.other;
+    arrays_.other = arrays_.order;
+    arrays_.order = sorted;
+  }
+
+  /// Completes an order in which few neighbours are wrong, by depth, then by Gaussian. Returns
+  /// false if it needs more than a few rounds.
+  __device__ bool exchange_neighbours() {
+    constexpr int kRounds = 12;
+    for (int round = 0; round < kRounds; ++round) {
+      bool exchanged = false;
+      for (unsigned odd = 1; odd <= 2; ++odd) {
+        for (unsigned i = odd + 2 * threadIdx.x; i < size_; i += 2 * kBlock) {
+          const std::uint16_t front = arrays_.order[i - 1], back = arrays_.order[i];
+          if (!is_behind(front, back)) continue;
+          arrays_.order[i - 1] = back;
+          arrays_.order[i] = front;
+          exchanged = true;
+        }
+        __syncthreads();
+      }
+      if (__syncthreads_count(exchanged) == 0) return true;
+    }
+    return false;
+  }
+
+  __device__ bool is_behind(unsigned a, unsigned b) const {
+    const std::uint32_t depth_a = arrays_.values[a], depth_b = arrays_.values[b];
+    if (depth_a != depth_b) return depth_a > depth_b;
+    return entries_[a].gaussian > entries_[b].gaussian;
+  }
+
+  SharedArrays& arrays_;
+  const MacroEntry* entries_;
+  unsigned size_;
+  WarpPart part_;
+};
+
+}  // namespace qs::cuda::fast

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// Lists of pipeline `fast` by macro-tile equal those of the CPU: in macro-tiles that are usual,
+// full or too full, with equal depths, with Gaussians of all sizes, and when the view changes
+// between them.
+#include <cmath>
+#include <random>
+
+#include "support/gpu.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+class CudaMacroTiles : public test::PipelineTest {
+ protected:
+  void SetUp() override {
+    test::PipelineTest::SetUp();
+    if (GetParam() == Pipeline::classic) GTEST_SKIP() << "pipeline classic has no macro-tiles";
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Pipelines, CudaMacroTiles, test::kPipelines, test::name_of_pipeline);
+
+constexpr float kOpacityLogit = 1.0f;
+
+/// `count` Gaussians in front of a camera of `side` x `side` pixels, most of them of a few pixels.
+/// depth(i) is the distance of Gaussian i.
+template <class Depth>
+GaussianCloud scattered(std::size_t count, int side, const Depth& depth) {
+  std::mt19937 random(11);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const Camera camera = test::front_camera(side, side);
+  GaussianCloud cloud;
+  cloud.resize(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double z = depth(i), px = z / camera.focal_px.x, middle = 0.5 * side;
+    cloud.positions[i] = {(uniform(0, side) - middle) * px, (uniform(0, side) - middle) * px, z};
+    // A few reach over the whole picture.
+    const double size = i % 500 == 0 ? uniform(0.1, 1) * side : std::exp(uniform(-1, 2.5));
+    for (int axis = 0; axis < 3; ++axis) {
+      cloud.log_scales[i][axis] = static_cast<float>(std::log(size * px * uniform(0.2, 1)));
+    }
+    cloud.rotations[i] = glm::normalize(
+        glm::quat(static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(-1, 1)),
+                  static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(0.1, 1))));
+    cloud.opacity_logits[i] = kOpacityLogit;
+    cloud.sh[i] = glm::vec3(0.5f);
+  }
+  return cloud;
+}
+
+Outputs lists() {
+  Outputs outputs;
+  outputs.color = false;
+  outputs.pairs = outputs.trace = true;
+  return outputs;
+}
+
+void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
+                             RenderSettings settings) {
+  for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+    SCOPED_TRACE(mode_name(settings.mode));
+    const Frame& expected = cpu.render(camera, settings, lists());
+    const Frame& frame = gpu.render(camera, settings, lists());
+    EXPECT_EQ(test::difference(frame.trace, expected.trace), "");
+    EXPECT_EQ(frame.pairs, expected.pairs);
+    EXPECT_EQ(frame.stats.visible, expected.stats.visible);
+    EXPECT_EQ(frame.stats.tile_pairs, expected.stats.tile_pairs);
+    EXPECT_EQ(frame.stats.max_pairs_in_a_tile, expected.stats.max_pairs_in_a_tile);
+  }
+}
+
+/// Usual macro-tiles, full ones, and more than shared memory holds (on any GPU).
+constexpr std::size_t kFills[] = {800, 5000, 30'000};
+
+TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
+  for (const std::size_t fill : kFills) {
+    SCOPED_TRACE(fill);
+    const GaussianCloud cloud =
+        scattered(fill, 32, [](std::size_t i) { return 2 + 1e-4 * double(i * 7919 % 9973); });
+    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+    expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(32, 32), settings_of_pipeline());
+  }
+}
+
+TEST_P(CudaMacroTiles, put_equal_depths_in_the_order_of_the_file) {
+  for (const std::size_t planes : {1u, 3u, 400u}) {
+    SCOPED_TRACE(planes);
+    const GaussianCloud cloud =
+        scattered(4000, 48, [&](std::size_t i) { return 3 + 0.01 * double(i * 7919 % planes); });
+    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+    expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(48, 48), settings_of_pipeline());
+  }
+}
+
+TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
+  const GaussianCloud cloud =
+      scattered(3000, 900, [](std::size_t i) { return 2 + 0.001 * double(i); });
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  for (const auto& [width, height] : {std::pair{900, 900}, {1700, 40}, {40, 1700}}) {
+    SCOPED_TRACE(testing::Message() << width << "x" << height);
+    expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(width, height), settings_of_pipeline());
+  }
+}
+
+TEST_P(CudaMacroTiles, give_way_to_the_global_sort_and_come_back) {
+  const GaussianCloud cloud =
+      scattered(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  for (const int side : {512, 16, 512, 24, 300, 512}) {
+    SCOPED_TRACE(side);
+    expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(side, side), settings_of_pipeline());
+  }
+}
+
+}  // namespace
+}  // namespace qs

@@ -31,7 +31,7 @@ std::uint32_t with_half(std::uint32_t segments) { return segments + segments / 2
 std::uint32_t MacroTileCapacity::most_for(const FrameSize& size) const {
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
   if (size.macro_tiles() > kMostMacroTiles) return 0;
-  const std::uint64_t affordable = kMostBytes / (size.macro_tiles() * sizeof(MacroEntry));
+  const std::uint64_t affordable = kMostBytes / (size.macro_tiles() * MacroTiles::kBytesEach);
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(most_, affordable));
 }
 
@@ -68,6 +68,7 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
   size.grid = frame.grid;
   size.macro_capacity = std::min(size.macro_capacity, macro_capacity_.most_for(size));
   for (;;) {
+    if (!scratch_.can_hold_macro_tiles(size)) size.macro_capacity = 0;
     reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
     size_ = size;

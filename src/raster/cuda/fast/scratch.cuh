@@ -33,6 +33,7 @@ struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
   static constexpr std::uint32_t kUsual = 3072;  ///< Gaussians; fuller ones are listed apart
+  static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
 
   std::uint32_t* counts;   ///< Gaussians appended to each, also those beyond the capacity
   MacroEntry* entries;     ///< `capacity` for each
@@ -159,6 +160,13 @@ struct Scratch {
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
+  }
+
+  /// True if the macro-tiles of a frame of this size leave half of the free memory to the rest.
+  bool can_hold_macro_tiles(const FrameSize& size) const {
+    const std::uint64_t held = macro_entries_.bytes() + macro_masks_.bytes();
+    const std::uint64_t needed = MacroTiles::kBytesEach * size.macro_capacity * size.macro_tiles();
+    return needed <= held || needed <= (DeviceMemory::now().free + held) / 2;
   }
 
   /// Throws Error(device) if memory is short.

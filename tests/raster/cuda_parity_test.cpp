@@ -37,14 +37,6 @@ Outputs everything() {
   return outputs;
 }
 
-/// What preprocessing, binning and sorting decide; nothing is blended.
-Outputs decisions() {
-  Outputs outputs;
-  outputs.color = false;
-  outputs.pairs = outputs.trace = true;
-  return outputs;
-}
-
 TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
   for (int degree = 0; degree <= kMaxShDegree; ++degree) {
     const GaussianCloud cloud =
@@ -56,13 +48,8 @@ TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
           SCOPED_TRACE(testing::Message() << mode_name(settings.mode) << " " << width << "x"
                                           << height << " degree " << degree);
           const Camera camera = test::front_camera(width, height);
-          const Frame& a = cpu->render(camera, settings, decisions());
-          const Frame& b = gpu->render(camera, settings, decisions());
-          EXPECT_EQ(test::difference(b.trace, a.trace), "");
-          EXPECT_EQ(b.pairs, a.pairs);
-          EXPECT_EQ(b.stats.visible, a.stats.visible);
-          EXPECT_EQ(b.stats.tile_pairs, a.stats.tile_pairs);
-          EXPECT_EQ(b.stats.max_pairs_in_a_tile, a.stats.max_pairs_in_a_tile);
+          test::expect_equal_decisions(gpu->render(camera, settings, test::decisions()),
+                                       cpu->render(camera, settings, test::decisions()));
         }
       }
     }

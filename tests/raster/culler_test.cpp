@@ -124,7 +124,7 @@ TYPED_TEST(CullerTest, has_bounds_that_contain_its_tiles_and_are_empty_without_a
   for_each_footprint([](const Footprint& footprint, TileGrid grid, Size) {
     const TileRect rect = bounds<P>(footprint, grid);
     const std::vector<int> tiles = tiles_of<P>(footprint, grid);
-    EXPECT_EQ(rect.columns.size() > 0 && rect.rows.size() > 0, !tiles.empty());
+    EXPECT_EQ(rect.is_empty(), tiles.empty());
     for (const int tile : tiles) {
       EXPECT_TRUE(rect.contains(tile % grid.columns, tile / grid.columns)) << tile;
     }

@@ -70,6 +70,23 @@ inline std::string difference(const Trace& a, const Trace& b) {
   return "";
 }
 
+/// What preprocessing, binning and sorting decide; nothing is blended.
+inline Outputs decisions() {
+  Outputs outputs;
+  outputs.color = false;
+  outputs.pairs = outputs.trace = true;
+  return outputs;
+}
+
+/// Compares two frames of decisions() or more, bit for bit.
+inline void expect_equal_decisions(const Frame& frame, const Frame& expected) {
+  EXPECT_EQ(difference(frame.trace, expected.trace), "");
+  EXPECT_EQ(frame.pairs, expected.pairs);
+  EXPECT_EQ(frame.stats.visible, expected.stats.visible);
+  EXPECT_EQ(frame.stats.tile_pairs, expected.stats.tile_pairs);
+  EXPECT_EQ(frame.stats.max_pairs_in_a_tile, expected.stats.max_pairs_in_a_tile);
+}
+
 /// Fraction of the values that differ by more than `tolerance`, 0..1.
 inline double share_beyond(const Image& a, const Image& b, double tolerance) {
   EXPECT_EQ(a.values.size(), b.values.size());

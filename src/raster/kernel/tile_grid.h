@@ -73,6 +73,12 @@ QS_HD Span tiles_with_centers(float low, float high, int limit) {
 /// A half-open rectangle of tiles.
 struct TileRect {
   Span columns, rows;
+
+  /// From the range of lines and of tiles along them; the lines are rows or columns.
+  static QS_HD TileRect of_lines(bool by_rows, Span lines, Span along) {
+    return by_rows ? TileRect{along, lines} : TileRect{lines, along};
+  }
+  QS_HD bool is_empty() const { return columns.size() == 0 || rows.size() == 0; }
   QS_HD bool contains(int column, int row) const {
     return columns.contains(column) && rows.contains(row);
   }

@@ -35,6 +35,13 @@ struct MacroMask {
       mask |= (bits >> row & 1) << (row * kColumns + line - window.columns.begin);
     }
   }
+
+  /// Adds the tiles of a walk, which lists span_at(line) in a line.
+  template <class SpanAt>
+  __device__ void add_walk(bool by_rows, Span lines_of_walk, const SpanAt& span_at) {
+    const Span own = intersection(lines_of_walk, lines(by_rows));
+    for (int line = own.begin; line < own.end; ++line) add(by_rows, line, span_at(line));
+  }
 };
 
 /// The tiles of a macro-tile that mode P lists for a Gaussian.
@@ -47,17 +54,14 @@ __device__ unsigned tiles_in(const Footprint& footprint, TileGrid grid, int colu
     });
   } else {
     const auto walk = P::walk(footprint, grid);
-    const Span own = intersection(walk.lines, listed.lines(walk.by_rows));
-    for (int line = own.begin; line < own.end; ++line) {
-      listed.add(walk.by_rows, line, walk.span(line));
-    }
+    listed.add_walk(walk.by_rows, walk.lines, [&](int line) { return walk.span(line); });
   }
   return listed.mask;
 }
 
 /// The macro-tiles that a rectangle of tiles meets.
 __device__ inline TileRect macro_rect(const TileRect& tiles) {
-  if (tiles.columns.size() == 0 || tiles.rows.size() == 0) return {{0, 0}, {0, 0}};
+  if (tiles.is_empty()) return {{0, 0}, {0, 0}};
   constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
   return {{tiles.columns.begin / kColumns, (tiles.columns.end - 1) / kColumns + 1},
           {tiles.rows.begin / kRows, (tiles.rows.end - 1) / kRows + 1}};
@@ -85,7 +89,7 @@ struct Appended {
     constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
     if constexpr (!kWalks<P>) {
       const TileRect rect = bounds<P>(footprint, grid);
-      if (rect.columns.size() == 0 || rect.rows.size() == 0) return true;
+      if (rect.is_empty()) return true;
       if (rect.columns.size() > kBits || rect.rows.size() > kLines) return false;
       set_macro_tiles(rect);
     } else {
@@ -93,7 +97,7 @@ struct Appended {
       const Span widest = walk.widest();
       const int border = walk.by_rows ? kColumns : kRows, first = widest.begin / border * border;
       if (walk.lines.size() > kLines || widest.end - first > kBits) {
-        return bounds<P>(footprint, grid).rows.size() == 0;
+        return bounds<P>(footprint, grid).is_empty();
       }
       std::uint32_t any = 0;
       for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
@@ -108,7 +112,7 @@ struct Appended {
       across_begin = static_cast<std::uint16_t>(first);
       lines = static_cast<std::uint8_t>(walk.lines.size());
       by_rows = walk.by_rows;
-      set_macro_tiles(walk.by_rows ? TileRect{widest, walk.lines} : TileRect{walk.lines, widest});
+      set_macro_tiles(TileRect::of_lines(walk.by_rows, walk.lines, widest));
     }
     return true;
   }
@@ -155,7 +159,7 @@ struct Appended {
 struct StagedEntry {
   std::uint32_t word;  // macro-tile: 13 bits, owner: 11, mask: 8
 
-  static constexpr unsigned kOwners = 1u << 11;
+  static constexpr unsigned kOwners = 1u << 11, kMacroTiles = 1u << 13;
   static_assert(kThreads <= kOwners);
 
   __device__ explicit StagedEntry(std::uint32_t stored) : word(stored) {}
@@ -173,6 +177,7 @@ template <class P, class Visit>
 __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_gaussian,
                                     const VisibleView& visible, const MacroTiles& macro_tiles,
                                     TileGrid grid, const Visit& visit) {
+  static_assert(sizeof(Appended<P>) / sizeof(std::uint32_t) % 2 == 1);
   const Appended<P>& mine = gaussians[lane_index()];
   const unsigned own = unsigned{mine.macro_columns} * mine.macro_rows;
   const unsigned end = inclusive_sum_of_warp(own);

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "raster/cuda/collect.cuh"
+#include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/bin.cuh"
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
@@ -27,6 +28,8 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
 std::uint32_t with_half(std::uint32_t segments) { return segments + segments / 2; }
 
 }  // namespace
+
+static_assert(MacroTileCapacity::kMostMacroTiles <= StagedEntry::kMacroTiles);
 
 std::uint32_t MacroTileCapacity::most_for(const FrameSize& size) const {
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;

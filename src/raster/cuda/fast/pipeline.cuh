@@ -28,7 +28,7 @@ inline constexpr double kLeastDilation = kDilation / 2;
 class MacroTileCapacity {
  public:
   static constexpr std::uint32_t kFirst = MacroTiles::kUsual;
-  static constexpr std::size_t kMostMacroTiles = 8160;  ///< of 7680 x 4352 pixels, < 2^13
+  static constexpr std::size_t kMostMacroTiles = 8160;  ///< of 7680 x 4352 pixels
 
   /// `most`: the largest possible capacity.
   explicit MacroTileCapacity(std::uint32_t most) : most_(most) {}

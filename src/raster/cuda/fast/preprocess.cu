@@ -178,7 +178,7 @@ __global__ void __launch_bounds__(kLargeThreads)
       const auto walk = P::walk(footprint, grid);
       lines = walk.lines;
       by_rows = walk.by_rows;
-      tiles_of_all = by_rows ? TileRect{walk.widest(), lines} : TileRect{lines, walk.widest()};
+      tiles_of_all = TileRect::of_lines(by_rows, lines, walk.widest());
       __syncthreads();
       const int last = min(lines.end, lines.begin + kLargeLines);
       for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
@@ -196,10 +196,7 @@ __global__ void __launch_bounds__(kLargeThreads)
       unsigned tiles = 0;
       if (kWalks<P> && lines.size() <= kLargeLines) {
         MacroMask listed(column, row);
-        const Span own = intersection(lines, listed.lines(by_rows));
-        for (int line = own.begin; line < own.end; ++line) {
-          listed.add(by_rows, line, runs[line - lines.begin]);
-        }
+        listed.add_walk(by_rows, lines, [&](int line) { return runs[line - lines.begin]; });
         tiles = listed.mask;
       } else {
         tiles = tiles_in<P>(footprint, grid, column, row);

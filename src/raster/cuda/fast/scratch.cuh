@@ -111,8 +111,10 @@ struct FrameSize {
   bool has_full_macro_tiles() const { return macro_capacity > MacroTiles::kUsual; }
 
   std::size_t macro_tiles() const {
-    return std::size_t(MacroTiles::columns_of(grid)) * std::size_t(MacroTiles::rows_of(grid));
+    return static_cast<std::size_t>(MacroTiles::columns_of(grid)) *
+           static_cast<std::size_t>(MacroTiles::rows_of(grid));
   }
+  std::size_t macro_entries() const { return macro_capacity * macro_tiles(); }
 
   /// True if tile indices fit into 16 bits.
   bool uses_16_bit_keys() const { return grid.count() <= 1 << 16; }
@@ -154,18 +156,18 @@ struct Scratch {
                 results_.data(),  size.segment_capacity,  counters};
     macro_tiles.entries = macro_entries_.data();
     macro_tiles.masks = macro_masks_.data();
-    large = large_.data();
     macro_tiles.order = macro_order_.data();
     macro_tiles.capacity = size.macro_capacity;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
+    large = large_.data();
     return {reinterpret_cast<uint4*>(base), words * sizeof *base / sizeof(uint4)};
   }
 
   /// True if the macro-tiles of a frame of this size leave half of the free memory to the rest.
   bool can_hold_macro_tiles(const FrameSize& size) const {
     const std::uint64_t held = macro_entries_.bytes() + macro_masks_.bytes();
-    const std::uint64_t needed = MacroTiles::kBytesEach * size.macro_capacity * size.macro_tiles();
+    const std::uint64_t needed = MacroTiles::kBytesEach * size.macro_entries();
     return needed <= held || needed <= (DeviceMemory::now().free + held) / 2;
   }
 
@@ -177,9 +179,9 @@ struct Scratch {
     marks_.reserve("the frame's segments", size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve("the frame's segments", size.segment_capacity);
     if (size.uses_macro_tiles()) {
-      macro_entries_.reserve("the frame's macro-tiles", size.macro_capacity * size.macro_tiles());
+      macro_entries_.reserve("the frame's macro-tiles", size.macro_entries());
+      macro_masks_.reserve("the frame's macro-tiles", size.macro_entries());
       large_.reserve("the frame's Gaussians", size.gaussians);
-      macro_masks_.reserve("the frame's macro-tiles", size.macro_capacity * size.macro_tiles());
       macro_order_.reserve("the frame's macro-tiles", size.macro_tiles());
     }
     if (!size.uses_16_bit_keys()) return;

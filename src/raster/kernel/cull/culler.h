@@ -116,7 +116,7 @@ QS_HD TileRect bounds(const Footprint& footprint, TileGrid grid) {
     Span lines = walk.lines;
     while (lines.size() > 0 && walk.span(lines.begin).size() == 0) ++lines.begin;
     const Span widest = lines.size() > 0 ? walk.widest() : Span{0, 0};
-    return walk.by_rows ? TileRect{widest, lines} : TileRect{lines, widest};
+    return TileRect::of_lines(walk.by_rows, lines, widest);
   }
 }
 

@@ -3,6 +3,7 @@
 // The clock of the GPU in a benchmark and its reports.
 #include "app/report/clock_report.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include <gmock/gmock.h>

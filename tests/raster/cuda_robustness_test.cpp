@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include "raster/clock/gpu_clock.h"
 #include "support/gpu.h"
 #include "support/pool.h"
 #include "support/scenes.h"
@@ -180,6 +181,17 @@ TEST(GpuReport, says_in_a_sentence_why_no_gpu_can_be_used_or_lists_them) {
     }
   }
   EXPECT_EQ(available_backends().back(), Backend::cpu);
+}
+
+TEST(GpuReport, the_clock_of_a_gpu_is_positive_and_at_most_its_maximum) {
+  const GpuSensors sensors = gpu_sensors(0);
+  if (!sensors.read) GTEST_SKIP() << "no GPU, or its driver has no management library";
+  const std::optional<GpuReading> reading = sensors.read();
+  ASSERT_TRUE(reading);
+  EXPECT_GT(reading->sm_mhz, 0);
+  ASSERT_TRUE(sensors.sm_mhz_max);
+  EXPECT_LE(reading->sm_mhz, *sensors.sm_mhz_max);
+  EXPECT_FALSE(gpu_sensors(static_cast<int>(gpu_report().gpus.size())).read);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "app/measure/noise.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
+#include "app/report/clock_report.h"
 #include "app/report/markdown.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
@@ -68,9 +69,12 @@ class Bench {
       }
     }
     report_.view_count = view_;
+    add_clock(report_.environment, clock_);
     fmt::print("{}", format_markdown(report_));
     if (const std::string noise = noise_sentence(report_.rows); !noise.empty())
       warn("warning: " + noise);
+    if (const std::string throttling = throttle_warning(clock_.summary()); !throttling.empty())
+      warn("warning: " + throttling);
     if (command_.out_dir) {
       warn(write_report(report_, *command_.out_dir));
       fmt::print(stderr, "wrote {}\n", command_.out_dir->string());
@@ -108,7 +112,9 @@ class Bench {
   void one_view(Session& session, const std::string& name, const Shot& view,
                 const Progress& progress) {
     const std::vector<CullMode>& modes = command_.frame.modes;
-    std::vector<BenchRow> rows = measure_view(session, modes, view.camera, command_.plan, progress);
+    ViewPlan plan = command_.plan;
+    plan.clock = &clock_;
+    std::vector<BenchRow> rows = measure_view(session, modes, view.camera, plan, progress);
     const std::vector<double> psnrs =
         command_.psnr ? psnr_per_mode(session, view.camera) : std::vector<double>();
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -159,6 +165,7 @@ class Bench {
 
   void describe(const Session& session) {
     report_.environment = environment_json(session);
+    clock_ = clock_of(session);
     report_.environment["flags"] = flags_;
     report_.environment["frames"] = command_.plan.frames;
     report_.environment["warmup"] = command_.plan.warmup;
@@ -171,6 +178,7 @@ class Bench {
   const BenchCommand& command_;
   std::vector<std::string> flags_;
   BenchReport report_;
+  GpuClock clock_;
   std::size_t view_ = 0;   // number of the next (scene, camera)
   std::size_t parts_ = 0;  // scenes to load
 };

@@ -9,6 +9,7 @@
 #include "app/cli/command.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
+#include "app/report/clock_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/zoom_recording.h"
 #include "app/session/progress_bar.h"
@@ -50,9 +51,17 @@ glm::dvec3 find_target(Session& session, const Camera& camera) {
   return *target;
 }
 
-std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, const ViewPlan& plan) {
+// Measures all steps and adds the clock of the GPU to `environment`.
+std::vector<BenchRow> measure(Session& session, const ZoomBundle& bundle, ViewPlan plan,
+                              nlohmann::ordered_json& environment) {
   ProgressBar bar(fmt::format("zoom {}", scene_name(session.scene->path)));
-  return record_zoom(session, bundle, plan, bar.progress());
+  GpuClock clock = clock_of(session);
+  plan.clock = &clock;
+  std::vector<BenchRow> rows = record_zoom(session, bundle, plan, bar.progress());
+  add_clock(environment, clock);
+  if (const std::string throttling = throttle_warning(clock.summary()); !throttling.empty())
+    warn("warning: " + throttling);
+  return rows;
 }
 
 void save(Session& session, const ZoomBundle& bundle, const std::filesystem::path& folder) {
@@ -72,8 +81,9 @@ int replay(const ZoomCommand& command) {
     fail("{}: has changed since the zoom was measured ({}, now {})", session.scene->path.string(),
          bundle.scene_hash, hash);
   }
+  nlohmann::ordered_json environment = environment_json(session);
   std::vector<BenchRow> rows =
-      measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1});
+      measure(session, bundle, command.out_dir ? command.plan : ViewPlan{1, 0, 1}, environment);
   const std::vector<std::string> differences = count_differences(bundle.rows, rows);
   fmt::print("{} steps, {} modes: {}\n", bundle.steps, bundle.modes.size(),
              differences.empty() ? "all pair counts are equal"
@@ -81,7 +91,7 @@ int replay(const ZoomCommand& command) {
   for (const std::string& sentence : differences) warn(sentence);
   if (command.out_dir) {
     bundle.rows = std::move(rows);
-    bundle.environment = environment_json(session);
+    bundle.environment = std::move(environment);
     save(session, bundle, *command.out_dir);
   }
   return differences.empty() ? kExitOk : kExitComparison;
@@ -104,7 +114,7 @@ int run(ZoomCommand& command, Arguments arguments) {
   bundle.closest = command.closest;
   bundle.modes = command.frame.modes;
   bundle.environment["flags"] = std::vector<std::string>(arguments.begin(), arguments.end());
-  bundle.rows = measure(session, bundle, command.plan);
+  bundle.rows = measure(session, bundle, command.plan, bundle.environment);
   if (command.out_dir) {
     save(session, bundle, *command.out_dir);
   } else {

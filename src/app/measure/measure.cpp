@@ -38,6 +38,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
       const Frame& frame =
           renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
       if (round >= 0) measured[i].push_back(frame.stats);
+      if (round >= 0 && plan.clock != nullptr) plan.clock->sample();
       if (round + 1 == plan.frames) visit(settings.mode, frame);
     }
   }

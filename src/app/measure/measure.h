@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "raster/clock/gpu_clock.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -27,6 +28,7 @@ struct MeasurePlan {
   int warmup = 1, frames = 3;  ///< rounds over all modes; frames > 0
   Target target = HostImage{};
   Progress progress;
+  GpuClock* clock = nullptr;  ///< takes readings between measured frames
 };
 
 /// Renders all rounds and calls visit(mode, frame) with the frames of the last one. Returns one

@@ -65,7 +65,8 @@ Target bench_target(Backend backend) {
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress) {
-  MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend), {}};
+  MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
+                        {},    plan.clock};
   std::vector<std::vector<double>> frame_ms(modes.size()), medians(modes.size());
   std::vector<ModeResult> results;
   for (int round = 0; round < plan.rounds; ++round) {

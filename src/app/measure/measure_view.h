@@ -14,7 +14,8 @@ namespace qs {
 
 struct ViewPlan {
   int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
-  bool details = true;  ///< stage times and false positives, which take extra frames
+  bool details = true;        ///< stage times and false positives, which take extra frames
+  GpuClock* clock = nullptr;  ///< takes readings between the timed frames
 };
 
 /// One row per mode, in the order of `modes`. The caller sets scene, camera and view of the rows.

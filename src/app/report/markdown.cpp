@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/report/clock_report.h"
 #include "app/session/text.h"
 #include "raster/renderer.h"
 
@@ -209,6 +210,8 @@ std::string format_markdown(const BenchReport& report) {
         "mean over the scenes.\n\n{}",
         scenes, table(over_scenes(means), baseline));
   }
+  for (const std::string& line : clock_lines(report.environment))
+    text += fmt::format("\n{}.\n", line);
   return text;
 }
 

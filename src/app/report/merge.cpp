@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/report/bench_report.h"
+#include "app/report/clock_report.h"
 #include "app/session/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -97,6 +98,9 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   ordered_json merged = parts.front().report;
   for (const Fact& fact : kFacts) require_equal(parts, fact, mixed, merged["environment"]);
   forget_shard(merged["environment"]);
+  std::vector<ordered_json> environments;
+  for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
+  merge_clocks(environments, merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);

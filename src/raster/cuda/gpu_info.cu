@@ -85,4 +85,11 @@ GpuReport gpu_report() {
   return report;
 }
 
+std::string pci_bus_id(int device) {
+  char text[32] = "";
+  const bool found = cudaDeviceGetPCIBusId(text, sizeof text, device) == cudaSuccess;
+  cudaGetLastError();  // clears the error of a failed query
+  return found ? text : "";
+}
+
 }  // namespace qs::cuda

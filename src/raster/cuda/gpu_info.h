@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Lists the GPUs, or says why none can be used. Plain C++.
+// Lists the GPUs, or says why none can be used; locates them on the bus. Plain C++.
 #pragma once
 
 #include "raster/renderer.h"
@@ -9,5 +9,8 @@ namespace qs::cuda {
 
 /// See qs::gpu_report().
 GpuReport gpu_report();
+
+/// The PCI bus address of a GPU, such as "0000:1b:00.0"; empty if there is none with this index.
+std::string pci_bus_id(int device);
 
 }  // namespace qs::cuda

@@ -18,6 +18,7 @@
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
+#include "raster/clock/gpu_clock.h"
 #include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/pool.h"
@@ -71,7 +72,8 @@ std::vector<Variant> variants_of(const std::string& only) {
   return variants;
 }
 
-void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Variant>& variants) {
+void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Variant>& variants,
+             GpuClock& clock) {
   for (int round = -kWarmup; round < 2 * frames; ++round) {
     Outputs outputs;
     outputs.stage_times = round >= frames;
@@ -81,6 +83,7 @@ void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<V
       settings.mode = samples.mode;
       const RenderStats& stats = renderer.render(camera, settings, outputs, DeviceImage{}).stats;
       if (round >= 0 && round < frames) samples.frame.push_back(stats.frame_ms);
+      if (round >= 0) clock.sample();
       for (int stage = 0; stage < kStageCount && outputs.stage_times; ++stage) {
         samples.stages[stage].push_back(stats.stage_ms[stage]);
       }
@@ -140,22 +143,19 @@ void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>&
 }
 
 /// The scenes of tests/raster/cuda_parity_test.cpp.
-void measure_generated(int frames, const std::string& pipeline) {
+void measure_generated(int frames, const std::string& pipeline, GpuClock& clock) {
   for (const std::size_t count : {3000u, 20000u}) {
     const auto renderer = make_renderer(Backend::cuda, test::pool());
     renderer->upload(test::random_cloud(count, 3, 42), {});
     std::vector<Variant> variants = variants_of(pipeline);
-    measure(*renderer, test::front_camera(320, 200), frames, variants);
+    measure(*renderer, test::front_camera(320, 200), frames, variants, clock);
     const std::string name = std::to_string(count) + " generated";
     print_table({name.c_str(), 0, 0, 0, 0}, 1, variants);
   }
 }
 
-int run(const fs::path& shared, int frames, const std::string& only, const std::string& pipeline) {
-  std::printf("%s, %d frames per mode and camera after %d, medians\n\n",
-              gpu_report().gpus.at(0).name.c_str(), frames, kWarmup);
-  if (only.empty() || only == "generated") measure_generated(frames, pipeline);
-  if (!fs::exists(shared / "golden/pairs.json")) return 0;
+void measure_scenes(const fs::path& shared, int frames, const std::string& only,
+                    const std::string& pipeline, GpuClock& clock) {
   const auto sets = nlohmann::json::parse(std::ifstream(shared / "golden/pairs.json"));
   std::string loaded;
   std::unique_ptr<Renderer> renderer;
@@ -169,10 +169,24 @@ int run(const fs::path& shared, int frames, const std::string& only, const std::
       load(shared / scene, cameras.at(set["cameras"][0].get<std::size_t>()), renderer);
     std::vector<Variant> variants = variants_of(pipeline);
     for (const auto& index : set["cameras"]) {
-      measure(*renderer, cameras.at(index.get<std::size_t>()), frames, variants);
+      measure(*renderer, cameras.at(index.get<std::size_t>()), frames, variants, clock);
     }
     print_table(limits, set["cameras"].size(), variants);
   }
+}
+
+int run(const fs::path& shared, int frames, const std::string& only, const std::string& pipeline) {
+  const std::string gpu = gpu_report().gpus.at(0).name;
+  GpuClock clock(gpu_sensors(0));
+  std::printf("%s, %d frames per mode and camera after %d, medians\n\n", gpu.c_str(), frames,
+              kWarmup);
+  if (only.empty() || only == "generated") measure_generated(frames, pipeline, clock);
+  if (fs::exists(shared / "golden/pairs.json"))
+    measure_scenes(shared, frames, only, pipeline, clock);
+  const std::optional<GpuClockSummary> summary = clock.summary();
+  std::printf("%s\n", clock_text(gpu, summary).c_str());
+  if (const std::string warning = throttle_warning(summary); !warning.empty())
+    std::printf("warning: %s\n", warning.c_str());
   return 0;
 }
 

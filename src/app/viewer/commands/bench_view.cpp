@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/measure/scene_facts.h"
+#include "app/report/clock_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/viewer/commands/output_names.h"
@@ -21,8 +22,11 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   report.environment = environment_json(session);
   const std::string name = scene_name(session.scene->path);
   report.scenes.push_back(scene_facts(*session.scene, name));
-  const ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
+  ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
+  GpuClock clock = clock_of(session);
+  plan.clock = &clock;
   report.rows = measure_view(session, all_modes(), viewer.camera, plan, {{}, context.stop});
+  add_clock(report.environment, clock);
   for (BenchRow& row : report.rows) {
     row.scene = name;
     row.camera = camera_name(viewer);

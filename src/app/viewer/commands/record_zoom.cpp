@@ -6,6 +6,7 @@
 
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
+#include "app/report/clock_report.h"
 #include "app/report/zoom_recording.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
@@ -36,7 +37,9 @@ void record(RenderContext& context, const Viewer& viewer) {
     return context.report(action::notify_error,
                           "there is nothing to zoom to in the middle of the picture");
   }
-  const ZoomPlan plan = zoom_plan(session.backend);
+  ZoomPlan plan = zoom_plan(session.backend);
+  GpuClock clock = clock_of(session);
+  plan.plan.clock = &clock;
   ZoomBundle bundle = start_zoom(session, request.camera, *target);
   bundle.steps = plan.steps;
   const auto on_step = [&](const Camera& camera, const std::vector<BenchRow>& rows) {
@@ -47,6 +50,7 @@ void record(RenderContext& context, const Viewer& viewer) {
   context.report(action::zoom_stepped, bundle.steps, std::vector<BenchRow>());
   try {
     bundle.rows = record_zoom(session, bundle, plan.plan, {{}, context.stop}, on_step);
+    add_clock(bundle.environment, clock);
     const std::filesystem::path path =
         free_name(viewer.out_dir / "zoom", scene_name(session.scene->path), "");
     const std::string problem = save_zoom(session, bundle, path);

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include "raster/clock/gpu_clock.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace qs {
+namespace {
+
+/// Of the readings that have the value; unset if none has. The median is the value of a reading.
+template <class ValueOf>
+std::optional<SensorRange> range_of(const std::vector<GpuReading>& readings,
+                                    const ValueOf& value_of) {
+  std::vector<double> values;
+  for (const GpuReading& reading : readings) {
+    if (const std::optional<double> value = value_of(reading)) values.push_back(*value);
+  }
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  return SensorRange{values[values.size() / 2], values.front(), values.back()};
+}
+
+std::optional<std::vector<std::string>> throttles_of(const std::vector<GpuReading>& readings) {
+  std::optional<std::vector<std::string>> all;
+  for (const GpuReading& reading : readings) {
+    if (!reading.throttles) continue;
+    if (!all) all.emplace();
+    for (const std::string& reason : *reading.throttles) {
+      if (std::find(all->begin(), all->end(), reason) == all->end()) all->push_back(reason);
+    }
+  }
+  return all;
+}
+
+/// "1,980"; clocks are below 1,000,000 MHz.
+std::string grouped_mhz(double mhz) {
+  const long rounded = std::lround(mhz);
+  return rounded < 1000 ? fmt::format("{}", rounded)
+                        : fmt::format("{},{:03}", rounded / 1000, rounded % 1000);
+}
+
+/// " (1,755 to 1,980, at most 1,980)", or "" for a clock that was at its maximum all the time.
+std::string variation(const GpuClockSummary& summary) {
+  const SensorRange& mhz = summary.sm_mhz;
+  std::vector<std::string> words;
+  if (mhz.min < mhz.max) {
+    words.push_back(fmt::format("{} to {}", grouped_mhz(mhz.min), grouped_mhz(mhz.max)));
+  }
+  if (summary.sm_mhz_max && mhz.median < *summary.sm_mhz_max) {
+    words.push_back(fmt::format("at most {}", grouped_mhz(*summary.sm_mhz_max)));
+  }
+  return words.empty() ? "" : fmt::format(" ({})", fmt::join(words, ", "));
+}
+
+}  // namespace
+
+void GpuClock::sample(Time now) {
+  if (!sensors_.read || (last_ && now - *last_ < kInterval)) return;
+  last_ = now;
+  if (std::optional<GpuReading> reading = sensors_.read()) readings_.push_back(std::move(*reading));
+}
+
+std::optional<GpuClockSummary> GpuClock::summary() const {
+  if (readings_.empty()) return std::nullopt;
+  GpuClockSummary summary;
+  summary.readings = readings_.size();
+  summary.sm_mhz =
+      *range_of(readings_, [](const GpuReading& reading) { return std::optional(reading.sm_mhz); });
+  summary.sm_mhz_max = sensors_.sm_mhz_max;
+  summary.throttled = throttles_of(readings_);
+  summary.celsius = range_of(readings_, [](const GpuReading& reading) { return reading.celsius; });
+  summary.watts = range_of(readings_, [](const GpuReading& reading) { return reading.watts; });
+  return summary;
+}
+
+std::string clock_text(const std::string& gpu, const std::optional<GpuClockSummary>& summary) {
+  if (!summary) return fmt::format("{}: SM clock unknown", gpu);
+  const std::string throttling =
+      !summary->throttled ? "throttling unknown"
+      : summary->throttled->empty()
+          ? "not throttled"
+          : fmt::format("throttled: {}", fmt::join(*summary->throttled, ", "));
+  return fmt::format("{}: SM clock {} MHz{}, {}", gpu, grouped_mhz(summary->sm_mhz.median),
+                     variation(*summary), throttling);
+}
+
+std::string throttle_warning(const std::optional<GpuClockSummary>& summary) {
+  if (!summary || !summary->throttled || summary->throttled->empty()) return "";
+  return fmt::format(
+      "the GPU was throttled during the measurement ({}), so its times may not be comparable with "
+      "others",
+      fmt::join(*summary->throttled, ", "));
+}
+
+}  // namespace qs

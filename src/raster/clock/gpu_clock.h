@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+//
+// The clock of a GPU while frames are measured: readings of its sensors and their summary. A slower
+// clock makes every time longer, so a published time needs the clock it was measured at.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace qs {
+
+/// The sensors of a GPU at one moment. Values that the GPU does not report are unset.
+struct GpuReading {
+  double sm_mhz = 0;
+  /// Why the clock is lower than the load asks for, in words; empty = not throttled. An idle GPU
+  /// and a clock that was set by hand are not throttled.
+  std::optional<std::vector<std::string>> throttles;
+  std::optional<double> celsius, watts;
+};
+
+struct GpuSensors {
+  std::optional<double> sm_mhz_max;  ///< the highest clock of this GPU
+  /// Takes a reading in at most a few milliseconds; unset if it fails. Without sensors empty.
+  std::function<std::optional<GpuReading>()> read;
+};
+
+/// The sensors of a GPU, by its index in GpuReport::gpus. Does not throw: without the driver's
+/// management library there are no sensors.
+GpuSensors gpu_sensors(int device);
+
+/// Over the readings of a measurement.
+struct SensorRange {
+  double median = 0, min = 0, max = 0;
+};
+
+struct GpuClockSummary {
+  std::size_t readings = 0;
+  SensorRange sm_mhz;
+  std::optional<double> sm_mhz_max;                   ///< as in GpuSensors
+  std::optional<std::vector<std::string>> throttled;  ///< every reason that was read at least once
+  std::optional<SensorRange> celsius, watts;
+};
+
+/// Collects readings during a measurement. Without sensors it collects none.
+class GpuClock {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  /// The shortest time between two readings.
+  static constexpr std::chrono::milliseconds kInterval{50};
+
+  explicit GpuClock(GpuSensors sensors = {}) : sensors_(std::move(sensors)) {}
+
+  /// Takes a reading if the last attempt is at least kInterval ago. Call it between frames: a
+  /// reading within a timed frame would delay it.
+  void sample(Time now = std::chrono::steady_clock::now());
+
+  /// Unset without readings.
+  std::optional<GpuClockSummary> summary() const;
+
+ private:
+  GpuSensors sensors_;
+  std::optional<Time> last_;
+  std::vector<GpuReading> readings_;
+};
+
+/// "NVIDIA H200: SM clock 1,980 MHz, not throttled".
+std::string clock_text(const std::string& gpu, const std::optional<GpuClockSummary>& summary);
+
+/// A sentence that warns of throttling; empty if none was read.
+std::string throttle_warning(const std::optional<GpuClockSummary>& summary);
+
+}  // namespace qs

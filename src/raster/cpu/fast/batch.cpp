@@ -43,11 +43,10 @@ struct Records {
     for (std::uint32_t k = 0; k < next; ++k) __builtin_prefetch(&job.records[list[size + k]]);
     Record none{};
     none.ellipse.y_max = -1;
+    none.limit = kNoLimit;
     for (std::uint32_t k = size; k % kLanes != 0; ++k) records[k] = none;
   }
 };
-
-constexpr float kLog2AlphaMax = -0.014499570f;
 
 /// Writes the polynomials and colours of entries [k, k + kLanes).
 HWY_INLINE void stage(const Fields& field, const Record& first, glm::vec3 background, V u, V v,
@@ -64,7 +63,9 @@ HWY_INLINE void stage(const Fields& field, const Record& first, glm::vec3 backgr
   hn::Store(xx, d, batch.xx + k);
   hn::Store(xy, d, batch.xy + k);
   hn::Store(yy, d, batch.yy + k);
-  hn::Store(hn::Min(log2_opacity, hn::Set(d, kLog2AlphaMax)), d, batch.largest + k);
+  const V limit = field(first.limit);
+  hn::Store(limit, d, batch.limit + k);
+  batch.limited |= !hn::AllTrue(d, hn::Eq(limit, hn::Set(d, kNoLimit)));
   hn::Store(hn::Sub(field(first.red), hn::Set(d, background.x)), d, batch.red + k);
   hn::Store(hn::Sub(field(first.green), hn::Set(d, background.y)), d, batch.green + k);
   hn::Store(hn::Sub(field(first.blue), hn::Set(d, background.z)), d, batch.blue + k);
@@ -116,6 +117,7 @@ void load_batch(const TileJob& job, std::uint32_t first, std::uint32_t size, con
   Records loaded;
   loaded.load(job, first, size);
   std::fill_n(batch.counts, kCells, 0u);
+  batch.limited = false;
   const V middle_x = hn::Set(d, static_cast<float>(job.x0) + 0.5f * (kTileSize - 1));
   const V middle_y = hn::Set(d, static_cast<float>(job.y0) + 0.5f * (kTileSize - 1));
   for (std::uint32_t k = 0; k < size; k += kLanes) {
@@ -143,7 +145,7 @@ HWY_EXPORT(load_batch);
 
 Batch::Batch() {
   constant[kNone] = -1e6f;
-  for (float* factors : {x, y, xx, xy, yy, largest, red, green, blue}) factors[kNone] = 0;
+  for (float* factors : {x, y, xx, xy, yy, limit, red, green, blue}) factors[kNone] = 0;
 }
 
 void Batch::load(const TileJob& job, std::uint32_t first, std::uint32_t size, const bool* open) {

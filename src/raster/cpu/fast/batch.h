@@ -17,13 +17,14 @@ struct alignas(64) Batch {
   /// Per entry: log2 alpha is constant + x X + y Y + xx X^2 + xy X Y + yy Y^2, at X, Y from the
   /// tile's middle.
   float constant[kRoom], x[kRoom], y[kRoom], xx[kRoom], xy[kRoom], yy[kRoom];
-  float largest[kRoom];                                ///< upper bound of log2 alpha
+  float limit[kRoom];                            ///< Record::limit
   float red[kRoom], green[kRoom], blue[kRoom];  ///< without the background
 
   /// Per cell: the entries that may have a pixel with alpha >= 1/255 in it, front to back, and
   /// kNone up to a multiple of kMultiple.
   std::uint32_t reaching[kCells][kRoom];
   std::uint32_t counts[kCells];
+  bool limited;  ///< whether an entry has a finite limit
 
   Batch();
 

@@ -114,80 +114,119 @@ struct Place {
   }
 };
 
+/// A vector of pixels, loaded from a cell.
+struct Pixels {
+  V transmittance, red, green, blue;
+
+  HWY_INLINE Pixels(const Cell& cell, int at) {
+    const D d;
+    transmittance = hn::Load(d, cell.transmittance + at);
+    red = hn::Load(d, cell.red + at);
+    green = hn::Load(d, cell.green + at);
+    blue = hn::Load(d, cell.blue + at);
+  }
+
+  HWY_INLINE void store(Cell& cell, int at) const {
+    const D d;
+    hn::Store(transmittance, d, cell.transmittance + at);
+    hn::Store(red, d, cell.red + at);
+    hn::Store(green, d, cell.green + at);
+    hn::Store(blue, d, cell.blue + at);
+  }
+
+  HWY_INLINE M live() const { return hn::Gt(transmittance, hn::Zero(D())); }
+
+  /// Adds entry k.
+  HWY_INLINE void add(const Batch& batch, std::uint32_t k, V weight) {
+    const D d;
+    red = hn::MulAdd(hn::Set(d, batch.red[k]), weight, red);
+    green = hn::MulAdd(hn::Set(d, batch.green[k]), weight, green);
+    blue = hn::MulAdd(hn::Set(d, batch.blue[k]), weight, blue);
+  }
+};
+
+/// Computes the alphas of kChains entries; 0 below 1/255. kClamps: an entry has a limit.
+template <bool kClamps>
+HWY_INLINE void alphas_of(const Batch& batch, const std::uint32_t* entries, const Place& place,
+                          V (&alpha)[kChains], M (&counts)[kChains]) {
+  const D d;
+  const auto add = [&](const float* factors, V variable) HWY_ATTR {
+    each([&](std::uint32_t j) HWY_ATTR {
+      alpha[j] = hn::MulAdd(hn::Set(d, factors[entries[j]]), variable, alpha[j]);
+    });
+  };
+  each([&](std::uint32_t j) HWY_ATTR { alpha[j] = hn::Set(d, batch.constant[entries[j]]); });
+  add(batch.x, place.x);
+  add(batch.y, place.y);
+  add(batch.xx, place.xx);
+  add(batch.xy, place.xy);
+  add(batch.yy, place.yy);
+  each([&](std::uint32_t j) HWY_ATTR { counts[j] = hn::Ge(alpha[j], hn::Set(d, -kLog2Of255)); });
+  if constexpr (kClamps) {
+    each([&](std::uint32_t j) HWY_ATTR {
+      alpha[j] = hn::Min(alpha[j], hn::Set(d, batch.limit[entries[j]]));
+    });
+  }
+  exp2_polynomial(alpha);
+}
+
 /// Composites the batch's entries onto pixels [at, at + kLanes) of a cell. `before` is the number
 /// of list entries in front of the batch. True if a pixel is still live.
-template <bool kMaps>
+template <bool kClamps>
 HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index, int at,
                              Cell& cell, std::uint32_t* evaluated) {
   const D d;
   const DU du;
   const Place place(index, at);
-  const V transmittance_min = hn::Set(d, kTransmittanceMin);
-  // The bound keeps the transmittance of stopped pixels away from subnormal numbers.
-  V transmittance =
-      hn::Max(hn::Load(d, cell.transmittance + at), hn::Set(d, 0.5f * kTransmittanceMin));
-  V red = hn::Load(d, cell.red + at), green = hn::Load(d, cell.green + at),
-    blue = hn::Load(d, cell.blue + at);
-  M live = hn::Ge(transmittance, transmittance_min);
-  const std::uint32_t* entries = batch.reaching[index];
+  const V least = hn::Set(d, kTransmittanceMin);
+  Pixels pixels(cell, at);
+  M live = pixels.live();
   const std::uint32_t count = batch.counts[index];
   for (std::uint32_t i = 0; i < count && !hn::AllFalse(d, live); i += kChains) {
-    V alpha[kChains];
+    const std::uint32_t* entries = batch.reaching[index] + i;
+    V alpha[kChains], weight[kChains];
     M counts[kChains];
-    const auto add = [&](const float* factors, V variable) HWY_ATTR {
-      for (std::uint32_t j = 0; j < kChains; ++j)
-        alpha[j] = hn::MulAdd(hn::Set(d, factors[entries[i + j]]), variable, alpha[j]);
-    };
-    for (std::uint32_t j = 0; j < kChains; ++j)
-      alpha[j] = hn::Set(d, batch.constant[entries[i + j]]);
-    add(batch.x, place.x);
-    add(batch.y, place.y);
-    add(batch.xx, place.xx);
-    add(batch.xy, place.xy);
-    add(batch.yy, place.yy);
-    for (std::uint32_t j = 0; j < kChains; ++j) {
-      counts[j] = hn::Ge(alpha[j], hn::Set(d, -kLog2Of255));
-      alpha[j] = hn::Min(alpha[j], hn::Set(d, batch.largest[entries[i + j]]));
+    alphas_of<kClamps>(batch, entries, place, alpha, counts);
+    V transmittance = pixels.transmittance;
+    each([&](std::uint32_t j) HWY_ATTR {
+      weight[j] = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], transmittance));
+      transmittance = hn::Sub(transmittance, weight[j]);
+    });
+    const M stops = hn::And(live, hn::Lt(transmittance, least));
+    if (HWY_LIKELY(hn::AllFalse(d, stops))) {
+      pixels.transmittance = transmittance;
+      each([&](std::uint32_t j) HWY_ATTR { pixels.add(batch, entries[j], weight[j]); });
+      continue;
     }
-    exp2_polynomial(alpha);
-    for (std::uint32_t j = 0; j < kChains; ++j) {
-      const std::uint32_t k = entries[i + j];
-      const V weight = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], transmittance));
-      transmittance = hn::Sub(transmittance, weight);
-      const M goes_on = hn::Ge(transmittance, transmittance_min);
-      if constexpr (kMaps) {
-        const M stops = hn::AndNot(goes_on, live);
-        hn::Store(hn::IfThenElse(hn::RebindMask(du, stops), hn::Set(du, before + k + 1),
-                                 hn::Load(du, evaluated + at)),
-                  du, evaluated + at);
-      }
-      live = goes_on;
-      const V added = hn::IfThenElseZero(live, weight);
-      red = hn::MulAdd(hn::Set(d, batch.red[k]), added, red);
-      green = hn::MulAdd(hn::Set(d, batch.green[k]), added, green);
-      blue = hn::MulAdd(hn::Set(d, batch.blue[k]), added, blue);
-    }
+    each([&](std::uint32_t j) HWY_ATTR {
+      const V all = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], pixels.transmittance));
+      const V after = hn::Sub(pixels.transmittance, all);
+      const M stop = hn::And(live, hn::Lt(after, least));
+      hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, before + entries[j] + 1),
+                               hn::Load(du, evaluated + at)),
+                du, evaluated + at);
+      live = hn::AndNot(stop, live);
+      pixels.transmittance = hn::IfThenElseZero(live, after);
+      pixels.add(batch, entries[j], hn::IfThenElseZero(live, all));
+    });
   }
-  hn::Store(transmittance, d, cell.transmittance + at);
-  hn::Store(red, d, cell.red + at);
-  hn::Store(green, d, cell.green + at);
-  hn::Store(blue, d, cell.blue + at);
+  pixels.store(cell, at);
   return !hn::AllFalse(d, live);
 }
 
-template <bool kMaps>
+template <bool kClamps>
 HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile) {
   for (int cell = 0; cell < kCells; ++cell) {
     if (!tile.open[cell]) continue;
     bool live = false;
     for (int at = 0; at < kCellPixels; at += kLanes)
-      live |= blend_pixels<kMaps>(batch, before, cell, at, tile.cells[cell], tile.evaluated[cell]);
+      live |= blend_pixels<kClamps>(batch, before, cell, at, tile.cells[cell], tile.evaluated[cell]);
     tile.open[cell] = live;
   }
 }
 
-void blend_onto(const Batch& batch, std::uint32_t before, bool maps, Tile& tile) {
-  maps ? blend_batch<true>(batch, before, tile) : blend_batch<false>(batch, before, tile);
+void blend_onto(const Batch& batch, std::uint32_t before, Tile& tile) {
+  batch.limited ? blend_batch<true>(batch, before, tile) : blend_batch<false>(batch, before, tile);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -204,7 +243,7 @@ void blend_tile(const TileJob& job) {
   Batch batch;
   for (std::uint32_t first = 0; first < job.length && tile.live(); first += Batch::kEntries) {
     batch.load(job, first, std::min(Batch::kEntries, job.length - first), tile.open);
-    HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, job.evaluated != nullptr, tile);
+    HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, tile);
   }
   tile.write(job);
 }

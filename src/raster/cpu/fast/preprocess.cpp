@@ -22,6 +22,17 @@ AlphaEllipse ellipse_of(const Survivors& s, std::size_t k) {
           kMarginPx + kRounding * x_max};
 }
 
+/// Record::limit.
+float limit_of(const Survivors& s, std::size_t k) {
+  constexpr float kLog2AlphaMax = -0.014499570f;
+  constexpr float kRounding = 2e-5f;    // of log2 alpha, per thinness
+  constexpr float kTolerance = 0.005f;  // of log2 alpha
+  const float thinness = s.conic_a[k] * s.xx[k];  // >= 1
+  const float rounding = std::max(kRounding * thinness, kTolerance);
+  const bool stays_below = s.log2_opacity[k] + rounding < kLog2AlphaMax;
+  return stays_below ? kNoLimit : std::min(s.log2_opacity[k], kLog2AlphaMax);
+}
+
 Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   Record record;
   record.mean_x = s.mean_x[k];
@@ -33,6 +44,7 @@ Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   record.red = colors.red[s.lane[k]];
   record.green = colors.green[s.lane[k]];
   record.blue = colors.blue[s.lane[k]];
+  record.limit = limit_of(s, k);
   record.ellipse = ellipse_of(s, k);
   return record;
 }

@@ -4,6 +4,8 @@
 // pass through project, tile_rects and color; see survivors.h.
 #pragma once
 
+#include <cfloat>
+
 #include "raster/cpu/fast/scene.h"
 #include "raster/cpu/fast/tile_rects.h"
 #include "raster/cpu/visible.h"
@@ -22,14 +24,17 @@ struct AlphaEllipse {
   float margin;  ///< px
 };
 
+inline constexpr float kNoLimit = FLT_MAX;
+
 /// A visible Gaussian as the blend stage reads it: one cache line.
 struct alignas(64) Record {
   float mean_x, mean_y;
   float a, b, c;  ///< log2 of the falloff is a dx^2 + b dx dy + c dy^2
   float log2_opacity;
   float red, green, blue;
+  /// log2 alpha is limited to this; kNoLimit if rounding cannot lift it above log2 of kAlphaMax.
+  float limit;
   AlphaEllipse ellipse;
-  float unused;
 
   Splat splat() const {
     return {{mean_x, mean_y}, {a, b, c}, exp2_polynomial(log2_opacity), {red, green, blue}};

@@ -13,7 +13,7 @@ Tile::Tile(const TileJob& job) {
     std::fill_n(cell.blue, kCellPixels, job.background.z);
   }
   std::fill_n(open, kCells, true);
-  if (job.evaluated != nullptr) std::fill_n(evaluated[0], kCells * kCellPixels, job.length);
+  std::fill_n(evaluated[0], kCells * kCellPixels, job.length);
   if (job.width == kTileSize && job.height == kTileSize) return;
   std::fill_n(open, kCells, false);
   for (int row = 0; row < kTileSize; ++row) {

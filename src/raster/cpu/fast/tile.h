@@ -16,7 +16,7 @@ constexpr int kCells = kCellsInRow * kCellsInRow;
 
 /// Pixels composited together, row by row, stored as one array per value.
 struct alignas(64) Cell {
-  /// Below kTransmittanceMin: the pixel has stopped or lies outside of the image.
+  /// 0: the pixel has stopped or lies outside of the image. Otherwise >= kTransmittanceMin.
   float transmittance[kCellPixels];
   /// They begin with the background, which the composited colours do not contain. So the
   /// transmittance is needed only to know when a pixel stops.

@@ -3,7 +3,54 @@
 
 #include <algorithm>
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "raster/cpu/fast/tile.cpp"
+#include "raster/cpu/fast/simd.h"
+
+HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Writes the colours of `count` pixels of one row of a cell, from pixel `from`.
+HWY_INLINE void write_pixels(const Cell& cell, int from, int count, float* color) {
+  const hn::CappedTag<float, kCellSide> d;
+  if (count == kCellSide) {
+    for (int i = from; i < from + count; i += static_cast<int>(hn::Lanes(d))) {
+      hn::StoreInterleaved3(hn::LoadU(d, cell.red + i), hn::LoadU(d, cell.green + i),
+                            hn::LoadU(d, cell.blue + i), d, color + 3 * (i - from));
+    }
+    return;
+  }
+  for (int i = from; i < from + count; ++i, color += 3) {
+    color[0] = cell.red[i];
+    color[1] = cell.green[i];
+    color[2] = cell.blue[i];
+  }
+}
+
+void write_tile(const Tile& tile, const TileJob& job) {
+  for (int row = 0; row < job.height; ++row) {
+    const std::size_t begin = static_cast<std::size_t>(row) * job.stride;
+    for (int column = 0; column < job.width; column += kCellSide) {
+      const int count = std::min(kCellSide, job.width - column);
+      const int cell = Tile::cell_of(column, row), from = Tile::pixel_of(column, row);
+      const std::size_t to = begin + static_cast<std::size_t>(column);
+      if (job.color != nullptr) write_pixels(tile.cells[cell], from, count, job.color + 3 * to);
+      if (job.evaluated != nullptr)
+        std::copy_n(tile.evaluated[cell] + from, count, job.evaluated + to);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace qs::cpu::fast
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace qs::cpu::fast {
+
+HWY_EXPORT(write_tile);
 
 Tile::Tile(const TileJob& job) {
   for (Cell& cell : cells) {
@@ -32,26 +79,7 @@ bool Tile::live() const {
   return std::any_of(open, open + kCells, [](bool cell) { return cell; });
 }
 
-void Tile::write(const TileJob& job) const {
-  for (int row = 0; row < job.height; ++row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * job.stride;
-    for (int column = 0; column < job.width; column += kCellSide) {
-      const int in_cell = std::min(kCellSide, job.width - column);
-      const Cell& cell = cells[cell_of(column, row)];
-      const int from = pixel_of(column, row);
-      const std::size_t to = begin + static_cast<std::size_t>(column);
-      if (job.color != nullptr) {
-        float* color = job.color + 3 * to;
-        for (int i = from; i < from + in_cell; ++i, color += 3) {
-          color[0] = cell.red[i];
-          color[1] = cell.green[i];
-          color[2] = cell.blue[i];
-        }
-      }
-      if (job.evaluated != nullptr)
-        std::copy_n(evaluated[cell_of(column, row)] + from, in_cell, job.evaluated + to);
-    }
-  }
-}
+void Tile::write(const TileJob& job) const { HWY_DYNAMIC_DISPATCH(write_tile)(*this, job); }
 
 }  // namespace qs::cpu::fast
+#endif

@@ -2,6 +2,9 @@
 #include "raster/cpu/fast/tile_rects.h"
 
 #include <algorithm>
+#include <type_traits>
+
+#include "raster/cpu/fast/quad_box_walks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
@@ -64,18 +67,22 @@ class Joiner {
   Rect bounds_{65535, 0, 65535, 0};
 };
 
+HWY_INLINE void add_line(bool by_rows, int line, int begin, int end, Joiner& joiner) {
+  if (begin >= end) return;
+  if (by_rows) {
+    joiner.add(line, line + 1, begin, end);
+  } else {
+    joiner.add(begin, end, line, line + 1);
+  }
+}
+
 template <class P>
 HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joiner) {
   if constexpr (kWalks<P>) {
     const auto walk = P::walk(footprint, grid);
     for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
       const Span span = walk.span(line);
-      if (span.begin >= span.end) continue;
-      if (walk.by_rows) {
-        joiner.add(line, line + 1, span.begin, span.end);
-      } else {
-        joiner.add(span.begin, span.end, line, line + 1);
-      }
+      add_line(walk.by_rows, line, span.begin, span.end, joiner);
     }
   } else {
     const TileRect all{{0, grid.columns}, {0, grid.rows}};
@@ -85,12 +92,44 @@ HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joi
   }
 }
 
+/// Adds the rectangles of survivors with the walk of mode P.
+template <class P>
+struct ScalarWalks {
+  HWY_INLINE ScalarWalks(TileGrid tiles, const Survivors&) : grid(tiles) {}
+
+  HWY_INLINE void add(const Survivors& s, std::size_t k, Joiner& joiner) const {
+    add_rects<P>(s.footprint(k), grid, joiner);
+  }
+
+  TileGrid grid;
+};
+
+/// The same for `quadbox`, whose walks are computed by vectors.
+struct VectorWalks {
+  HWY_INLINE VectorWalks(TileGrid tiles, const Survivors& s) : grid(tiles) {
+    walks.compute(grid, s);
+  }
+
+  HWY_INLINE void add(const Survivors& s, std::size_t k, Joiner& joiner) const {
+    if (!walks.has_all_spans(k)) return add_rects<QuadBox>(s.footprint(k), grid, joiner);
+    const int lines = walks.lines_end[k] - walks.lines_begin[k];
+    for (int i = 0; i < lines; ++i) {
+      add_line(walks.by_rows[k] != 0, walks.lines_begin[k] + i, walks.begin[i][k], walks.end[i][k],
+               joiner);
+    }
+  }
+
+  TileGrid grid;
+  QuadBoxWalks walks;
+};
+
 template <class P>
 HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing* listings) {
+  const std::conditional_t<std::is_same_v<P, QuadBox>, VectorWalks, ScalarWalks<P>> walks(grid, s);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
-    add_rects<P>(s.footprint(k), grid, joiner);
+    walks.add(s, k, joiner);
     if (!joiner.finish(listings[kept])) continue;
     if (kept != k) {
       s.lane[kept] = s.lane[k];

@@ -2,9 +2,8 @@
 #include "raster/cpu/fast/tile_rects.h"
 
 #include <algorithm>
-#include <type_traits>
 
-#include "raster/cpu/fast/quad_box_walks.h"
+#include "raster/cpu/fast/walks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
@@ -92,44 +91,25 @@ HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joi
   }
 }
 
-/// Adds the rectangles of survivors with the walk of mode P.
-template <class P>
-struct ScalarWalks {
-  HWY_INLINE ScalarWalks(TileGrid tiles, const Survivors&) : grid(tiles) {}
-
-  HWY_INLINE void add(const Survivors& s, std::size_t k, Joiner& joiner) const {
-    add_rects<P>(s.footprint(k), grid, joiner);
+HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
+  const int lines = walks.lines_end[k] - walks.lines_begin[k];
+  for (int i = 0; i < lines; ++i) {
+    add_line(walks.by_rows[k] != 0, walks.lines_begin[k] + i, walks.begin[i][k], walks.end[i][k],
+             joiner);
   }
-
-  TileGrid grid;
-};
-
-/// The same for `quadbox`, whose walks are computed by vectors.
-struct VectorWalks {
-  HWY_INLINE VectorWalks(TileGrid tiles, const Survivors& s) : grid(tiles) {
-    walks.compute(grid, s);
-  }
-
-  HWY_INLINE void add(const Survivors& s, std::size_t k, Joiner& joiner) const {
-    if (!walks.has_all_spans(k)) return add_rects<QuadBox>(s.footprint(k), grid, joiner);
-    const int lines = walks.lines_end[k] - walks.lines_begin[k];
-    for (int i = 0; i < lines; ++i) {
-      add_line(walks.by_rows[k] != 0, walks.lines_begin[k] + i, walks.begin[i][k], walks.end[i][k],
-               joiner);
-    }
-  }
-
-  TileGrid grid;
-  QuadBoxWalks walks;
-};
+}
 
 template <class P>
-HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing* listings) {
-  const std::conditional_t<std::is_same_v<P, QuadBox>, VectorWalks, ScalarWalks<P>> walks(grid, s);
+HWY_INLINE void list_with(TileGrid grid, const Walks& walks, Survivors& s, RectList& rects,
+                          Listing* listings) {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
-    walks.add(s, k, joiner);
+    if (kWalks<P> && walks.has_all_spans(k)) {
+      add_walked(walks, k, joiner);
+    } else {
+      add_rects<P>(s.footprint(k), grid, joiner);
+    }
     if (!joiner.finish(listings[kept])) continue;
     if (kept != k) {
       s.lane[kept] = s.lane[k];
@@ -144,7 +124,11 @@ HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing*
 
 void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings) {
-  with_culler(mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, survivors, rects, listings); });
+  Walks walks;
+  walks.compute(mode, grid, survivors);
+  with_culler(mode, [&]<class P>(P) HWY_ATTR {
+    list_with<P>(grid, walks, survivors, rects, listings);
+  });
 }
 
 }  // namespace HWY_NAMESPACE

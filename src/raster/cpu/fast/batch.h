@@ -17,7 +17,7 @@ struct alignas(64) Batch {
   /// Per entry: log2 alpha is constant + x X + y Y + xx X^2 + xy X Y + yy Y^2, at X, Y from the
   /// tile's middle.
   float constant[kRoom], x[kRoom], y[kRoom], xx[kRoom], xy[kRoom], yy[kRoom];
-  float limit[kRoom];                            ///< Record::limit
+  float limit[kRoom];                           ///< Record::limit
   float red[kRoom], green[kRoom], blue[kRoom];  ///< without the background
 
   /// Per cell: the entries that may have a pixel with alpha >= 1/255 in it, front to back, and

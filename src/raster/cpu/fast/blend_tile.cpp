@@ -50,9 +50,7 @@ HWY_INLINE void exp2_polynomial(V (&x)[kChains]) {
   constexpr int kMinusFloor = 0x09;
   const D d;
   V fraction[kChains], p[kChains];
-  each([&](std::uint32_t j) HWY_ATTR {
-    fraction[j] = V{_mm512_reduce_ps(x[j].raw, kMinusFloor)};
-  });
+  each([&](std::uint32_t j) HWY_ATTR { fraction[j] = V{_mm512_reduce_ps(x[j].raw, kMinusFloor)}; });
   each([&](std::uint32_t j) HWY_ATTR {
     p[j] = hn::MulAdd(hn::Set(d, kFloorExp2C5), fraction[j], hn::Set(d, kFloorExp2C4));
   });
@@ -74,9 +72,8 @@ HWY_INLINE void exp2_polynomial(V (&x)[kChains]) {
   each([&](std::uint32_t j) HWY_ATTR { shifted[j] = hn::Add(x[j], round); });
   each([&](std::uint32_t j) HWY_ATTR { p[j] = hn::Sub(shifted[j], round); });
   each([&](std::uint32_t j) HWY_ATTR { x[j] = hn::Sub(x[j], p[j]); });
-  each([&](std::uint32_t j) HWY_ATTR {
-    p[j] = hn::MulAdd(hn::Set(d, kExp2C5), x[j], hn::Set(d, kExp2C4));
-  });
+  each([&](std::uint32_t j)
+           HWY_ATTR { p[j] = hn::MulAdd(hn::Set(d, kExp2C5), x[j], hn::Set(d, kExp2C4)); });
   for (const float c : {kExp2C3, kExp2C2, kExp2C1, 1.0f}) {
     const V constant = hn::Set(d, c);
     each([&](std::uint32_t j) HWY_ATTR { p[j] = hn::MulAdd(p[j], x[j], constant); });
@@ -163,9 +160,8 @@ HWY_INLINE void alphas_of(const Batch& batch, const std::uint32_t* entries, cons
   add(batch.yy, place.yy);
   each([&](std::uint32_t j) HWY_ATTR { counts[j] = hn::Ge(alpha[j], hn::Set(d, -kLog2Of255)); });
   if constexpr (kClamps) {
-    each([&](std::uint32_t j) HWY_ATTR {
-      alpha[j] = hn::Min(alpha[j], hn::Set(d, batch.limit[entries[j]]));
-    });
+    each([&](std::uint32_t j)
+             HWY_ATTR { alpha[j] = hn::Min(alpha[j], hn::Set(d, batch.limit[entries[j]])); });
   }
   exp2_polynomial(alpha);
 }
@@ -220,7 +216,8 @@ HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile
     if (!tile.open[cell]) continue;
     bool live = false;
     for (int at = 0; at < kCellPixels; at += kLanes)
-      live |= blend_pixels<kClamps>(batch, before, cell, at, tile.cells[cell], tile.evaluated[cell]);
+      live |=
+          blend_pixels<kClamps>(batch, before, cell, at, tile.cells[cell], tile.evaluated[cell]);
     tile.open[cell] = live;
   }
 }

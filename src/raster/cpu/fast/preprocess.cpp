@@ -16,17 +16,15 @@ AlphaEllipse ellipse_of(const Survivors& s, std::size_t k) {
   const float x_max = std::sqrt(s.gamma[k] * s.xx[k]) * kWider + kMarginPx;
   const float y_max = std::sqrt(s.gamma[k] * s.yy[k]) * kWider + kMarginPx;
   const float half2 = s.gamma[k] / s.conic_a[k] * (kWider * kWider);
-  return {y_max,  s.xy[k] / s.yy[k],
-          s.xy[k] / s.xx[k] * x_max,
-          half2,  half2 / (y_max * y_max),
-          kMarginPx + kRounding * x_max};
+  return {y_max, s.xy[k] / s.yy[k],       s.xy[k] / s.xx[k] * x_max,
+          half2, half2 / (y_max * y_max), kMarginPx + kRounding * x_max};
 }
 
 /// Record::limit.
 float limit_of(const Survivors& s, std::size_t k) {
   constexpr float kLog2AlphaMax = -0.014499570f;
-  constexpr float kRounding = 2e-5f;    // of log2 alpha, per thinness
-  constexpr float kTolerance = 0.005f;  // of log2 alpha
+  constexpr float kRounding = 2e-5f;              // of log2 alpha, per thinness
+  constexpr float kTolerance = 0.005f;            // of log2 alpha
   const float thinness = s.conic_a[k] * s.xx[k];  // >= 1
   const float rounding = std::max(kRounding * thinness, kTolerance);
   const bool stays_below = s.log2_opacity[k] + rounding < kLog2AlphaMax;

@@ -99,14 +99,15 @@ HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
   }
 }
 
+/// `walks` may be null.
 template <class P>
-HWY_INLINE void list_with(TileGrid grid, const Walks& walks, Survivors& s, RectList& rects,
+HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectList& rects,
                           Listing* listings) {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
-    if (kWalks<P> && walks.has_all_spans(k)) {
-      add_walked(walks, k, joiner);
+    if (walks != nullptr && walks->has_all_spans(k)) {
+      add_walked(*walks, k, joiner);
     } else {
       add_rects<P>(s.footprint(k), grid, joiner);
     }
@@ -125,10 +126,9 @@ HWY_INLINE void list_with(TileGrid grid, const Walks& walks, Survivors& s, RectL
 void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings) {
   Walks walks;
-  walks.compute(mode, grid, survivors);
-  with_culler(mode, [&]<class P>(P) HWY_ATTR {
-    list_with<P>(grid, walks, survivors, rects, listings);
-  });
+  const Walks* computed = walks.compute(mode, grid, survivors) ? &walks : nullptr;
+  with_culler(
+      mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, computed, survivors, rects, listings); });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -96,9 +96,14 @@ struct Rects {
   }
 };
 
-/// The walk of mode P for a vector of Gaussians.
+/// The walk of mode P for a vector of Gaussians. Undefined for a mode without vectors.
 template <class P>
 struct Walk;
+
+template <class P>
+concept HasVectors = requires {
+  sizeof(Walk<P>);
+};
 
 /// RectWalk of kernel/cull/culler.h.
 struct WalkOfRect {
@@ -158,8 +163,8 @@ struct WalkOfBoxes {
         Rects::of_box(p, larger(opposite_x, same_x), larger(opposite_y, same_y), grid);
     by_rows = range.by_rows;
     lines = range.lines();
-    limit = select(by_rows, set(static_cast<float>(grid.columns)),
-                   set(static_cast<float>(grid.rows)));
+    limit =
+        select(by_rows, set(static_cast<float>(grid.columns)), set(static_cast<float>(grid.rows)));
     mean_u = select(by_rows, p.mean_x, p.mean_y);
     mean_v = select(by_rows, p.mean_y, p.mean_x);
     same_u = select(by_rows, same_x, same_y);
@@ -205,8 +210,7 @@ struct Walk<Exact> : Walk<QuadBox> {
   V gamma, s_vv, s_uv, determinant, v_max, v_at_u_max;
 
   HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, Extent(p), grid) {}
-  HWY_INLINE Walk(const Footprints& p, const Extent& e, TileGrid grid)
-      : Walk<QuadBox>(p, e, grid) {
+  HWY_INLINE Walk(const Footprints& p, const Extent& e, TileGrid grid) : Walk<QuadBox>(p, e, grid) {
     gamma = hn::Mul(hn::Mul(hn::Mul(p.gamma, set(kExactSlack)), e.k), e.k);
     const V s_uu = select(by_rows, p.xx, p.yy);
     s_vv = select(by_rows, p.yy, p.xx);
@@ -221,12 +225,12 @@ struct Walk<Exact> : Walk<QuadBox> {
     const V low = hn::Sub(hn::ConvertTo(D(), hn::Mul(line, hn::Set(di, kTileSize))), mean_v);
     const V high = hn::Add(low, set(kTileSize - 1));
     const V v0 = larger(low, hn::Neg(v_max)), v1 = smaller(high, v_max);
-    const V right = hn::Add(hn::Mul(s_uv, clamp(v_at_u_max, v0, v1)),
-                            half_at(clamp(v_at_u_max, v0, v1)));
+    const V right =
+        hn::Add(hn::Mul(s_uv, clamp(v_at_u_max, v0, v1)), half_at(clamp(v_at_u_max, v0, v1)));
     const V left = hn::Sub(hn::Mul(s_uv, clamp(hn::Neg(v_at_u_max), v0, v1)),
                            half_at(clamp(hn::Neg(v_at_u_max), v0, v1)));
-    const Spans centers =
-        tiles_with_centers(hn::Add(mean_u, hn::Div(left, s_vv)), hn::Add(mean_u, hn::Div(right, s_vv)));
+    const Spans centers = tiles_with_centers(hn::Add(mean_u, hn::Div(left, s_vv)),
+                                             hn::Add(mean_u, hn::Div(right, s_vv)));
     const Spans boxes = Walk<QuadBox>::span(line);
     const auto misses = hn::RebindMask(di, hn::Gt(v0, v1));
     return {hn::IfThenZeroElse(misses, hn::Max(centers.begin, boxes.begin)),
@@ -266,9 +270,10 @@ HWY_INLINE void compute_with(TileGrid grid, const Survivors& s, Walks& walks) {
   }
 }
 
-void compute_walks(CullMode mode, TileGrid grid, const Survivors& s, Walks& walks) {
-  with_culler(mode, [&]<class P>(P) HWY_ATTR {
-    if constexpr (kWalks<P>) compute_with<P>(grid, s, walks);
+bool compute_walks(CullMode mode, TileGrid grid, const Survivors& s, Walks& walks) {
+  return with_culler(mode, [&]<class P>(P) HWY_ATTR {
+    if constexpr (HasVectors<P>) compute_with<P>(grid, s, walks);
+    return HasVectors<P>;
   });
 }
 
@@ -281,8 +286,8 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(compute_walks);
 
-void Walks::compute(CullMode mode, TileGrid grid, const Survivors& survivors) {
-  HWY_DYNAMIC_DISPATCH(compute_walks)(mode, grid, survivors, *this);
+bool Walks::compute(CullMode mode, TileGrid grid, const Survivors& survivors) {
+  return HWY_DYNAMIC_DISPATCH(compute_walks)(mode, grid, survivors, *this);
 }
 
 }  // namespace qs::cpu::fast

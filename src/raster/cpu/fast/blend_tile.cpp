@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "raster/cpu/fast/batch.h"
 #include "raster/cpu/fast/tile.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -21,129 +22,208 @@ using M = hn::Mask<D>;
 
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 
-/// kernel/blend.h's exp2_polynomial().
-HWY_INLINE V exp2_polynomial(D d, V x) {
-  const DU du;
-  x = hn::Max(x, hn::Set(d, -126.0f));
-  const V round = hn::Set(d, kRoundToInteger);
-  const V shifted = hn::Add(x, round);
-  const V fraction = hn::Sub(x, hn::Sub(shifted, round));
-  V p = hn::Set(d, kExp2C5);
-  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C4));
-  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C3));
-  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C2));
-  p = hn::MulAdd(p, fraction, hn::Set(d, kExp2C1));
-  p = hn::MulAdd(p, fraction, hn::Set(d, 1.0f));
-  const auto exponent = hn::ShiftLeft<23>(hn::BitCast(du, shifted));
-  return hn::BitCast(d, hn::Add(hn::BitCast(du, p), exponent));
+/// Polynomial for 2^x on [0, 1): coefficients of x^0 to x^5. A minimax fit with a relative error
+/// below 1e-7.
+constexpr float kFloorExp2C0 = 0.99999994f;
+constexpr float kFloorExp2C1 = 0.69315308f;
+constexpr float kFloorExp2C2 = 0.24015361f;
+constexpr float kFloorExp2C3 = 0.055826318f;
+constexpr float kFloorExp2C4 = 0.0089893397f;
+constexpr float kFloorExp2C5 = 0.0018775767f;
+
+/// Entries whose alphas are computed side by side: each of them is a chain of dependent
+/// instructions, too long for a CPU to overlap the chains by itself.
+constexpr std::uint32_t kChains = HWY_MAX_BYTES >= 64 ? 4 : 2;
+static_assert(Batch::kMultiple % kChains == 0);
+
+/// Calls step(0), step(1), ...
+template <class Step>
+HWY_INLINE void each(Step&& step) {
+  for (std::uint32_t j = 0; j < kChains; ++j) step(j);
 }
 
-/// A batch of list entries and the cells in which each of them can count.
-struct Queue {
-  static constexpr std::uint32_t kBatch = 32;  ///< list entries at a time
+#if HWY_TARGET == HWY_AVX3
 
-  const Record* records[kBatch];
-  std::uint32_t items[kBatch * kCells + kCells];  ///< entry in the batch * kCells + cell
+/// 2^x, relative error below 2e-7. AVX-512 has instructions for the fraction and for the scaling;
+/// Highway 1.0 does not offer them.
+HWY_INLINE void exp2_polynomial(V (&x)[kChains]) {
+  constexpr int kMinusFloor = 0x09;
+  const D d;
+  V fraction[kChains], p[kChains];
+  each([&](std::uint32_t j) HWY_ATTR { fraction[j] = V{_mm512_reduce_ps(x[j].raw, kMinusFloor)}; });
+  each([&](std::uint32_t j) HWY_ATTR {
+    p[j] = hn::MulAdd(hn::Set(d, kFloorExp2C5), fraction[j], hn::Set(d, kFloorExp2C4));
+  });
+  for (const float c : {kFloorExp2C3, kFloorExp2C2, kFloorExp2C1, kFloorExp2C0}) {
+    const V constant = hn::Set(d, c);
+    each([&](std::uint32_t j) HWY_ATTR { p[j] = hn::MulAdd(p[j], fraction[j], constant); });
+  }
+  each([&](std::uint32_t j) HWY_ATTR { x[j] = V{_mm512_scalef_ps(p[j].raw, x[j].raw)}; });
+}
+
+#else
+
+/// kernel/blend.h's exp2_polynomial() for x > -126; below, the result has no meaning.
+HWY_INLINE void exp2_polynomial(V (&x)[kChains]) {
+  const D d;
+  const DU du;
+  const V round = hn::Set(d, kRoundToInteger);
+  V shifted[kChains], p[kChains];
+  each([&](std::uint32_t j) HWY_ATTR { shifted[j] = hn::Add(x[j], round); });
+  each([&](std::uint32_t j) HWY_ATTR { p[j] = hn::Sub(shifted[j], round); });
+  each([&](std::uint32_t j) HWY_ATTR { x[j] = hn::Sub(x[j], p[j]); });
+  each([&](std::uint32_t j)
+           HWY_ATTR { p[j] = hn::MulAdd(hn::Set(d, kExp2C5), x[j], hn::Set(d, kExp2C4)); });
+  for (const float c : {kExp2C3, kExp2C2, kExp2C1, 1.0f}) {
+    const V constant = hn::Set(d, c);
+    each([&](std::uint32_t j) HWY_ATTR { p[j] = hn::MulAdd(p[j], x[j], constant); });
+  }
+  each([&](std::uint32_t j) HWY_ATTR {
+    const auto exponent = hn::ShiftLeft<23>(hn::BitCast(du, shifted[j]));
+    x[j] = hn::BitCast(d, hn::Add(hn::BitCast(du, p[j]), exponent));
+  });
+}
+
+#endif
+
+/// Where a vector of pixels lies, from the tile's middle.
+struct Place {
+  V x, y, xx, xy, yy;
+
+  /// Pixels [at, at + kLanes) of a cell.
+  HWY_INLINE Place(int cell, int at) {
+    const D d;
+    const DU du;
+    const auto pixel = hn::Iota(du, static_cast<std::uint32_t>(at));
+    const auto column = hn::And(pixel, hn::Set(du, kCellSide - 1));
+    const auto row = hn::ShiftRight<2>(pixel);
+    static_assert(kCellSide == 4);
+    const auto from_middle = [d](auto lane, int cells) HWY_ATTR {
+      const hn::RebindToSigned<D> di;
+      return hn::Add(hn::ConvertTo(d, hn::BitCast(di, lane)),
+                     hn::Set(d, float(cells * kCellSide) - 0.5f * (kTileSize - 1)));
+    };
+    x = from_middle(column, cell % kCellsInRow);
+    y = from_middle(row, cell / kCellsInRow);
+    xx = hn::Mul(x, x);
+    xy = hn::Mul(x, y);
+    yy = hn::Mul(y, y);
+  }
 };
 
-/// Writes the items of the batch's entry `k` and returns their number. Conservative: it may include
-/// cells in which no pixel counts.
-HWY_INLINE std::size_t queue_cells(const Record& record, std::uint32_t k, const Tile& tile,
-                                   std::uint32_t* items) {
-  const D d;
-  const DU du;
-  const V zero = hn::Zero(d), side = hn::Set(d, float(kCellSide - 1));
-  const V a = hn::Set(d, record.wide_a), b = hn::Set(d, record.b), c = hn::Set(d, record.wide_c);
-  const auto falloff = [&](V x, V y) HWY_ATTR {
-    return hn::MulAdd(hn::MulAdd(b, y, hn::Mul(a, x)), x, hn::Mul(hn::Mul(c, y), y));
-  };
-  std::size_t count = 0;
-  for (int cell = 0; cell < kCells; cell += kLanes) {
-    const V left = hn::Sub(hn::Load(d, tile.cell_x + cell), hn::Set(d, record.mean_x));
-    const V top = hn::Sub(hn::Load(d, tile.cell_y + cell), hn::Set(d, record.mean_y));
-    const V right = hn::Add(left, side), bottom = hn::Add(top, side);
-    // The exponent is concave, so over a rectangle it is largest at the mean or on a side facing
-    // it.
-    const V x = hn::Min(hn::Max(zero, left), right), y = hn::Min(hn::Max(zero, top), bottom);
-    const V y_at_x = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.y_over_x), x), top), bottom);
-    const V x_at_y = hn::Min(hn::Max(hn::Mul(hn::Set(d, record.x_over_y), y), left), right);
-    const V largest = hn::Max(falloff(x, y_at_x), falloff(x_at_y, y));
-    const M reached =
-        hn::Ge(largest, hn::Add(hn::Set(d, record.threshold), hn::Load(d, tile.closed + cell)));
-    // Compresses in a register, because compressing stores are slow on some CPUs.
-    const auto numbers = hn::Add(hn::Load(du, tile.numbers + cell), hn::Set(du, k * kCells));
-    hn::StoreU(hn::Compress(numbers, hn::RebindMask(du, reached)), du, items + count);
-    count += hn::CountTrue(d, reached);
+/// A vector of pixels, loaded from a cell.
+struct Pixels {
+  V transmittance, red, green, blue;
+
+  HWY_INLINE Pixels(const Cell& cell, int at) {
+    const D d;
+    transmittance = hn::Load(d, cell.transmittance + at);
+    red = hn::Load(d, cell.red + at);
+    green = hn::Load(d, cell.green + at);
+    blue = hn::Load(d, cell.blue + at);
   }
-  return count;
+
+  HWY_INLINE void store(Cell& cell, int at) const {
+    const D d;
+    hn::Store(transmittance, d, cell.transmittance + at);
+    hn::Store(red, d, cell.red + at);
+    hn::Store(green, d, cell.green + at);
+    hn::Store(blue, d, cell.blue + at);
+  }
+
+  HWY_INLINE M live() const { return hn::Gt(transmittance, hn::Zero(D())); }
+
+  /// Adds entry k.
+  HWY_INLINE void add(const Batch& batch, std::uint32_t k, V weight) {
+    const D d;
+    red = hn::MulAdd(hn::Set(d, batch.red[k]), weight, red);
+    green = hn::MulAdd(hn::Set(d, batch.green[k]), weight, green);
+    blue = hn::MulAdd(hn::Set(d, batch.blue[k]), weight, blue);
+  }
+};
+
+/// Computes the alphas of kChains entries; 0 below 1/255. kClamps: an entry has a limit.
+template <bool kClamps>
+HWY_INLINE void alphas_of(const Batch& batch, const std::uint32_t* entries, const Place& place,
+                          V (&alpha)[kChains], M (&counts)[kChains]) {
+  const D d;
+  const auto add = [&](const float* factors, V variable) HWY_ATTR {
+    each([&](std::uint32_t j) HWY_ATTR {
+      alpha[j] = hn::MulAdd(hn::Set(d, factors[entries[j]]), variable, alpha[j]);
+    });
+  };
+  each([&](std::uint32_t j) HWY_ATTR { alpha[j] = hn::Set(d, batch.constant[entries[j]]); });
+  add(batch.x, place.x);
+  add(batch.y, place.y);
+  add(batch.xx, place.xx);
+  add(batch.xy, place.xy);
+  add(batch.yy, place.yy);
+  each([&](std::uint32_t j) HWY_ATTR { counts[j] = hn::Ge(alpha[j], hn::Set(d, -kLog2Of255)); });
+  if constexpr (kClamps) {
+    each([&](std::uint32_t j)
+             HWY_ATTR { alpha[j] = hn::Min(alpha[j], hn::Set(d, batch.limit[entries[j]])); });
+  }
+  exp2_polynomial(alpha);
 }
 
-/// Composites one Gaussian onto one cell. `entry` is its 1-based position in the list. True if a
-/// pixel stopped.
-HWY_INLINE bool blend_cell(const Record& record, std::uint32_t entry, Cell& cell,
-                           std::uint32_t* evaluated) {
+/// Composites the batch's entries onto pixels [at, at + kLanes) of a cell. `before` is the number
+/// of list entries in front of the batch. True if a pixel is still live.
+template <bool kClamps>
+HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index, int at,
+                             Cell& cell, std::uint32_t* evaluated) {
   const D d;
   const DU du;
-  bool any_stopped = false;
-  for (int at = 0; at < kCellPixels; at += kLanes) {
-    const V dx = hn::Sub(hn::Load(d, cell.x + at), hn::Set(d, record.mean_x));
-    const V dy = hn::Sub(hn::Load(d, cell.y + at), hn::Set(d, record.mean_y));
-    const V across = hn::MulAdd(hn::Set(d, record.b), dy, hn::Mul(hn::Set(d, record.a), dx));
-    const V log2_opacity = hn::Set(d, record.log2_opacity);
-    const V log2_alpha =
-        hn::MulAdd(dx, across, hn::MulAdd(hn::Mul(hn::Set(d, record.c), dy), dy, log2_opacity));
-    const V least = hn::Load(d, cell.log2_alpha_min + at);
-    // It exceeds the opacity only if rounding broke the conic.
-    const M counts = hn::And(hn::Ge(log2_alpha, least), hn::Le(log2_alpha, log2_opacity));
-    V alpha =
-        hn::IfThenElseZero(counts, hn::Min(exp2_polynomial(d, log2_alpha), hn::Set(d, kAlphaMax)));
-    const V before = hn::Load(d, cell.transmittance + at);
-    V after = hn::NegMulAdd(alpha, before, before);
-    const M stop = hn::Lt(after, hn::Set(d, kTransmittanceMin));
-    if (HWY_UNLIKELY(!hn::AllFalse(d, stop))) {
-      any_stopped = true;
-      alpha = hn::IfThenZeroElse(stop, alpha);
-      after = hn::IfThenElse(stop, before, after);
-      hn::Store(hn::IfThenElse(stop, hn::Set(d, INFINITY), least), d, cell.log2_alpha_min + at);
-      hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, entry),
+  const Place place(index, at);
+  const V least = hn::Set(d, kTransmittanceMin);
+  Pixels pixels(cell, at);
+  M live = pixels.live();
+  const std::uint32_t count = batch.counts[index];
+  for (std::uint32_t i = 0; i < count && !hn::AllFalse(d, live); i += kChains) {
+    const std::uint32_t* entries = batch.reaching[index] + i;
+    V alpha[kChains], weight[kChains];
+    M counts[kChains];
+    alphas_of<kClamps>(batch, entries, place, alpha, counts);
+    V transmittance = pixels.transmittance;
+    each([&](std::uint32_t j) HWY_ATTR {
+      weight[j] = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], transmittance));
+      transmittance = hn::Sub(transmittance, weight[j]);
+    });
+    const M stops = hn::And(live, hn::Lt(transmittance, least));
+    if (HWY_LIKELY(hn::AllFalse(d, stops))) {
+      pixels.transmittance = transmittance;
+      each([&](std::uint32_t j) HWY_ATTR { pixels.add(batch, entries[j], weight[j]); });
+      continue;
+    }
+    each([&](std::uint32_t j) HWY_ATTR {
+      const V all = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], pixels.transmittance));
+      const V after = hn::Sub(pixels.transmittance, all);
+      const M stop = hn::And(live, hn::Lt(after, least));
+      hn::Store(hn::IfThenElse(hn::RebindMask(du, stop), hn::Set(du, before + entries[j] + 1),
                                hn::Load(du, evaluated + at)),
                 du, evaluated + at);
-    }
-    const V weight = hn::Mul(alpha, before);
-    hn::Store(after, d, cell.transmittance + at);
-    const auto add = [&](float color, float* plane) HWY_ATTR {
-      hn::Store(hn::MulAdd(weight, hn::Set(d, color), hn::Load(d, plane + at)), d, plane + at);
-    };
-    add(record.red, cell.red);
-    add(record.green, cell.green);
-    add(record.blue, cell.blue);
+      live = hn::AndNot(stop, live);
+      pixels.transmittance = hn::IfThenElseZero(live, after);
+      pixels.add(batch, entries[j], hn::IfThenElseZero(live, all));
+    });
   }
-  return any_stopped;
+  pixels.store(cell, at);
+  return !hn::AllFalse(d, live);
 }
 
-// Two loops instead of one: the number of cells per Gaussian is unpredictable, so the first loop
-// queues cells without branches, and the second one composites the queue.
-void blend_one_tile(const TileJob& job, Tile& tile) {
-  Queue queue;
-  for (std::uint32_t first = 0; first < job.length && tile.live; first += Queue::kBatch) {
-    const std::uint32_t entries = std::min(Queue::kBatch, job.length - first);
-    const std::uint32_t next = std::min(Queue::kBatch, job.length - first - entries);
-    const std::uint32_t* list = job.list + first;
-    for (std::uint32_t k = 0; k < next; ++k)
-      __builtin_prefetch(&job.records[list[Queue::kBatch + k]]);
-    std::size_t count = 0;
-    for (std::uint32_t k = 0; k < entries; ++k) {
-      queue.records[k] = &job.records[list[k]];
-      count += queue_cells(*queue.records[k], k, tile, queue.items + count);
-    }
-    bool any_stopped = false;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t k = queue.items[i] / kCells, cell = queue.items[i] % kCells;
-      any_stopped |=
-          blend_cell(*queue.records[k], first + k + 1, tile.cells[cell], tile.evaluated[cell]);
-    }
-    if (any_stopped) tile.close_finished_cells();
+template <bool kClamps>
+HWY_INLINE void blend_batch(const Batch& batch, std::uint32_t before, Tile& tile) {
+  for (int cell = 0; cell < kCells; ++cell) {
+    if (!tile.open[cell]) continue;
+    bool live = false;
+    for (int at = 0; at < kCellPixels; at += kLanes)
+      live |=
+          blend_pixels<kClamps>(batch, before, cell, at, tile.cells[cell], tile.evaluated[cell]);
+    tile.open[cell] = live;
   }
+}
+
+void blend_onto(const Batch& batch, std::uint32_t before, Tile& tile) {
+  batch.limited ? blend_batch<true>(batch, before, tile) : blend_batch<false>(batch, before, tile);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -153,11 +233,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace qs::cpu::fast {
 
-HWY_EXPORT(blend_one_tile);
+HWY_EXPORT(blend_onto);
 
 void blend_tile(const TileJob& job) {
   Tile tile(job);
-  HWY_DYNAMIC_DISPATCH(blend_one_tile)(job, tile);
+  Batch batch;
+  for (std::uint32_t first = 0; first < job.length && tile.live(); first += Batch::kEntries) {
+    batch.load(job, first, std::min(Batch::kEntries, job.length - first), tile.open);
+    HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, tile);
+  }
   tile.write(job);
 }
 

@@ -2,12 +2,34 @@
 #include "raster/cpu/fast/preprocess.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "raster/cpu/fast/color.h"
 #include "raster/cpu/fast/project.h"
 
 namespace qs::cpu::fast {
 namespace {
+
+AlphaEllipse ellipse_of(const Survivors& s, std::size_t k) {
+  if (!(s.gamma[k] > 0.0f)) return {-1, 0, 0, 0, 0, 0};
+  constexpr float kWider = 1.0005f, kMarginPx = 0.01f, kRounding = 4e-6f;
+  const float x_max = std::sqrt(s.gamma[k] * s.xx[k]) * kWider + kMarginPx;
+  const float y_max = std::sqrt(s.gamma[k] * s.yy[k]) * kWider + kMarginPx;
+  const float half2 = s.gamma[k] / s.conic_a[k] * (kWider * kWider);
+  return {y_max, s.xy[k] / s.yy[k],       s.xy[k] / s.xx[k] * x_max,
+          half2, half2 / (y_max * y_max), kMarginPx + kRounding * x_max};
+}
+
+/// Record::limit.
+float limit_of(const Survivors& s, std::size_t k) {
+  constexpr float kLog2AlphaMax = -0.014499570f;
+  constexpr float kRounding = 2e-5f;              // of log2 alpha, per thinness
+  constexpr float kTolerance = 0.005f;            // of log2 alpha
+  const float thinness = s.conic_a[k] * s.xx[k];  // >= 1
+  const float rounding = std::max(kRounding * thinness, kTolerance);
+  const bool stays_below = s.log2_opacity[k] + rounding < kLog2AlphaMax;
+  return stays_below ? kNoLimit : std::min(s.log2_opacity[k], kLog2AlphaMax);
+}
 
 Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   Record record;
@@ -20,12 +42,8 @@ Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
   record.red = colors.red[s.lane[k]];
   record.green = colors.green[s.lane[k]];
   record.blue = colors.blue[s.lane[k]];
-  record.wide_a = record.a * (1 - kFalloffRounding);
-  record.wide_c = record.c * (1 - kFalloffRounding);
-  record.x_over_y = s.xy[k] / s.yy[k];
-  record.y_over_x = s.xy[k] / s.xx[k];
-  const bool faint = !(s.gamma[k] > 0.0f);  // alpha < 1/255 everywhere
-  record.threshold = faint ? INFINITY : kLog2OfFalloff * s.gamma[k] - kLog2Slack;
+  record.limit = limit_of(s, k);
+  record.ellipse = ellipse_of(s, k);
   return record;
 }
 

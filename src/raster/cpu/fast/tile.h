@@ -14,23 +14,19 @@ constexpr int kCellPixels = kCellSide * kCellSide;
 constexpr int kCellsInRow = kTileSize / kCellSide;
 constexpr int kCells = kCellsInRow * kCellsInRow;
 
-/// Pixels composited together, row by row, stored as one array per value. The arrays of a cell are
-/// adjacent, so that a store to one does not alias a load from another (4 KB aliasing).
+/// Pixels composited together, row by row, stored as one array per value.
 struct alignas(64) Cell {
+  /// 0: the pixel has stopped or lies outside of the image. Otherwise >= kTransmittanceMin.
   float transmittance[kCellPixels];
+  /// They begin with the background, which the composited colours do not contain. So the
+  /// transmittance is needed only to know when a pixel stops.
   float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
-  float log2_alpha_min[kCellPixels];     ///< log2(1/255) until the pixel stops, then inf
-  float x[kCellPixels], y[kCellPixels];  ///< in the image
 };
 
 struct Tile {
   Cell cells[kCells];
-  alignas(64) float cell_x[kCells];           ///< the first pixel of the cell
-  alignas(64) float cell_y[kCells];           ///< the first pixel of the cell
-  alignas(64) float closed[kCells];           ///< 0 while the cell has live pixels, then inf
-  alignas(64) std::uint32_t numbers[kCells];  ///< 0, 1, 2, ...
+  bool open[kCells];  ///< whether the cell may have live pixels
   alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
-  bool live = true;
 
   static int cell_of(int column, int row) {
     return row / kCellSide * kCellsInRow + column / kCellSide;
@@ -41,9 +37,8 @@ struct Tile {
 
   explicit Tile(const TileJob& job);
 
-  /// Call it after pixels have stopped.
-  void close_finished_cells();
-
+  /// Whether a cell is open.
+  bool live() const;
   void write(const TileJob& job) const;
 };
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "raster/cpu/fast/walks.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"
 #include "raster/cpu/fast/simd.h"
@@ -64,18 +66,22 @@ class Joiner {
   Rect bounds_{65535, 0, 65535, 0};
 };
 
+HWY_INLINE void add_line(bool by_rows, int line, int begin, int end, Joiner& joiner) {
+  if (begin >= end) return;
+  if (by_rows) {
+    joiner.add(line, line + 1, begin, end);
+  } else {
+    joiner.add(begin, end, line, line + 1);
+  }
+}
+
 template <class P>
 HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joiner) {
   if constexpr (kWalks<P>) {
     const auto walk = P::walk(footprint, grid);
     for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
       const Span span = walk.span(line);
-      if (span.begin >= span.end) continue;
-      if (walk.by_rows) {
-        joiner.add(line, line + 1, span.begin, span.end);
-      } else {
-        joiner.add(span.begin, span.end, line, line + 1);
-      }
+      add_line(walk.by_rows, line, span.begin, span.end, joiner);
     }
   } else {
     const TileRect all{{0, grid.columns}, {0, grid.rows}};
@@ -85,12 +91,26 @@ HWY_INLINE void add_rects(const Footprint& footprint, TileGrid grid, Joiner& joi
   }
 }
 
+HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
+  const int lines = walks.lines_end[k] - walks.lines_begin[k];
+  for (int i = 0; i < lines; ++i) {
+    add_line(walks.by_rows[k] != 0, walks.lines_begin[k] + i, walks.begin[i][k], walks.end[i][k],
+             joiner);
+  }
+}
+
+/// `walks` may be null.
 template <class P>
-HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing* listings) {
+HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectList& rects,
+                          Listing* listings) {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
-    add_rects<P>(s.footprint(k), grid, joiner);
+    if (walks != nullptr && walks->has_all_spans(k)) {
+      add_walked(*walks, k, joiner);
+    } else {
+      add_rects<P>(s.footprint(k), grid, joiner);
+    }
     if (!joiner.finish(listings[kept])) continue;
     if (kept != k) {
       s.lane[kept] = s.lane[k];
@@ -105,7 +125,10 @@ HWY_INLINE void list_with(TileGrid grid, Survivors& s, RectList& rects, Listing*
 
 void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings) {
-  with_culler(mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, survivors, rects, listings); });
+  Walks walks;
+  const Walks* computed = walks.compute(mode, grid, survivors) ? &walks : nullptr;
+  with_culler(
+      mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, computed, survivors, rects, listings); });
 }
 
 }  // namespace HWY_NAMESPACE

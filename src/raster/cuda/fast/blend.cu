@@ -20,7 +20,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   __shared__ Rings<kMaps> rings[kTileWarps];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
-  const KeyRange range = in.ranges[tile];
+  const ListRange range = in.ranges[tile];
   if (!kMaps && range.size() > kLongList) return;
 
   Column<kCut> column;
@@ -32,7 +32,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
                         in.background.z};
     marks.evaluated[j] = range.size();
   }
-  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin(), range.end);
+  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin, range.end);
 
   if (half.x >= in.width) return;
 #pragma unroll
@@ -188,7 +188,9 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
          Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
-         schedule_view(scratch, frame.grid), input_of(frame, visible, pairs, scratch),
+         ScheduleView{scratch.class_sizes, scratch.schedule,
+                      static_cast<unsigned>(frame.grid.count())},
+         input_of(frame, visible, pairs, scratch),
          BlendOutput::of(pixels, outputs));
 }
 

@@ -1,24 +1,122 @@
 // SPDX-License-Identifier: MIT
 //
-// A macro-tile is a block of kMacroColumns x kMacroRows tiles. The usual way to list a frame's tile
-// pairs: `project` appends every visible Gaussian to the macro-tiles that its bounds meet, in any
-// order, and list_by_macro_tile() sorts each macro-tile by depth in shared memory and writes the
-// lists of its tiles. A view with a macro-tile that shared memory cannot hold is sorted globally
-// instead (bin.cuh, sort.cuh). Both give the same lists.
+// A macro-tile is a block of 4x2 tiles. `project` appends every visible Gaussian to the macro-tiles
+// in which its mode lists a tile, in any order; list.cuh sorts them and writes the tiles' lists.
+// A macro-tile keeps kUsual Gaussians. If it meets more, it is full: the others are spilled into an
+// array that all macro-tiles share, and its Gaussians are later cut by depth into slices that
+// blocks sort independently. Samples tell where to cut (Frazer and McKellar, Samplesort, 1970).
 #pragma once
 
-#include "raster/cuda/fast/sort.cuh"
+#include "raster/cuda/device_buffer.cuh"
+#include "raster/kernel/hd.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cuda::fast {
 
-/// The largest MacroTiles::capacity on the current device.
-std::uint32_t most_per_macro_tile();
+/// A Gaussian in a macro-tile.
+struct MacroEntry {
+  std::uint32_t depth_key, gaussian;
 
-/// Sorts the Gaussians of every macro-tile by depth, then by index, and writes the lists of its
-/// tiles, their ranges and their schedule. Also counts the pairs. Pairs beyond size.pair_capacity
-/// are counted but not written. Macro-tiles that exceed their capacity list nothing.
-/// Works in frame.stream, and in `full_stream` if size.has_full_macro_tiles().
-void list_by_macro_tile(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                        TilePairs& pairs, cudaStream_t full_stream);
+  /// Entries are sorted by this key: by depth, then by index.
+  QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
+};
+
+/// The sizes of the memory for full macro-tiles, as earlier frames needed it.
+struct FullSize {
+  std::uint32_t slice_capacity = 0;  ///< Gaussians in a slice; 0: the frame cannot draw full ones
+  std::uint32_t slice_target = 0;    ///< Gaussians in a slice on average, < slice_capacity
+  std::uint32_t sample_capacity = 0;  ///< samples of a macro-tile
+  std::uint32_t slices = 0;           ///< of all macro-tiles
+  std::uint32_t spilled = 0;          ///< entries
+
+  QS_HD bool exists() const { return slice_capacity > 0; }
+};
+
+/// The spilled entries, samples and slices of full macro-tiles. A kernel parameter.
+struct FullMacroTiles {
+  static constexpr std::uint32_t kSamplesPerSlice = 24;
+
+  struct Slices {
+    std::uint32_t first, count;
+  };
+
+  FullSize size;
+  MacroEntry* spilled;
+  std::uint32_t* spilled_tiles;   ///< per spilled entry: macro-tile << 8 | mask of tiles
+  MacroEntry* samples;            ///< size.sample_capacity for each macro-tile
+  std::uint32_t* sample_counts;   ///< per macro-tile
+  Slices* slices;                 ///< per full macro-tile
+  std::uint32_t* macro_tile_of;   ///< per slice
+  std::uint64_t* least_keys;      ///< per slice: it begins with the entry that has this key
+  std::uint32_t* counts;          ///< per slice: entries, also those beyond the capacity
+  std::uint64_t* list_begins;     ///< per slice and tile: where its part of the list begins
+  MacroEntry* entries;            ///< size.slice_capacity for each slice
+  std::uint8_t* masks;            ///< per entry: the tiles that it lists
+
+  /// Whether a Gaussian is a sample. All frames and macro-tiles choose the same ones.
+  __device__ bool is_sample(std::uint32_t gaussian) const {
+    constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
+    return size.exists() && gaussian * kHash < 0xffffffffu / size.slice_target * kSamplesPerSlice;
+  }
+
+  __device__ void add_sample(unsigned macro_tile, MacroEntry entry) const {
+    const std::uint32_t slot = atomicAdd(&sample_counts[macro_tile], 1u);
+    if (slot >= size.sample_capacity) return;
+    samples[std::size_t{macro_tile} * size.sample_capacity + slot] = entry;
+  }
+
+  __device__ void spill(std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
+                        unsigned mask) const {
+    if (slot >= size.spilled) return;
+    spilled[slot] = entry;
+    spilled_tiles[slot] = macro_tile << 8 | mask;
+  }
+
+  /// True if the slices fit into the memory.
+  __device__ bool holds(Slices own) const { return own.first + own.count <= size.slices; }
+};
+
+/// The macro-tiles of a frame. A kernel parameter.
+struct MacroTiles {
+  static constexpr int kColumns = 4, kRows = 2;
+  static constexpr int kTiles = kColumns * kRows;
+  static constexpr std::uint32_t kUsual = 3072;
+  static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
+
+  std::uint32_t* counts;   ///< Gaussians that each meets, also those that are spilled
+  MacroEntry* entries;     ///< kUsual for each
+  std::uint8_t* masks;     ///< per entry: the tiles that it lists, see MacroMask
+  std::uint32_t* order;    ///< all macro-tiles, the fullest first
+  std::uint32_t* spilled_count;  ///< entries, also those beyond the capacity
+  int columns, rows;
+  FullMacroTiles full;
+
+  QS_HD int count() const { return columns * rows; }
+
+  /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
+  __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
+    const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
+    if (slot < kUsual) {
+      store(macro_tile, slot, entry, mask);
+    } else {
+      full.spill(atomicAdd(spilled_count, 1u), macro_tile, entry, mask);
+    }
+    if (full.is_sample(entry.gaussian)) full.add_sample(macro_tile, entry);
+  }
+
+  /// Requires slot < kUsual.
+  __device__ void store(unsigned macro_tile, std::uint32_t slot, MacroEntry entry,
+                        unsigned mask) const {
+    const std::size_t place = std::size_t{macro_tile} * kUsual + slot;
+    entries[place] = entry;
+    masks[place] = static_cast<std::uint8_t>(mask);
+  }
+
+  static int columns_of(TileGrid grid) { return (grid.columns + kColumns - 1) / kColumns; }
+  static int rows_of(TileGrid grid) { return (grid.rows + kRows - 1) / kRows; }
+  static std::size_t count_of(TileGrid grid) {
+    return static_cast<std::size_t>(columns_of(grid)) * static_cast<std::size_t>(rows_of(grid));
+  }
+};
 
 }  // namespace qs::cuda::fast

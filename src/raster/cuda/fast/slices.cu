@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+//
+// How full macro-tiles are listed:
+//   find_slices    sorts the samples of every full macro-tile and chooses where to cut it by depth
+//   fill_slices    copies all its entries to the slices, in any order
+//   place_slices   counts the entries of the slices per tile, and reserves room for the lists
+//   list_slices    sorts every slice and writes its part of the lists
+#include <algorithm>
+
+#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/fast/list_block.cuh"
+
+namespace qs::cuda::fast {
+namespace {
+
+constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
+constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count large macro-tiles
+
+/// Blocks take full macro-tiles in turns.
+template <unsigned kBlock>
+__global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Counters* counters) {
+  const FullMacroTiles& full = tiles.full;
+  const std::uint32_t capacity = full.size.sample_capacity;
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    const FullMacroTiles::Slices slices = full.slices[own];
+    if (!full.holds(slices)) continue;
+    const std::uint32_t count = min(full.sample_counts[own], capacity);
+    const MacroEntry* const samples = full.samples + std::size_t{own} * capacity;
+    SharedArrays arrays(dynamic_shared(), capacity);
+    MacroSort<kBlock>(arrays, samples, count).sort();
+    __syncthreads();
+    for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
+      const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
+      const bool is_cut = s > 0 && count > 0;
+      full.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
+      full.macro_tile_of[slices.first + s] = own;
+      full.counts[slices.first + s] = 0;
+    }
+    __syncthreads();
+  }
+}
+
+/// A thread per entry: first those that full macro-tiles keep, then the spilled ones.
+__global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const Counters* counters) {
+  const FullMacroTiles& full = tiles.full;
+  const std::uint64_t kept = std::uint64_t{counters->full_macro_tiles} * MacroTiles::kUsual;
+  const std::uint64_t all = kept + min(counters->spilled, full.size.spilled);
+  for (std::uint64_t i = blockIdx.x * kThreads + threadIdx.x; i < all; i += gridDim.x * kThreads) {
+    MacroEntry entry;
+    std::uint32_t own, mask;
+    if (i < kept) {
+      own = tiles.order[i / MacroTiles::kUsual];
+      const std::size_t at = std::size_t{own} * MacroTiles::kUsual + i % MacroTiles::kUsual;
+      entry = tiles.entries[at];
+      mask = tiles.masks[at];
+    } else {
+      entry = full.spilled[i - kept];
+      own = full.spilled_tiles[i - kept] >> 8;
+      mask = full.spilled_tiles[i - kept] & 255;
+    }
+    const FullMacroTiles::Slices slices = full.slices[own];
+    if (!full.holds(slices)) continue;
+    const std::uint64_t key = entry.sort_key();
+    std::uint32_t slice = slices.first, count = slices.count;  // the last one that begins before
+    while (count > 1) {
+      const std::uint32_t half = count / 2;
+      if (full.least_keys[slice + half] <= key) slice += half;
+      count -= half;
+    }
+    const std::uint32_t slot = atomicAdd(&full.counts[slice], 1u);
+    if (slot >= full.size.slice_capacity) continue;
+    const std::size_t at = std::size_t{slice} * full.size.slice_capacity + slot;
+    full.entries[at] = entry;
+    full.masks[at] = static_cast<std::uint8_t>(mask);
+  }
+}
+
+/// Stores the number of entries of a slice in each tile. The lanes of a warp call it together.
+__device__ void count_slice(const FullMacroTiles& full, std::uint32_t slice) {
+  const std::uint32_t size = min(full.counts[slice], full.size.slice_capacity);
+  const std::uint8_t* const masks = full.masks + std::size_t{slice} * full.size.slice_capacity;
+  std::uint32_t lengths[MacroTiles::kTiles] = {};
+#pragma unroll 4
+  for (std::uint32_t first = 0; first < size; first += kWarp) {
+    const std::uint32_t at = first + lane_index();
+    const unsigned mask = at < size ? masks[at] : 0;
+#pragma unroll
+    for (int t = 0; t < MacroTiles::kTiles; ++t) {
+      lengths[t] += __popc(__ballot_sync(kAllLanes, (mask >> t & 1) != 0));
+    }
+  }
+#pragma unroll
+  for (unsigned t = 0; t < MacroTiles::kTiles; ++t) {
+    if (lane_index() == t) full.list_begins[slice * MacroTiles::kTiles + t] = lengths[t];
+  }
+}
+
+/// Blocks take full macro-tiles in turns.
+__global__ void __launch_bounds__(kPlaceThreads)
+    place_slices(MacroTiles tiles, Lists out, Counters* counters) {
+  constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
+  static_assert(kTiles <= kWarps);
+  __shared__ std::uint64_t begins[kTiles];
+  const FullMacroTiles& full = tiles.full;
+  const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    FullMacroTiles::Slices slices = full.slices[own];
+    if (!full.holds(slices)) slices.count = 0;
+    for (std::uint32_t s = warp; s < slices.count; s += kWarps) count_slice(full, slices.first + s);
+    __syncthreads();
+    const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
+      return full.list_begins[(slices.first + s) * kTiles + warp];
+    };
+    std::uint32_t length = 0, fullest = 0;
+    for (std::uint32_t s = lane; s < slices.count && warp < kTiles; s += kWarp) {
+      length += static_cast<std::uint32_t>(begin_of(s));
+      fullest = max(fullest, full.counts[slices.first + s]);
+    }
+    length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
+    if (warp < kTiles && lane == 0) begins[warp] = length;
+    if (fullest > 0) atomicMax(&counters->fullest_slice, fullest);
+    __syncthreads();
+    if (warp == 0) {
+      const auto whole = lane < kTiles ? static_cast<std::uint32_t>(begins[lane]) : 0u;
+      const std::uint64_t begin = place_list(out, tiles_of(tiles, own, out.grid), whole);
+      if (lane < kTiles) begins[lane] = begin;
+    }
+    __syncthreads();
+    std::uint64_t begin = warp < kTiles ? begins[warp] : 0;
+    for (std::uint32_t first = 0; first < slices.count && warp < kTiles; first += kWarp) {
+      const std::uint32_t s = first + lane;
+      const std::uint64_t mine = s < slices.count ? begin_of(s) : 0;
+      const std::uint64_t end = begin + inclusive_sum_of_warp(mine);
+      if (s < slices.count) begin_of(s) = end - mine;
+      begin = __shfl_sync(kAllLanes, end, kWarp - 1);
+    }
+    __syncthreads();
+  }
+}
+
+/// Blocks take slices in turns.
+template <unsigned kBlock, unsigned kResident>
+__global__ void __launch_bounds__(kBlock, kResident)
+    list_slices(MacroTiles tiles, Lists out, const Counters* counters) {
+  const FullMacroTiles& full = tiles.full;
+  const std::uint32_t capacity = full.size.slice_capacity;
+  const std::uint32_t count = min(counters->slices, full.size.slices);
+  for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
+    if (!full.holds(full.slices[full.macro_tile_of[slice]])) continue;
+    const std::size_t first = std::size_t{slice} * capacity;
+    list_entries<kBlock>(full.entries + first, full.masks + first,
+                         min(full.counts[slice], capacity),
+                         SharedArrays(dynamic_shared(), capacity), out, [&](std::uint32_t) {
+                           const std::size_t lists = std::size_t{slice} * MacroTiles::kTiles;
+                           return full.list_begins[lists + lane_index() % MacroTiles::kTiles];
+                         });
+  }
+}
+
+}  // namespace
+
+std::uint32_t most_in_shared_memory() {
+  constexpr std::size_t kStaticBytes = 36 << 10;  // of list_slices, rounded up
+  int device = 0, bytes = 0;
+  check(cudaGetDevice(&device), "cudaGetDevice");
+  check(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
+        "cudaDeviceGetAttribute");
+  const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
+  return static_cast<std::uint32_t>(
+      std::max<std::size_t>(available / SharedArrays::bytes(1), MacroTiles::kUsual));
+}
+
+void list_full(const FrameContext& frame, const FrameSize& size, Scratch& scratch, TilePairs& pairs,
+               cudaStream_t stream) {
+  const Lists out = Lists::of(frame, size, scratch, pairs);
+  const MacroTiles& tiles = scratch.macro_tiles;
+  Counters* const counters = scratch.counters;
+  const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
+  const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
+    const bool is_usual = capacity <= MacroTiles::kUsual;
+    launch("sort", is_usual ? usual : large,
+           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
+           stream, arguments...);
+  };
+  launch_for(size.full.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
+             tiles, counters);
+  launch("sort", fill_slices, Blocks(kBlocks), stream, tiles, counters);
+  launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
+  launch_for(size.full.slice_capacity, list_slices<kUsualThreads, kUsualBlocks>,
+             list_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
+}
+
+}  // namespace qs::cuda::fast

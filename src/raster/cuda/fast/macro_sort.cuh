@@ -81,9 +81,7 @@ class MacroSort {
   /// The largest of the block's values.
   __device__ std::uint32_t largest(std::uint32_t value) {
     __shared__ std::uint32_t of_warps[kWarps];
-    for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
-      value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
-    }
+    value = largest_of_warp(value);
     if (lane_index() == 0) of_warps[threadIdx.x / kWarp] = value;
     __syncthreads();
     for (const std::uint32_t other : of_warps) value = max(value, other);

@@ -23,11 +23,12 @@ struct MacroEntry {
 
 /// The sizes of the memory for full macro-tiles, as earlier frames needed it.
 struct FullSize {
-  std::uint32_t slice_capacity = 0;  ///< Gaussians in a slice; 0: the frame cannot draw full ones
-  std::uint32_t slice_target = 0;    ///< Gaussians in a slice on average, < slice_capacity
+  std::uint32_t slice_capacity = 0;   ///< Gaussians in a slice; 0: the frame cannot draw full ones
+  std::uint32_t slice_target = 0;     ///< Gaussians in a slice on average, < slice_capacity
   std::uint32_t sample_capacity = 0;  ///< samples of a macro-tile
+  std::uint32_t log2_distance = 0;    ///< between the samples in a macro-tile, on average
   std::uint32_t slices = 0;           ///< of all macro-tiles
-  std::uint32_t spilled = 0;          ///< entries
+  std::uint32_t spilled = 0;          ///< entries in a part of them
 
   QS_HD bool exists() const { return slice_capacity > 0; }
 };
@@ -35,41 +36,51 @@ struct FullSize {
 /// The spilled entries, samples and slices of full macro-tiles. A kernel parameter.
 struct FullMacroTiles {
   static constexpr std::uint32_t kSamplesPerSlice = 24;
+  /// Spilled entries are counted in so many parts, because additions to one counter are slow. The
+  /// counters lie in different cache lines.
+  static constexpr std::uint32_t kParts = 64, kCounterStride = 32;
 
   struct Slices {
     std::uint32_t first, count;
   };
 
   FullSize size;
-  MacroEntry* spilled;
-  std::uint32_t* spilled_tiles;   ///< per spilled entry: macro-tile << 8 | mask of tiles
-  MacroEntry* samples;            ///< size.sample_capacity for each macro-tile
-  std::uint32_t* sample_counts;   ///< per macro-tile
-  Slices* slices;                 ///< per full macro-tile
-  std::uint32_t* macro_tile_of;   ///< per slice
-  std::uint64_t* least_keys;      ///< per slice: it begins with the entry that has this key
-  std::uint32_t* counts;          ///< per slice: entries, also those beyond the capacity
-  std::uint64_t* list_begins;     ///< per slice and tile: where its part of the list begins
-  MacroEntry* entries;            ///< size.slice_capacity for each slice
-  std::uint8_t* masks;            ///< per entry: the tiles that it lists
+  MacroEntry* spilled;           ///< size.spilled for each part
+  std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
+  std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
+  MacroEntry* samples;           ///< size.sample_capacity for each macro-tile
+  Slices* slices;                ///< per full macro-tile
+  std::uint32_t* macro_tile_of;  ///< per slice
+  std::uint64_t* least_keys;     ///< per slice: it begins with the entry that has this key
+  std::uint32_t* counts;         ///< per slice: entries, also those beyond the capacity
+  std::uint64_t* list_begins;    ///< per slice and tile: where its part of the list begins
+  MacroEntry* entries;           ///< size.slice_capacity for each slice
+  std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
-  /// Whether a Gaussian is a sample. All frames and macro-tiles choose the same ones.
-  __device__ bool is_sample(std::uint32_t gaussian) const {
+  static constexpr std::size_t counters() { return kParts * kCounterStride; }
+  __device__ std::uint32_t* part_count(unsigned part) const {
+    return part_counts + part * kCounterStride;
+  }
+
+  /// Stores the entry at `slot` of a macro-tile if it is a sample: one in every 2^log2_distance
+  /// slots, at a place that varies, so that the order of the file hardly matters.
+  __device__ void sample(unsigned macro_tile, std::uint32_t slot, MacroEntry entry) const {
     constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
-    return size.exists() && gaussian * kHash < 0xffffffffu / size.slice_target * kSamplesPerSlice;
+    const std::uint32_t number = slot >> size.log2_distance;
+    const std::uint32_t place = number * kHash >> (32 - size.log2_distance);
+    if (slot != (number << size.log2_distance | place) || number >= size.sample_capacity) return;
+    samples[std::size_t{macro_tile} * size.sample_capacity + number] = entry;
+  }
+  __device__ std::uint32_t sample_count(std::uint32_t entries_of_macro_tile) const {
+    return min(entries_of_macro_tile >> size.log2_distance, size.sample_capacity);
   }
 
-  __device__ void add_sample(unsigned macro_tile, MacroEntry entry) const {
-    const std::uint32_t slot = atomicAdd(&sample_counts[macro_tile], 1u);
-    if (slot >= size.sample_capacity) return;
-    samples[std::size_t{macro_tile} * size.sample_capacity + slot] = entry;
-  }
-
-  __device__ void spill(std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
+  __device__ void spill(unsigned part, std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
                         unsigned mask) const {
     if (slot >= size.spilled) return;
-    spilled[slot] = entry;
-    spilled_tiles[slot] = macro_tile << 8 | mask;
+    const std::size_t place = std::size_t{part} * size.spilled + slot;
+    spilled[place] = entry;
+    spilled_tiles[place] = macro_tile << 8 | mask;
   }
 
   /// True if the slices fit into the memory.
@@ -83,11 +94,10 @@ struct MacroTiles {
   static constexpr std::uint32_t kUsual = 3072;
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
-  std::uint32_t* counts;   ///< Gaussians that each meets, also those that are spilled
-  MacroEntry* entries;     ///< kUsual for each
-  std::uint8_t* masks;     ///< per entry: the tiles that it lists, see MacroMask
-  std::uint32_t* order;    ///< all macro-tiles, the fullest first
-  std::uint32_t* spilled_count;  ///< entries, also those beyond the capacity
+  std::uint32_t* counts;  ///< Gaussians that each meets, also those that are spilled
+  MacroEntry* entries;    ///< kUsual for each
+  std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
+  std::uint32_t* order;   ///< all macro-tiles, the fullest first
   int columns, rows;
   FullMacroTiles full;
 
@@ -96,20 +106,23 @@ struct MacroTiles {
   /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
   __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
-    if (slot < kUsual) {
-      store(macro_tile, slot, entry, mask);
-    } else {
-      full.spill(atomicAdd(spilled_count, 1u), macro_tile, entry, mask);
-    }
-    if (full.is_sample(entry.gaussian)) full.add_sample(macro_tile, entry);
+    const unsigned part = blockIdx.x % FullMacroTiles::kParts;
+    store(macro_tile, slot, entry, mask, part,
+          [&] { return atomicAdd(full.part_count(part), 1u); });
   }
 
-  /// Requires slot < kUsual.
-  __device__ void store(unsigned macro_tile, std::uint32_t slot, MacroEntry entry,
-                        unsigned mask) const {
-    const std::size_t place = std::size_t{macro_tile} * kUsual + slot;
-    entries[place] = entry;
-    masks[place] = static_cast<std::uint8_t>(mask);
+  /// Stores an entry at its slot. spilled_slot() is the place in `part` if it must be spilled.
+  template <class SpilledSlot>
+  __device__ void store(unsigned macro_tile, std::uint32_t slot, MacroEntry entry, unsigned mask,
+                        unsigned part, const SpilledSlot& spilled_slot) const {
+    if (slot < kUsual) {
+      const std::size_t place = std::size_t{macro_tile} * kUsual + slot;
+      entries[place] = entry;
+      masks[place] = static_cast<std::uint8_t>(mask);
+    } else {
+      full.spill(part, spilled_slot(), macro_tile, entry, mask);
+    }
+    if (full.size.exists()) full.sample(macro_tile, slot, entry);
   }
 
   static int columns_of(TileGrid grid) { return (grid.columns + kColumns - 1) / kColumns; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <bit>
 
 #include "raster/cuda/collect.cuh"
 #include "raster/cuda/fast/append.cuh"
@@ -34,9 +35,12 @@ std::optional<FullSize> FullMacroTilesPolicy::next(const Counters& counters, con
   const std::uint32_t fullest = counters.fullest_macro_tile;
   if (fullest < MacroTiles::kUsual / 4 * 3) return FullSize{};
   if (fullest < MacroTiles::kUsual && !size.exists()) return FullSize{};
+  const auto log2_distance_of = [](std::uint32_t target) {
+    return static_cast<std::uint32_t>(std::bit_width(target / FullMacroTiles::kSamplesPerSlice)) - 1;
+  };
   const auto samples_of = [&](std::uint32_t target) {
-    const std::uint64_t mean = std::uint64_t{fullest} * FullMacroTiles::kSamplesPerSlice / target;
-    return mean + mean / 4 + 64;
+    const std::uint32_t samples = fullest >> log2_distance_of(target);
+    return samples + samples / 4 + 64;
   };
   FullSize next = size;
   const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
@@ -49,9 +53,9 @@ std::optional<FullSize> FullMacroTilesPolicy::next(const Counters& counters, con
   if (next.slice_target < next.slice_capacity / 8 || samples_of(next.slice_target) > most_) {
     return std::nullopt;
   }
-  next.sample_capacity = static_cast<std::uint32_t>(samples_of(next.slice_target));
-  // Every full macro-tile has at least one slice, and the last one is not full.
-  const std::uint64_t entries = std::uint64_t{counters.spilled} +
+  next.log2_distance = log2_distance_of(next.slice_target);
+  next.sample_capacity = samples_of(next.slice_target);
+  const std::uint64_t entries = std::uint64_t{counters.spilled} * FullMacroTiles::kParts +
                                 std::uint64_t{counters.full_macro_tiles} * MacroTiles::kUsual;
   const std::uint64_t slices = entries / next.slice_target + counters.full_macro_tiles;
   if (slices > next.slices) next.slices = static_cast<std::uint32_t>(slices + slices / 4 + 16);

@@ -92,20 +92,18 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     counts[m] = begin;
   }
   __syncthreads();
-  if (threadIdx.x == 0 && spilled > 0) spilled = atomicAdd(macro_tiles.spilled_count, spilled);
+  const unsigned part = blockIdx.x % FullMacroTiles::kParts;
+  if (threadIdx.x == 0 && spilled > 0) {
+    spilled = atomicAdd(macro_tiles.full.part_count(part), spilled);
+  }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
   for (std::uint32_t s = threadIdx.x; s < staged_here; s += kThreads) {
-    const StagedEntry from(staged[s]);
-    const unsigned macro_tile = from.macro_tile(), owner = from.owner();
-    const MacroEntry entry{appended[owner].depth_key, first + owner};
-    const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
-    if (slot < MacroTiles::kUsual) {
-      macro_tiles.store(macro_tile, slot, entry, from.mask());
-    } else {
-      macro_tiles.full.spill(atomicAdd(&spilled, 1u), macro_tile, entry, from.mask());
-    }
-    if (macro_tiles.full.is_sample(entry.gaussian)) macro_tiles.full.add_sample(macro_tile, entry);
+    const StagedEntry entry(staged[s]);
+    const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
+    macro_tiles.store(macro_tile, atomicAdd(&counts[macro_tile], 1u),
+                      {appended[owner].depth_key, first + owner}, entry.mask(), part,
+                      [&] { return atomicAdd(&spilled, 1u); });
   }
 }
 
@@ -126,8 +124,8 @@ __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Coun
   if (threadIdx.x == 0) counters->slices = sum;
 }
 
-/// Finds the order of the macro-tiles, the fullest and the number of full ones. All threads of one
-/// block call it together.
+/// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All threads
+/// of one block call it together.
 __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
   __shared__ std::uint32_t fullest, full;
@@ -159,6 +157,10 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
     tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
   }
   __syncthreads();
+  if (full > 0 && threadIdx.x < FullMacroTiles::kParts) {
+    const volatile std::uint32_t* const spilled = tiles.full.part_count(threadIdx.x);
+    atomicMax(&counters->spilled, *spilled);
+  }
   if (tiles.full.size.exists()) number_slices(tiles, full, counters);
 }
 

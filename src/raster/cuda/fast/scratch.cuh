@@ -19,7 +19,7 @@ struct Counters {
   std::uint32_t turns[2];              ///< half segments that warps have taken: first, and again
   std::uint32_t fullest_macro_tile;    ///< Gaussians in it
   std::uint32_t full_macro_tiles;      ///< number of them
-  std::uint32_t spilled;               ///< entries of full macro-tiles
+  std::uint32_t spilled;               ///< entries in the fullest of FullMacroTiles::kParts
   std::uint32_t slices;                ///< of all full macro-tiles
   std::uint32_t fullest_slice;         ///< entries in it
   std::uint32_t large;                 ///< visible Gaussians that list too many lines of tiles
@@ -100,7 +100,6 @@ struct Scratch {
     macro_tiles.entries = entries_.data();
     macro_tiles.masks = masks_.data();
     macro_tiles.order = order_.data();
-    macro_tiles.spilled_count = &counters->spilled;
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
     FullMacroTiles& full = macro_tiles.full;
@@ -138,8 +137,8 @@ struct Scratch {
     const std::size_t slice_entries = std::size_t{full.slices} * full.slice_capacity;
     slices_.reserve(kMacroTiles, macro_count);
     samples_.reserve(kMacroTiles, macro_count * full.sample_capacity);
-    spilled_.reserve(kSlices, full.spilled);
-    spilled_tiles_.reserve(kSlices, full.spilled);
+    spilled_.reserve(kSlices, std::size_t{FullMacroTiles::kParts} * full.spilled);
+    spilled_tiles_.reserve(kSlices, std::size_t{FullMacroTiles::kParts} * full.spilled);
     macro_tile_of_.reserve(kSlices, full.slices);
     least_keys_.reserve(kSlices, full.slices);
     slice_counts_.reserve(kSlices, full.slices);
@@ -164,7 +163,7 @@ struct Scratch {
     place(counters, 1);
     place(class_sizes, kWarp);
     place(macro_tiles.counts, size.macro_tiles());
-    place(macro_tiles.full.sample_counts, size.macro_tiles());
+    place(macro_tiles.full.part_counts, FullMacroTiles::counters());
     const std::size_t cleared = used;
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     return {cleared, used};

@@ -15,6 +15,11 @@ namespace {
 
 constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
 constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count large macro-tiles
+constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
+constexpr std::uint32_t kMoved = kMovedEach * kThreads;
+static_assert(kMoved >= MacroTiles::kUsual);
+constexpr unsigned kMoveBlocks = 12 * FullMacroTiles::kParts;
+constexpr std::uint32_t kCountedSlices = 8192;  // more are counted in global memory
 
 /// Blocks take full macro-tiles in turns.
 template <unsigned kBlock>
@@ -25,7 +30,7 @@ __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Co
     const std::uint32_t own = tiles.order[place];
     const FullMacroTiles::Slices slices = full.slices[own];
     if (!full.holds(slices)) continue;
-    const std::uint32_t count = min(full.sample_counts[own], capacity);
+    const std::uint32_t count = full.sample_count(tiles.counts[own]);
     const MacroEntry* const samples = full.samples + std::size_t{own} * capacity;
     SharedArrays arrays(dynamic_shared(), capacity);
     MacroSort<kBlock>(arrays, samples, count).sort();
@@ -41,38 +46,84 @@ __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Co
   }
 }
 
-/// A thread per entry: first those that full macro-tiles keep, then the spilled ones.
-__global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const Counters* counters) {
-  const FullMacroTiles& full = tiles.full;
-  const std::uint64_t kept = std::uint64_t{counters->full_macro_tiles} * MacroTiles::kUsual;
-  const std::uint64_t all = kept + min(counters->spilled, full.size.spilled);
-  for (std::uint64_t i = blockIdx.x * kThreads + threadIdx.x; i < all; i += gridDim.x * kThreads) {
-    MacroEntry entry;
-    std::uint32_t own, mask;
-    if (i < kept) {
-      own = tiles.order[i / MacroTiles::kUsual];
-      const std::size_t at = std::size_t{own} * MacroTiles::kUsual + i % MacroTiles::kUsual;
-      entry = tiles.entries[at];
-      mask = tiles.masks[at];
-    } else {
-      entry = full.spilled[i - kept];
-      own = full.spilled_tiles[i - kept] >> 8;
-      mask = full.spilled_tiles[i - kept] & 255;
-    }
-    const FullMacroTiles::Slices slices = full.slices[own];
-    if (!full.holds(slices)) continue;
-    const std::uint64_t key = entry.sort_key();
-    std::uint32_t slice = slices.first, count = slices.count;  // the last one that begins before
-    while (count > 1) {
-      const std::uint32_t half = count / 2;
-      if (full.least_keys[slice + half] <= key) slice += half;
-      count -= half;
-    }
-    const std::uint32_t slot = atomicAdd(&full.counts[slice], 1u);
+/// An entry of a full macro-tile that is copied to a slice.
+struct Moved {
+  MacroEntry entry;
+  std::uint32_t macro_tile, mask;
+};
+
+/// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
+constexpr std::uint32_t kNoSlice = 0xffffffffu;
+__device__ std::uint32_t slice_of(const FullMacroTiles& full, const Moved& moved) {
+  const FullMacroTiles::Slices slices = full.slices[moved.macro_tile];
+  if (!full.holds(slices)) return kNoSlice;
+  const std::uint64_t key = moved.entry.sort_key();
+  std::uint32_t slice = slices.first;  // the last one that begins before the entry
+  for (std::uint32_t count = slices.count; count > 1;) {
+    const std::uint32_t half = count / 2;
+    if (full.least_keys[slice + half] <= key) slice += half;
+    count -= half;
+  }
+  return slice;
+}
+
+/// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
+/// it reserves room once per slice. All its threads call it together.
+template <class EntryAt>
+__device__ void move_entries(const FullMacroTiles& full, std::uint32_t* counts,
+                             std::uint32_t slices, std::uint32_t count, const EntryAt& entry_at) {
+  const bool counts_here = slices <= kCountedSlices;
+  std::uint32_t chosen[kMovedEach];
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    const std::uint32_t i = k * kThreads + threadIdx.x;
+    chosen[k] = i < count ? slice_of(full, entry_at(i)) : kNoSlice;
+    if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
+  }
+  __syncthreads();
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+    if (counts[s] > 0) counts[s] = atomicAdd(&full.counts[s], counts[s]);
+  }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (chosen[k] == kNoSlice) continue;
+    std::uint32_t* const places = counts_here ? counts : full.counts;
+    const std::uint32_t slot = atomicAdd(&places[chosen[k]], 1u);
     if (slot >= full.size.slice_capacity) continue;
-    const std::size_t at = std::size_t{slice} * full.size.slice_capacity + slot;
-    full.entries[at] = entry;
-    full.masks[at] = static_cast<std::uint8_t>(mask);
+    const Moved moved = entry_at(k * kThreads + threadIdx.x);
+    const std::size_t at = std::size_t{chosen[k]} * full.size.slice_capacity + slot;
+    full.entries[at] = moved.entry;
+    full.masks[at] = static_cast<std::uint8_t>(moved.mask);
+  }
+  __syncthreads();
+}
+
+/// Blocks take full macro-tiles in turns and copy the entries that these keep, then chunks of
+/// spilled entries.
+__global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const Counters* counters) {
+  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
+  const FullMacroTiles& full = tiles.full;
+  const std::uint32_t slices = min(counters->slices, full.size.slices);
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
+    move_entries(full, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+      return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
+    });
+  }
+  const std::uint32_t part = blockIdx.x % FullMacroTiles::kParts;
+  const std::uint32_t spilled = min(*full.part_count(part), full.size.spilled);
+  const std::uint32_t stride = gridDim.x / FullMacroTiles::kParts * kMoved;
+  for (std::uint32_t chunk = blockIdx.x / FullMacroTiles::kParts * kMoved; chunk < spilled;
+       chunk += stride) {
+    const std::size_t first = std::size_t{part} * full.size.spilled + chunk;
+    move_entries(full, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+      const std::uint32_t where = full.spilled_tiles[first + i];
+      return Moved{full.spilled[first + i], where >> 8, where & 255};
+    });
   }
 }
 
@@ -120,7 +171,8 @@ __global__ void __launch_bounds__(kPlaceThreads)
     }
     length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
     if (warp < kTiles && lane == 0) begins[warp] = length;
-    if (fullest > 0) atomicMax(&counters->fullest_slice, fullest);
+    fullest = largest_of_warp(fullest);
+    if (lane == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
     __syncthreads();
     if (warp == 0) {
       const auto whole = lane < kTiles ? static_cast<std::uint32_t>(begins[lane]) : 0u;
@@ -186,7 +238,8 @@ void list_full(const FrameContext& frame, const FrameSize& size, Scratch& scratc
   };
   launch_for(size.full.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
              tiles, counters);
-  launch("sort", fill_slices, Blocks(kBlocks), stream, tiles, counters);
+  const std::size_t counted = std::min(kCountedSlices, size.full.slices) * sizeof(std::uint32_t);
+  launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
   launch_for(size.full.slice_capacity, list_slices<kUsualThreads, kUsualBlocks>,
              list_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);

@@ -52,6 +52,14 @@ __device__ T inclusive_sum_of_warp(T value) {
   return value;
 }
 
+/// The largest of the lanes' values. All lanes of the warp must call it.
+__device__ inline std::uint32_t largest_of_warp(std::uint32_t value) {
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+    value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
+  }
+  return value;
+}
+
 template <class T>
 struct BlockSum {
   T before;  ///< over the lower threads

@@ -12,11 +12,21 @@ __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
   const bool is_full = size >= MacroTiles::kUsual;
   if (is_full && leaves_full) return;
   const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-  list_entries<kUsualThreads>(
-      macro_tiles.entries + first, macro_tiles.masks + first, is_full ? 0 : size,
-      SharedArrays(dynamic_shared(), MacroTiles::kUsual), out, [&](std::uint32_t length) {
-        return place_list(out, tiles_of(macro_tiles, own, out.grid), length);
-      });
+  using Block = ListBlock<kUsualThreads>;
+  static_assert(Block::kParts == 1);
+  __shared__ Block::Shared shared;
+  Block block(SharedArrays(dynamic_shared(), MacroTiles::kUsual), shared, is_full ? 0 : size);
+  block.sort(macro_tiles.entries + first, macro_tiles.masks + first);
+  block.count();
+  if (threadIdx.x < kWarp) {
+    const unsigned lane = lane_index();
+    const std::uint32_t length = lane < Block::kTiles ? shared.lengths[0][lane] : 0;
+    const std::uint64_t begin =
+        place_list(out, tiles_of(macro_tiles, own, out.grid), length);
+    if (lane < Block::kTiles) shared.begins[lane] = begin;
+  }
+  __syncthreads();
+  block.write(out);
 }
 
 }  // namespace

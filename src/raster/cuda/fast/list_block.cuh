@@ -70,61 +70,77 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   const std::uint32_t place = atomicAdd(&out.class_sizes[own], 1u);
   out.scheduled[own * static_cast<unsigned>(out.grid.count()) + place] = tile_index;
   if (length > 0) atomicMax(&counters->max_pairs_in_a_tile, length);
-  if (last - first > kLongList) out.segments.reserve(tile_index, segment_count(last - first));
+  if (last - first > out.segments.longest_uncut) out.segments.reserve(tile_index, segment_count(last - first));
   return begin;
 }
 
-/// Sorts `size` entries and writes their part of the lists. begin_of(n) is called by one warp, whose
-/// lane t < kTiles passes the number n of entries of tile t and gets the place of the first one.
-/// The kBlock threads of a block call it together.
-template <unsigned kBlock, class BeginOf>
-__device__ void list_entries(const MacroEntry* entries, const std::uint8_t* masks, unsigned size,
-                             SharedArrays arrays, const Lists& out, const BeginOf& begin_of) {
-  constexpr unsigned kTiles = MacroTiles::kTiles, kParts = kBlock / kWarp / kTiles;
-  __shared__ std::uint32_t lengths[kParts][kTiles];
-  __shared__ std::uint64_t begins[kTiles];
-  MacroSort<kBlock>(arrays, entries, size).sort();
-  __syncthreads();
-  for (unsigned i = threadIdx.x; i < size; i += kBlock) {
-    const unsigned entry = arrays.order[i];
-    arrays.values[i] = entries[entry].gaussian;
-    arrays.other[i] = masks[entry];
-  }
-  __syncthreads();
+/// The kBlock threads of a block list `size` Gaussians. They call all functions together, in this
+/// order. Several warps write the list of a tile, each a part of it.
+template <unsigned kBlock>
+class ListBlock {
+ public:
+  static constexpr unsigned kTiles = MacroTiles::kTiles;
+  static constexpr unsigned kParts = kBlock / kWarp / kTiles;
 
-  const unsigned warp = threadIdx.x / kWarp, tile = warp % kTiles, number = warp / kTiles;
-  const WarpPart part(size, number, kParts);
-  const auto listed_at = [&](unsigned i) {
-    return i < part.end && (arrays.other[i] >> tile & 1) != 0;
+  struct Shared {
+    std::uint64_t begins[kTiles];  ///< of the tiles' lists, or of the block's part of them
+    std::uint32_t lengths[kParts][kTiles];
   };
-  std::uint32_t length = 0;
-#pragma unroll 4
-  for (unsigned first = part.begin; first < part.end; first += kWarp) {
-    length += __popc(__ballot_sync(kAllLanes, listed_at(first + lane_index())));
-  }
-  if (lane_index() == 0) lengths[number][tile] = length;
-  __syncthreads();
-  if (warp == 0) {
-    std::uint32_t whole = 0;
-    for (unsigned p = 0; p < kParts && lane_index() < kTiles; ++p) {
-      whole += lengths[p][lane_index()];
+
+  __device__ ListBlock(SharedArrays arrays, Shared& shared, unsigned size)
+      : arrays_(arrays),
+        shared_(shared),
+        size_(size),
+        tile_(threadIdx.x / kWarp % kTiles),
+        number_(threadIdx.x / kWarp / kTiles),
+        part_(size, number_, kParts) {}
+
+  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks) {
+    MacroSort<kBlock>(arrays_, entries, size_).sort();
+    __syncthreads();
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
+      const unsigned entry = arrays_.order[i];
+      arrays_.values[i] = entries[entry].gaussian;
+      arrays_.other[i] = masks[entry];
     }
-    const std::uint64_t begin = begin_of(whole);
-    if (lane_index() < kTiles) begins[lane_index()] = begin;
+    __syncthreads();
   }
-  __syncthreads();
-  std::uint64_t slot = begins[tile];
-  for (unsigned p = 0; p < number; ++p) slot += lengths[p][tile];
+
+  /// Sets shared.lengths.
+  __device__ void count() {
+    std::uint32_t length = 0;
 #pragma unroll 4
-  for (unsigned first = part.begin; first < part.end; first += kWarp) {
-    const unsigned i = first + lane_index();
-    const bool listed = listed_at(i);
-    const unsigned all = __ballot_sync(kAllLanes, listed);
-    const std::uint64_t at = slot + __popc(all & lanes_below());
-    if (listed && at < out.capacity) out.gaussians[at] = arrays.values[i];
-    slot += __popc(all);
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+      length += __popc(__ballot_sync(kAllLanes, is_listed(first + lane_index())));
+    }
+    if (lane_index() == 0) shared_.lengths[number_][tile_] = length;
+    __syncthreads();
   }
-  __syncthreads();
-}
+
+  /// Requires shared.begins, and shared.lengths if kParts > 1.
+  __device__ void write(const Lists& out) {
+    std::uint64_t slot = shared_.begins[tile_];
+    for (unsigned p = 0; p < number_; ++p) slot += shared_.lengths[p][tile_];
+#pragma unroll 4
+    for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
+      const bool listed = is_listed(first + lane_index());
+      const unsigned all = __ballot_sync(kAllLanes, listed);
+      const std::uint64_t at = slot + __popc(all & lanes_below());
+      if (listed && at < out.capacity) out.gaussians[at] = arrays_.values[first + lane_index()];
+      slot += __popc(all);
+    }
+    __syncthreads();
+  }
+
+ private:
+  __device__ bool is_listed(unsigned i) const {
+    return i < part_.end && (arrays_.other[i] >> tile_ & 1) != 0;
+  }
+
+  SharedArrays arrays_;
+  Shared& shared_;
+  unsigned size_, tile_, number_;
+  WarpPart part_;
+};
 
 }  // namespace qs::cuda::fast

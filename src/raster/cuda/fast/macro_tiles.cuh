@@ -58,6 +58,7 @@ struct FullMacroTiles {
   std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
   static constexpr std::size_t counters() { return kParts * kCounterStride; }
+  static __device__ unsigned own_part() { return blockIdx.x % kParts; }
   __device__ std::uint32_t* part_count(unsigned part) const {
     return part_counts + part * kCounterStride;
   }
@@ -75,10 +76,11 @@ struct FullMacroTiles {
     return min(entries_of_macro_tile >> size.log2_distance, size.sample_capacity);
   }
 
-  __device__ void spill(unsigned part, std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
+  /// Stores an entry at place `slot` of the block's part.
+  __device__ void spill(std::uint32_t slot, unsigned macro_tile, MacroEntry entry,
                         unsigned mask) const {
     if (slot >= size.spilled) return;
-    const std::size_t place = std::size_t{part} * size.spilled + slot;
+    const std::size_t place = std::size_t{own_part()} * size.spilled + slot;
     spilled[place] = entry;
     spilled_tiles[place] = macro_tile << 8 | mask;
   }
@@ -106,21 +108,20 @@ struct MacroTiles {
   /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
   __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
-    const unsigned part = blockIdx.x % FullMacroTiles::kParts;
-    store(macro_tile, slot, entry, mask, part,
-          [&] { return atomicAdd(full.part_count(part), 1u); });
+    const unsigned part = FullMacroTiles::own_part();
+    const std::uint32_t spilled = slot < kUsual ? 0 : atomicAdd(full.part_count(part), 1u);
+    store(macro_tile, slot, spilled, entry, mask);
   }
 
-  /// Stores an entry at its slot. spilled_slot() is the place in `part` if it must be spilled.
-  template <class SpilledSlot>
-  __device__ void store(unsigned macro_tile, std::uint32_t slot, MacroEntry entry, unsigned mask,
-                        unsigned part, const SpilledSlot& spilled_slot) const {
+  /// Stores an entry at its slot, or at place `spilled` of the block's part if it is spilled.
+  __device__ void store(unsigned macro_tile, std::uint32_t slot, std::uint32_t spilled,
+                        MacroEntry entry, unsigned mask) const {
     if (slot < kUsual) {
       const std::size_t place = std::size_t{macro_tile} * kUsual + slot;
       entries[place] = entry;
       masks[place] = static_cast<std::uint8_t>(mask);
     } else {
-      full.spill(part, spilled_slot(), macro_tile, entry, mask);
+      full.spill(spilled, macro_tile, entry, mask);
     }
     if (full.size.exists()) full.sample(macro_tile, slot, entry);
   }

@@ -23,7 +23,7 @@ std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 }  // namespace
 
-static_assert(MacroTiles::kMost <= StagedEntry::kMacroTiles);
+static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
 
 bool FullMacroTilesPolicy::fits(const Counters& counters, const FullSize& size) {
   if (!size.exists()) return counters.fullest_macro_tile < MacroTiles::kUsual;

@@ -92,18 +92,20 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     counts[m] = begin;
   }
   __syncthreads();
-  const unsigned part = blockIdx.x % FullMacroTiles::kParts;
   if (threadIdx.x == 0 && spilled > 0) {
-    spilled = atomicAdd(macro_tiles.full.part_count(part), spilled);
+    spilled = atomicAdd(macro_tiles.full.part_count(FullMacroTiles::own_part()), spilled);
   }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
-  for (std::uint32_t s = threadIdx.x; s < staged_here; s += kThreads) {
-    const StagedEntry entry(staged[s]);
+  for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
+    const bool exists = s < staged_here;
+    const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
-    macro_tiles.store(macro_tile, atomicAdd(&counts[macro_tile], 1u),
-                      {appended[owner].depth_key, first + owner}, entry.mask(), part,
-                      [&] { return atomicAdd(&spilled, 1u); });
+    const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
+    const std::uint32_t place = reserve_slot(exists && slot >= MacroTiles::kUsual, &spilled);
+    if (!exists) continue;
+    macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
+                      entry.mask());
   }
 }
 

@@ -46,7 +46,14 @@ struct SegmentsView {
   std::uint32_t* marks;           ///< a bit per pair of the long lists: counted, see LongList
   SegmentResult* results;
   std::uint32_t capacity;
+  std::uint32_t longest_uncut;  ///< longer lists are cut
   Counters* counters;
+
+  /// A small picture has too few tiles to occupy the GPU while one warp walks through a list.
+  static std::uint32_t longest_uncut_of(TileGrid grid) {
+    constexpr int kSmall = 5000;  // tiles
+    return grid.count() < kSmall ? 2048 : 4096;
+  }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
   /// many bits, so long lists leave room behind their last word and share none.
@@ -95,7 +102,8 @@ struct Scratch {
     const Layout layout = lay_out(size, memory_.data());
     schedule = schedule_.data();
     segments = {segments_.data(), first_segments_.data(), marks_.data(),
-                results_.data(),  size.segment_capacity,  counters};
+                results_.data(),  size.segment_capacity,  SegmentsView::longest_uncut_of(size.grid),
+                counters};
     large = large_.data();
     macro_tiles.entries = entries_.data();
     macro_tiles.masks = masks_.data();

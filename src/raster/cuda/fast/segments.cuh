@@ -16,7 +16,6 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr std::uint32_t kLongList = 4096;    ///< longer lists are cut
 inline constexpr std::uint32_t kSegment = 512;      ///< Gaussians counted per segment, at least
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 
@@ -34,6 +33,7 @@ class LongList {
       : segments_(view.segments + first),
         marks_(view.marks + range.begin / SegmentsView::kPairsPerMark),
         range_(range),
+        longest_uncut_(view.longest_uncut),
         parts_(segment_count(range.size())),
         part_((range.size() / parts_ + kWarp) / kWarp * kWarp) {}
 
@@ -58,7 +58,7 @@ class LongList {
     std::uint32_t sum = 0;
     for (std::uint32_t s = lane_index(); s < parts_; s += kWarp) sum += segments_[s].counted;
     const std::uint32_t total = __shfl_sync(kAllLanes, inclusive_sum_of_warp(sum), kWarp - 1);
-    count_ = total > kLongList ? segment_count(total) : 1;
+    count_ = total > longest_uncut_ ? segment_count(total) : 1;
     each_ = (total + count_ - 1) / count_;
   }
 
@@ -129,6 +129,7 @@ class LongList {
   Segment* segments_;
   std::uint32_t* marks_;
   ListRange range_;
+  std::uint32_t longest_uncut_;
   std::uint32_t parts_, part_;  // number and length
   std::uint32_t count_ = 1, each_ = 0;
 };

@@ -129,21 +129,23 @@ __global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const 
 
 /// Stores the number of entries of a slice in each tile. The lanes of a warp call it together.
 __device__ void count_slice(const FullMacroTiles& full, std::uint32_t slice) {
+  constexpr std::uint32_t kLowBits = 0x01010101;  // of the masks in a word
+  constexpr std::uint32_t kMasks = sizeof(std::uint32_t);
   const std::uint32_t size = min(full.counts[slice], full.size.slice_capacity);
   const std::uint8_t* const masks = full.masks + std::size_t{slice} * full.size.slice_capacity;
+  const auto* const words = reinterpret_cast<const std::uint32_t*>(masks);
   std::uint32_t lengths[MacroTiles::kTiles] = {};
 #pragma unroll 4
-  for (std::uint32_t first = 0; first < size; first += kWarp) {
-    const std::uint32_t at = first + lane_index();
-    const unsigned mask = at < size ? masks[at] : 0;
+  for (std::uint32_t w = lane_index(); w * kMasks < size; w += kWarp) {
+    const std::uint32_t left = size - w * kMasks;
+    const std::uint32_t word = left < kMasks ? words[w] & ((1u << 8 * left) - 1) : words[w];
 #pragma unroll
-    for (int t = 0; t < MacroTiles::kTiles; ++t) {
-      lengths[t] += __popc(__ballot_sync(kAllLanes, (mask >> t & 1) != 0));
-    }
+    for (int t = 0; t < MacroTiles::kTiles; ++t) lengths[t] += __popc(word >> t & kLowBits);
   }
 #pragma unroll
   for (unsigned t = 0; t < MacroTiles::kTiles; ++t) {
-    if (lane_index() == t) full.list_begins[slice * MacroTiles::kTiles + t] = lengths[t];
+    const std::uint32_t sum = inclusive_sum_of_warp(lengths[t]);
+    if (lane_index() == kWarp - 1) full.list_begins[slice * MacroTiles::kTiles + t] = sum;
   }
 }
 
@@ -196,18 +198,23 @@ __global__ void __launch_bounds__(kPlaceThreads)
 template <unsigned kBlock, unsigned kResident>
 __global__ void __launch_bounds__(kBlock, kResident)
     list_slices(MacroTiles tiles, Lists out, const Counters* counters) {
+  using Block = ListBlock<kBlock>;
+  __shared__ typename Block::Shared shared;
   const FullMacroTiles& full = tiles.full;
   const std::uint32_t capacity = full.size.slice_capacity;
   const std::uint32_t count = min(counters->slices, full.size.slices);
   for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
     if (!full.holds(full.slices[full.macro_tile_of[slice]])) continue;
     const std::size_t first = std::size_t{slice} * capacity;
-    list_entries<kBlock>(full.entries + first, full.masks + first,
-                         min(full.counts[slice], capacity),
-                         SharedArrays(dynamic_shared(), capacity), out, [&](std::uint32_t) {
-                           const std::size_t lists = std::size_t{slice} * MacroTiles::kTiles;
-                           return full.list_begins[lists + lane_index() % MacroTiles::kTiles];
-                         });
+    Block block(SharedArrays(dynamic_shared(), capacity), shared,
+                min(full.counts[slice], capacity));
+    block.sort(full.entries + first, full.masks + first);
+    if (Block::kParts > 1) block.count();
+    if (threadIdx.x < Block::kTiles) {
+      shared.begins[threadIdx.x] = full.list_begins[slice * Block::kTiles + threadIdx.x];
+    }
+    __syncthreads();
+    block.write(out);
   }
 }
 

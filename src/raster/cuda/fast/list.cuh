@@ -17,18 +17,22 @@ struct TilePairs {
   }
 };
 
-/// The largest FullSize::slice_capacity and sample_capacity on the current device.
+/// The largest number of Gaussians that a block can sort on the current device.
 std::uint32_t most_in_shared_memory();
 
 /// Sorts the Gaussians of macro-tiles by depth, then by index, and writes the lists of their tiles,
 /// the lists' ranges and schedule. Also counts the pairs. Pairs beyond size.pair_capacity are counted
-/// but not written. Macro-tiles that are full list nothing.
+/// but not written. For macro-tiles with less than kUsual Gaussians.
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 TilePairs& pairs);
 
-/// The same for the full macro-tiles, in four kernels. Slices and spilled entries beyond the
-/// capacities of size.full are counted but not listed.
-void list_full(const FrameContext& frame, const FrameSize& size, Scratch& scratch, TilePairs& pairs,
-               cudaStream_t stream);
+/// The same for the others. Macro-tiles beyond size.macro.capacity list nothing.
+void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                TilePairs& pairs, cudaStream_t stream);
+
+/// The same if these are cut into slices. Slices and spilled entries beyond the capacities of
+/// size.macro are counted but not listed.
+void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                 TilePairs& pairs, cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

@@ -2,9 +2,10 @@
 //
 // A macro-tile is a block of 4x2 tiles. `project` appends every visible Gaussian to the macro-tiles
 // in which its mode lists a tile, in any order; list.cuh sorts them and writes the tiles' lists.
-// A macro-tile keeps kUsual Gaussians. If it meets more, it is full: the others are spilled into an
-// array that all macro-tiles share, and its Gaussians are later cut by depth into slices that
-// blocks sort independently. Samples tell where to cut (Frazer and McKellar, Samplesort, 1970).
+// If one has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them. The others
+// are spilled into an array that all macro-tiles share, and the Gaussians of a full macro-tile are
+// cut by depth into slices that blocks sort independently. Samples tell where to cut (Frazer and
+// McKellar, Samplesort, 1970).
 #pragma once
 
 #include "raster/cuda/device_buffer.cuh"
@@ -21,20 +22,22 @@ struct MacroEntry {
   QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
 };
 
-/// The sizes of the memory for full macro-tiles, as earlier frames needed it.
-struct FullSize {
-  std::uint32_t slice_capacity = 0;   ///< Gaussians in a slice; 0: the frame cannot draw full ones
+/// The sizes of the memory for macro-tiles and slices, as earlier frames needed it.
+struct MacroSize {
+  std::uint32_t capacity = 3072;      ///< Gaussians that a macro-tile keeps, at least kUsual
+  std::uint32_t slice_capacity = 0;   ///< Gaussians in a slice; 0: the frame has no slices
   std::uint32_t slice_target = 0;     ///< Gaussians in a slice on average, < slice_capacity
   std::uint32_t sample_capacity = 0;  ///< samples of a macro-tile
   std::uint32_t log2_distance = 0;    ///< between the samples in a macro-tile, on average
   std::uint32_t slices = 0;           ///< of all macro-tiles
   std::uint32_t spilled = 0;          ///< entries in a part of them
 
-  QS_HD bool exists() const { return slice_capacity > 0; }
+  QS_HD bool has_slices() const { return slice_capacity > 0; }
+  bool keeps_whole() const;
 };
 
-/// The spilled entries, samples and slices of full macro-tiles. A kernel parameter.
-struct FullMacroTiles {
+/// How full macro-tiles are cut: spilled entries, samples and slices. A kernel parameter.
+struct Slicing {
   static constexpr std::uint32_t kSamplesPerSlice = 24;
   /// Spilled entries are counted in so many parts, because additions to one counter are slow. The
   /// counters lie in different cache lines.
@@ -44,7 +47,7 @@ struct FullMacroTiles {
     std::uint32_t first, count;
   };
 
-  FullSize size;
+  MacroSize size;
   MacroEntry* spilled;           ///< size.spilled for each part
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
@@ -93,37 +96,38 @@ struct FullMacroTiles {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = 3072;
+  static constexpr std::uint32_t kUsual = MacroSize{}.capacity;  ///< Gaussians
+  static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
   std::uint32_t* counts;  ///< Gaussians that each meets, also those that are spilled
-  MacroEntry* entries;    ///< kUsual for each
+  MacroEntry* entries;    ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first
   int columns, rows;
-  FullMacroTiles full;
+  Slicing slicing;
 
   QS_HD int count() const { return columns * rows; }
 
   /// Adds a Gaussian that lists the tiles `mask` of a macro-tile.
   __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
-    const unsigned part = FullMacroTiles::own_part();
-    const std::uint32_t spilled = slot < kUsual ? 0 : atomicAdd(full.part_count(part), 1u);
+    const unsigned part = Slicing::own_part();
+    const std::uint32_t spilled = slot < slicing.size.capacity ? 0 : atomicAdd(slicing.part_count(part), 1u);
     store(macro_tile, slot, spilled, entry, mask);
   }
 
   /// Stores an entry at its slot, or at place `spilled` of the block's part if it is spilled.
   __device__ void store(unsigned macro_tile, std::uint32_t slot, std::uint32_t spilled,
                         MacroEntry entry, unsigned mask) const {
-    if (slot < kUsual) {
-      const std::size_t place = std::size_t{macro_tile} * kUsual + slot;
+    if (slot < slicing.size.capacity) {
+      const std::size_t place = std::size_t{macro_tile} * slicing.size.capacity + slot;
       entries[place] = entry;
       masks[place] = static_cast<std::uint8_t>(mask);
     } else {
-      full.spill(spilled, macro_tile, entry, mask);
+      slicing.spill(spilled, macro_tile, entry, mask);
     }
-    if (full.size.exists()) full.sample(macro_tile, slot, entry);
+    if (slicing.size.has_slices()) slicing.sample(macro_tile, slot, entry);
   }
 
   static int columns_of(TileGrid grid) { return (grid.columns + kColumns - 1) / kColumns; }
@@ -132,5 +136,8 @@ struct MacroTiles {
     return static_cast<std::size_t>(columns_of(grid)) * static_cast<std::size_t>(rows_of(grid));
   }
 };
+
+/// True if blocks sort macro-tiles with more than the usual number of Gaussians whole.
+inline bool MacroSize::keeps_whole() const { return capacity > MacroTiles::kUsual; }
 
 }  // namespace qs::cuda::fast

@@ -25,37 +25,54 @@ std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
 
-bool FullMacroTilesPolicy::fits(const Counters& counters, const FullSize& size) {
-  if (!size.exists()) return counters.fullest_macro_tile < MacroTiles::kUsual;
-  return counters.spilled <= size.spilled && counters.slices <= size.slices &&
-         counters.fullest_slice <= size.slice_capacity;
+bool MacroSizePolicy::fits(const Counters& counters, const MacroSize& size) {
+  if (size.has_slices()) {
+    return counters.spilled <= size.spilled && counters.slices <= size.slices &&
+           counters.fullest_slice <= size.slice_capacity;
+  }
+  const std::uint32_t fullest = counters.fullest_macro_tile;
+  return fullest < MacroTiles::kUsual || (size.keeps_whole() && fullest <= size.capacity);
 }
 
-std::optional<FullSize> FullMacroTilesPolicy::next(const Counters& counters, const FullSize& size) {
+std::optional<MacroSize> MacroSizePolicy::next(const Counters& counters,
+                                               const FrameSize& size) const {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+  constexpr std::uint32_t kStep = 1024;
   const std::uint32_t fullest = counters.fullest_macro_tile;
-  if (fullest < MacroTiles::kUsual / 4 * 3) return FullSize{};
-  if (fullest < MacroTiles::kUsual && !size.exists()) return FullSize{};
+  if (fullest < MacroTiles::kUsual / 8 * 7) return MacroSize{};
+  MacroSize whole;
+  whole.capacity = (fullest + fullest / 8 + kStep) / kStep * kStep;
+  if (whole.capacity <= most_ &&
+      whole.capacity * size.macro_tiles() * MacroTiles::kBytesEach <= kMostBytes) {
+    return whole;
+  }
+  return sliced(counters, size.macro);
+}
+
+std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
+                                                 const MacroSize& before) const {
   const auto log2_distance_of = [](std::uint32_t target) {
-    return static_cast<std::uint32_t>(std::bit_width(target / FullMacroTiles::kSamplesPerSlice)) - 1;
+    return static_cast<std::uint32_t>(std::bit_width(target / Slicing::kSamplesPerSlice)) - 1;
   };
   const auto samples_of = [&](std::uint32_t target) {
-    const std::uint32_t samples = fullest >> log2_distance_of(target);
+    const std::uint32_t samples = counters.fullest_macro_tile >> log2_distance_of(target);
     return samples + samples / 4 + 64;
   };
-  FullSize next = size;
+  MacroSize next = before;
+  next.capacity = MacroTiles::kUsual;
   const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
   next.slice_capacity = usual_suffices ? MacroTiles::kUsual : most_;
-  if (next.slice_capacity != size.slice_capacity) {
+  if (next.slice_capacity != before.slice_capacity) {
     next.slice_target = next.slice_capacity / 2;
-  } else if (counters.fullest_slice > size.slice_capacity) {
-    next.slice_target = size.slice_target / 2;
+  } else if (counters.fullest_slice > before.slice_capacity) {
+    next.slice_target = before.slice_target / 2;
   }
-  if (next.slice_target < next.slice_capacity / 8 || samples_of(next.slice_target) > most_) {
+  next.sample_capacity = samples_of(next.slice_target);
+  if (next.slice_target < next.slice_capacity / 8 || next.sample_capacity > most_) {
     return std::nullopt;
   }
   next.log2_distance = log2_distance_of(next.slice_target);
-  next.sample_capacity = samples_of(next.slice_target);
-  const std::uint64_t entries = std::uint64_t{counters.spilled} * FullMacroTiles::kParts +
+  const std::uint64_t entries = std::uint64_t{counters.spilled} * Slicing::kParts +
                                 std::uint64_t{counters.full_macro_tiles} * MacroTiles::kUsual;
   const std::uint64_t slices = entries / next.slice_target + counters.full_macro_tiles;
   if (slices > next.slices) next.slices = static_cast<std::uint32_t>(slices + slices / 4 + 16);
@@ -66,7 +83,7 @@ std::optional<FullSize> FullMacroTilesPolicy::next(const Counters& counters, con
 FastPipeline::FastPipeline(int device)
     : side_stream_(device, false),
       full_stream_(device, true),
-      full_policy_(most_in_shared_memory()) {
+      macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
   size_.segment_capacity = 1 << 5;
 }
@@ -87,8 +104,9 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const Graph::Topology topology{size.full.exists(), outputs.blends(), outputs.used,
-                                     needs_color(outputs), cuts_long_lists(outputs)};
+      const Graph::Topology topology{size.macro.has_slices(), size.macro.keeps_whole(),
+                                     outputs.blends(),        outputs.used,
+                                     needs_color(outputs),    cuts_long_lists(outputs)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);
@@ -100,11 +118,11 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool segments_fit =
         !cuts_long_lists(outputs) || counters_->segments <= size.segment_capacity;
-    const bool full_fit = FullMacroTilesPolicy::fits(*counters_, size.full);
-    const std::optional<FullSize> full = full_policy_.next(*counters_, size.full);
-    size_.full = size.full = full.value_or(FullSize{});
-    if (pairs_fit && segments_fit && full_fit) return true;
-    if (!full) return false;
+    const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
+    const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
+    size_.macro = size.macro = macro.value_or(MacroSize{});
+    if (pairs_fit && segments_fit && macro_tiles_fit) return true;
+    if (!macro) return false;
     if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
     if (!segments_fit) size.segment_capacity = with_half(counters_->segments);
     frame.throw_if_cancelled();
@@ -122,16 +140,17 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   if (needs_color(outputs)) color(frame, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);
-  if (size.full.exists()) {
-    const bool forks = side_stream != frame.stream;
-    if (forks) projected_.make_wait(full_stream_);
-    list_full(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
-    if (forks) listed_.record(full_stream_);
-    list_usual(frame, size, scratch_, pairs_);
-    if (forks) listed_.make_wait(frame.stream);
-  } else {
-    list_usual(frame, size, scratch_, pairs_);
+  const auto list_others = size.macro.has_slices()     ? list_sliced
+                           : size.macro.keeps_whole() ? list_whole
+                                                       : nullptr;
+  const bool forks = list_others != nullptr && side_stream != frame.stream;
+  if (forks) projected_.make_wait(full_stream_);
+  if (list_others != nullptr) {
+    list_others(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
   }
+  if (forks) listed_.record(full_stream_);
+  list_usual(frame, size, scratch_, pairs_);
+  if (forks) listed_.make_wait(frame.stream);
   mark(Stage::sort);
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {

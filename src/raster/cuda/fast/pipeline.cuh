@@ -23,19 +23,22 @@ inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
 /// this dilation they stay above -90, and floats reach down to -126.
 inline constexpr double kLeastDilation = kDilation / 2;
 
-/// Chooses FrameSize::full from the counters of the previous frame.
-class FullMacroTilesPolicy {
+/// Chooses FrameSize::macro from the counters of the previous frame.
+class MacroSizePolicy {
  public:
   /// `most`: see most_in_shared_memory().
-  explicit FullMacroTilesPolicy(std::uint32_t most) : most_(most) {}
+  explicit MacroSizePolicy(std::uint32_t most) : most_(most) {}
 
-  /// True if a frame of this size with these counters listed all Gaussians of its full macro-tiles.
-  static bool fits(const Counters& counters, const FullSize& size);
+  /// True if a frame of this size with these counters listed all its Gaussians.
+  static bool fits(const Counters& counters, const MacroSize& size);
 
-  /// For the frame after it, or for the same frame again. Unset: no size can draw this view.
-  std::optional<FullSize> next(const Counters& counters, const FullSize& size);
+  /// For the frame after one of this size with these counters, or for the same frame again. Unset:
+  /// no size can draw this view.
+  std::optional<MacroSize> next(const Counters& counters, const FrameSize& size) const;
 
  private:
+  std::optional<MacroSize> sliced(const Counters& counters, const MacroSize& before) const;
+
   std::uint32_t most_;
 };
 
@@ -67,7 +70,7 @@ class FastPipeline {
   Scratch scratch_;
   Visible visible_;
   TilePairs pairs_;
-  FullMacroTilesPolicy full_policy_;
+  MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
 };
 

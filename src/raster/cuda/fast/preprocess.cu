@@ -59,7 +59,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
   if (visible) {
     const Footprint& footprint = projected.footprint;
-    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma};
+    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
   }
   const std::uint32_t slot = reserve_slot(is_large, &counters->large);
   if (is_large) large[slot] = i;
@@ -87,13 +87,14 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     const std::uint32_t here = counts[m];
     if (here == 0) continue;
     const std::uint32_t begin = atomicAdd(&macro_tiles.counts[m], here);
-    const std::uint32_t beyond = begin + here - min(begin + here, max(begin, MacroTiles::kUsual));
+    const std::uint32_t end = begin + here;
+    const std::uint32_t beyond = end - min(end, max(begin, macro_tiles.slicing.size.capacity));
     if (beyond > 0) atomicAdd(&spilled, beyond);
     counts[m] = begin;
   }
   __syncthreads();
   if (threadIdx.x == 0 && spilled > 0) {
-    spilled = atomicAdd(macro_tiles.full.part_count(FullMacroTiles::own_part()), spilled);
+    spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
   }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
@@ -102,7 +103,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
     const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
-    const std::uint32_t place = reserve_slot(exists && slot >= MacroTiles::kUsual, &spilled);
+    const std::uint32_t place = reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &spilled);
     if (!exists) continue;
     macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
                       entry.mask());
@@ -112,7 +113,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
 /// Decides into how many slices the full macro-tiles are cut, and numbers these. All threads of one
 /// block call it together. The full macro-tiles are the first `count` in the order.
 __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Counters* counters) {
-  const std::uint32_t target = tiles.full.size.slice_target;
+  const std::uint32_t target = tiles.slicing.size.slice_target;
   const volatile std::uint32_t* const counts = tiles.counts;
   std::uint32_t sum = 0;
   for (std::uint32_t first = 0; first < count; first += kAppendThreads) {
@@ -120,7 +121,7 @@ __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Coun
     const std::uint32_t own = place < count ? tiles.order[place] : 0;
     const std::uint32_t slices = place < count ? (counts[own] + target - 1) / target : 0;
     const BlockSum<std::uint32_t> before = sum_of_block<kAppendThreads>(slices);
-    if (place < count) tiles.full.slices[own] = {sum + before.before, slices};
+    if (place < count) tiles.slicing.slices[own] = {sum + before.before, slices};
     sum += before.total;
   }
   if (threadIdx.x == 0) counters->slices = sum;
@@ -159,11 +160,11 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
     tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
   }
   __syncthreads();
-  if (full > 0 && threadIdx.x < FullMacroTiles::kParts) {
-    const volatile std::uint32_t* const spilled = tiles.full.part_count(threadIdx.x);
+  if (full > 0 && threadIdx.x < Slicing::kParts) {
+    const volatile std::uint32_t* const spilled = tiles.slicing.part_count(threadIdx.x);
     atomicMax(&counters->spilled, *spilled);
   }
-  if (tiles.full.size.exists()) number_slices(tiles, full, counters);
+  if (tiles.slicing.size.has_slices()) number_slices(tiles, full, counters);
 }
 
 /// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then

@@ -20,6 +20,7 @@ struct alignas(32) PackedFootprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
+  glm::vec2 unused;  ///< is written too: a sector that is written in part is read first
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
 };

@@ -19,7 +19,7 @@ struct Counters {
   std::uint32_t turns[2];              ///< half segments that warps have taken: first, and again
   std::uint32_t fullest_macro_tile;    ///< Gaussians in it
   std::uint32_t full_macro_tiles;      ///< number of them
-  std::uint32_t spilled;               ///< entries in the fullest of FullMacroTiles::kParts
+  std::uint32_t spilled;               ///< entries in the fullest of Slicing::kParts
   std::uint32_t slices;                ///< of all full macro-tiles
   std::uint32_t fullest_slice;         ///< entries in it
   std::uint32_t large;                 ///< visible Gaussians that list too many lines of tiles
@@ -75,7 +75,7 @@ struct FrameSize {
   std::uint32_t gaussians = 0;
   std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
   std::uint32_t segment_capacity = 0;  ///< segments of long lists that they can hold
-  FullSize full;
+  MacroSize macro;
   TileGrid grid;
 
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
@@ -110,18 +110,18 @@ struct Scratch {
     macro_tiles.order = order_.data();
     macro_tiles.columns = MacroTiles::columns_of(size.grid);
     macro_tiles.rows = MacroTiles::rows_of(size.grid);
-    FullMacroTiles& full = macro_tiles.full;
-    full.size = size.full;
-    full.spilled = spilled_.data();
-    full.spilled_tiles = spilled_tiles_.data();
-    full.samples = samples_.data();
-    full.slices = slices_.data();
-    full.macro_tile_of = macro_tile_of_.data();
-    full.least_keys = least_keys_.data();
-    full.counts = slice_counts_.data();
-    full.list_begins = list_begins_.data();
-    full.entries = slice_entries_.data();
-    full.masks = slice_masks_.data();
+    Slicing& slicing = macro_tiles.slicing;
+    slicing.size = size.macro;
+    slicing.spilled = spilled_.data();
+    slicing.spilled_tiles = spilled_tiles_.data();
+    slicing.samples = samples_.data();
+    slicing.slices = slices_.data();
+    slicing.macro_tile_of = macro_tile_of_.data();
+    slicing.least_keys = least_keys_.data();
+    slicing.counts = slice_counts_.data();
+    slicing.list_begins = list_begins_.data();
+    slicing.entries = slice_entries_.data();
+    slicing.masks = slice_masks_.data();
     return {memory_.data(), layout.cleared * sizeof(std::uint64_t)};
   }
 
@@ -137,20 +137,20 @@ struct Scratch {
     marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve(kSegments, size.segment_capacity);
     large_.reserve("the frame's Gaussians", size.gaussians);
-    entries_.reserve(kMacroTiles, macro_count * MacroTiles::kUsual);
-    masks_.reserve(kMacroTiles, macro_count * MacroTiles::kUsual);
+    const MacroSize& macro = size.macro;
+    entries_.reserve(kMacroTiles, macro_count * macro.capacity);
+    masks_.reserve(kMacroTiles, macro_count * macro.capacity);
     order_.reserve(kMacroTiles, macro_count);
-    const FullSize& full = size.full;
-    if (!full.exists()) return;
-    const std::size_t slice_entries = std::size_t{full.slices} * full.slice_capacity;
+    if (!macro.has_slices()) return;
+    const std::size_t slice_entries = std::size_t{macro.slices} * macro.slice_capacity;
     slices_.reserve(kMacroTiles, macro_count);
-    samples_.reserve(kMacroTiles, macro_count * full.sample_capacity);
-    spilled_.reserve(kSlices, std::size_t{FullMacroTiles::kParts} * full.spilled);
-    spilled_tiles_.reserve(kSlices, std::size_t{FullMacroTiles::kParts} * full.spilled);
-    macro_tile_of_.reserve(kSlices, full.slices);
-    least_keys_.reserve(kSlices, full.slices);
-    slice_counts_.reserve(kSlices, full.slices);
-    list_begins_.reserve(kSlices, std::size_t{full.slices} * MacroTiles::kTiles);
+    samples_.reserve(kMacroTiles, macro_count * macro.sample_capacity);
+    spilled_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
+    spilled_tiles_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
+    macro_tile_of_.reserve(kSlices, macro.slices);
+    least_keys_.reserve(kSlices, macro.slices);
+    slice_counts_.reserve(kSlices, macro.slices);
+    list_begins_.reserve(kSlices, std::size_t{macro.slices} * MacroTiles::kTiles);
     slice_entries_.reserve(kSlices, slice_entries);
     slice_masks_.reserve(kSlices, slice_entries);
   }
@@ -171,7 +171,7 @@ struct Scratch {
     place(counters, 1);
     place(class_sizes, kWarp);
     place(macro_tiles.counts, size.macro_tiles());
-    place(macro_tiles.full.part_counts, FullMacroTiles::counters());
+    place(macro_tiles.slicing.part_counts, Slicing::counters());
     const std::size_t cleared = used;
     place(ranges, static_cast<std::size_t>(size.grid.count()));
     return {cleared, used};
@@ -185,7 +185,7 @@ struct Scratch {
   DeviceBuffer<std::uint32_t> large_, order_;
   DeviceBuffer<MacroEntry> entries_, spilled_, samples_, slice_entries_;
   DeviceBuffer<std::uint8_t> masks_, slice_masks_;
-  DeviceBuffer<FullMacroTiles::Slices> slices_;
+  DeviceBuffer<Slicing::Slices> slices_;
   DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;
   DeviceBuffer<std::uint64_t> least_keys_, list_begins_;
 };

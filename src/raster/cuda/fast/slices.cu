@@ -4,7 +4,7 @@
 //   find_slices    sorts the samples of every full macro-tile and chooses where to cut it by depth
 //   fill_slices    copies all its entries to the slices, in any order
 //   place_slices   counts the entries of the slices per tile, and reserves room for the lists
-//   list_slices    sorts every slice and writes its part of the lists
+//   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
 
 #include "raster/cuda/dynamic_shared.cuh"
@@ -18,29 +18,29 @@ constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count larg
 constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
 constexpr std::uint32_t kMoved = kMovedEach * kThreads;
 static_assert(kMoved >= MacroTiles::kUsual);
-constexpr unsigned kMoveBlocks = 12 * FullMacroTiles::kParts;
+constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
 constexpr std::uint32_t kCountedSlices = 8192;  // more are counted in global memory
 
 /// Blocks take full macro-tiles in turns.
 template <unsigned kBlock>
 __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Counters* counters) {
-  const FullMacroTiles& full = tiles.full;
-  const std::uint32_t capacity = full.size.sample_capacity;
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t capacity = slicing.size.sample_capacity;
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
-    const FullMacroTiles::Slices slices = full.slices[own];
-    if (!full.holds(slices)) continue;
-    const std::uint32_t count = full.sample_count(tiles.counts[own]);
-    const MacroEntry* const samples = full.samples + std::size_t{own} * capacity;
+    const Slicing::Slices slices = slicing.slices[own];
+    if (!slicing.holds(slices)) continue;
+    const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
+    const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
     SharedArrays arrays(dynamic_shared(), capacity);
     MacroSort<kBlock>(arrays, samples, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
       const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
       const bool is_cut = s > 0 && count > 0;
-      full.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
-      full.macro_tile_of[slices.first + s] = own;
-      full.counts[slices.first + s] = 0;
+      slicing.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
+      slicing.macro_tile_of[slices.first + s] = own;
+      slicing.counts[slices.first + s] = 0;
     }
     __syncthreads();
   }
@@ -54,14 +54,14 @@ struct Moved {
 
 /// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
 constexpr std::uint32_t kNoSlice = 0xffffffffu;
-__device__ std::uint32_t slice_of(const FullMacroTiles& full, const Moved& moved) {
-  const FullMacroTiles::Slices slices = full.slices[moved.macro_tile];
-  if (!full.holds(slices)) return kNoSlice;
+__device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
+  const Slicing::Slices slices = slicing.slices[moved.macro_tile];
+  if (!slicing.holds(slices)) return kNoSlice;
   const std::uint64_t key = moved.entry.sort_key();
   std::uint32_t slice = slices.first;  // the last one that begins before the entry
   for (std::uint32_t count = slices.count; count > 1;) {
     const std::uint32_t half = count / 2;
-    if (full.least_keys[slice + half] <= key) slice += half;
+    if (slicing.least_keys[slice + half] <= key) slice += half;
     count -= half;
   }
   return slice;
@@ -70,33 +70,38 @@ __device__ std::uint32_t slice_of(const FullMacroTiles& full, const Moved& moved
 /// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
 /// it reserves room once per slice. All its threads call it together.
 template <class EntryAt>
-__device__ void move_entries(const FullMacroTiles& full, std::uint32_t* counts,
+__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts,
                              std::uint32_t slices, std::uint32_t count, const EntryAt& entry_at) {
   const bool counts_here = slices <= kCountedSlices;
-  std::uint32_t chosen[kMovedEach];
+  std::uint32_t* const places = counts_here ? counts : slicing.counts;
+  std::uint32_t chosen[kMovedEach], slots[kMovedEach];
   for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
-  __syncthreads();
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
     const std::uint32_t i = k * kThreads + threadIdx.x;
-    chosen[k] = i < count ? slice_of(full, entry_at(i)) : kNoSlice;
+    chosen[k] = i < count ? slice_of(slicing, entry_at(i)) : kNoSlice;
+  }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
     if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
   }
   __syncthreads();
   for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
-    if (counts[s] > 0) counts[s] = atomicAdd(&full.counts[s], counts[s]);
+    if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
   }
   __syncthreads();
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
-    if (chosen[k] == kNoSlice) continue;
-    std::uint32_t* const places = counts_here ? counts : full.counts;
-    const std::uint32_t slot = atomicAdd(&places[chosen[k]], 1u);
-    if (slot >= full.size.slice_capacity) continue;
+    slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
+  }
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (slots[k] >= slicing.size.slice_capacity) continue;
     const Moved moved = entry_at(k * kThreads + threadIdx.x);
-    const std::size_t at = std::size_t{chosen[k]} * full.size.slice_capacity + slot;
-    full.entries[at] = moved.entry;
-    full.masks[at] = static_cast<std::uint8_t>(moved.mask);
+    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
+    slicing.entries[at] = moved.entry;
+    slicing.masks[at] = static_cast<std::uint8_t>(moved.mask);
   }
   __syncthreads();
 }
@@ -105,34 +110,34 @@ __device__ void move_entries(const FullMacroTiles& full, std::uint32_t* counts,
 /// spilled entries.
 __global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const Counters* counters) {
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
-  const FullMacroTiles& full = tiles.full;
-  const std::uint32_t slices = min(counters->slices, full.size.slices);
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t slices = min(counters->slices, slicing.size.slices);
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(full, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(slicing, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
-  const std::uint32_t part = blockIdx.x % FullMacroTiles::kParts;
-  const std::uint32_t spilled = min(*full.part_count(part), full.size.spilled);
-  const std::uint32_t stride = gridDim.x / FullMacroTiles::kParts * kMoved;
-  for (std::uint32_t chunk = blockIdx.x / FullMacroTiles::kParts * kMoved; chunk < spilled;
+  const std::uint32_t part = blockIdx.x % Slicing::kParts;
+  const std::uint32_t spilled = min(*slicing.part_count(part), slicing.size.spilled);
+  const std::uint32_t stride = gridDim.x / Slicing::kParts * kMoved;
+  for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
-    const std::size_t first = std::size_t{part} * full.size.spilled + chunk;
-    move_entries(full, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
-      const std::uint32_t where = full.spilled_tiles[first + i];
-      return Moved{full.spilled[first + i], where >> 8, where & 255};
+    const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
+    move_entries(slicing, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+      const std::uint32_t where = slicing.spilled_tiles[first + i];
+      return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
   }
 }
 
 /// Stores the number of entries of a slice in each tile. The lanes of a warp call it together.
-__device__ void count_slice(const FullMacroTiles& full, std::uint32_t slice) {
+__device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
   constexpr std::uint32_t kLowBits = 0x01010101;  // of the masks in a word
   constexpr std::uint32_t kMasks = sizeof(std::uint32_t);
-  const std::uint32_t size = min(full.counts[slice], full.size.slice_capacity);
-  const std::uint8_t* const masks = full.masks + std::size_t{slice} * full.size.slice_capacity;
+  const std::uint32_t size = min(slicing.counts[slice], slicing.size.slice_capacity);
+  const std::uint8_t* const masks = slicing.masks + std::size_t{slice} * slicing.size.slice_capacity;
   const auto* const words = reinterpret_cast<const std::uint32_t*>(masks);
   std::uint32_t lengths[MacroTiles::kTiles] = {};
 #pragma unroll 4
@@ -145,7 +150,7 @@ __device__ void count_slice(const FullMacroTiles& full, std::uint32_t slice) {
 #pragma unroll
   for (unsigned t = 0; t < MacroTiles::kTiles; ++t) {
     const std::uint32_t sum = inclusive_sum_of_warp(lengths[t]);
-    if (lane_index() == kWarp - 1) full.list_begins[slice * MacroTiles::kTiles + t] = sum;
+    if (lane_index() == kWarp - 1) slicing.list_begins[slice * MacroTiles::kTiles + t] = sum;
   }
 }
 
@@ -155,21 +160,23 @@ __global__ void __launch_bounds__(kPlaceThreads)
   constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
   static_assert(kTiles <= kWarps);
   __shared__ std::uint64_t begins[kTiles];
-  const FullMacroTiles& full = tiles.full;
+  const Slicing& slicing = tiles.slicing;
   const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
-    FullMacroTiles::Slices slices = full.slices[own];
-    if (!full.holds(slices)) slices.count = 0;
-    for (std::uint32_t s = warp; s < slices.count; s += kWarps) count_slice(full, slices.first + s);
+    Slicing::Slices slices = slicing.slices[own];
+    if (!slicing.holds(slices)) slices.count = 0;
+    for (std::uint32_t s = warp; s < slices.count; s += kWarps) {
+      count_slice(slicing, slices.first + s);
+    }
     __syncthreads();
     const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
-      return full.list_begins[(slices.first + s) * kTiles + warp];
+      return slicing.list_begins[(slices.first + s) * kTiles + warp];
     };
     std::uint32_t length = 0, fullest = 0;
     for (std::uint32_t s = lane; s < slices.count && warp < kTiles; s += kWarp) {
       length += static_cast<std::uint32_t>(begin_of(s));
-      fullest = max(fullest, full.counts[slices.first + s]);
+      fullest = max(fullest, slicing.counts[slices.first + s]);
     }
     length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
     if (warp < kTiles && lane == 0) begins[warp] = length;
@@ -197,21 +204,21 @@ __global__ void __launch_bounds__(kPlaceThreads)
 /// Blocks take slices in turns.
 template <unsigned kBlock, unsigned kResident>
 __global__ void __launch_bounds__(kBlock, kResident)
-    list_slices(MacroTiles tiles, Lists out, const Counters* counters) {
+    sort_slices(MacroTiles tiles, Lists out, const Counters* counters) {
   using Block = ListBlock<kBlock>;
   __shared__ typename Block::Shared shared;
-  const FullMacroTiles& full = tiles.full;
-  const std::uint32_t capacity = full.size.slice_capacity;
-  const std::uint32_t count = min(counters->slices, full.size.slices);
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t capacity = slicing.size.slice_capacity;
+  const std::uint32_t count = min(counters->slices, slicing.size.slices);
   for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
-    if (!full.holds(full.slices[full.macro_tile_of[slice]])) continue;
+    if (!slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) continue;
     const std::size_t first = std::size_t{slice} * capacity;
     Block block(SharedArrays(dynamic_shared(), capacity), shared,
-                min(full.counts[slice], capacity));
-    block.sort(full.entries + first, full.masks + first);
+                min(slicing.counts[slice], capacity));
+    block.sort(slicing.entries + first, slicing.masks + first);
     if (Block::kParts > 1) block.count();
     if (threadIdx.x < Block::kTiles) {
-      shared.begins[threadIdx.x] = full.list_begins[slice * Block::kTiles + threadIdx.x];
+      shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
     }
     __syncthreads();
     block.write(out);
@@ -220,19 +227,8 @@ __global__ void __launch_bounds__(kBlock, kResident)
 
 }  // namespace
 
-std::uint32_t most_in_shared_memory() {
-  constexpr std::size_t kStaticBytes = 36 << 10;  // of list_slices, rounded up
-  int device = 0, bytes = 0;
-  check(cudaGetDevice(&device), "cudaGetDevice");
-  check(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
-        "cudaDeviceGetAttribute");
-  const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
-  return static_cast<std::uint32_t>(
-      std::max<std::size_t>(available / SharedArrays::bytes(1), MacroTiles::kUsual));
-}
-
-void list_full(const FrameContext& frame, const FrameSize& size, Scratch& scratch, TilePairs& pairs,
-               cudaStream_t stream) {
+void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                 TilePairs& pairs, cudaStream_t stream) {
   const Lists out = Lists::of(frame, size, scratch, pairs);
   const MacroTiles& tiles = scratch.macro_tiles;
   Counters* const counters = scratch.counters;
@@ -243,13 +239,13 @@ void list_full(const FrameContext& frame, const FrameSize& size, Scratch& scratc
            Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
            stream, arguments...);
   };
-  launch_for(size.full.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
+  launch_for(size.macro.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
              tiles, counters);
-  const std::size_t counted = std::min(kCountedSlices, size.full.slices) * sizeof(std::uint32_t);
+  const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
-  launch_for(size.full.slice_capacity, list_slices<kUsualThreads, kUsualBlocks>,
-             list_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
+  launch_for(size.macro.slice_capacity, sort_slices<kUsualThreads, kUsualBlocks>,
+             sort_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
 }
 
 }  // namespace qs::cuda::fast

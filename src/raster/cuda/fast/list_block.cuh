@@ -45,7 +45,7 @@ __device__ inline TileRect tiles_of(const MacroTiles& macro_tiles, std::uint32_t
 /// Reserves room for the lists of a macro-tile, whose tile `lane_index()` has `length` entries, and
 /// writes its range and schedule. Returns the place of the tile's list. One warp calls it.
 __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& window,
-                                    std::uint32_t length) {
+                                           std::uint32_t length) {
   Counters* const counters = out.segments.counters;
   const unsigned lane = lane_index();
   const int row = window.rows.begin + static_cast<int>(lane) / MacroTiles::kColumns;
@@ -70,7 +70,8 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   const std::uint32_t place = atomicAdd(&out.class_sizes[own], 1u);
   out.scheduled[own * static_cast<unsigned>(out.grid.count()) + place] = tile_index;
   if (length > 0) atomicMax(&counters->max_pairs_in_a_tile, length);
-  if (last - first > out.segments.longest_uncut) out.segments.reserve(tile_index, segment_count(last - first));
+  if (last - first > out.segments.longest_uncut)
+    out.segments.reserve(tile_index, segment_count(last - first));
   return begin;
 }
 

@@ -2,10 +2,10 @@
 //
 // A macro-tile is a block of 4x2 tiles. `project` appends every visible Gaussian to the macro-tiles
 // in which its mode lists a tile, in any order; list.cuh sorts them and writes the tiles' lists.
-// If one has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them. The others
-// are spilled into an array that all macro-tiles share, and the Gaussians of a full macro-tile are
-// cut by depth into slices that blocks sort independently. Samples tell where to cut (Frazer and
-// McKellar, Samplesort, 1970).
+// If one has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them. The
+// others are spilled into an array that all macro-tiles share, and the Gaussians of a full
+// macro-tile are cut by depth into slices that blocks sort independently. Samples tell where to cut
+// (Frazer and McKellar, Samplesort, 1970).
 #pragma once
 
 #include "raster/cuda/device_buffer.cuh"
@@ -96,7 +96,7 @@ struct Slicing {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = MacroSize{}.capacity;  ///< Gaussians
+  static constexpr std::uint32_t kUsual = MacroSize{}.capacity;        ///< Gaussians
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
@@ -113,7 +113,8 @@ struct MacroTiles {
   __device__ void append(unsigned macro_tile, MacroEntry entry, unsigned mask) const {
     const std::uint32_t slot = atomicAdd(&counts[macro_tile], 1u);
     const unsigned part = Slicing::own_part();
-    const std::uint32_t spilled = slot < slicing.size.capacity ? 0 : atomicAdd(slicing.part_count(part), 1u);
+    const std::uint32_t spilled =
+        slot < slicing.size.capacity ? 0 : atomicAdd(slicing.part_count(part), 1u);
     store(macro_tile, slot, spilled, entry, mask);
   }
 

@@ -140,9 +140,9 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   if (needs_color(outputs)) color(frame, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);
-  const auto list_others = size.macro.has_slices()     ? list_sliced
+  const auto list_others = size.macro.has_slices()    ? list_sliced
                            : size.macro.keeps_whole() ? list_whole
-                                                       : nullptr;
+                                                      : nullptr;
   const bool forks = list_others != nullptr && side_stream != frame.stream;
   if (forks) projected_.make_wait(full_stream_);
   if (list_others != nullptr) {

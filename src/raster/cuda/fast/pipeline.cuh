@@ -2,8 +2,8 @@
 //
 // Pipeline `fast`: project -> list -> blend, with `color` running concurrently with listing, and
 // long lists blended concurrently with the others. The host does not wait before the frame is
-// complete: stages read the numbers of Gaussians and pairs on the device. Every frame is captured as
-// a CUDA graph, which updates the previous instance unless the topology has changed. The buffers
+// complete: stages read the numbers of Gaussians and pairs on the device. Every frame is captured
+// as a CUDA graph, which updates the previous instance unless the topology has changed. The buffers
 // have the capacities that earlier frames needed. A frame that exceeds one is detected, and redrawn
 // with larger buffers before anyone reads it.
 #pragma once

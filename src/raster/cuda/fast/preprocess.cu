@@ -32,8 +32,8 @@ constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are
 constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // share the large Gaussians
 
 /// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
-/// reserves room once per macro-tile, and once for all that it spills: thousands of atomic additions
-/// to the same counter would take longer than everything else.
+/// reserves room once per macro-tile, and once for all that it spills: thousands of atomic
+/// additions to the same counter would take longer than everything else.
 template <class P>
 __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
@@ -103,7 +103,8 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
     const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
-    const std::uint32_t place = reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &spilled);
+    const std::uint32_t place =
+        reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &spilled);
     if (!exists) continue;
     macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
                       entry.mask());
@@ -127,8 +128,8 @@ __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Coun
   if (threadIdx.x == 0) counters->slices = sum;
 }
 
-/// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All threads
-/// of one block call it together.
+/// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All
+/// threads of one block call it together.
 __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
   __shared__ std::uint32_t fullest, full;

@@ -15,15 +15,15 @@ struct Counters {
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
-  std::uint32_t segments;              ///< of all long lists
-  std::uint32_t turns[2];              ///< half segments that warps have taken: first, and again
-  std::uint32_t fullest_macro_tile;    ///< Gaussians in it
-  std::uint32_t full_macro_tiles;      ///< number of them
-  std::uint32_t spilled;               ///< entries in the fullest of Slicing::kParts
-  std::uint32_t slices;                ///< of all full macro-tiles
-  std::uint32_t fullest_slice;         ///< entries in it
-  std::uint32_t large;                 ///< visible Gaussians that list too many lines of tiles
-  std::uint32_t blocks_done;           ///< that have appended such Gaussians
+  std::uint32_t segments;            ///< of all long lists
+  std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
+  std::uint32_t fullest_macro_tile;  ///< Gaussians in it
+  std::uint32_t full_macro_tiles;    ///< number of them
+  std::uint32_t spilled;             ///< entries in the fullest of Slicing::kParts
+  std::uint32_t slices;              ///< of all full macro-tiles
+  std::uint32_t fullest_slice;       ///< entries in it
+  std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
+  std::uint32_t blocks_done;         ///< that have appended such Gaussians
 };
 
 /// A part of a long list. The segments of a list are adjacent.

@@ -70,8 +70,8 @@ __device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
 /// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
 /// it reserves room once per slice. All its threads call it together.
 template <class EntryAt>
-__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts,
-                             std::uint32_t slices, std::uint32_t count, const EntryAt& entry_at) {
+__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std::uint32_t slices,
+                             std::uint32_t count, const EntryAt& entry_at) {
   const bool counts_here = slices <= kCountedSlices;
   std::uint32_t* const places = counts_here ? counts : slicing.counts;
   std::uint32_t chosen[kMovedEach], slots[kMovedEach];
@@ -108,7 +108,8 @@ __device__ void move_entries(const Slicing& slicing, std::uint32_t* counts,
 
 /// Blocks take full macro-tiles in turns and copy the entries that these keep, then chunks of
 /// spilled entries.
-__global__ void __launch_bounds__(kThreads) fill_slices(MacroTiles tiles, const Counters* counters) {
+__global__ void __launch_bounds__(kThreads)
+    fill_slices(MacroTiles tiles, const Counters* counters) {
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
   const Slicing& slicing = tiles.slicing;
   const std::uint32_t slices = min(counters->slices, slicing.size.slices);
@@ -137,7 +138,8 @@ __device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
   constexpr std::uint32_t kLowBits = 0x01010101;  // of the masks in a word
   constexpr std::uint32_t kMasks = sizeof(std::uint32_t);
   const std::uint32_t size = min(slicing.counts[slice], slicing.size.slice_capacity);
-  const std::uint8_t* const masks = slicing.masks + std::size_t{slice} * slicing.size.slice_capacity;
+  const std::uint8_t* const masks =
+      slicing.masks + std::size_t{slice} * slicing.size.slice_capacity;
   const auto* const words = reinterpret_cast<const std::uint32_t*>(masks);
   std::uint32_t lengths[MacroTiles::kTiles] = {};
 #pragma unroll 4

@@ -42,8 +42,9 @@ __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
   return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
 }
 
-/// A place counted by counts[counter] for each lane that exists. Adds once per counter and warp: lanes
-/// that add to the same counter would wait for each other. All lanes of the warp must call it.
+/// A place counted by counts[counter] for each lane that exists. Adds once per counter and warp:
+/// lanes that add to the same counter would wait for each other. All lanes of the warp must call
+/// it.
 __device__ inline std::uint32_t reserve_slot_of(unsigned counter, bool exists,
                                                 std::uint32_t* counts) {
   const unsigned peers = __match_any_sync(kAllLanes, counter);

@@ -9,8 +9,8 @@
 
 namespace qs::cuda::fast {
 
-/// The dynamic shared memory of a block: three arrays of `capacity` elements.
-struct SharedArrays {
+/// Memory of a block, usually its dynamic shared memory: three arrays of `capacity` elements.
+struct SortArrays {
   std::uint32_t* values;  ///< depth keys, by index in the macro-tile; later Gaussians, in order
   std::uint16_t* order;   ///< indices in the macro-tile, in order
   std::uint16_t* other;   ///< the order before a pass of the sort; later masks of tiles, in order
@@ -19,7 +19,7 @@ struct SharedArrays {
     return capacity * (sizeof(std::uint32_t) + 2 * sizeof(std::uint16_t));
   }
 
-  __device__ SharedArrays(void* memory, std::uint32_t capacity)
+  __device__ SortArrays(void* memory, std::uint32_t capacity)
       : values(static_cast<std::uint32_t*>(memory)),
         order(reinterpret_cast<std::uint16_t*>(values + capacity)),
         other(order + capacity) {}
@@ -41,7 +41,7 @@ struct WarpPart {
 template <unsigned kBlock>
 class MacroSort {
  public:
-  __device__ MacroSort(SharedArrays& arrays, const MacroEntry* entries, unsigned size)
+  __device__ MacroSort(SortArrays& arrays, const MacroEntry* entries, unsigned size)
       : arrays_(arrays), entries_(entries), size_(size), part_(size, threadIdx.x / kWarp, kWarps) {}
 
   /// Sets arrays.order to the indices of the entries by depth, then by Gaussian.
@@ -188,7 +188,7 @@ class MacroSort {
     return entries_[a].gaussian > entries_[b].gaussian;
   }
 
-  SharedArrays& arrays_;
+  SortArrays& arrays_;
   const MacroEntry* entries_;
   unsigned size_;
   WarpPart part_;

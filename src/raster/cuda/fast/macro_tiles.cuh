@@ -24,13 +24,14 @@ struct MacroEntry {
 
 /// The sizes of the memory for macro-tiles and slices, as earlier frames needed it.
 struct MacroSize {
-  std::uint32_t capacity = 3072;      ///< Gaussians that a macro-tile keeps, at least kUsual
-  std::uint32_t slice_capacity = 0;   ///< Gaussians in a slice; 0: the frame has no slices
-  std::uint32_t slice_target = 0;     ///< Gaussians in a slice on average, < slice_capacity
-  std::uint32_t sample_capacity = 0;  ///< samples of a macro-tile
-  std::uint32_t log2_distance = 0;    ///< between the samples in a macro-tile, on average
-  std::uint32_t slices = 0;           ///< of all macro-tiles
-  std::uint32_t spilled = 0;          ///< entries in a part of them
+  std::uint32_t capacity = 3072;        ///< Gaussians that a macro-tile keeps, at least kUsual
+  std::uint32_t slice_capacity = 0;     ///< Gaussians in a slice; 0: the frame has no slices
+  std::uint32_t slice_target = 0;       ///< Gaussians in a slice on average, < slice_capacity
+  std::uint32_t sample_capacity = 0;    ///< samples of a macro-tile
+  bool sorts_in_global_memory = false;  ///< the samples, because shared memory is too small
+  std::uint32_t log2_distance = 0;      ///< between the samples in a macro-tile, on average
+  std::uint32_t slices = 0;             ///< of all macro-tiles
+  std::uint32_t spilled = 0;            ///< entries in a part of them
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
   bool keeps_whole() const;
@@ -38,7 +39,9 @@ struct MacroSize {
 
 /// How full macro-tiles are cut: spilled entries, samples and slices. A kernel parameter.
 struct Slicing {
-  static constexpr std::uint32_t kSamplesPerSlice = 24;
+  static constexpr std::uint32_t kLeastSamples = 16;     ///< per slice, on average
+  static constexpr std::uint32_t kMostSamples = 0xffff;  ///< of a macro-tile
+  static constexpr unsigned kGlobalSorts = 32;           ///< blocks that sort in global memory
   /// Spilled entries are counted in so many parts, because additions to one counter are slow. The
   /// counters lie in different cache lines.
   static constexpr std::uint32_t kParts = 64, kCounterStride = 32;
@@ -52,6 +55,7 @@ struct Slicing {
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
   MacroEntry* samples;           ///< size.sample_capacity for each macro-tile
+  std::uint64_t* sort_memory;    ///< of kGlobalSorts blocks, null: in shared memory
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: it begins with the entry that has this key

@@ -52,7 +52,7 @@ std::optional<MacroSize> MacroSizePolicy::next(const Counters& counters,
 std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
                                                  const MacroSize& before) const {
   const auto log2_distance_of = [](std::uint32_t target) {
-    return static_cast<std::uint32_t>(std::bit_width(target / Slicing::kSamplesPerSlice)) - 1;
+    return static_cast<std::uint32_t>(std::bit_width(target / Slicing::kLeastSamples)) - 1;
   };
   const auto samples_of = [&](std::uint32_t target) {
     const std::uint32_t samples = counters.fullest_macro_tile >> log2_distance_of(target);
@@ -68,7 +68,8 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
     next.slice_target = before.slice_target / 2;
   }
   next.sample_capacity = samples_of(next.slice_target);
-  if (next.slice_target < next.slice_capacity / 8 || next.sample_capacity > most_) {
+  next.sorts_in_global_memory = next.sample_capacity > most_;
+  if (next.slice_target < next.slice_capacity / 8 || next.sample_capacity > Slicing::kMostSamples) {
     return std::nullopt;
   }
   next.log2_distance = log2_distance_of(next.slice_target);

@@ -40,7 +40,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
                        std::uint32_t* large, Counters* counters) {
   __shared__ Appended<P> appended[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
-  __shared__ std::uint32_t spilled;  // entries of the block, then the place of the next one
+  __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next one
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
   const std::uint32_t first = blockIdx.x * kThreads, i = first + threadIdx.x;
@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   }
   __syncthreads();
   if (threadIdx.x == 0 && spilled > 0) {
-    spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
+    next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
   }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
@@ -104,7 +104,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
     const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
     const std::uint32_t place =
-        reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &spilled);
+        reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
     if (!exists) continue;
     macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
                       entry.mask());

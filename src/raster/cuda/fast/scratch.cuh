@@ -115,6 +115,7 @@ struct Scratch {
     slicing.spilled = spilled_.data();
     slicing.spilled_tiles = spilled_tiles_.data();
     slicing.samples = samples_.data();
+    slicing.sort_memory = size.macro.sorts_in_global_memory ? sort_memory_.data() : nullptr;
     slicing.slices = slices_.data();
     slicing.macro_tile_of = macro_tile_of_.data();
     slicing.least_keys = least_keys_.data();
@@ -145,6 +146,9 @@ struct Scratch {
     const std::size_t slice_entries = std::size_t{macro.slices} * macro.slice_capacity;
     slices_.reserve(kMacroTiles, macro_count);
     samples_.reserve(kMacroTiles, macro_count * macro.sample_capacity);
+    if (macro.sorts_in_global_memory) {
+      sort_memory_.reserve(kSlices, std::size_t{Slicing::kGlobalSorts} * macro.sample_capacity);
+    }
     spilled_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
     spilled_tiles_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
     macro_tile_of_.reserve(kSlices, macro.slices);
@@ -187,7 +191,7 @@ struct Scratch {
   DeviceBuffer<std::uint8_t> masks_, slice_masks_;
   DeviceBuffer<Slicing::Slices> slices_;
   DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;
-  DeviceBuffer<std::uint64_t> least_keys_, list_begins_;
+  DeviceBuffer<std::uint64_t> least_keys_, list_begins_, sort_memory_;
 };
 
 }  // namespace qs::cuda::fast

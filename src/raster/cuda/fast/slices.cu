@@ -32,7 +32,11 @@ __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Co
     if (!slicing.holds(slices)) continue;
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
     const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
-    SharedArrays arrays(dynamic_shared(), capacity);
+    static_assert(SortArrays::bytes(1) == sizeof *slicing.sort_memory);
+    void* const memory = slicing.sort_memory == nullptr
+                             ? dynamic_shared()
+                             : slicing.sort_memory + std::size_t{blockIdx.x} * capacity;
+    SortArrays arrays(memory, capacity);
     MacroSort<kBlock>(arrays, samples, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
@@ -215,7 +219,7 @@ __global__ void __launch_bounds__(kBlock, kResident)
   for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
     if (!slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) continue;
     const std::size_t first = std::size_t{slice} * capacity;
-    Block block(SharedArrays(dynamic_shared(), capacity), shared,
+    Block block(SortArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first);
     if (Block::kParts > 1) block.count();
@@ -238,11 +242,16 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
     const bool is_usual = capacity <= MacroTiles::kUsual;
     launch("sort", is_usual ? usual : large,
-           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
+           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SortArrays::bytes(capacity)),
            stream, arguments...);
   };
-  launch_for(size.macro.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
-             tiles, counters);
+  if (size.macro.sorts_in_global_memory) {
+    launch("sort", find_slices<kLargeThreads>, Blocks(Slicing::kGlobalSorts, kLargeThreads), stream,
+           tiles, counters);
+  } else {
+    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
+               tiles, counters);
+  }
   const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);

@@ -55,7 +55,7 @@ struct Slicing {
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
   MacroEntry* samples;           ///< size.sample_capacity for each macro-tile
-  std::uint64_t* sort_memory;    ///< of kGlobalSorts blocks, null: in shared memory
+  std::uint64_t* sort_memory;    ///< of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: it begins with the entry that has this key

@@ -115,7 +115,7 @@ struct Scratch {
     slicing.spilled = spilled_.data();
     slicing.spilled_tiles = spilled_tiles_.data();
     slicing.samples = samples_.data();
-    slicing.sort_memory = size.macro.sorts_in_global_memory ? sort_memory_.data() : nullptr;
+    slicing.sort_memory = sort_memory_.data();
     slicing.slices = slices_.data();
     slicing.macro_tile_of = macro_tile_of_.data();
     slicing.least_keys = least_keys_.data();

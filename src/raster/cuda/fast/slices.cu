@@ -21,8 +21,8 @@ static_assert(kMoved >= MacroTiles::kUsual);
 constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
 constexpr std::uint32_t kCountedSlices = 8192;  // more are counted in global memory
 
-/// Blocks take full macro-tiles in turns.
-template <unsigned kBlock>
+/// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
+template <unsigned kBlock, bool kGlobal>
 __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Counters* counters) {
   const Slicing& slicing = tiles.slicing;
   const std::uint32_t capacity = slicing.size.sample_capacity;
@@ -33,9 +33,12 @@ __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Co
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
     const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
     static_assert(SortArrays::bytes(1) == sizeof *slicing.sort_memory);
-    void* const memory = slicing.sort_memory == nullptr
-                             ? dynamic_shared()
-                             : slicing.sort_memory + std::size_t{blockIdx.x} * capacity;
+    void* memory;
+    if constexpr (kGlobal) {
+      memory = slicing.sort_memory + std::size_t{blockIdx.x} * capacity;
+    } else {
+      memory = dynamic_shared();
+    }
     SortArrays arrays(memory, capacity);
     MacroSort<kBlock>(arrays, samples, count).sort();
     __syncthreads();
@@ -246,11 +249,11 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
            stream, arguments...);
   };
   if (size.macro.sorts_in_global_memory) {
-    launch("sort", find_slices<kLargeThreads>, Blocks(Slicing::kGlobalSorts, kLargeThreads), stream,
-           tiles, counters);
+    launch("sort", find_slices<kLargeThreads, true>, Blocks(Slicing::kGlobalSorts, kLargeThreads),
+           stream, tiles, counters);
   } else {
-    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads>, find_slices<kLargeThreads>,
-               tiles, counters);
+    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads, false>,
+               find_slices<kLargeThreads, false>, tiles, counters);
   }
   const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);

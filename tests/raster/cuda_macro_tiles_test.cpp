@@ -60,7 +60,7 @@ void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
   }
 }
 
-/// Usual macro-tiles, full ones, and more than shared memory holds (on any GPU).
+/// Usual macro-tiles, fuller ones, and more than shared memory holds (on any GPU).
 constexpr std::size_t kFills[] = {800, 5000, 30'000};
 
 TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
@@ -93,7 +93,7 @@ TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
   }
 }
 
-TEST_P(CudaMacroTiles, give_way_to_the_global_sort_and_come_back) {
+TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) {
   const GaussianCloud cloud =
       scattered(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);

@@ -46,11 +46,22 @@ class CudaRenderer final : public Renderer {
                              }};
     prepare_result(grid);
     if (texture != nullptr) gl_target_.map(*texture);
-    if (settings.pipeline == Pipeline::classic || settings.dilation < fast::kLeastDilation) {
-      draw_with(classic_, frame, outputs, target);
-    } else {
-      draw_with(fast_, frame, outputs, target);
+    try {
+      const bool may_be_fast =
+          settings.pipeline == Pipeline::fast && settings.dilation >= fast::kLeastDilation;
+      if (may_be_fast && fast_.draw(frame, outputs, pixels_, clock_)) {
+        collect(fast_, frame, outputs, target);
+      } else {
+        classic_.draw(frame, outputs, pixels_, clock_);
+        collect(classic_, frame, outputs, target);
+      }
+      if (texture != nullptr) result_.stats.present_ms = gl_target_.present_ms();
+    } catch (...) {
+      cudaStreamSynchronize(stream_);
+      if (texture != nullptr) gl_target_.unmap();
+      throw;
     }
+    if (texture != nullptr) gl_target_.unmap();
     return result_;
   }
 
@@ -80,23 +91,14 @@ class CudaRenderer final : public Renderer {
     gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
   }
 
+  /// Fills the result from a drawn frame.
   template <class AnyPipeline>
-  void draw_with(AnyPipeline& pipeline, const FrameContext& frame, const Outputs& outputs,
-                 const Target& target) {
-    const bool presents = outputs.color && std::holds_alternative<GlTexture>(target);
-    try {
-      pipeline.draw(frame, outputs, pixels_, clock_);
-      pipeline.collect(frame, outputs, pixels_, result_);
-      if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
-      clock_.read(result_.stats);
-      collect_maps(frame.camera, outputs, target);
-      if (presents) result_.stats.present_ms = gl_target_.present_ms();
-    } catch (...) {
-      cudaStreamSynchronize(stream_);
-      if (presents) gl_target_.unmap();
-      throw;
-    }
-    if (presents) gl_target_.unmap();
+  void collect(AnyPipeline& pipeline, const FrameContext& frame, const Outputs& outputs,
+               const Target& target) {
+    pipeline.collect(frame, outputs, pixels_, result_);
+    if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
+    clock_.read(result_.stats);
+    collect_maps(frame.camera, outputs, target);
   }
 
   /// Waits for the frame and copies the requested maps to the host.

@@ -16,7 +16,7 @@ namespace qs::cuda {
 /// Where the list of a tile is in the lists of all tiles: [begin, end).
 struct ListRange {
   std::uint32_t begin, end;
-  std::uint32_t size() const { return end - begin; }
+  QS_HD std::uint32_t size() const { return end - begin; }
 };
 
 /// The number of pairs up to the last list.

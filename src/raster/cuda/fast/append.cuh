@@ -165,6 +165,7 @@ struct StagedEntry {
   __device__ explicit StagedEntry(std::uint32_t stored) : word(stored) {}
   __device__ StagedEntry(unsigned macro_tile, unsigned owner, unsigned mask)
       : word(macro_tile << 19 | owner << 8 | mask) {}
+  static __device__ StagedEntry none() { return {kMacroTiles - 1, 0, 0}; }
   __device__ unsigned macro_tile() const { return word >> 19; }
   __device__ unsigned owner() const { return word >> 8 & (kOwners - 1); }
   __device__ unsigned mask() const { return word & 255; }

@@ -12,16 +12,17 @@ constexpr unsigned kSegmentBlocks = 1024;             // share the segments of l
 constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
 
-/// kMaps: also fills BlendOutput::evaluated and used, which is slower, and also draws long lists.
+/// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
+/// BlendOutput::evaluated and used, which is slower.
 template <bool kMaps>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out) {
+    blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, std::uint32_t longest) {
   constexpr Cut kCut = Walk<kMaps>::kCut;
   __shared__ Rings<kMaps> rings[kTileWarps];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
-  const KeyRange range = in.ranges[tile];
-  if (!kMaps && range.size() > kLongList) return;
+  const ListRange range = in.ranges[tile];
+  if (!kMaps && range.size() > longest) return;
 
   Column<kCut> column;
   Marks marks{{}, out.used};
@@ -32,7 +33,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
                         in.background.z};
     marks.evaluated[j] = range.size();
   }
-  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin(), range.end);
+  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin, range.end);
 
   if (half.x >= in.width) return;
 #pragma unroll
@@ -188,8 +189,10 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
          Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
-         schedule_view(scratch, frame.grid), input_of(frame, visible, pairs, scratch),
-         BlendOutput::of(pixels, outputs));
+         ScheduleView{scratch.class_sizes, scratch.schedule,
+                      static_cast<unsigned>(frame.grid.count())},
+         input_of(frame, visible, pairs, scratch), BlendOutput::of(pixels, outputs),
+         scratch.segments.longest_uncut);
 }
 
 void count_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,

@@ -4,7 +4,7 @@
 // (walk.cuh). Long lists are shared by many warps (segments.cuh).
 #pragma once
 
-#include "raster/cuda/fast/sort.cuh"
+#include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/pixels.cuh"
 
 namespace qs::cuda::fast {

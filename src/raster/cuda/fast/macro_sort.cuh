@@ -9,15 +9,17 @@
 
 namespace qs::cuda::fast {
 
-/// The dynamic shared memory of a block: three arrays of `capacity` elements.
-struct SharedArrays {
+/// Memory of a block, usually its dynamic shared memory: three arrays of `capacity` elements.
+struct SortArrays {
   std::uint32_t* values;  ///< depth keys, by index in the macro-tile; later Gaussians, in order
   std::uint16_t* order;   ///< indices in the macro-tile, in order
   std::uint16_t* other;   ///< the order before a pass of the sort; later masks of tiles, in order
 
-  static constexpr std::size_t kBytesEach = sizeof(std::uint32_t) + 2 * sizeof(std::uint16_t);
+  static constexpr std::size_t bytes(std::uint32_t capacity) {
+    return capacity * (sizeof(std::uint32_t) + 2 * sizeof(std::uint16_t));
+  }
 
-  __device__ SharedArrays(void* memory, std::uint32_t capacity)
+  __device__ SortArrays(void* memory, std::uint32_t capacity)
       : values(static_cast<std::uint32_t*>(memory)),
         order(reinterpret_cast<std::uint16_t*>(values + capacity)),
         other(order + capacity) {}
@@ -39,23 +41,25 @@ struct WarpPart {
 template <unsigned kBlock>
 class MacroSort {
  public:
-  __device__ MacroSort(SharedArrays& arrays, const MacroEntry* entries, unsigned size)
+  __device__ MacroSort(SortArrays& arrays, const MacroEntry* entries, unsigned size)
       : arrays_(arrays), entries_(entries), size_(size), part_(size, threadIdx.x / kWarp, kWarps) {}
 
   /// Sets arrays.order to the indices of the entries by depth, then by Gaussian.
   __device__ void sort() {
-    constexpr int kMostBits = 2 * kDigitBits;  // exchanges do the rest
     begin_with(&MacroEntry::depth_key);
-    sort_by_values(kMostBits);
+    sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
     if (exchange_neighbours()) return;
+    const auto all = [](int bits) { return (bits + kDigitBits - 1) / kDigitBits; };
     begin_with(&MacroEntry::gaussian);
-    sort_by_values(32);
+    sort_by_values(all);
     load(&MacroEntry::depth_key);
-    sort_by_values(32);
+    sort_by_values(all);
   }
 
  private:
-  static constexpr int kDigitBits = 9;
+  static constexpr int kDigitBits = 8;
+  /// Depths that differ in so many bits at most need two passes; exchanges do the rest.
+  static constexpr int kFewBits = 20;
   static constexpr unsigned kDigits = 1u << kDigitBits;
   static constexpr unsigned kWarps = kBlock / kWarp;
   static constexpr unsigned kOwnDigits = kBlock < kDigits ? kDigits / kBlock : 1;
@@ -77,9 +81,7 @@ class MacroSort {
   /// The largest of the block's values.
   __device__ std::uint32_t largest(std::uint32_t value) {
     __shared__ std::uint32_t of_warps[kWarps];
-    for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
-      value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
-    }
+    value = largest_of_warp(value);
     if (lane_index() == 0) of_warps[threadIdx.x / kWarp] = value;
     __syncthreads();
     for (const std::uint32_t other : of_warps) value = max(value, other);
@@ -87,9 +89,11 @@ class MacroSort {
     return value;
   }
 
-  /// Sorts arrays.order by the highest `most_bits` in which the values of its elements differ.
-  /// Equal ones keep their order. A radix sort from the lowest of these bits.
-  __device__ void sort_by_values(int most_bits) {
+  /// Sorts arrays.order by the highest digits of the b bits in which the values of its elements
+  /// differ; passes_of(b) is the number of digits. Equal ones keep their order. A radix sort from
+  /// the lowest of these digits.
+  template <class PassesOf>
+  __device__ void sort_by_values(const PassesOf& passes_of) {
     std::uint32_t most = 0, inverse_of_least = 0;
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       most = max(most, arrays_.values[i]);
@@ -98,7 +102,8 @@ class MacroSort {
     const std::uint32_t least = ~largest(inverse_of_least), range = largest(most) - least;
     int bits = 0;
     while (bits < 32 && range >> bits != 0) ++bits;
-    for (int shift = max(bits - most_bits, 0); shift < bits; shift += kDigitBits) {
+    const int shift_of_lowest = max(bits - passes_of(bits) * kDigitBits, 0);
+    for (int shift = shift_of_lowest; shift < bits; shift += kDigitBits) {
       sort_by_digit(least, shift);
     }
   }
@@ -183,7 +188,7 @@ class MacroSort {
     return entries_[a].gaussian > entries_[b].gaussian;
   }
 
-  SharedArrays& arrays_;
+  SortArrays& arrays_;
   const MacroEntry* entries_;
   unsigned size_;
   WarpPart part_;

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <bit>
 
 #include "raster/cuda/collect.cuh"
 #include "raster/cuda/fast/append.cuh"
-#include "raster/cuda/fast/bin.cuh"
-#include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
-#include "raster/cuda/fast/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -14,64 +12,92 @@ namespace {
 /// True if the output of the `color` kernel is used.
 bool needs_color(const Outputs& outputs) { return outputs.blends() || outputs.trace; }
 
-constexpr std::uint64_t kBytesPerPair =
-    2 * (sizeof(std::uint32_t) + sizeof(std::uint32_t));  // upper bound
-
 /// The capacity with which a frame that exceeded the buffers is redrawn.
 std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
   require_indexable(tile_pairs, kMaxPairs);
   return with_headroom(tile_pairs, kMaxPairs, 0,
-                       [](std::uint64_t pairs) { return pairs * kBytesPerPair; });
+                       [](std::uint64_t pairs) { return pairs * sizeof(std::uint32_t); });
 }
 
-/// The capacity with which a frame of too many segments is redrawn.
-std::uint32_t with_half(std::uint32_t segments) { return segments + segments / 2; }
+std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 }  // namespace
 
-static_assert(MacroTileCapacity::kMostMacroTiles <= StagedEntry::kMacroTiles);
+static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
 
-std::uint32_t MacroTileCapacity::most_for(const FrameSize& size) const {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
-  if (size.macro_tiles() > kMostMacroTiles) return 0;
-  const std::uint64_t affordable = kMostBytes / (size.macro_tiles() * MacroTiles::kBytesEach);
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(most_, affordable));
+bool MacroSizePolicy::fits(const Counters& counters, const MacroSize& size) {
+  if (size.has_slices()) {
+    return counters.spilled <= size.spilled && counters.slices <= size.slices &&
+           counters.fullest_slice <= size.slice_capacity;
+  }
+  const std::uint32_t fullest = counters.fullest_macro_tile;
+  return fullest < MacroTiles::kUsual || (size.keeps_whole() && fullest <= size.capacity);
 }
 
-std::uint32_t MacroTileCapacity::next(const Counters& counters, const FrameSize& size) {
-  if (!size.uses_macro_tiles()) {
-    // The longest list of a tile is known, not how many Gaussians its macro-tile would have.
-    if (longest_list_ == 0) longest_list_ = counters.max_pairs_in_a_tile;
-    const bool is_nearer = counters.max_pairs_in_a_tile <= longest_list_ / 2;
-    return is_nearer ? kFirst : 0;
-  }
-  longest_list_ = 0;
+std::optional<MacroSize> MacroSizePolicy::next(const Counters& counters,
+                                               const FrameSize& size) const {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
   constexpr std::uint32_t kStep = 1024;
-  const std::uint32_t fullest = counters.fullest_macro_tile, most = most_for(size);
-  if (fullest > most) return 0;
-  const std::uint32_t roomy = (fullest + fullest / 8 + kStep) / kStep * kStep;
-  return std::min(roomy, most);
+  const std::uint32_t fullest = counters.fullest_macro_tile;
+  if (fullest < MacroTiles::kUsual / 8 * 7) return MacroSize{};
+  MacroSize whole;
+  whole.capacity = (fullest + fullest / 8 + kStep) / kStep * kStep;
+  if (whole.capacity <= most_ &&
+      whole.capacity * size.macro_tiles() * MacroTiles::kBytesEach <= kMostBytes) {
+    return whole;
+  }
+  return sliced(counters, size.macro);
+}
+
+std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
+                                                 const MacroSize& before) const {
+  const auto log2_distance_of = [](std::uint32_t target) {
+    return static_cast<std::uint32_t>(std::bit_width(target / Slicing::kLeastSamples)) - 1;
+  };
+  const auto samples_of = [&](std::uint32_t target) {
+    const std::uint32_t samples = counters.fullest_macro_tile >> log2_distance_of(target);
+    return samples + samples / 4 + 64;
+  };
+  MacroSize next = before;
+  next.capacity = MacroTiles::kUsual;
+  const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
+  next.slice_capacity = usual_suffices ? MacroTiles::kUsual : most_;
+  if (next.slice_capacity != before.slice_capacity) {
+    next.slice_target = next.slice_capacity / 2;
+  } else if (counters.fullest_slice > before.slice_capacity) {
+    next.slice_target = before.slice_target / 2;
+  }
+  next.sample_capacity = samples_of(next.slice_target);
+  next.sorts_in_global_memory = next.sample_capacity > most_;
+  if (next.slice_target < next.slice_capacity / 8 || next.sample_capacity > Slicing::kMostSamples) {
+    return std::nullopt;
+  }
+  next.log2_distance = log2_distance_of(next.slice_target);
+  const std::uint64_t entries = std::uint64_t{counters.spilled} * Slicing::kParts +
+                                std::uint64_t{counters.full_macro_tiles} * MacroTiles::kUsual;
+  const std::uint64_t slices = entries / next.slice_target + counters.full_macro_tiles;
+  if (slices > next.slices) next.slices = static_cast<std::uint32_t>(slices + slices / 4 + 16);
+  if (counters.spilled > next.spilled) next.spilled = with_half(counters.spilled);
+  return next;
 }
 
 FastPipeline::FastPipeline(int device)
     : side_stream_(device, false),
       full_stream_(device, true),
-      macro_capacity_(most_per_macro_tile()) {
+      macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
   size_.segment_capacity = 1 << 5;
-  size_.macro_capacity = MacroTileCapacity::kFirst;
 }
 
-void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
+bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                         StageClock& clock) {
   frame.throw_if_cancelled();
+  if (MacroTiles::count_of(frame.grid) > MacroTiles::kMost) return false;
   pixels.reserve(frame.camera, outputs);
   FrameSize size = size_;
   size.gaussians = frame.cloud.count;
   size.grid = frame.grid;
-  size.macro_capacity = std::min(size.macro_capacity, macro_capacity_.most_for(size));
   for (;;) {
-    if (!scratch_.can_hold_macro_tiles(size)) size.macro_capacity = 0;
     reserve(size);
     pixels.reserve_used(outputs, size.pair_capacity);
     size_ = size;
@@ -79,11 +105,9 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const int sort_passes =
-          size.uses_macro_tiles() ? -int{size.has_full_macro_tiles()} : depth_passes(frame);
-      const Graph::Topology topology{sort_passes,          size.uses_16_bit_keys(),
-                                     outputs.blends(),     outputs.used,
-                                     needs_color(outputs), cuts_long_lists(outputs)};
+      const Graph::Topology topology{size.macro.has_slices(), size.macro.keeps_whole(),
+                                     outputs.blends(),        outputs.used,
+                                     needs_color(outputs),    cuts_long_lists(outputs)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);
@@ -95,10 +119,11 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool segments_fit =
         !cuts_long_lists(outputs) || counters_->segments <= size.segment_capacity;
-    const bool macro_tiles_fit =
-        !size.uses_macro_tiles() || counters_->fullest_macro_tile <= size.macro_capacity;
-    size_.macro_capacity = size.macro_capacity = macro_capacity_.next(*counters_, size);
-    if (pairs_fit && segments_fit && macro_tiles_fit) return;
+    const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
+    const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
+    size_.macro = size.macro = macro.value_or(MacroSize{});
+    if (pairs_fit && segments_fit && macro_tiles_fit) return true;
+    if (!macro) return false;
     if (!pairs_fit) size.pair_capacity = larger_capacity(counters_->tile_pairs);
     if (!segments_fit) size.segment_capacity = with_half(counters_->segments);
     frame.throw_if_cancelled();
@@ -116,22 +141,17 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   if (needs_color(outputs)) color(frame, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);
-  if (size.uses_macro_tiles()) {
-    const bool forks = size.has_full_macro_tiles() && side_stream != frame.stream;
-    if (forks) projected_.make_wait(full_stream_);
-    list_by_macro_tile(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
-    if (forks) {
-      listed_.record(full_stream_);
-      listed_.make_wait(frame.stream);
-    }
-  } else {
-    sort_by_depth(frame, size, visible_, scratch_, order_);
-    mark(Stage::sort);
-    bin(frame, size, visible_, order_, scratch_, pairs_);
-    mark(Stage::bin);
-    sort_by_tile(frame, size, pairs_, scratch_);
-    schedule(frame, scratch_);
+  const auto list_others = size.macro.has_slices()    ? list_sliced
+                           : size.macro.keeps_whole() ? list_whole
+                                                      : nullptr;
+  const bool forks = list_others != nullptr && side_stream != frame.stream;
+  if (forks) projected_.make_wait(full_stream_);
+  if (list_others != nullptr) {
+    list_others(frame, size, scratch_, pairs_, forks ? full_stream_ : frame.stream);
   }
+  if (forks) listed_.record(full_stream_);
+  list_usual(frame, size, scratch_, pairs_);
+  if (forks) listed_.make_wait(frame.stream);
   mark(Stage::sort);
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
@@ -151,7 +171,6 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
 
 void FastPipeline::reserve(const FrameSize& size) {
   visible_.reserve(size.gaussians);
-  order_.reserve(size);
   pairs_.reserve(size);
   scratch_.reserve(size);
 }
@@ -168,11 +187,7 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
 
 std::vector<ListRange> FastPipeline::list_ranges(const FrameContext& frame) const {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
-  std::vector<ListRange> ranges;
-  for (const KeyRange& range : copied(scratch_.ranges, tiles, frame.stream)) {
-    ranges.push_back({range.begin(), range.end});
-  }
-  return ranges;
+  return copied(scratch_.ranges, tiles, frame.stream);
 }
 
 void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {

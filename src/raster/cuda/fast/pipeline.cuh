@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Pipeline `fast`: project -> list by macro-tile -> blend, with `color` running concurrently with
-// listing, and long lists blended concurrently with the others. Views with very full macro-tiles
-// take project -> sort by depth -> bin -> sort by tile -> blend instead, with equal lists. The host
-// does not wait before the frame is complete: stages read the numbers of Gaussians and pairs on the
-// device. Every frame is captured as a CUDA graph, which updates the previous instance unless the
-// topology has changed. The buffers for tile pairs, macro-tiles and segments of long lists have the
-// capacity that earlier frames needed. A frame that exceeds it is detected, and redrawn with larger
-// buffers before anyone reads it.
+// Pipeline `fast`: project -> list -> blend, with `color` running concurrently with listing, and
+// long lists blended concurrently with the others. The host does not wait before the frame is
+// complete: stages read the numbers of Gaussians and pairs on the device. Every frame is captured
+// as a CUDA graph, which updates the previous instance unless the topology has changed. The buffers
+// have the capacities that earlier frames needed. A frame that exceeds one is detected, and redrawn
+// with larger buffers before anyone reads it.
 #pragma once
+
+#include <optional>
 
 #include "raster/cuda/collect.cuh"
 #include "raster/cuda/fast/blend.cuh"
@@ -17,41 +17,39 @@
 
 namespace qs::cuda::fast {
 
-/// Pairs are indexed with 30 bits, see LookBackWord::kValue.
-inline constexpr std::uint64_t kMaxPairs = (1u << 30) - 1;
+inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
 
 /// px^2. Blending multiplies exponentials whose exponents grow as footprints become thinner. With
 /// this dilation they stay above -90, and floats reach down to -126.
 inline constexpr double kLeastDilation = kDilation / 2;
 
-/// Chooses FrameSize::macro_capacity from the previous frame.
-class MacroTileCapacity {
+/// Chooses FrameSize::macro from the counters of the previous frame.
+class MacroSizePolicy {
  public:
-  static constexpr std::uint32_t kFirst = MacroTiles::kUsual;
-  static constexpr std::size_t kMostMacroTiles = 8160;  ///< of 7680 x 4352 pixels
+  /// `most`: see most_in_shared_memory().
+  explicit MacroSizePolicy(std::uint32_t most) : most_(most) {}
 
-  /// `most`: the largest possible capacity.
-  explicit MacroTileCapacity(std::uint32_t most) : most_(most) {}
+  /// True if a frame of this size with these counters listed all its Gaussians.
+  static bool fits(const Counters& counters, const MacroSize& size);
 
-  /// The largest capacity for frames of this size that shared memory and a gigabyte of device
-  /// memory allow.
-  std::uint32_t most_for(const FrameSize& size) const;
-
-  /// For the frame after one of this size with these counters, or for the same frame again. 0: sort
-  /// it globally, because no capacity suffices.
-  std::uint32_t next(const Counters& counters, const FrameSize& size);
+  /// For the frame after one of this size with these counters, or for the same frame again. Unset:
+  /// no size can draw this view.
+  std::optional<MacroSize> next(const Counters& counters, const FrameSize& size) const;
 
  private:
+  std::optional<MacroSize> sliced(const Counters& counters, const MacroSize& before) const;
+
   std::uint32_t most_;
-  std::uint32_t longest_list_ = 0;  // of a tile in the view that was too full
 };
 
 class FastPipeline {
  public:
   explicit FastPipeline(int device);
 
-  /// Fills `pixels` and waits for the frame. Throws Error and Cancelled.
-  void draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
+  /// Fills `pixels` and waits for the frame. Returns false if this pipeline cannot draw the view:
+  /// pictures of more than MacroTiles::kMost macro-tiles, or millions of Gaussians in one. Throws
+  /// Error and Cancelled.
+  bool draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
   /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
@@ -71,9 +69,8 @@ class FastPipeline {
   PinnedValue<Counters> counters_;
   Scratch scratch_;
   Visible visible_;
-  DepthOrder order_;
   TilePairs pairs_;
-  MacroTileCapacity macro_capacity_;
+  MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
 };
 

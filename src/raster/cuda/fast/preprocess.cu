@@ -19,7 +19,6 @@ struct ProjectInput {
   FootprintRules rules;
   TileGrid grid;
   std::uint32_t nearest_bits;  // of the depth whose key is 0
-  ToClear to_clear;
 };
 
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
@@ -30,58 +29,23 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
 constexpr unsigned kProjectBlocks = 4;          // per multiprocessor, to hide latency
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
 constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
-constexpr unsigned kLargeBlocks = 1056, kLargeThreads = 128;  // share the large Gaussians
-
-struct Listed {
-  std::uint32_t lines, tiles;
-};
-
-template <class P>
-__device__ Listed count_lines_and_tiles(const Footprint& footprint, TileGrid grid) {
-  if constexpr (kWalks<P>) {
-    const auto walk = P::walk(footprint, grid);
-    Listed listed{static_cast<std::uint32_t>(walk.lines.size()), 0};
-    for_each_line(walk, [&](int, Span span) { listed.tiles += span.size(); });
-    return listed;
-  } else {
-    return {0, count_tiles<P>(footprint, grid)};
-  }
-}
-
-template <class P>
-__global__ void __launch_bounds__(kThreads) project_and_count(ProjectInput in, VisibleView out) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  for (std::size_t word = i; word < in.to_clear.count; word += gridDim.x * blockDim.x) {
-    in.to_clear.words[word] = uint4{0, 0, 0, 0};
-  }
-  if (i >= in.cloud.count) return;
-  Projected projected;
-  Listed listed{0, 0};
-  if (project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
-    listed = count_lines_and_tiles<P>(projected.footprint, in.grid);
-  }
-  const bool visible = listed.tiles > 0;
-  out.depth_keys[i] = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
-  if (!visible) return;
-  const Footprint& footprint = projected.footprint;
-  out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, listed.lines,
-                       listed.tiles};
-}
+constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // share the large Gaussians
 
 /// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
-/// reserves room once per macro-tile: thousands of atomic additions to the same counter would take
-/// longer than everything else.
+/// reserves room once per macro-tile, and once for all that it spills: thousands of atomic
+/// additions to the same counter would take longer than everything else.
 template <class P>
 __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
                        std::uint32_t* large, Counters* counters) {
   __shared__ Appended<P> appended[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
+  __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next one
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
   const std::uint32_t first = blockIdx.x * kThreads, i = first + threadIdx.x;
   for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
-  if (threadIdx.x == 0) staged_count = 0;
+  if (threadIdx.x == 0) staged_count = spilled = 0;
 
   Appended<P>& own = appended[threadIdx.x];
   own.clear();
@@ -95,7 +59,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
   if (visible) {
     const Footprint& footprint = projected.footprint;
-    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, 0, 0};
+    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
   }
   const std::uint32_t slot = reserve_slot(is_large, &counters->large);
   if (is_large) large[slot] = i;
@@ -120,50 +84,94 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
       });
   __syncthreads();
   for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
-    if (counts[m] > 0) counts[m] = atomicAdd(&macro_tiles.counts[m], counts[m]);
+    const std::uint32_t here = counts[m];
+    if (here == 0) continue;
+    const std::uint32_t begin = atomicAdd(&macro_tiles.counts[m], here);
+    const std::uint32_t end = begin + here;
+    const std::uint32_t beyond = end - min(end, max(begin, macro_tiles.slicing.size.capacity));
+    if (beyond > 0) atomicAdd(&spilled, beyond);
+    counts[m] = begin;
+  }
+  __syncthreads();
+  if (threadIdx.x == 0 && spilled > 0) {
+    next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
   }
   __syncthreads();
   const std::uint32_t staged_here = min(staged_count, kStagedEntries);
-  for (std::uint32_t s = threadIdx.x; s < staged_here; s += kThreads) {
-    const StagedEntry entry(staged[s]);
+  for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
+    const bool exists = s < staged_here;
+    const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
     const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
-    macro_tiles.store(macro_tile, atomicAdd(&counts[macro_tile], 1u),
-                      {appended[owner].depth_key, first + owner}, entry.mask());
+    const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
+    const std::uint32_t place =
+        reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
+    if (!exists) continue;
+    macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
+                      entry.mask());
   }
 }
 
-/// Finds the order of the macro-tiles, and the fullest. All threads of one block call it together.
+/// Decides into how many slices the full macro-tiles are cut, and numbers these. All threads of one
+/// block call it together. The full macro-tiles are the first `count` in the order.
+__device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Counters* counters) {
+  const std::uint32_t target = tiles.slicing.size.slice_target;
+  const volatile std::uint32_t* const counts = tiles.counts;
+  std::uint32_t sum = 0;
+  for (std::uint32_t first = 0; first < count; first += kAppendThreads) {
+    const std::uint32_t place = first + threadIdx.x;
+    const std::uint32_t own = place < count ? tiles.order[place] : 0;
+    const std::uint32_t slices = place < count ? (counts[own] + target - 1) / target : 0;
+    const BlockSum<std::uint32_t> before = sum_of_block<kAppendThreads>(slices);
+    if (place < count) tiles.slicing.slices[own] = {sum + before.before, slices};
+    sum += before.total;
+  }
+  if (threadIdx.x == 0) counters->slices = sum;
+}
+
+/// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All
+/// threads of one block call it together.
 __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
-  __shared__ std::uint32_t fullest;
+  __shared__ std::uint32_t fullest, full;
   const auto count = static_cast<unsigned>(tiles.count());
   const volatile std::uint32_t* const counts = tiles.counts;
   if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
-  if (threadIdx.x == 0) fullest = 0;
+  if (threadIdx.x == 0) fullest = full = 0;
   __syncthreads();
-  std::uint32_t most = 0;
-  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+  std::uint32_t most = 0, full_here = 0;
+  for (unsigned i = threadIdx.x; i < count; i += kAppendThreads) {
     const std::uint32_t gaussians = counts[i];
     atomicAdd(&begins[length_class(gaussians)], 1u);
     most = max(most, gaussians);
+    full_here += gaussians >= MacroTiles::kUsual ? 1 : 0;
   }
   atomicMax(&fullest, most);
+  if (full_here > 0) atomicAdd(&full, full_here);
   __syncthreads();
   if (threadIdx.x < kWarp) {
     const std::uint32_t own = begins[threadIdx.x];
     begins[threadIdx.x] = inclusive_sum_of_warp(own) - own;
   }
-  if (threadIdx.x == 0) counters->fullest_macro_tile = fullest;
+  if (threadIdx.x == 0) {
+    counters->fullest_macro_tile = fullest;
+    counters->full_macro_tiles = full;
+  }
   __syncthreads();
-  for (unsigned i = threadIdx.x; i < count; i += kLargeThreads) {
+  for (unsigned i = threadIdx.x; i < count; i += kAppendThreads) {
     tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
   }
+  __syncthreads();
+  if (full > 0 && threadIdx.x < Slicing::kParts) {
+    const volatile std::uint32_t* const spilled = tiles.slicing.part_count(threadIdx.x);
+    atomicMax(&counters->spilled, *spilled);
+  }
+  if (tiles.slicing.size.has_slices()) number_slices(tiles, full, counters);
 }
 
 /// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
 /// orders the macro-tiles.
 template <class P>
-__global__ void __launch_bounds__(kLargeThreads)
+__global__ void __launch_bounds__(kAppendThreads)
     append_large(TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, Counters* counters) {
   __shared__ Span runs[kLargeLines];
@@ -182,7 +190,7 @@ __global__ void __launch_bounds__(kLargeThreads)
       __syncthreads();
       const int last = min(lines.end, lines.begin + kLargeLines);
       for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
-           line += static_cast<int>(kLargeThreads)) {
+           line += static_cast<int>(kAppendThreads)) {
         runs[line - lines.begin] = walk.span(line);
       }
       __syncthreads();
@@ -191,7 +199,7 @@ __global__ void __launch_bounds__(kLargeThreads)
     }
     const TileRect rect = macro_rect(tiles_of_all);
     const int width = rect.columns.size(), all = width * rect.rows.size();
-    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kLargeThreads)) {
+    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kAppendThreads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
       unsigned tiles = 0;
       if (kWalks<P> && lines.size() <= kLargeLines) {
@@ -286,24 +294,16 @@ void Visible::reserve(std::size_t gaussians) {
 
 void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch) {
   const ToClear to_clear = scratch.begin_frame(size);
-  if (size.uses_macro_tiles()) {
-    check(cudaMemsetAsync(to_clear.words, 0, to_clear.count * sizeof(uint4), frame.stream),
-          "preprocess");
-  }
+  check(cudaMemsetAsync(to_clear.begin, 0, to_clear.bytes, frame.stream), "preprocess");
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const FootprintRules rules = frame.rules(P::kKeepsFaint);
-    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
-                          frame.grid,         nearest_bits(frame.camera),     to_clear};
-    const unsigned blocks = blocks_for(std::max(1u, frame.cloud.count));
-    if (size.uses_macro_tiles()) {
-      const Blocks with_counts(blocks, kThreads, size.macro_tiles() * sizeof(std::uint32_t));
-      launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
-             scratch.macro_tiles, scratch.large, scratch.counters);
-      launch("preprocess", append_large<P>, Blocks(kLargeBlocks, kLargeThreads), frame.stream,
-             frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
-    } else {
-      launch("preprocess", project_and_count<P>, blocks, frame.stream, in, visible.view());
-    }
+    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera),
+                          frame.rules(P::kKeepsFaint), frame.grid, nearest_bits(frame.camera)};
+    const Blocks with_counts(blocks_for(std::max(1u, frame.cloud.count)), kThreads,
+                             size.macro_tiles() * sizeof(std::uint32_t));
+    launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
+           scratch.macro_tiles, scratch.large, scratch.counters);
+    launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
+           frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
   });
 }
 

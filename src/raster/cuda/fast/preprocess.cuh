@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 1 of the fast pipeline, in two kernels: `project` computes visibility and footprints, and
-// appends the visible Gaussians to the macro-tiles that they meet if the frame uses them. `color`
-// evaluates the spherical harmonics and writes the splats for blending. `color` reads most
-// of the scene's bytes, but only blending depends on it, so it runs concurrently with binning and
-// sorting. Results are indexed as in the cloud.
+// Stage 1 of the fast pipeline: `project` computes visibility and footprints, and appends the
+// visible Gaussians to the macro-tiles that they meet. `color` evaluates the spherical harmonics
+// and writes the splats for blending. `color` reads most of the scene's bytes, but only blending
+// depends on it, so it runs concurrently with listing. Results are indexed as in the cloud.
 #pragma once
 
 #include <algorithm>
@@ -15,15 +14,13 @@
 
 namespace qs::cuda::fast {
 
-/// A visible Gaussian as binning reads it: 32 bytes, one memory sector. footprint() recomputes the
+/// A visible Gaussian as `color` reads it: 32 bytes, one memory sector. footprint() recomputes the
 /// other values bit for bit.
 struct alignas(32) PackedFootprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
-  // Only in a frame that is sorted globally:
-  std::uint32_t lines;  ///< lines of tiles in the mode's walk; 0 if the mode has no walk
-  std::uint32_t tiles;  ///< tiles listed, > 0
+  glm::vec2 unused;  ///< is written too: a sector that is written in part is read first
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
 };
@@ -55,8 +52,7 @@ struct alignas(64) BoundedSplat {
 };
 
 /// A depth key is the bit pattern of the depth minus that of the near plane. Positive floats are
-/// ordered like their bit patterns. The highest digit of the keys is zero except in scenes with
-/// very large depths, which saves a sorting pass.
+/// ordered like their bit patterns.
 inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;
 
 inline std::uint32_t nearest_bits(const Camera& camera) {

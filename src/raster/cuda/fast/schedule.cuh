@@ -5,7 +5,7 @@
 // arbitrary; images do not depend on it.
 #pragma once
 
-#include "raster/cuda/fast/sort.cuh"
+#include "raster/cuda/fast/scratch.cuh"
 
 namespace qs::cuda::fast {
 
@@ -21,13 +21,12 @@ __device__ inline unsigned length_class(std::uint32_t length) {
 }
 
 struct ScheduleView {
-  const std::uint32_t* class_sizes;  ///< kLengthClasses; null: tiles are in row order
+  const std::uint32_t* class_sizes;  ///< kLengthClasses
   const std::uint32_t* tiles;        ///< kLengthClasses arrays of `count` entries each
   unsigned count;                    ///< number of tiles
 
   /// The tile that is blended at position `turn`. All lanes of a warp must call it together.
   __device__ unsigned tile(unsigned turn) const {
-    if (class_sizes == nullptr) return turn;
     const std::uint32_t size = class_sizes[lane_index()];
     const std::uint32_t end = inclusive_sum_of_warp(size);
     const unsigned later = __ballot_sync(kAllLanes, end > turn);
@@ -35,10 +34,5 @@ struct ScheduleView {
     return tiles[own * count + turn - __shfl_sync(kAllLanes, end - size, own)];
   }
 };
-
-ScheduleView schedule_view(const Scratch& scratch, TileGrid grid);
-
-/// Also finds Counters::max_pairs_in_a_tile and cuts long lists into segments.
-void schedule(const FrameContext& frame, Scratch& scratch);
 
 }  // namespace qs::cuda::fast

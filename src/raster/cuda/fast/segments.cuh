@@ -16,7 +16,6 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr std::uint32_t kLongList = 4096;    ///< longer lists are cut
 inline constexpr std::uint32_t kSegment = 512;      ///< Gaussians counted per segment, at least
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 
@@ -30,10 +29,11 @@ QS_HD std::uint32_t segment_count(std::uint32_t counted) {
 class LongList {
  public:
   /// `first` is the list's first segment.
-  __device__ LongList(const SegmentsView& view, KeyRange range, std::uint32_t first)
+  __device__ LongList(const SegmentsView& view, ListRange range, std::uint32_t first)
       : segments_(view.segments + first),
-        marks_(view.marks + range.begin() / SegmentsView::kPairsPerMark),
+        marks_(view.marks + range.begin / SegmentsView::kPairsPerMark),
         range_(range),
+        longest_uncut_(view.longest_uncut),
         parts_(segment_count(range.size())),
         part_((range.size() / parts_ + kWarp) / kWarp * kWarp) {}
 
@@ -44,7 +44,7 @@ class LongList {
     std::uint32_t sum = 0;
 #pragma unroll 4
     for (std::uint32_t at = begin; at < end; at += kWarp) {
-      const std::uint32_t entry = range_.begin() + min(at + lane_index(), range_.size() - 1);
+      const std::uint32_t entry = range_.begin + min(at + lane_index(), range_.size() - 1);
       const bool counts = at + lane_index() < end && reaches(in, tile, in.gaussians[entry]);
       const unsigned mark = __ballot_sync(kAllLanes, counts);
       if (lane_index() == 0) marks_[at / kWarp] = mark;
@@ -58,7 +58,7 @@ class LongList {
     std::uint32_t sum = 0;
     for (std::uint32_t s = lane_index(); s < parts_; s += kWarp) sum += segments_[s].counted;
     const std::uint32_t total = __shfl_sync(kAllLanes, inclusive_sum_of_warp(sum), kWarp - 1);
-    count_ = total > kLongList ? segment_count(total) : 1;
+    count_ = total > longest_uncut_ ? segment_count(total) : 1;
     each_ = (total + count_ - 1) / count_;
   }
 
@@ -66,7 +66,7 @@ class LongList {
 
   /// The pairs of segment `number`.
   __device__ std::uint32_t begin(std::uint32_t number) const {
-    return range_.begin() + (number == 0 ? 0 : position_of(number * each_));
+    return range_.begin + (number == 0 ? 0 : position_of(number * each_));
   }
   __device__ std::uint32_t end(std::uint32_t number) const {
     return number + 1 == count_ ? range_.end : begin(number + 1);
@@ -128,7 +128,8 @@ class LongList {
 
   Segment* segments_;
   std::uint32_t* marks_;
-  KeyRange range_;
+  ListRange range_;
+  std::uint32_t longest_uncut_;
   std::uint32_t parts_, part_;  // number and length
   std::uint32_t count_ = 1, each_ = 0;
 };

@@ -8,12 +8,11 @@
 #pragma once
 
 #include "raster/cuda/blend_parameters.cuh"
-#include "raster/cuda/fast/radix_sort.cuh"
 #include "raster/cuda/fast/rings.cuh"
 
 namespace qs::cuda::fast {
 
-using ListInput = BlendInput<KeyRange, BoundedSplat>;
+using ListInput = BlendInput<ListRange, BoundedSplat>;
 
 /// The pixels of a warp: the upper or lower half of a tile, and this lane's column of it.
 struct HalfTile {

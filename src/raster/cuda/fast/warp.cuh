@@ -42,12 +42,35 @@ __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
   return __shfl_sync(kAllLanes, first, 0) + static_cast<std::uint32_t>(__popc(all & lanes_below()));
 }
 
+/// A place counted by counts[counter] for each lane that exists. Adds once per counter and warp:
+/// lanes that add to the same counter would wait for each other. All lanes of the warp must call
+/// it.
+__device__ inline std::uint32_t reserve_slot_of(unsigned counter, bool exists,
+                                                std::uint32_t* counts) {
+  const unsigned peers = __match_any_sync(kAllLanes, counter);
+  const unsigned first = static_cast<unsigned>(__ffs(static_cast<int>(peers))) - 1;
+  std::uint32_t begin = 0;
+  if (exists && lane_index() == first) {
+    begin = atomicAdd(&counts[counter], static_cast<std::uint32_t>(__popc(peers)));
+  }
+  return __shfl_sync(kAllLanes, begin, first) +
+         static_cast<std::uint32_t>(__popc(peers & lanes_below()));
+}
+
 /// The sum over this lane and all lower lanes. All lanes of the warp must call it.
 template <class T>
 __device__ T inclusive_sum_of_warp(T value) {
   for (unsigned distance = 1; distance < kWarp; distance *= 2) {
     const T other = __shfl_up_sync(kAllLanes, value, distance);
     if (lane_index() >= distance) value += other;
+  }
+  return value;
+}
+
+/// The largest of the lanes' values. All lanes of the warp must call it.
+__device__ inline std::uint32_t largest_of_warp(std::uint32_t value) {
+  for (unsigned distance = kWarp / 2; distance > 0; distance /= 2) {
+    value = max(value, __shfl_sync(kAllLanes, value, lane_index() ^ distance));
   }
   return value;
 }

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/fast/list_block.cuh"
+
+namespace qs::cuda::fast {
+namespace {
+
+constexpr unsigned kWholeBlocks = 132;  // share the fuller macro-tiles
+
+/// Lists a macro-tile, or the empty list if `size` is 0.
+template <unsigned kBlock>
+__device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own,
+                                std::uint32_t size, std::uint32_t capacity, const Lists& out) {
+  using Block = ListBlock<kBlock>;
+  __shared__ typename Block::Shared shared;
+  const std::size_t first = std::size_t{own} * macro_tiles.slicing.size.capacity;
+  Block block(SortArrays(dynamic_shared(), capacity), shared, size);
+  block.sort(macro_tiles.entries + first, macro_tiles.masks + first);
+  block.count();
+  if (threadIdx.x < kWarp) {
+    const unsigned lane = lane_index();
+    std::uint32_t length = 0;
+    for (unsigned part = 0; part < Block::kParts && lane < Block::kTiles; ++part) {
+      length += shared.lengths[part][lane];
+    }
+    const std::uint64_t begin = place_list(out, tiles_of(macro_tiles, own, out.grid), length);
+    if (lane < Block::kTiles) shared.begins[lane] = begin;
+  }
+  __syncthreads();
+  block.write(out);
+}
+
+/// A block per macro-tile with less than kUsual Gaussians, and per other if `lists_all`: these list
+/// nothing.
+__global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
+    list_usual_macro_tiles(MacroTiles macro_tiles, Lists out, bool lists_all) {
+  const std::uint32_t own = macro_tiles.order[blockIdx.x], size = macro_tiles.counts[own];
+  const bool is_usual = size < MacroTiles::kUsual;
+  if (!is_usual && !lists_all) return;
+  list_macro_tile<kUsualThreads>(macro_tiles, own, is_usual ? size : 0, MacroTiles::kUsual, out);
+}
+
+/// The others, which come first in the order; blocks take them in turns.
+__global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
+    list_whole_macro_tiles(MacroTiles macro_tiles, Lists out) {
+  const std::uint32_t capacity = macro_tiles.slicing.size.capacity;
+  const auto count = static_cast<unsigned>(macro_tiles.count());
+  for (unsigned place = blockIdx.x; place < count; place += gridDim.x) {
+    const std::uint32_t own = macro_tiles.order[place], size = macro_tiles.counts[own];
+    if (size < MacroTiles::kUsual) return;
+    list_macro_tile<kLargeThreads>(macro_tiles, own, size <= capacity ? size : 0, capacity, out);
+  }
+}
+
+}  // namespace
+
+std::uint32_t most_in_shared_memory() {
+  constexpr std::size_t kStaticBytes = 36 << 10;  // of list_whole_macro_tiles, rounded up
+  int device = 0, bytes = 0;
+  check(cudaGetDevice(&device), "cudaGetDevice");
+  check(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
+        "cudaDeviceGetAttribute");
+  const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
+  return static_cast<std::uint32_t>(
+      std::max<std::size_t>(available / SortArrays::bytes(1), MacroTiles::kUsual));
+}
+
+void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                TilePairs& pairs) {
+  const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
+  launch("sort", list_usual_macro_tiles,
+         Blocks(static_cast<unsigned>(scratch.macro_tiles.count()), kUsualThreads,
+                SortArrays::bytes(MacroTiles::kUsual)),
+         frame.stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs), lists_all);
+}
+
+void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                TilePairs& pairs, cudaStream_t stream) {
+  const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
+  launch(
+      "sort", list_whole_macro_tiles,
+      Blocks(std::min(count, kWholeBlocks), kLargeThreads, SortArrays::bytes(size.macro.capacity)),
+      stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
+}
+
+}  // namespace qs::cuda::fast

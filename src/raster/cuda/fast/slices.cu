@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+//
+// How full macro-tiles are listed:
+//   find_slices    sorts the samples of every full macro-tile and chooses where to cut it by depth
+//   fill_slices    copies all its entries to the slices, in any order
+//   place_slices   counts the entries of the slices per tile, and reserves room for the lists
+//   sort_slices    sorts every slice and writes its part of the lists
+#include <algorithm>
+
+#include "raster/cuda/dynamic_shared.cuh"
+#include "raster/cuda/fast/list_block.cuh"
+
+namespace qs::cuda::fast {
+namespace {
+
+constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
+constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count large macro-tiles
+constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
+constexpr std::uint32_t kMoved = kMovedEach * kThreads;
+static_assert(kMoved >= MacroTiles::kUsual);
+constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
+constexpr std::uint32_t kCountedSlices = 8192;  // more are counted in global memory
+
+/// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
+template <unsigned kBlock, bool kGlobal>
+__global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Counters* counters) {
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t capacity = slicing.size.sample_capacity;
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    const Slicing::Slices slices = slicing.slices[own];
+    if (!slicing.holds(slices)) continue;
+    const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
+    const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
+    static_assert(SortArrays::bytes(1) == sizeof *slicing.sort_memory);
+    void* memory;
+    if constexpr (kGlobal) {
+      memory = slicing.sort_memory + std::size_t{blockIdx.x} * capacity;
+    } else {
+      memory = dynamic_shared();
+    }
+    SortArrays arrays(memory, capacity);
+    MacroSort<kBlock>(arrays, samples, count).sort();
+    __syncthreads();
+    for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
+      const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
+      const bool is_cut = s > 0 && count > 0;
+      slicing.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
+      slicing.macro_tile_of[slices.first + s] = own;
+      slicing.counts[slices.first + s] = 0;
+    }
+    __syncthreads();
+  }
+}
+
+/// An entry of a full macro-tile that is copied to a slice.
+struct Moved {
+  MacroEntry entry;
+  std::uint32_t macro_tile, mask;
+};
+
+/// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
+constexpr std::uint32_t kNoSlice = 0xffffffffu;
+__device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
+  const Slicing::Slices slices = slicing.slices[moved.macro_tile];
+  if (!slicing.holds(slices)) return kNoSlice;
+  const std::uint64_t key = moved.entry.sort_key();
+  std::uint32_t slice = slices.first;  // the last one that begins before the entry
+  for (std::uint32_t count = slices.count; count > 1;) {
+    const std::uint32_t half = count / 2;
+    if (slicing.least_keys[slice + half] <= key) slice += half;
+    count -= half;
+  }
+  return slice;
+}
+
+/// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
+/// it reserves room once per slice. All its threads call it together.
+template <class EntryAt>
+__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std::uint32_t slices,
+                             std::uint32_t count, const EntryAt& entry_at) {
+  const bool counts_here = slices <= kCountedSlices;
+  std::uint32_t* const places = counts_here ? counts : slicing.counts;
+  std::uint32_t chosen[kMovedEach], slots[kMovedEach];
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    const std::uint32_t i = k * kThreads + threadIdx.x;
+    chosen[k] = i < count ? slice_of(slicing, entry_at(i)) : kNoSlice;
+  }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
+  }
+  __syncthreads();
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+    if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
+  }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
+  }
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (slots[k] >= slicing.size.slice_capacity) continue;
+    const Moved moved = entry_at(k * kThreads + threadIdx.x);
+    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
+    slicing.entries[at] = moved.entry;
+    slicing.masks[at] = static_cast<std::uint8_t>(moved.mask);
+  }
+  __syncthreads();
+}
+
+/// Blocks take full macro-tiles in turns and copy the entries that these keep, then chunks of
+/// spilled entries.
+__global__ void __launch_bounds__(kThreads)
+    fill_slices(MacroTiles tiles, const Counters* counters) {
+  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t slices = min(counters->slices, slicing.size.slices);
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
+    move_entries(slicing, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+      return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
+    });
+  }
+  const std::uint32_t part = blockIdx.x % Slicing::kParts;
+  const std::uint32_t spilled = min(*slicing.part_count(part), slicing.size.spilled);
+  const std::uint32_t stride = gridDim.x / Slicing::kParts * kMoved;
+  for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
+       chunk += stride) {
+    const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
+    move_entries(slicing, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+      const std::uint32_t where = slicing.spilled_tiles[first + i];
+      return Moved{slicing.spilled[first + i], where >> 8, where & 255};
+    });
+  }
+}
+
+/// Stores the number of entries of a slice in each tile. The lanes of a warp call it together.
+__device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
+  constexpr std::uint32_t kLowBits = 0x01010101;  // of the masks in a word
+  constexpr std::uint32_t kMasks = sizeof(std::uint32_t);
+  const std::uint32_t size = min(slicing.counts[slice], slicing.size.slice_capacity);
+  const std::uint8_t* const masks =
+      slicing.masks + std::size_t{slice} * slicing.size.slice_capacity;
+  const auto* const words = reinterpret_cast<const std::uint32_t*>(masks);
+  std::uint32_t lengths[MacroTiles::kTiles] = {};
+#pragma unroll 4
+  for (std::uint32_t w = lane_index(); w * kMasks < size; w += kWarp) {
+    const std::uint32_t left = size - w * kMasks;
+    const std::uint32_t word = left < kMasks ? words[w] & ((1u << 8 * left) - 1) : words[w];
+#pragma unroll
+    for (int t = 0; t < MacroTiles::kTiles; ++t) lengths[t] += __popc(word >> t & kLowBits);
+  }
+#pragma unroll
+  for (unsigned t = 0; t < MacroTiles::kTiles; ++t) {
+    const std::uint32_t sum = inclusive_sum_of_warp(lengths[t]);
+    if (lane_index() == kWarp - 1) slicing.list_begins[slice * MacroTiles::kTiles + t] = sum;
+  }
+}
+
+/// Blocks take full macro-tiles in turns.
+__global__ void __launch_bounds__(kPlaceThreads)
+    place_slices(MacroTiles tiles, Lists out, Counters* counters) {
+  constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
+  static_assert(kTiles <= kWarps);
+  __shared__ std::uint64_t begins[kTiles];
+  const Slicing& slicing = tiles.slicing;
+  const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
+  for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
+    const std::uint32_t own = tiles.order[place];
+    Slicing::Slices slices = slicing.slices[own];
+    if (!slicing.holds(slices)) slices.count = 0;
+    for (std::uint32_t s = warp; s < slices.count; s += kWarps) {
+      count_slice(slicing, slices.first + s);
+    }
+    __syncthreads();
+    const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
+      return slicing.list_begins[(slices.first + s) * kTiles + warp];
+    };
+    std::uint32_t length = 0, fullest = 0;
+    for (std::uint32_t s = lane; s < slices.count && warp < kTiles; s += kWarp) {
+      length += static_cast<std::uint32_t>(begin_of(s));
+      fullest = max(fullest, slicing.counts[slices.first + s]);
+    }
+    length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
+    if (warp < kTiles && lane == 0) begins[warp] = length;
+    fullest = largest_of_warp(fullest);
+    if (lane == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
+    __syncthreads();
+    if (warp == 0) {
+      const auto whole = lane < kTiles ? static_cast<std::uint32_t>(begins[lane]) : 0u;
+      const std::uint64_t begin = place_list(out, tiles_of(tiles, own, out.grid), whole);
+      if (lane < kTiles) begins[lane] = begin;
+    }
+    __syncthreads();
+    std::uint64_t begin = warp < kTiles ? begins[warp] : 0;
+    for (std::uint32_t first = 0; first < slices.count && warp < kTiles; first += kWarp) {
+      const std::uint32_t s = first + lane;
+      const std::uint64_t mine = s < slices.count ? begin_of(s) : 0;
+      const std::uint64_t end = begin + inclusive_sum_of_warp(mine);
+      if (s < slices.count) begin_of(s) = end - mine;
+      begin = __shfl_sync(kAllLanes, end, kWarp - 1);
+    }
+    __syncthreads();
+  }
+}
+
+/// Blocks take slices in turns.
+template <unsigned kBlock, unsigned kResident>
+__global__ void __launch_bounds__(kBlock, kResident)
+    sort_slices(MacroTiles tiles, Lists out, const Counters* counters) {
+  using Block = ListBlock<kBlock>;
+  __shared__ typename Block::Shared shared;
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t capacity = slicing.size.slice_capacity;
+  const std::uint32_t count = min(counters->slices, slicing.size.slices);
+  for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
+    if (!slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) continue;
+    const std::size_t first = std::size_t{slice} * capacity;
+    Block block(SortArrays(dynamic_shared(), capacity), shared,
+                min(slicing.counts[slice], capacity));
+    block.sort(slicing.entries + first, slicing.masks + first);
+    if (Block::kParts > 1) block.count();
+    if (threadIdx.x < Block::kTiles) {
+      shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
+    }
+    __syncthreads();
+    block.write(out);
+  }
+}
+
+}  // namespace
+
+void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
+                 TilePairs& pairs, cudaStream_t stream) {
+  const Lists out = Lists::of(frame, size, scratch, pairs);
+  const MacroTiles& tiles = scratch.macro_tiles;
+  Counters* const counters = scratch.counters;
+  const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
+  const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
+    const bool is_usual = capacity <= MacroTiles::kUsual;
+    launch("sort", is_usual ? usual : large,
+           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SortArrays::bytes(capacity)),
+           stream, arguments...);
+  };
+  if (size.macro.sorts_in_global_memory) {
+    launch("sort", find_slices<kLargeThreads, true>, Blocks(Slicing::kGlobalSorts, kLargeThreads),
+           stream, tiles, counters);
+  } else {
+    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads, false>,
+               find_slices<kLargeThreads, false>, tiles, counters);
+  }
+  const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
+  launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
+  launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
+  launch_for(size.macro.slice_capacity, sort_slices<kUsualThreads, kUsualBlocks>,
+             sort_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
+}
+
+}  // namespace qs::cuda::fast

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// The values of a scene that training changes, and the loss's gradient by them. Real is float, or
+// double to check gradients.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs::cpu::train {
+
+template <class Real>
+struct Parameters {
+  std::vector<glm::vec<3, Real>> means;       ///< world units
+  std::vector<glm::vec<3, Real>> log_scales;  ///< ln of the standard deviations
+  std::vector<glm::qua<Real>> rotations;      ///< of any length above 0, normalised when used
+  std::vector<Real> opacity_logits;
+  std::vector<glm::vec<3, Real>> sh;  ///< sh_stride() RGB triples per Gaussian, DC first
+  int sh_degree = kMaxShDegree;
+
+  std::size_t size() const { return means.size(); }
+  std::size_t sh_stride() const {
+    return static_cast<std::size_t>(sh_coefficient_count(sh_degree));
+  }
+
+  /// New values are 0.
+  void resize(std::size_t count) {
+    means.resize(count);
+    log_scales.resize(count);
+    rotations.resize(count, glm::qua<Real>(0, 0, 0, 0));
+    opacity_logits.resize(count);
+    sh.resize(count * sh_stride());
+  }
+};
+
+/// The same arrays hold derivatives.
+template <class Real>
+struct Gradients {
+  Parameters<Real> by;
+  std::vector<glm::vec<2, Real>> mean_px;  ///< by the means on the image
+  std::vector<std::uint8_t> visible;       ///< 1 if the frame lists the Gaussian in a tile
+
+  /// Sets everything to 0 for Gaussians like those of `parameters`.
+  void reset(const Parameters<Real>& parameters) {
+    by = {};
+    by.sh_degree = parameters.sh_degree;
+    by.resize(parameters.size());
+    mean_px.assign(parameters.size(), glm::vec<2, Real>(0));
+    visible.assign(parameters.size(), 0);
+  }
+};
+
+/// The scene as renderers and files have it: rotations are normalised.
+GaussianCloud to_cloud(const Parameters<float>& parameters, bool antialiased);
+
+/// The inverse, up to the length of rotations.
+Parameters<float> from_cloud(const GaussianCloud& cloud);
+
+}  // namespace qs::cpu::train

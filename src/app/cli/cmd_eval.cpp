@@ -4,7 +4,6 @@
 // A view is rendered at its camera's size, clamped to 0..1 and area-averaged to its photograph's
 // size before they are compared.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -78,17 +77,6 @@ Views choose_views(const EvalCommand& command) {
   return views;
 }
 
-// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio, up
-// to rounded sizes. Otherwise it was cropped or rotated.
-void require_same_shape(const Image& photograph, const View& view) {
-  const double scale = static_cast<double>(photograph.width) / view.camera.width;
-  const double height = scale * view.camera.height;
-  if (std::abs(height - photograph.height) <= 1 + scale) return;
-  fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}",
-       view.photograph.string(), photograph.width, photograph.height, view.camera.width,
-       view.camera.height);
-}
-
 class Run {
  public:
   explicit Run(const EvalCommand& command) : command_(command) {}
@@ -137,7 +125,7 @@ class Run {
   void one_view(const View& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
                                              command_.images_scale, *session_.pool);
-    require_same_shape(photograph, view);
+    require_same_shape(photograph, view.photograph, view.camera);
     save(photograph, view, "photograph");
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;

@@ -2,6 +2,7 @@
 #include "app/session/photographs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <system_error>
 
 #include "io/camera/camera_formats.h"
@@ -63,6 +64,15 @@ Image read_photograph(const std::filesystem::path& path, glm::vec3 background, i
                       ThreadPool& pool) {
   const Image image = as_rgb(read_image(path), background);
   return area_average(image, divided(image.width, divisor), divided(image.height, divisor), pool);
+}
+
+void require_same_shape(const Image& photograph, const std::filesystem::path& path,
+                        const Camera& camera) {
+  const double scale = static_cast<double>(photograph.width) / camera.width;
+  const double height = scale * camera.height;
+  if (std::abs(height - photograph.height) <= 1 + scale) return;
+  fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}", path.string(),
+       photograph.width, photograph.height, camera.width, camera.height);
 }
 
 }  // namespace qs

@@ -13,6 +13,7 @@
 #include <glm/vec3.hpp>
 
 #include "raster/base/parallel.h"
+#include "raster/scene/camera.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -32,5 +33,10 @@ class Photographs {
 /// area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool);
+
+/// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio,
+/// up to rounded sizes. Otherwise it was cropped or rotated: throws Error(input) naming `path`.
+void require_same_shape(const Image& photograph, const std::filesystem::path& path,
+                        const Camera& camera);
 
 }  // namespace qs

@@ -47,7 +47,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
     const std::uint32_t slot = frame.lists.slots[first + entry];
     const auto& splat = frame.splats[slot];
     SplatGradient<Real> sum;
-    box.for_each_pixel(splat.mean_px, frame.half_px[slot], [&](int px, int py, int pixel) {
+    box.for_each_pixel(frame.areas[slot], [&](int px, int py, int pixel) {
       const auto p = static_cast<std::size_t>(pixel);
       if (entry >= last[p]) return;
       const auto x = static_cast<Real>(px), y = static_cast<Real>(py);

@@ -46,7 +46,7 @@ void project_all(const StepView& step, const FrameContext& context,
   visible.resize(parameters.size());
   visible.footprints.resize(visible.slots());
   frame.splats.resize(visible.slots());
-  frame.half_px.resize(visible.slots());
+  frame.areas.resize(visible.slots());
   const auto rounded_view = make_view<float>(step.camera);
   const auto view = make_view<Real>(step.camera);
   const FootprintRules rules = context.rules();
@@ -73,7 +73,7 @@ void project_all(const StepView& step, const FrameContext& context,
           visible.gaussians[slot] = static_cast<std::uint32_t>(i);
           visible.depths[slot] = projected.depth;
           visible.footprints[slot] = projected.footprint;
-          frame.half_px[slot] = PixelBound::of(projected.footprint).half;
+          frame.areas[slot] = PixelArea::of(projected.footprint);
           frame.splats[slot] = splat_of<Real>(view, step, mean, sigma, opacity, projected, color);
           ++slot;
         }
@@ -101,7 +101,7 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
   const std::uint32_t* list = frame.lists.slots.data() + frame.lists.begin[tile];
   for (std::uint32_t entry = 0; entry < length && left > 0; ++entry) {
     const auto& splat = frame.splats[list[entry]];
-    box.for_each_pixel(splat.mean_px, frame.half_px[list[entry]], [&](int x, int y, int pixel) {
+    box.for_each_pixel(frame.areas[list[entry]], [&](int x, int y, int pixel) {
       const auto p = static_cast<std::size_t>(pixel);
       if (!live[p]) return;
       const Real in_front = transmittance[p];
@@ -135,6 +135,17 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
 }
 
 }  // namespace
+
+PixelArea PixelArea::of(const Footprint& footprint) {
+  // The slack covers the rounding of the falloff, as in pipeline `classic`.
+  const PixelBound bound = PixelBound::of(footprint);
+  return {footprint.mean_px,
+          bound.half,
+          bound.slope,
+          footprint.gamma > 0 ? bound.threshold / kLog2OfFalloff : 0,
+          1 / footprint.covariance.yy,
+          1 / footprint.conic.x};
+}
 
 TileBox TileBox::of(const StepView& view, std::size_t tile) {
   const int columns = view.grid().columns;

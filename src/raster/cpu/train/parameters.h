@@ -40,6 +40,17 @@ struct Parameters {
   }
 };
 
+/// Calls visit(values per Gaussian, array of each of `p`...) for every kind of parameter.
+template <class Visit, class First, class... P>
+void for_each_array(const Visit& visit, First& first, P&... p) {
+  const std::size_t stride = first.sh_stride();
+  visit(std::size_t{1}, first.means, p.means...);
+  visit(std::size_t{1}, first.log_scales, p.log_scales...);
+  visit(std::size_t{1}, first.rotations, p.rotations...);
+  visit(std::size_t{1}, first.opacity_logits, p.opacity_logits...);
+  visit(stride, first.sh, p.sh...);
+}
+
 /// The same arrays hold derivatives.
 template <class Real>
 struct Gradients {

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/data_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include <glm/geometric.hpp>
+
+#include "app/session/photographs.h"
+#include "io/camera/cameras.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs::train {
+namespace {
+
+constexpr int kMostWidth = 1600;
+
+int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
+
+// A photograph at the resolution of training.
+Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& pool) {
+  const int width = photograph.width, height = photograph.height;
+  if (scale) return area_average(photograph, divided(width, *scale), divided(height, *scale), pool);
+  if (width <= kMostWidth) return photograph;
+  const double factor = static_cast<double>(kMostWidth) / width;
+  return area_average(photograph, kMostWidth,
+                      std::max(1, static_cast<int>(std::lround(height * factor))), pool);
+}
+
+PhotographView read_view(const Camera& camera, const std::filesystem::path& file,
+                         const DataOptions& options, ThreadPool& pool) {
+  const Image photograph = read_photograph(file, options.background, 1, pool);
+  require_same_shape(photograph, file, camera);
+  for (const float value : photograph.values) {
+    if (!std::isfinite(value)) fail("{}: holds values that are not finite numbers", file.string());
+  }
+  const Image image = reduced(photograph, options.resolution_scale, pool);
+  PhotographView view{scaled(camera, image.width, image.height), file, {}};
+  view.rgb.resize(image.values.size());
+  std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
+  return view;
+}
+
+std::filesystem::path photographs_of(const DataOptions& options) {
+  if (!options.images.empty()) return options.data / options.images;
+  std::error_code error;
+  const auto usual = options.data / "images";
+  return std::filesystem::is_directory(usual, error) ? usual : options.data;
+}
+
+}  // namespace
+
+std::vector<glm::vec3> PhotographView::target() const {
+  std::vector<glm::vec3> pixels(rgb.size() / 3);
+  for (std::size_t i = 0; i < rgb.size(); ++i)
+    pixels[i / 3][static_cast<int>(i % 3)] = static_cast<float>(rgb[i]) / 255;
+  return pixels;
+}
+
+Image PhotographView::image() const {
+  Image image(camera.width, camera.height, 3);
+  std::transform(rgb.begin(), rgb.end(), image.values.begin(),
+                 [](std::uint8_t value) { return static_cast<float>(value) / 255; });
+  return image;
+}
+
+std::vector<Camera> DataSet::cameras() const {
+  std::vector<Camera> all;
+  for (const auto* views : {&training, &test}) {
+    for (const PhotographView& view : *views) all.push_back(view.camera);
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  return all;
+}
+
+std::string DataSet::fingerprint() const {
+  std::uint64_t hash = 0;
+  const auto add = [&hash](const void* bytes, std::size_t count) {
+    const auto* const first = static_cast<const unsigned char*>(bytes);
+    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ first[i]) * 0x100000001b3;  // FNV-1a
+  };
+  for (const auto* views : {&training, &test}) {
+    for (const PhotographView& view : *views) {
+      const std::string camera = format_camera(view.camera);
+      add(camera.data(), camera.size());
+      add(view.rgb.data(), view.rgb.size());
+    }
+  }
+  return fmt::format("{} training and {} test views, {:016x}", training.size(), test.size(), hash);
+}
+
+double DataSet::extent() const {
+  std::vector<Camera> cameras;
+  for (const PhotographView& view : training) cameras.push_back(view.camera);
+  return extent_of(cameras);
+}
+
+DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
+  std::vector<Camera> cameras = read_cameras(options.data);
+  std::stable_sort(cameras.begin(), cameras.end(),
+                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  DataSet set;
+  set.folder = options.data;
+  set.photographs = photographs_of(options);
+  const Photographs photographs(set.photographs);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
+    const auto file = photographs.find(cameras[i].name);
+    if (!file) {
+      ++set.skipped;
+      continue;
+    }
+    const std::size_t number = set.training.size() + set.test.size();
+    const bool test =
+        options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
+    (test ? set.test : set.training).push_back(read_view(cameras[i], *file, options, pool));
+  }
+  if (set.training.empty() && set.test.empty()) {
+    fail(
+        "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
+        "--images",
+        set.photographs.string(), cameras.size(), options.data.string());
+  }
+  if (set.training.empty()) {
+    fail("{}: all {} photographs are test views: use --holdout 0 to train from them",
+         set.photographs.string(), set.test.size());
+  }
+  if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
+  return set;
+}
+
+Camera scaled(const Camera& camera, int width, int height) {
+  Camera result = camera;
+  const glm::dvec2 factor(static_cast<double>(width) / camera.width,
+                          static_cast<double>(height) / camera.height);
+  result.focal_px = camera.focal_px * factor;
+  result.center_px = (camera.center_px + 0.5) * factor - 0.5;  // scaled from the pixel corner
+  result.width = width;
+  result.height = height;
+  return result;
+}
+
+double extent_of(const std::vector<Camera>& cameras) {
+  glm::dvec3 mean(0);
+  for (const Camera& camera : cameras) mean += camera.position() / double(cameras.size());
+  double largest = 0;
+  for (const Camera& camera : cameras)
+    largest = std::max(largest, glm::distance(camera.position(), mean));
+  return largest > 0 ? 1.1 * largest : 1;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// Data sets to train from: which photographs are read, how large they are, and what is refused.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/train/data_set.h"
+#include "io/picture/image_file.h"
+#include "support/error_of.h"
+#include "support/pool.h"
+#include "support/scene_files.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs::train {
+namespace {
+
+using test::error_of;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class TrainData : public testing::Test {
+ protected:
+  // Ten cameras of 40 x 30 pixels, photographs of all but "b", in gray levels of their number.
+  void SetUp() override {
+    std::filesystem::create_directories(folder_ / "images");
+    std::vector<Camera> cameras;
+    for (int i = 9; i >= 0; --i) {
+      Camera camera = test::front_camera(40, 30);
+      camera.view_from_world[3].x = i;
+      camera.name = std::string(1, static_cast<char>('a' + i));
+      if (i != 1) write_photograph(camera.name, 40, 30, static_cast<float>(i) / 10);
+      cameras.push_back(camera);
+    }
+    test::write_cameras(cameras, folder_ / "cameras.json");
+    options_.data = folder_.path();
+  }
+  void write_photograph(const std::string& name, int width, int height, float value) {
+    Image image(width, height, 3);
+    std::fill(image.values.begin(), image.values.end(), value);
+    write_image(image, folder_ / "images" / (name + ".pfm"));
+  }
+  DataSet read() const { return read_data_set(options_, test::pool()); }
+  std::string error() const {
+    return error_of([this] { read(); }, folder_.path());
+  }
+  static std::vector<std::string> names(const std::vector<PhotographView>& views) {
+    std::vector<std::string> result;
+    for (const PhotographView& view : views) result.push_back(view.camera.name);
+    return result;
+  }
+
+  TemporaryFolder folder_;
+  DataOptions options_;
+};
+
+TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
+  options_.holdout = 4;
+  const DataSet data = read();
+  EXPECT_THAT(names(data.test), ElementsAre("a", "f", "j"));
+  EXPECT_THAT(names(data.training), ElementsAre("c", "d", "e", "g", "h", "i"));
+  EXPECT_EQ(data.skipped, 1u);
+  EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
+  EXPECT_NEAR(data.training[1].target()[7].y, 0.3, 0.002);
+  EXPECT_EQ(data.cameras().size(), 9u);
+  EXPECT_EQ(data.cameras()[1].name, "c");
+  options_.holdout = 0;
+  EXPECT_TRUE(read().test.empty());
+  EXPECT_EQ(read().training.size(), 9u);
+}
+
+TEST_F(TrainData, cameras_follow_the_size_of_the_photographs) {
+  options_.resolution_scale = 2;
+  const DataSet data = read();
+  const Camera full = test::front_camera(40, 30);
+  for (const PhotographView& view : data.training) {
+    EXPECT_EQ(view.camera.width, 20);
+    EXPECT_EQ(view.camera.height, 15);
+    EXPECT_EQ(view.rgb.size(), 20u * 15 * 3);
+    EXPECT_DOUBLE_EQ(view.camera.focal_px.x, full.focal_px.x / 2);
+    EXPECT_DOUBLE_EQ(view.camera.center_px.y, 7);  // the middle stays the middle
+  }
+}
+
+TEST_F(TrainData, scaled_cameras_see_the_same_rays) {
+  Camera camera = test::front_camera(41, 31);
+  camera.center_px = {3, 25};
+  const Camera half = scaled(camera, 20, 16);
+  // The image's corners, in pixels from the corner, have the same slopes.
+  for (const double side : {0.0, 1.0}) {
+    EXPECT_NEAR((side * 41 - 0.5 - camera.center_px.x) / camera.focal_px.x,
+                (side * 20 - 0.5 - half.center_px.x) / half.focal_px.x, 1e-12);
+    EXPECT_NEAR((side * 31 - 0.5 - camera.center_px.y) / camera.focal_px.y,
+                (side * 16 - 0.5 - half.center_px.y) / half.focal_px.y, 1e-12);
+  }
+}
+
+TEST_F(TrainData, wide_photographs_are_reduced_unless_a_scale_is_given) {
+  for (int i = 0; i < 10; ++i)
+    write_photograph(std::string(1, static_cast<char>('a' + i)), 2000, 1500, 0.5f);
+  options_.holdout = 9;
+  EXPECT_EQ(read().test[0].camera.width, 1600);
+  EXPECT_EQ(read().test[0].camera.height, 1200);
+  options_.resolution_scale = 1;
+  EXPECT_EQ(read().test[0].camera.width, 2000);
+}
+
+TEST_F(TrainData, transparent_photographs_are_blended_over_the_background) {
+  Image image(40, 30, 4);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      image.at(x, y, 0) = 1;
+      image.at(x, y, 3) = 0.25f;
+    }
+  }
+  std::filesystem::remove(folder_ / "images/a.pfm");
+  write_image(image, folder_ / "images/a.png");
+  options_.background = {0, 0, 1};
+  const DataSet data = read();
+  EXPECT_THAT(std::vector(data.test[0].rgb.begin(), data.test[0].rgb.begin() + 3),
+              ElementsAre(64, 0, 191));
+}
+
+TEST_F(TrainData, extent_is_a_tenth_more_than_the_largest_distance_from_the_middle) {
+  options_.holdout = 0;  // at x = 0, -2, -3, ..., -9
+  const double mean = -44.0 / 9;
+  EXPECT_NEAR(read().extent(), -1.1 * mean, 1e-9);
+  EXPECT_EQ(extent_of({test::front_camera(4, 4)}), 1) << "a single camera";
+}
+
+TEST_F(TrainData, bad_data_is_refused_with_the_name_of_the_file) {
+  write_photograph("c", 40, 40, 0.5f);
+  EXPECT_EQ(error(),
+            "images/c.pfm: 40 x 40 pixels do not have the aspect ratio of its camera, 40 x 30");
+  write_photograph("c", 40, 30, NAN);
+  EXPECT_EQ(error(), "images/c.pfm: holds values that are not finite numbers");
+  std::ofstream(folder_ / "images/c.pfm") << "PF\n0 0\n-1\n";
+  EXPECT_THAT(error(), HasSubstr("images/c.pfm: "));
+  options_.images = "photos";
+  EXPECT_EQ(error(), "photos: not a folder of photographs");
+  std::filesystem::create_directories(folder_ / "photos");
+  EXPECT_EQ(error(), "photos: holds no photograph named like one of the 10 cameras of " +
+                         folder_.path().string() + ": name the folder with --images");
+  options_.images = "images";
+  std::filesystem::remove(folder_ / "images/c.pfm");
+  options_.holdout = 1;
+  EXPECT_EQ(error(),
+            "images: all 8 photographs are test views: use --holdout 0 to train from them");
+  options_.data = folder_ / "nothing";
+  EXPECT_EQ(error(), "nothing: cannot be read: no such file");
+}
+
+TEST_F(TrainData, fingerprint_notices_another_pixel_or_camera) {
+  const std::string before = read().fingerprint();
+  EXPECT_EQ(read().fingerprint(), before);
+  write_photograph("d", 40, 30, 0.31f);
+  EXPECT_NE(read().fingerprint(), before);
+}
+
+}  // namespace
+}  // namespace qs::train

@@ -90,6 +90,19 @@ TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
   expect_same(second.model(), whole.model());
 }
 
+TEST_P(TrainStrategy, all_lossless_culling_modes_give_the_same_bits) {
+  constexpr int kEnd = 605;
+  std::optional<ModelState> expected;
+  for (const char* mode : {"adr", "exact"}) {
+    TrainSettings with_mode = settings();
+    with_mode.mode = find_culler(mode);
+    Trainer trainer = perturbed_trainer(with_mode);
+    while (trainer.model().iteration < kEnd) trainer.step();
+    if (!expected) expected = trainer.model();
+    expect_same(trainer.model(), *expected);
+  }
+}
+
 TEST_P(TrainStrategy, another_seed_gives_another_model) {
   TrainSettings other = settings();
   other.seed = 4;

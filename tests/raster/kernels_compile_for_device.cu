@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "raster/kernel/activation.h"
+#include "raster/kernel/adam.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/footprint.h"
@@ -12,6 +13,7 @@
 #include "raster/kernel/gradient/pixel.h"
 #include "raster/kernel/gradient/project.h"
 #include "raster/kernel/gradient/sh.h"
+#include "raster/kernel/random.h"
 #include "raster/kernel/sh.h"
 
 namespace qs {
@@ -52,6 +54,11 @@ __global__ void use_gradients(View<Real> view, const typename PixelMath<Real>::S
                      3, points[3], [&](int i) { return points[i]; }, d_color,
                      [&](int i, const glm::vec<3, Real>& gradient) { sh[i] = gradient; }));
   sums->opacity = opacity_gradient(opacity_of(splats[0].opacity), sums->opacity);
+}
+
+__global__ void use_optimizer(AdamStep step, float* values) {
+  adam(step, 0.1f, values[0], values[1], values[2], values[3]);
+  values[4] = static_cast<float>(Random::of(1, RandomUse::noise, 2).normal3(threadIdx.x).x);
 }
 
 template __global__ void use_gradients<float>(View<float>, const Splat*, const glm::vec3*,

@@ -162,12 +162,13 @@ TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) 
 
 TEST(TrainFrame, every_lossless_mode_gives_the_same_gradients) {
   const Parameters<float> scene = small_scene<float>(200, 7);
-  const auto expected = groups_of(gradients_of(scene, settings_of(find_culler("adr"), false)).by);
+  const Gradients<float> expected = gradients_of(scene, settings_of(find_culler("adr"), false));
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some of the others' pixels.
     if (!row_of(mode).lossless) continue;
-    EXPECT_EQ(groups_of(gradients_of(scene, settings_of(mode, false)).by), expected)
-        << mode_name(mode);
+    const Gradients<float> gradients = gradients_of(scene, settings_of(mode, false));
+    EXPECT_EQ(groups_of(gradients.by), groups_of(expected.by)) << mode_name(mode);
+    EXPECT_EQ(gradients.visible, expected.visible) << mode_name(mode);
   }
 }
 

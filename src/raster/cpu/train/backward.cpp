@@ -124,7 +124,6 @@ void gaussian_gradient(const StepView& step, const View<Real>& view, int degree,
                   [d_sh](int k, const Vec3& gradient) { d_sh[k] = gradient; });
   gradients.by.means[i] = d_mean + direction_gradient(offset, d_direction);
   gradients.mean_px[i] = splat.mean_px;
-  gradients.visible[i] = 1;
 }
 
 }  // namespace
@@ -145,6 +144,7 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
   order_by_slot(frame, scratch);
 
   gradients.reset(parameters);
+  gradients.visible = frame.in_view;
   const auto kernel_view = make_view<Real>(view.camera);
   const int degree = std::min(view.settings.sh_degree, parameters.sh_degree);
   const VisibleSlots& visible = frame.visible;

@@ -47,6 +47,7 @@ void project_all(const StepView& step, const FrameContext& context,
   visible.footprints.resize(visible.slots());
   frame.splats.resize(visible.slots());
   frame.areas.resize(visible.slots());
+  frame.in_view.assign(parameters.size(), 0);
   const auto rounded_view = make_view<float>(step.camera);
   const auto view = make_view<Real>(step.camera);
   const FootprintRules rules = context.rules();
@@ -66,6 +67,7 @@ void project_all(const StepView& step, const FrameContext& context,
           if (!project(rounded_view, rules, activate(glm::vec3(mean), sigma, opacity).gaussian,
                        projected))
             continue;
+          frame.in_view[i] = count_tiles<Square>(projected.footprint, context.grid) > 0;
           if (count_tiles<P>(projected.footprint, context.grid) == 0) continue;
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
           const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),

@@ -75,9 +75,10 @@ template <class Real>
 struct ForwardFrame {
   using Splat = typename PixelMath<Real>::Splat;
 
-  VisibleSlots visible;
-  std::vector<Splat> splats;     ///< per slot
-  std::vector<PixelArea> areas;  ///< per slot
+  VisibleSlots visible;               ///< listed in a tile by the culling mode
+  std::vector<std::uint8_t> in_view;  ///< per Gaussian, see Gradients::visible
+  std::vector<Splat> splats;          ///< per slot
+  std::vector<PixelArea> areas;       ///< per slot
   DepthOrder order;
   TileLists lists;
 

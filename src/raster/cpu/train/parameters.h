@@ -56,15 +56,16 @@ template <class Real>
 struct Gradients {
   Parameters<Real> by;
   std::vector<glm::vec<2, Real>> mean_px;  ///< by the means on the image
-  std::vector<std::uint8_t> visible;       ///< 1 if the frame lists the Gaussian in a tile
+  /// 1 for Gaussians in the view: their square of 3 standard deviations, which the published code
+  /// lists, meets the image. It does not depend on the culling mode.
+  std::vector<std::uint8_t> visible;
 
-  /// Sets everything to 0 for Gaussians like those of `parameters`.
+  /// Sets all derivatives to 0 for Gaussians like those of `parameters`.
   void reset(const Parameters<Real>& parameters) {
     by = {};
     by.sh_degree = parameters.sh_degree;
     by.resize(parameters.size());
     mean_px.assign(parameters.size(), glm::vec<2, Real>(0));
-    visible.assign(parameters.size(), 0);
   }
 };
 

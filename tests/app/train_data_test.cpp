@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "app/train/data_set.h"
+#include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "support/error_of.h"
 #include "support/pool.h"
@@ -64,7 +65,7 @@ TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
   EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
   EXPECT_NEAR(data.training[1].target()[7].y, 0.3, 0.002);
   EXPECT_EQ(data.cameras().size(), 9u);
-  EXPECT_EQ(data.cameras()[1].name, "c");
+  EXPECT_EQ(data.cameras()[1].camera.name, "c");
   options_.holdout = 0;
   EXPECT_TRUE(read().test.empty());
   EXPECT_EQ(read().training.size(), 9u);
@@ -86,7 +87,7 @@ TEST_F(TrainData, cameras_follow_the_size_of_the_photographs) {
 TEST_F(TrainData, scaled_cameras_see_the_same_rays) {
   Camera camera = test::front_camera(41, 31);
   camera.center_px = {3, 25};
-  const Camera half = scaled(camera, 20, 16);
+  const Camera half = LensCamera{camera, {}}.scaled(20, 16).camera;
   // The image's corners, in pixels from the corner, have the same slopes.
   for (const double side : {0.0, 1.0}) {
     EXPECT_NEAR((side * 41 - 0.5 - camera.center_px.x) / camera.focal_px.x,
@@ -120,6 +121,33 @@ TEST_F(TrainData, transparent_photographs_are_blended_over_the_background) {
   const DataSet data = read();
   EXPECT_THAT(std::vector(data.test[0].rgb.begin(), data.test[0].rgb.begin() + 3),
               ElementsAre(64, 0, 191));
+}
+
+TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
+  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}};
+  camera = undistorted_camera(camera.camera, *camera.lens, "test");
+  camera.camera.name = "a";
+  std::ofstream(folder_ / "cameras.json") << format_cameras({camera});
+  Image ramp(40, 30, 3);  // the value is the column, so it shows where a pixel comes from
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int c = 0; c < 3; ++c) ramp.at(x, y, c) = static_cast<float>(5 * x) / 255;
+    }
+  }
+  write_image(ramp, folder_ / "images/a.pfm");
+  options_.holdout = 0;
+  const PhotographView view = read().training.front();
+  for (const auto& [x, y] : {std::pair{20, 14}, {3, 4}, {36, 27}}) {
+    const glm::dvec2 slope = (glm::dvec2(x, y) - camera.camera.center_px) / camera.camera.focal_px;
+    const double column = 35 * camera.lens->distort(slope).x + 20;
+    EXPECT_NEAR(view.rgb[static_cast<std::size_t>(3 * (40 * y + x))], 5 * column, 0.51);
+  }
+  EXPECT_EQ(view.camera.focal_px, camera.camera.focal_px);
+  options_.resolution_scale = 2;
+  const PhotographView half = read().training.front();
+  ASSERT_TRUE(half.lens);
+  EXPECT_DOUBLE_EQ(half.lens->focal_px.x, 17.5);
+  EXPECT_DOUBLE_EQ(half.lens->center_px.x, 9.75);
 }
 
 TEST_F(TrainData, extent_is_a_tenth_more_than_the_largest_distance_from_the_middle) {

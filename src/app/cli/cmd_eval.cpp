@@ -35,6 +35,7 @@ struct EvalCommand {
 // A camera and its photograph.
 struct View {
   Camera camera;
+  LensCamera taken;  ///< as in the cameras file
   std::filesystem::path photograph;
 };
 
@@ -55,17 +56,18 @@ Views choose_views(const EvalCommand& command) {
     fail("{}: no cameras were found beside it: name their file with --cameras",
          command.frame.scene.string());
   }
-  std::vector<Camera> cameras = read_cameras(*file);
-  std::stable_sort(cameras.begin(), cameras.end(),
-                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  std::vector<LensCamera> cameras = read_lens_cameras(*file);
+  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
+    return a.camera.name < b.camera.name;
+  });
   const Photographs photographs(command.images);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
   Views views{*file, {}, 0};
   for (std::size_t i = 0; i < cameras.size(); i += step) {
-    Camera camera = cameras[i];
+    Camera camera = cameras[i].camera;
     if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
-      views.list.push_back({camera, *photograph});
+      views.list.push_back({camera, cameras[i], *photograph});
     } else {
       ++views.skipped;
     }
@@ -124,7 +126,7 @@ class Run {
 
   void one_view(const View& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
-                                             command_.images_scale, *session_.pool);
+                                             command_.images_scale, *session_.pool, view.taken);
     require_same_shape(photograph, view.photograph, view.camera);
     save(photograph, view, "photograph");
     for (const CullMode mode : command_.frame.modes) {

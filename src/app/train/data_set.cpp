@@ -19,6 +19,8 @@ constexpr int kMostWidth = 1600;
 
 int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
 
+bool by_name(const LensCamera& a, const LensCamera& b) { return a.camera.name < b.camera.name; }
+
 // A photograph at the resolution of training.
 Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& pool) {
   const int width = photograph.width, height = photograph.height;
@@ -29,15 +31,16 @@ Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& poo
                       std::max(1, static_cast<int>(std::lround(height * factor))), pool);
 }
 
-PhotographView read_view(const Camera& camera, const std::filesystem::path& file,
+PhotographView read_view(const LensCamera& taken, const std::filesystem::path& file,
                          const DataOptions& options, ThreadPool& pool) {
-  const Image photograph = read_photograph(file, options.background, 1, pool);
-  require_same_shape(photograph, file, camera);
+  const Image photograph = read_photograph(file, options.background, 1, pool, taken);
+  require_same_shape(photograph, file, taken.camera);
   for (const float value : photograph.values) {
     if (!std::isfinite(value)) fail("{}: holds values that are not finite numbers", file.string());
   }
   const Image image = reduced(photograph, options.resolution_scale, pool);
-  PhotographView view{scaled(camera, image.width, image.height), file, {}};
+  const LensCamera camera = taken.scaled(image.width, image.height);
+  PhotographView view{camera.camera, camera.lens, file, {}};
   view.rgb.resize(image.values.size());
   std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
   return view;
@@ -66,13 +69,12 @@ Image PhotographView::image() const {
   return image;
 }
 
-std::vector<Camera> DataSet::cameras() const {
-  std::vector<Camera> all;
+std::vector<LensCamera> DataSet::cameras() const {
+  std::vector<LensCamera> all;
   for (const auto* views : {&training, &test}) {
-    for (const PhotographView& view : *views) all.push_back(view.camera);
+    for (const PhotographView& view : *views) all.push_back({view.camera, view.lens});
   }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  std::stable_sort(all.begin(), all.end(), by_name);
   return all;
 }
 
@@ -99,16 +101,15 @@ double DataSet::extent() const {
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
-  std::vector<Camera> cameras = read_cameras(options.data);
-  std::stable_sort(cameras.begin(), cameras.end(),
-                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  std::vector<LensCamera> cameras = read_lens_cameras(options.data);
+  std::stable_sort(cameras.begin(), cameras.end(), by_name);
   DataSet set;
   set.folder = options.data;
   set.photographs = photographs_of(options);
   const Photographs photographs(set.photographs);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
-    const auto file = photographs.find(cameras[i].name);
+    const auto file = photographs.find(cameras[i].camera.name);
     if (!file) {
       ++set.skipped;
       continue;
@@ -130,17 +131,6 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   }
   if (const auto points = find_points_file(options.data)) set.points = read_points(*points);
   return set;
-}
-
-Camera scaled(const Camera& camera, int width, int height) {
-  Camera result = camera;
-  const glm::dvec2 factor(static_cast<double>(width) / camera.width,
-                          static_cast<double>(height) / camera.height);
-  result.focal_px = camera.focal_px * factor;
-  result.center_px = (camera.center_px + 0.5) * factor - 0.5;  // scaled from the pixel corner
-  result.width = width;
-  result.height = height;
-  return result;
 }
 
 double extent_of(const std::vector<Camera>& cameras) {

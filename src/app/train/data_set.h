@@ -12,6 +12,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "io/camera/lens.h"
 #include "io/camera/points.h"
 #include "raster/base/parallel.h"
 #include "raster/base/progress.h"
@@ -29,7 +30,8 @@ struct DataOptions {
 };
 
 struct PhotographView {
-  Camera camera;  ///< of the photograph's size
+  Camera camera;             ///< of the size of training, undistorted
+  std::optional<Lens> lens;  ///< of the photograph as it was taken, in this size
   std::filesystem::path file;
   std::vector<std::uint8_t> rgb;  ///< row by row
 
@@ -43,7 +45,7 @@ struct DataSet {
   std::vector<ScenePoint> points;              ///< empty if the data set has none
   std::size_t skipped = 0;                     ///< cameras without a photograph
 
-  std::vector<Camera> cameras() const;  ///< of all views, by name
+  std::vector<LensCamera> cameras() const;  ///< of all views, by name
 
   /// 1.1 times the largest distance of a training camera from their mean.
   double extent() const;
@@ -54,9 +56,6 @@ struct DataSet {
 
 /// Throws Error(input) naming the file, and Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
-
-/// The same view in another resolution: each axis is scaled by its own factor.
-Camera scaled(const Camera& camera, int width, int height);
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.
 double extent_of(const std::vector<Camera>& cameras);

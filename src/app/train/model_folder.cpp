@@ -21,13 +21,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string cameras_text(const DataSet& data) {
-  std::string text;
-  for (const Camera& camera : data.cameras())
-    text += (text.empty() ? "[\n" : ",\n") + format_camera(camera);
-  return text + "\n]\n";
-}
-
 // The published trainer's arguments, as Python prints them.
 std::string cfg_args(const std::filesystem::path& folder, const TrainSettings& settings,
                      const DataSet& data) {
@@ -101,7 +94,7 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data) {
   make_folder(folder);
-  write_stats(folder / "cameras.json", cameras_text(data));
+  write_stats(folder / "cameras.json", format_cameras(data.cameras()));
   write_stats(folder / "cfg_args", cfg_args(folder, settings, data));
   write_points(data.points, folder / "input.ply");
 }

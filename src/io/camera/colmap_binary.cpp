@@ -87,12 +87,12 @@ bool recognises_colmap_binary(const std::filesystem::path& file, std::string_vie
   return file.filename() == "images.bin" || file.filename() == "cameras.bin";
 }
 
-std::vector<Camera> read_colmap_binary(const std::filesystem::path& file) {
+std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for_each_record(
       file.parent_path() / "cameras.bin", "camera",
       [&](ByteCursor& cursor, const std::string& where) { read_lens(cursor, where, lenses); });
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   for_each_record(file.parent_path() / "images.bin", "image",
                   [&](ByteCursor& cursor, const std::string& where) {
                     const ColmapImage image = read_image_record(cursor, where);

@@ -128,13 +128,13 @@ bool recognises_colmap_text(const std::filesystem::path& file, std::string_view)
   return file.filename() == "images.txt" || file.filename() == "cameras.txt";
 }
 
-std::vector<Camera> read_colmap_text(const std::filesystem::path& file) {
+std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (!line.empty() && !line.is_comment()) read_lens(line, lenses);
   }
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;

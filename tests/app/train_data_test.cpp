@@ -63,7 +63,7 @@ TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
   EXPECT_THAT(names(data.training), ElementsAre("c", "d", "e", "g", "h", "i"));
   EXPECT_EQ(data.skipped, 1u);
   EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
-  EXPECT_NEAR(data.training[1].target()[7].y, 0.3, 0.002);
+  EXPECT_NEAR(data.training[1].target({})[7].y, 0.3, 0.002);
   EXPECT_EQ(data.cameras().size(), 9u);
   EXPECT_EQ(data.cameras()[1].camera.name, "c");
   options_.holdout = 0;
@@ -87,7 +87,7 @@ TEST_F(TrainData, cameras_follow_the_size_of_the_photographs) {
 TEST_F(TrainData, scaled_cameras_see_the_same_rays) {
   Camera camera = test::front_camera(41, 31);
   camera.center_px = {3, 25};
-  const Camera half = LensCamera{camera, {}}.scaled(20, 16).camera;
+  const Camera half = LensCamera{camera, {}, {}}.scaled(20, 16).camera;
   // The image's corners, in pixels from the corner, have the same slopes.
   for (const double side : {0.0, 1.0}) {
     EXPECT_NEAR((side * 41 - 0.5 - camera.center_px.x) / camera.focal_px.x,
@@ -123,8 +123,51 @@ TEST_F(TrainData, transparent_photographs_are_blended_over_the_background) {
               ElementsAre(64, 0, 191));
 }
 
+TEST_F(TrainData, alpha_can_be_kept_to_blend_over_another_background_in_every_iteration) {
+  Image image(40, 30, 4);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      image.at(x, y, 1) = 0.6f;
+      image.at(x, y, 3) = x < 20 ? 1.0f : 0.2f;
+    }
+  }
+  std::filesystem::remove(folder_ / "images/c.pfm");
+  write_image(image, folder_ / "images/c.png");
+  options_.keep_alpha = true;
+  const DataSet data = read();
+  EXPECT_TRUE(data.training[1].alpha.empty()) << "an opaque photograph";
+  const auto target = data.training[0].target({1, 0.5f, 0});
+  EXPECT_NEAR(target[3].x, 0, 0.003);
+  EXPECT_NEAR(target[3].y, 0.6, 0.003);
+  EXPECT_NEAR(target[33].x, 0.8, 0.003);
+  EXPECT_NEAR(target[33].y, 0.2 * 0.6 + 0.8 * 0.5, 0.003);
+}
+
+TEST_F(TrainData, blender_s_files_name_training_and_test_views) {
+  std::filesystem::remove_all(folder_ / "images");
+  std::filesystem::remove(folder_ / "cameras.json");
+  for (const std::string set : {"train", "test"}) {
+    std::filesystem::create_directories(folder_ / set);
+    std::ofstream file(folder_ / ("transforms_" + set + ".json"));
+    file << R"({"camera_angle_x": 0.7, "frames": [)";
+    for (int i = 0; i < 2; ++i) {
+      Image image(20, 20, 3);
+      std::fill(image.values.begin(), image.values.end(), set == "train" ? 0.2f : 0.8f);
+      write_image(image, folder_ / set / ("r_" + std::to_string(i) + ".png"));
+      file << (i > 0 ? "," : "") << R"({"file_path": "./)" << set << "/r_" << i
+           << R"(", "transform_matrix": [[1,0,0,)" << i << R"(],[0,1,0,0],[0,0,1,4],[0,0,0,1]]})";
+    }
+    file << "]}";
+  }
+  const DataSet data = read();
+  EXPECT_THAT(names(data.training), ElementsAre("train/r_0", "train/r_1"));
+  EXPECT_THAT(names(data.test), ElementsAre("test/r_0", "test/r_1"));
+  EXPECT_EQ(data.training[1].rgb[0], 51);
+  EXPECT_EQ(data.test[1].rgb[0], 204);
+}
+
 TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
-  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}};
+  LensCamera camera{test::front_camera(40, 30), Lens{{35, 35}, {20, 14}, -0.1, 0.05, 0, 0}, {}};
   camera = undistorted_camera(camera.camera, *camera.lens, "test");
   camera.camera.name = "a";
   std::ofstream(folder_ / "cameras.json") << format_cameras({camera});

@@ -107,6 +107,15 @@ TEST(TrainStart, random_points_fill_the_enlarged_box_of_the_cameras) {
                 std::max(1.5 * size[k], data.extent()) + 1e-9);
   }
   EXPECT_LT(glm::distance(mean, middle), 0.3);
+
+  DataSet blender = data;
+  blender.blender = true;
+  double largest = 0;
+  for (const ScenePoint& point : random_points(blender, 5000, 1)) {
+    for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(point.position[k]));
+  }
+  EXPECT_LE(largest, 1.3);
+  EXPECT_GT(largest, 1.29);
 }
 
 // ---- strategies

@@ -51,6 +51,7 @@ int run(TrainCommand& command, Arguments arguments) {
   command.settings.max_gaussians = static_cast<std::size_t>(command.max_gaussians);
   command.settings.random_points = static_cast<std::size_t>(command.random_points);
   command.data.background = command.settings.background;
+  command.data.keep_alpha = command.settings.random_background;
   ThreadPool pool(command.threads);
   const train::DataSet data = read_data(command, pool);
   if (command.init && !command.run.resume)

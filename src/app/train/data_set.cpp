@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/session/photographs.h"
+#include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -31,19 +32,61 @@ Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& poo
                       std::max(1, static_cast<int>(std::lround(height * factor))), pool);
 }
 
-PhotographView read_view(const LensCamera& taken, const std::filesystem::path& file,
-                         const DataOptions& options, ThreadPool& pool) {
-  const Image photograph = read_photograph(file, options.background, 1, pool, taken);
+Image read_reduced(const LensCamera& taken, const std::filesystem::path& file, glm::vec3 background,
+                   const DataOptions& options, ThreadPool& pool) {
+  const Image photograph = read_photograph(file, background, 1, pool, taken);
   require_same_shape(photograph, file, taken.camera);
   for (const float value : photograph.values) {
     if (!std::isfinite(value)) fail("{}: holds values that are not finite numbers", file.string());
   }
-  const Image image = reduced(photograph, options.resolution_scale, pool);
+  return reduced(photograph, options.resolution_scale, pool);
+}
+
+PhotographView read_view(const LensCamera& taken, const std::filesystem::path& file,
+                         const DataOptions& options, ThreadPool& pool) {
+  const glm::vec3 background = options.keep_alpha ? glm::vec3(0) : options.background;
+  const Image image = read_reduced(taken, file, background, options, pool);
   const LensCamera camera = taken.scaled(image.width, image.height);
-  PhotographView view{camera.camera, camera.lens, file, {}};
+  PhotographView view{camera.camera, camera.lens, file, {}, {}};
   view.rgb.resize(image.values.size());
   std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
+  if (!options.keep_alpha) return view;
+  // Over white a pixel is brighter by 1 - alpha.
+  const Image white = read_reduced(taken, file, glm::vec3(1), options, pool);
+  for (std::size_t i = 0; i < image.values.size(); i += 3)
+    view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
+  if (std::all_of(view.alpha.begin(), view.alpha.end(), [](auto alpha) { return alpha == 255; }))
+    view.alpha.clear();
   return view;
+}
+
+// The cameras of a file of Blender's data sets.
+std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
+  std::vector<LensCamera> cameras = read_lens_cameras(file);
+  for (LensCamera& camera : cameras)
+    camera.camera.name = photograph_name(camera.photograph.generic_string());
+  return cameras;
+}
+
+// All cameras by name. Set: the number of training views, which then come first.
+std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std::size_t>& first) {
+  const auto train = options.data / "transforms_train.json";
+  const auto test = options.data / "transforms_test.json";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(train, error)) {
+    std::vector<LensCamera> cameras = read_lens_cameras(options.data);
+    std::stable_sort(cameras.begin(), cameras.end(), by_name);
+    return cameras;
+  }
+  std::vector<LensCamera> cameras = blender_cameras(train);
+  std::stable_sort(cameras.begin(), cameras.end(), by_name);
+  first = cameras.size();
+  if (std::filesystem::is_regular_file(test, error)) {
+    std::vector<LensCamera> more = blender_cameras(test);
+    std::stable_sort(more.begin(), more.end(), by_name);
+    cameras.insert(cameras.end(), more.begin(), more.end());
+  }
+  return cameras;
 }
 
 std::filesystem::path photographs_of(const DataOptions& options) {
@@ -55,10 +98,12 @@ std::filesystem::path photographs_of(const DataOptions& options) {
 
 }  // namespace
 
-std::vector<glm::vec3> PhotographView::target() const {
+std::vector<glm::vec3> PhotographView::target(glm::vec3 background) const {
   std::vector<glm::vec3> pixels(rgb.size() / 3);
   for (std::size_t i = 0; i < rgb.size(); ++i)
     pixels[i / 3][static_cast<int>(i % 3)] = static_cast<float>(rgb[i]) / 255;
+  for (std::size_t i = 0; i < alpha.size(); ++i)
+    pixels[i] += background * (1 - static_cast<float>(alpha[i]) / 255);
   return pixels;
 }
 
@@ -72,7 +117,7 @@ Image PhotographView::image() const {
 std::vector<LensCamera> DataSet::cameras() const {
   std::vector<LensCamera> all;
   for (const auto* views : {&training, &test}) {
-    for (const PhotographView& view : *views) all.push_back({view.camera, view.lens});
+    for (const PhotographView& view : *views) all.push_back({view.camera, view.lens, {}});
   }
   std::stable_sort(all.begin(), all.end(), by_name);
   return all;
@@ -89,6 +134,7 @@ std::string DataSet::fingerprint() const {
       const std::string camera = format_camera(view.camera);
       add(camera.data(), camera.size());
       add(view.rgb.data(), view.rgb.size());
+      add(view.alpha.data(), view.alpha.size());
     }
   }
   return fmt::format("{} training and {} test views, {:016x}", training.size(), test.size(), hash);
@@ -101,11 +147,12 @@ double DataSet::extent() const {
 }
 
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress) {
-  std::vector<LensCamera> cameras = read_lens_cameras(options.data);
-  std::stable_sort(cameras.begin(), cameras.end(), by_name);
+  std::optional<std::size_t> first_test;
+  const std::vector<LensCamera> cameras = cameras_of(options, first_test);
   DataSet set;
   set.folder = options.data;
   set.photographs = photographs_of(options);
+  set.blender = first_test.has_value();
   const Photographs photographs(set.photographs);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
@@ -116,7 +163,8 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     }
     const std::size_t number = set.training.size() + set.test.size();
     const bool test =
-        options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
+        first_test ? i >= *first_test
+                   : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
     (test ? set.test : set.training).push_back(read_view(cameras[i], *file, options, pool));
   }
   if (set.training.empty() && set.test.empty()) {

@@ -27,15 +27,18 @@ struct DataOptions {
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
+  bool keep_alpha = false;  ///< photographs are blended by target()
 };
 
 struct PhotographView {
   Camera camera;             ///< of the size of training, undistorted
   std::optional<Lens> lens;  ///< of the photograph as it was taken, in this size
   std::filesystem::path file;
-  std::vector<std::uint8_t> rgb;  ///< row by row
+  std::vector<std::uint8_t> rgb;    ///< row by row, over the background of DataOptions
+  std::vector<std::uint8_t> alpha;  ///< per pixel; empty: opaque, or DataOptions::keep_alpha is off
 
-  std::vector<glm::vec3> target() const;  ///< per pixel, 0..1
+  /// Per pixel, 0..1. With alpha, `rgb` is over black and `background` is added.
+  std::vector<glm::vec3> target(glm::vec3 background) const;
   Image image() const;
 };
 
@@ -44,6 +47,7 @@ struct DataSet {
   std::vector<PhotographView> training, test;  ///< by name
   std::vector<ScenePoint> points;              ///< empty if the data set has none
   std::size_t skipped = 0;                     ///< cameras without a photograph
+  bool blender = false;                        ///< has transforms_train.json
 
   std::vector<LensCamera> cameras() const;  ///< of all views, by name
 
@@ -54,7 +58,9 @@ struct DataSet {
   std::string fingerprint() const;
 };
 
-/// Throws Error(input) naming the file, and Cancelled.
+/// Blender's data sets have transforms_train.json and transforms_test.json; then these are the
+/// training and the test views, and names begin with the photographs' folder: "train/r_0". Throws
+/// Error(input) naming the file, and Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.

@@ -36,9 +36,13 @@ std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, st
     low = glm::min(low, view.camera.position());
     high = glm::max(high, view.camera.position());
   }
-  const glm::dvec3 middle = 0.5 * (low + high);
+  glm::dvec3 middle = 0.5 * (low + high);
   // Cameras in a plane or a point still need a box with a volume.
-  const glm::dvec3 half = glm::max(1.5 * (high - low), glm::dvec3(data.extent()));
+  glm::dvec3 half = glm::max(1.5 * (high - low), glm::dvec3(data.extent()));
+  if (data.blender) {
+    middle = glm::dvec3(0);
+    half = glm::dvec3(1.3);
+  }
   const Random random = Random::of(seed, RandomUse::start, 0);
   std::vector<ScenePoint> points(count);
   for (std::size_t i = 0; i < count; ++i) {

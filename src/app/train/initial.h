@@ -21,7 +21,8 @@ struct InitialGaussians {
 cpu::train::Parameters<float> gaussians_at(const std::vector<ScenePoint>& points,
                                            const InitialGaussians& initial, ThreadPool& pool);
 
-/// `count` gray points, uniform in the cameras' bounding box enlarged 3 times around its middle.
+/// `count` gray points, uniform in the cameras' bounding box enlarged 3 times around its middle, or
+/// in the cube from -1.3 to 1.3 of Blender's data sets.
 std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, std::uint64_t seed);
 
 }  // namespace qs::train

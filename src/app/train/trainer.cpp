@@ -67,7 +67,7 @@ cpu::train::Loss Trainer::step() {
   }
   const cpu::train::StepView step{view.camera, render, pool_};
   forward(step, model_.parameters, frame_);
-  const std::vector<glm::vec3> target = view.target();
+  const std::vector<glm::vec3> target = view.target(render.background);
   const cpu::train::Loss loss = cpu::train::compare<float>(
       view.camera.width, view.camera.height, frame_.color, target, pool_, loss_, d_color_);
   cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);

@@ -100,7 +100,7 @@ std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
   std::vector<LensCamera> cameras;
   for (const json& object : file) {
     const std::string where = fmt::format("{}: camera {}", source, cameras.size());
-    cameras.push_back({parse_object(object, where), parse_lens(object, where)});
+    cameras.push_back({parse_object(object, where), parse_lens(object, where), {}});
   }
   return cameras;
 }
@@ -140,7 +140,7 @@ std::string format_camera(const Camera& camera) { return json_line(object_of(cam
 
 std::string format_cameras(const std::vector<LensCamera>& cameras) {
   std::string text;
-  for (const auto& [camera, lens] : cameras) {
+  for (const auto& [camera, lens, photograph] : cameras) {
     json object = object_of(camera);
     if (lens) {
       object["lens"] = {{"fx", lens->focal_px.x},

@@ -71,7 +71,7 @@ void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& 
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
   if (!(lens.focal_px.x > 0 && lens.focal_px.y > 0))
     fail("{}: the focal length is not above 0", where);
-  LensCamera camera{size, std::nullopt};
+  LensCamera camera{size, std::nullopt, {}};
   camera.camera.focal_px = lens.focal_px;
   camera.camera.center_px = lens.center_px;
   if (distorts) {

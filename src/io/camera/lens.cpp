@@ -93,7 +93,7 @@ LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::s
     const double middle = 0.5 * (low + high);
     (fills(at(middle), lens) ? high : low) = middle;
   }
-  return {at(high), lens};
+  return {at(high), lens, {}};
 }
 
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras) {

@@ -4,6 +4,7 @@
 // when it is read; from then on its camera is a pinhole camera.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,9 @@ struct Lens {
 struct LensCamera {
   Camera camera;             ///< of the undistorted photograph
   std::optional<Lens> lens;  ///< of the photograph as it was taken; unset: it does not distort
+  /// The photograph's path from the folder of the cameras file, as transforms.json has it: perhaps
+  /// without ending. Empty: only the name is known.
+  std::filesystem::path photograph = {};
 
   /// The same view in another resolution: each axis is scaled by its own factor.
   LensCamera scaled(int width, int height) const;

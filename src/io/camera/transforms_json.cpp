@@ -69,7 +69,7 @@ LensCamera with_lens(const Camera& camera, const FrameEntry& frame) {
     distorts = distorts || std::abs(*value) > kNoDistortion;
   }
   return distorts ? undistorted_camera(camera, lens, frame.frame.where)
-                  : LensCamera{camera, std::nullopt};
+                  : LensCamera{camera, std::nullopt, {}};
 }
 
 glm::dmat4x3 view_from_world(const JsonEntry& frame) {
@@ -144,6 +144,9 @@ std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) 
     if (frame.frame.has("file_path"))
       camera.name = photograph_name(photograph_of(frame.frame, path).filename().string());
     cameras.push_back(with_lens(camera, frame));
+    if (frame.frame.has("file_path"))
+      cameras.back().photograph =
+          std::filesystem::path(frame.frame.text("file_path")).lexically_normal();
   }
   return cameras;
 }

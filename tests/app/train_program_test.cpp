@@ -56,12 +56,16 @@ class TrainProgram : public testing::Test {
 
 TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
   std::vector<std::string> words = start(60);
-  words.insert(words.end(), {"--eval-every", "30"});
+  words.insert(words.end(), {"--eval-every", "30", "--keep-best"});
   const ProgramRun run = train("model", words);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("iteration 30: PSNR "));
   EXPECT_THAT(run.out, HasSubstr(" on 3 test views, 200 Gaussians, "));
   EXPECT_THAT(run.out, HasSubstr("point_cloud/iteration_60/point_cloud.ply: 200 Gaussians"));
+  const auto best = parse_json(bytes_of(model("model") / "train.json"), "test")["result"];
+  EXPECT_THAT(run.out, HasSubstr("best on the test views: iteration " +
+                                 best["best_iteration"].dump() + ", "));
+  EXPECT_FALSE(gaussians("model", best["best_iteration"].get<int>()).empty());
   EXPECT_EQ(read_cameras(model("model")).size(), 12u);
   EXPECT_THAT(bytes_of(model("model") / "cfg_args"), HasSubstr("white_background=False"));
   EXPECT_THAT(bytes_of(model("model") / "train.csv"),

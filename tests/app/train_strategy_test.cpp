@@ -5,11 +5,13 @@
 #include <set>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "app/train/initial.h"
 #include "app/train/nearest.h"
 #include "app/train/schedule.h"
 #include "app/train/strategy.h"
+#include "app/train/train_log.h"
 #include "app/training.h"
 #include "raster/kernel/activation.h"
 #include "support/error_of.h"

@@ -141,6 +141,9 @@ Action train_command(Options& options) {
   options.integer("--eval-every", "N", 1, 10'000'000, command->run.eval_every,
                   "measures PSNR and SSIM on the test views every N iterations (default: at the "
                   "end)");
+  options.flag("--keep-best", command->run.keep_best,
+               "also saves the Gaussians of the evaluation with the highest PSNR; --iteration N "
+               "opens them");
   options.integer("--save-every", "N", 1, 10'000'000, command->run.save_every,
                   "saves the model every N iterations (default: at the end)");
   options.integer("--threads", "N", 0, 1024, command->threads,

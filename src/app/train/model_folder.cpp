@@ -63,6 +63,7 @@ ordered_json result_json(const Checkpoint& checkpoint, const DataSet& data, int 
     result["test_psnr"] = json["test_psnr"];
     result["test_ssim"] = json["test_ssim"];
   }
+  if (const LogRow* best = best_row(checkpoint.log)) result["best_iteration"] = best->iteration;
   return {{"settings", settings_json(checkpoint.settings)},
           {"data",
            {{"folder", data.folder.string()},
@@ -99,14 +100,20 @@ void write_model_start(const std::filesystem::path& folder, const TrainSettings&
   write_points(data.points, folder / "input.ply");
 }
 
+std::filesystem::path write_gaussians(const std::filesystem::path& folder,
+                                      const TrainSettings& settings, const ModelState& model,
+                                      ThreadPool& pool) {
+  const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
+  make_folder(place);
+  const auto file = place / "point_cloud.ply";
+  write_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  return file;
+}
+
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const Checkpoint& checkpoint, const DataSet& data,
                                         ThreadPool& pool) {
-  const auto place =
-      folder / "point_cloud" / fmt::format("iteration_{}", checkpoint.model.iteration);
-  make_folder(place);
-  const auto file = place / "point_cloud.ply";
-  write_scene(to_cloud(checkpoint.model.parameters, checkpoint.settings.antialiased), file, pool);
+  const auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
   write_stats(folder / "train.json", json_file_text(result_json(checkpoint, data, pool.size())));
   write_checkpoint(checkpoint, checkpoint_path(folder));

@@ -18,6 +18,11 @@ namespace qs::train {
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data);
 
+/// Writes the Gaussians. Returns their path.
+std::filesystem::path write_gaussians(const std::filesystem::path& folder,
+                                      const TrainSettings& settings, const ModelState& model,
+                                      ThreadPool& pool);
+
 /// Writes the state: Gaussians, log and checkpoint. Returns the path of the Gaussians.
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const Checkpoint& checkpoint, const DataSet& data,

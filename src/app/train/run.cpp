@@ -89,6 +89,11 @@ class Run {
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.model().size()),
                grouped(static_cast<std::uint64_t>(trainer_.model().iteration)), log_.seconds);
+    const LogRow* const best = best_row(log_);
+    if (options_.keep_best && best != nullptr) {
+      fmt::print("best on the test views: iteration {}, {} dB\n",
+                 grouped(static_cast<std::uint64_t>(best->iteration)), decibels(best->test->psnr));
+    }
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
 
@@ -124,6 +129,8 @@ class Run {
                decibels(quality->psnr), quality->ssim, data_.test.size(),
                grouped(trainer_.model().size()), log_.seconds);
     std::fflush(stdout);
+    if (options_.keep_best && best_row(log_) == &log_.rows.back())
+      write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
   }
 
   std::filesystem::path save() const {

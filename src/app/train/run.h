@@ -16,8 +16,9 @@ namespace qs::train {
 
 struct RunOptions {
   std::filesystem::path out_dir;
-  int eval_every = 0;  ///< iterations; 0: only at the end
-  int save_every = 0;  ///< iterations; 0: only at the end
+  int eval_every = 0;      ///< iterations; 0: only at the end
+  int save_every = 0;      ///< iterations; 0: only at the end
+  bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
 };

@@ -24,6 +24,14 @@ void TrainLog::close_row(const ModelState& model, const std::optional<Quality>& 
   loss_count = 0;
 }
 
+const LogRow* best_row(const TrainLog& log) {
+  const LogRow* best = nullptr;
+  for (const LogRow& row : log.rows) {
+    if (row.test && (best == nullptr || row.test->psnr > best->test->psnr)) best = &row;
+  }
+  return best;
+}
+
 std::string format_train_csv(const TrainLog& log) {
   std::string text = "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n";
   for (const LogRow& row : log.rows) {

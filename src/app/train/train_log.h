@@ -32,6 +32,9 @@ struct TrainLog {
   void close_row(const ModelState& model, const std::optional<Quality>& test);
 };
 
+/// The row with the highest PSNR on the test views, the first of equal ones; nullptr without any.
+const LogRow* best_row(const TrainLog& log);
+
 /// "iteration,seconds,loss,gaussians,test_psnr,test_ssim" and the rows.
 std::string format_train_csv(const TrainLog& log);
 

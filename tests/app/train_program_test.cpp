@@ -73,6 +73,9 @@ TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
   const auto json = parse_json(bytes_of(model("model") / "train.json"), "test");
   EXPECT_EQ(json["settings"]["strategy"], "adc");
   EXPECT_EQ(json["result"]["iteration"], 60);
+  double seconds = 0;
+  for (const auto& stage : json["result"]["stage_seconds"]) seconds += stage.get<double>();
+  EXPECT_NEAR(seconds, json["result"]["seconds"].get<double>(), 1e-9);
 
   const ProgramRun eval =
       run_quadsplat({"eval", model("model").string(), "--images", (data() / "images").string(),

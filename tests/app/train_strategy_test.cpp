@@ -120,6 +120,29 @@ TEST(TrainStart, random_points_fill_the_enlarged_box_of_the_cameras) {
   EXPECT_GT(largest, 1.29);
 }
 
+TEST(TrainLog, finds_the_best_evaluation_and_survives_json) {
+  TrainLog log;
+  EXPECT_EQ(best_row(log), nullptr);
+  log.rows = {{100, 1, 0.5, 10, {}},
+              {200, 2, 0.4, 20, Quality{25, 0.8}},
+              {300, 3, 0.3, 30, Quality{26, 0.9}},
+              {400, 4.25, 1.0 / 3, 30, Quality{25.5, 0.91}}};
+  EXPECT_EQ(best_row(log)->iteration, 300);
+  log.loss_sum = 0.1;
+  log.loss_count = 3;
+  log.stage_seconds[2] = 7.25;
+  const TrainLog read = log_of(log_json(log));
+  EXPECT_EQ(format_train_csv(read), format_train_csv(log));
+  EXPECT_EQ(read.rows[3].loss, 1.0 / 3);
+  EXPECT_EQ(read.loss_sum, 0.1);
+  EXPECT_EQ(read.loss_count, 3);
+  EXPECT_EQ(read.stage_seconds, log.stage_seconds);
+  EXPECT_EQ(format_train_csv(log),
+            "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n"
+            "100,1.000,0.500000,10,,\n200,2.000,0.400000,20,25.0000,0.80000\n"
+            "300,3.000,0.300000,30,26.0000,0.90000\n400,4.250,0.333333,30,25.5000,0.91000\n");
+}
+
 // ---- strategies
 // ----------------------------------------------------------------------------------
 

@@ -55,10 +55,11 @@ ordered_json result_json(const Checkpoint& checkpoint, const DataSet& data, int 
   const Environment environment = read_environment();
   ordered_json result = {{"iteration", checkpoint.model.iteration},
                          {"gaussians", checkpoint.model.size()},
-                         {"seconds", checkpoint.log.seconds}};
+                         {"seconds", checkpoint.log.seconds},
+                         {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]}};
   for (const LogRow& row : checkpoint.log.rows) {
     if (!row.test) continue;
-    const ordered_json json = log_json({{row}, 0, 0, 0})["rows"][0];
+    const ordered_json json = log_json({.rows = {row}})["rows"][0];
     result["test_iteration"] = row.iteration;
     result["test_psnr"] = json["test_psnr"];
     result["test_ssim"] = json["test_ssim"];

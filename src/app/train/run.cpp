@@ -67,10 +67,9 @@ class Run {
     const Clock::time_point begin = Clock::now();
     try {
       while (trainer_.model().iteration < settings_.iterations && !QuitSignals::arrived()) {
-        const Clock::time_point step_begin = Clock::now();
-        const cpu::train::Loss loss = trainer_.step();
-        log_.seconds += seconds_since(step_begin);
-        log_.add(loss);
+        const StepResult step = trainer_.step();
+        const cpu::train::Loss& loss = step.loss;
+        log_.add(step);
         const int iteration = trainer_.model().iteration;
         bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s", loss.total,
                                 psnr_of(loss.squared_error), grouped(trainer_.model().size()),

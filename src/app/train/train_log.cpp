@@ -12,9 +12,13 @@ namespace qs::train {
 
 using nlohmann::ordered_json;
 
-void TrainLog::add(const cpu::train::Loss& loss) {
-  loss_sum += loss.total;
+void TrainLog::add(const StepResult& step) {
+  loss_sum += step.loss.total;
   ++loss_count;
+  for (std::size_t i = 0; i < stage_seconds.size(); ++i) {
+    stage_seconds[i] += step.seconds[i];
+    seconds += step.seconds[i];
+  }
 }
 
 void TrainLog::close_row(const ModelState& model, const std::optional<Quality>& test) {
@@ -57,7 +61,11 @@ ordered_json log_json(const TrainLog& log) {
     }
     rows.push_back(object);
   }
+  ordered_json stages;
+  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
+    stages[kTrainStages[i]] = log.stage_seconds[i];
   return {{"seconds", log.seconds},
+          {"stage_seconds", stages},
           {"loss_sum", log.loss_sum},
           {"loss_count", log.loss_count},
           {"rows", rows}};
@@ -68,6 +76,8 @@ TrainLog log_of(const ordered_json& json) {
   json_value(json.at("seconds"), log.seconds);
   json_value(json.at("loss_sum"), log.loss_sum);
   json_value(json.at("loss_count"), log.loss_count);
+  for (std::size_t i = 0; i < kTrainStages.size(); ++i)
+    json_value(json.at("stage_seconds").at(kTrainStages[i]), log.stage_seconds[i]);
   for (const ordered_json& object : json.at("rows")) {
     LogRow row;
     json_value(object.at("iteration"), row.iteration);

@@ -26,8 +26,10 @@ struct TrainLog {
   double seconds = 0;
   double loss_sum = 0;  ///< since the last row
   int loss_count = 0;
+  std::array<double, kTrainStages.size()> stage_seconds = {};
 
-  void add(const cpu::train::Loss& loss);
+  /// Also adds the step's time to `seconds`.
+  void add(const StepResult& step);
   /// Appends a row for the state and starts the next interval.
   void close_row(const ModelState& model, const std::optional<Quality>& test);
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/train/trainer.h"
 
+#include <chrono>
+#include <span>
 #include <utility>
 
 #include "app/train/initial.h"
@@ -16,6 +18,24 @@ Image image_of(const Camera& camera, const std::vector<glm::vec3>& pixels) {
   std::copy_n(&pixels[0][0], image.values.size(), image.values.begin());
   return image;
 }
+
+// Measures the stages one after another.
+class StageClock {
+ public:
+  explicit StageClock(std::span<double> seconds) : seconds_(seconds) {}
+
+  /// Ends a stage.
+  void next() {
+    const auto now = std::chrono::steady_clock::now();
+    seconds_[stage_++] = std::chrono::duration<double>(now - begin_).count();
+    begin_ = now;
+  }
+
+ private:
+  std::span<double> seconds_;
+  std::size_t stage_ = 0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 }  // namespace
 
@@ -49,11 +69,14 @@ RenderSettings Trainer::render_settings(int iteration) const {
   return render;
 }
 
-cpu::train::Loss Trainer::step() {
+StepResult Trainer::step() {
+  StepResult result;
+  StageClock clock(result.seconds);
   const int iteration = model_.iteration + 1;
   const cpu::train::Rates rates = rates_at(iteration, extent_, strategy_.opacity_rate);
   const ModelContext context{settings_, iteration, extent_, rates, pool_, model_};
   strategy_.prepare(context);
+  clock.next();
   if (model_.size() == 0) {
     fail("{}: no Gaussian is left in iteration {}: the photographs do not fit their cameras",
          data_.folder.string(), iteration);
@@ -67,14 +90,18 @@ cpu::train::Loss Trainer::step() {
   }
   const cpu::train::StepView step{view.camera, render, pool_};
   forward(step, model_.parameters, frame_);
+  clock.next();
   const std::vector<glm::vec3> target = view.target(render.background);
-  const cpu::train::Loss loss = cpu::train::compare<float>(
-      view.camera.width, view.camera.height, frame_.color, target, pool_, loss_, d_color_);
+  result.loss = cpu::train::compare<float>(view.camera.width, view.camera.height, frame_.color,
+                                           target, pool_, loss_, d_color_);
+  clock.next();
   cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);
 
+  clock.next();
   strategy_.step({context, view.camera.width, view.camera.height, gradients_});
+  clock.next();
   model_.iteration = iteration;
-  return loss;
+  return result;
 }
 
 std::optional<Quality> Trainer::test_quality() {

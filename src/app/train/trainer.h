@@ -4,6 +4,7 @@
 // settings and the data only, not on the number of threads.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "app/train/data_set.h"
@@ -15,6 +16,14 @@
 #include "raster/cpu/train/loss.h"
 
 namespace qs::train {
+
+/// The parts of an iteration: adding and removing Gaussians, the passes, and the optimizer's step.
+inline constexpr std::array kTrainStages = {"density", "forward", "loss", "backward", "optimizer"};
+
+struct StepResult {
+  cpu::train::Loss loss;                                 ///< before the step
+  std::array<double, kTrainStages.size()> seconds = {};  ///< by stage
+};
 
 /// Means over the test views.
 struct Quality {
@@ -29,8 +38,8 @@ class Trainer {
   /// `data` and `pool` must outlive the trainer. The model may be one that was saved.
   Trainer(const TrainSettings& settings, const DataSet& data, ModelState model, ThreadPool& pool);
 
-  /// One iteration. The loss is that before the step. Throws Error(input) when no Gaussian is left.
-  cpu::train::Loss step();
+  /// One iteration. Throws Error(input) when no Gaussian is left.
+  StepResult step();
 
   /// Unset without test views.
   std::optional<Quality> test_quality();

@@ -84,14 +84,7 @@ void share_sources(ModelState& model, const std::vector<std::uint32_t>& sources)
   for (std::size_t i = 0; i < copies.size(); ++i) {
     if (copies[i] == 1) continue;
     share(model.parameters, i, copies[i]);
-    for (Parameters* moments : {&model.adam.first, &model.adam.second}) {
-      cpu::train::for_each_array(
-          [i](std::size_t values, auto& array) {
-            using Value = typename std::decay_t<decltype(array)>::value_type;
-            for (std::size_t k = 0; k < values; ++k) array[i * values + k] = Value{} * 0.0f;
-          },
-          *moments);
-    }
+    model.clear_moments(i);
   }
 }
 

@@ -67,6 +67,17 @@ void ModelState::keep(const std::vector<std::uint32_t>& rows) {
   density.reset(size());
 }
 
+void ModelState::clear_moments(std::size_t i) {
+  for (Parameters* moments : {&adam.first, &adam.second}) {
+    cpu::train::for_each_array(
+        [i](std::size_t values, auto& array) {
+          using Value = typename std::decay_t<decltype(array)>::value_type;
+          std::fill_n(array.begin() + static_cast<std::ptrdiff_t>(i * values), values, Value{});
+        },
+        *moments);
+  }
+}
+
 void ModelState::duplicate(const std::vector<std::uint32_t>& rows) {
   for (Parameters* arrays : {&parameters, &adam.first, &adam.second})
     reserve_rows(*arrays, size() + rows.size());

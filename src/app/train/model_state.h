@@ -31,6 +31,9 @@ struct ModelState {
   /// Keeps the Gaussians `rows`, in this order, with their moments. Resets the statistics.
   void keep(const std::vector<std::uint32_t>& rows);
 
+  /// Sets Adam's moments of Gaussian i to 0.
+  void clear_moments(std::size_t i);
+
   /// Adds copies of the Gaussians `rows` with zero moments. Resets the statistics.
   void duplicate(const std::vector<std::uint32_t>& rows);
 };

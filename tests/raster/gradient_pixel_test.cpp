@@ -65,9 +65,10 @@ std::vector<Real> pixel_gradients(const std::vector<Real>& x, const glm::dvec3& 
   for (std::size_t i = 0; i < walk.parts.size(); ++i) {
     const auto& part = walk.parts[i];
     if (part.step != Step::blends) continue;
-    SplatGradient<Real> sum;
-    add_pixel_gradient<Real>(splat_of(x, i), kPixelX, kPixelY, part.alpha, part.in_front,
-                             walk.color - part.upto, glm::vec<3, Real>(d_pixel), sum);
+    PixelSums<Real> sums;
+    add_pixel<Real>(splat_of(x, i), kPixelX, kPixelY, part.alpha, part.in_front,
+                    walk.color - part.upto, glm::vec<3, Real>(d_pixel), sums);
+    const SplatGradient<Real> sum = splat_gradient<Real>(splat_of(x, i), sums);
     const Real values[] = {sum.mean_px.x, sum.mean_px.y, sum.conic.x, sum.conic.y, sum.conic.z,
                            sum.opacity,   sum.color.x,   sum.color.y, sum.color.z};
     std::copy(std::begin(values), std::end(values), &result[i * kSplatValues]);

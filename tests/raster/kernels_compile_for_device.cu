@@ -38,8 +38,9 @@ __global__ void use_gradients(View<Real> view, const typename PixelMath<Real>::S
                               SplatGradient<Real>* sums, glm::vec<3, Real>* sh) {
   Real transmittance = 1, alpha = 0;
   if (composite(splats[0], Real(1), Real(2), transmittance, alpha) != Step::blends) return;
-  add_pixel_gradient(splats[0], Real(1), Real(2), alpha, transmittance, points[0], points[1],
-                     *sums);
+  PixelSums<Real> pixels;
+  add_pixel<Real>(splats[0], 1, 2, alpha, transmittance, points[0], points[1], pixels);
+  *sums = splat_gradient<Real>(splats[0], pixels);
   const Covariance3<Real> sigma = covariance_of(points[2], unit_rotation(rotations[0]));
   const Covariance2<Real> before = project_covariance(view, points[0], sigma);
   const Covariance2<Real> after{before.xx + 1, before.xy, before.yy + 1};

@@ -22,7 +22,7 @@ namespace {
 template <class Real>
 void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
                     std::span<const glm::vec<3, Real>> d_color, std::size_t tile,
-                    std::vector<SplatGradient<Real>>& pairs) {
+                    std::vector<PixelSums<Real>>& pairs) {
   using Vec3 = glm::vec<3, Real>;
   constexpr auto kPixels = static_cast<std::size_t>(kTileSize * kTileSize);
   const TileBox box = TileBox::of(step, tile);
@@ -46,7 +46,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
   for (std::uint32_t entry = 0; entry < longest; ++entry) {
     const std::uint32_t slot = frame.lists.slots[first + entry];
     const auto& splat = frame.splats[slot];
-    SplatGradient<Real> sum;
+    PixelSums<Real> sums;
     box.for_each_pixel(frame.areas[slot], [&](int px, int py, int pixel) {
       const auto p = static_cast<std::size_t>(pixel);
       if (entry >= last[p]) return;
@@ -55,13 +55,13 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
       Real alpha = 0;
       if (composite(splat, x, y, transmittance[p], alpha) != Step::blends) return;
       to_come[p] -= alpha * in_front * splat.color;
-      add_pixel_gradient<Real>(splat, x, y, alpha, in_front, to_come[p], d_pixel[p], sum);
+      add_pixel<Real>(splat, x, y, alpha, in_front, to_come[p], d_pixel[p], sums);
     });
-    pairs[first + entry] = sum;
+    pairs[first + entry] = sums;
   }
   std::fill(pairs.begin() + static_cast<std::ptrdiff_t>(first + longest),
             pairs.begin() + static_cast<std::ptrdiff_t>(frame.lists.begin[tile + 1]),
-            SplatGradient<Real>{});
+            PixelSums<Real>{});
 }
 
 // Lists the pairs of every slot. Pairs are visited by tile, so each list is in the order of tiles.
@@ -151,11 +151,11 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
   for_chunks(visible.chunk_counts.size(), 1, [&](std::size_t chunk) {
     for (std::uint32_t k = 0; k < visible.chunk_counts[chunk]; ++k) {
       const std::size_t slot = chunk * VisibleSlots::kChunk + k;
-      SplatGradient<Real> sum;
+      PixelSums<Real> sums;
       for (std::uint64_t at = scratch.begin[slot]; at < scratch.begin[slot + 1]; ++at)
-        sum += scratch.pairs[scratch.order[at]];
-      gaussian_gradient(view, kernel_view, degree, parameters, visible.gaussians[slot], sum,
-                        gradients);
+        sums += scratch.pairs[scratch.order[at]];
+      gaussian_gradient(view, kernel_view, degree, parameters, visible.gaussians[slot],
+                        splat_gradient<Real>(frame.splats[slot], sums), gradients);
     }
   });
 }

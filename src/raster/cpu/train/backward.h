@@ -16,9 +16,9 @@ namespace qs::cpu::train {
 /// Memory of backward() that the next step uses again.
 template <class Real>
 struct BackwardScratch {
-  std::vector<SplatGradient<Real>> pairs;  ///< per pair, in the order of the tile lists
-  std::vector<std::uint64_t> begin;        ///< per slot: its first element of `order`; one more
-  std::vector<std::uint64_t> order;        ///< pairs by slot and tile
+  std::vector<PixelSums<Real>> pairs;  ///< per pair, in the order of the tile lists
+  std::vector<std::uint64_t> begin;    ///< per slot: its first element of `order`; one more
+  std::vector<std::uint64_t> order;    ///< pairs by slot and tile
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.

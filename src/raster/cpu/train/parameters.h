@@ -4,8 +4,10 @@
 // double to check gradients.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include <glm/gtc/quaternion.hpp>
@@ -62,9 +64,14 @@ struct Gradients {
 
   /// Sets all derivatives to 0 for Gaussians like those of `parameters`.
   void reset(const Parameters<Real>& parameters) {
-    by = {};
     by.sh_degree = parameters.sh_degree;
     by.resize(parameters.size());
+    for_each_array(
+        [](std::size_t, auto& array) {
+          std::fill(array.begin(), array.end(),
+                    typename std::decay_t<decltype(array)>::value_type{});
+        },
+        by);
     mean_px.assign(parameters.size(), glm::vec<2, Real>(0));
   }
 };

@@ -70,7 +70,7 @@ void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, std
 
 }  // namespace
 
-void write_checkpoint(const Checkpoint& checkpoint, const std::filesystem::path& path) {
+void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::path& path) {
   const ModelState& model = checkpoint.model;
   const std::string header = json_line({{"settings", settings_json(checkpoint.settings)},
                                         {"data", checkpoint.data},

@@ -22,8 +22,16 @@ struct Checkpoint {
   ModelState model;
 };
 
-/// The file appears whole or not at all. Throws Error(input).
-void write_checkpoint(const Checkpoint& checkpoint, const std::filesystem::path& path);
+/// The same values where they are, because a copy of the model may not fit into memory.
+struct CheckpointView {
+  const TrainSettings& settings;
+  const std::string& data;
+  const TrainLog& log;
+  const ModelState& model;
+};
+
+/// Needs no memory for the model. The file appears whole or not at all. Throws Error(input).
+void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::path& path);
 
 /// Throws Error(input) if the file is missing or damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& path);

@@ -51,7 +51,7 @@ void write_points(const std::vector<ScenePoint>& points, const std::filesystem::
   });
 }
 
-ordered_json result_json(const Checkpoint& checkpoint, const DataSet& data, int threads) {
+ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data, int threads) {
   const Environment environment = read_environment();
   ordered_json result = {{"iteration", checkpoint.model.iteration},
                          {"gaussians", checkpoint.model.size()},
@@ -112,12 +112,13 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
 }
 
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
-                                        const Checkpoint& checkpoint, const DataSet& data,
+                                        const CheckpointView& checkpoint, const DataSet& data,
                                         ThreadPool& pool) {
+  // The checkpoint first: it needs no memory, and everything else can be made from it.
+  write_checkpoint(checkpoint, checkpoint_path(folder));
   const auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
   write_stats(folder / "train.json", json_file_text(result_json(checkpoint, data, pool.size())));
-  write_checkpoint(checkpoint, checkpoint_path(folder));
   return file;
 }
 

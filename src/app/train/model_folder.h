@@ -25,7 +25,7 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
 
 /// Writes the state: Gaussians, log and checkpoint. Returns the path of the Gaussians.
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
-                                        const Checkpoint& checkpoint, const DataSet& data,
+                                        const CheckpointView& checkpoint, const DataSet& data,
                                         ThreadPool& pool);
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& folder);

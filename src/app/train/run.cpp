@@ -100,14 +100,17 @@ class Run {
   [[noreturn]] void fail_without_memory() const {
     const ModelState& model = trainer_.model();
     const bool saved = model.is_whole();
-    if (saved) save();
+    if (saved) write_checkpoint(checkpoint(), checkpoint_path(options_.out_dir));
     fail(ErrorKind::device,
-         "not enough memory for iteration {} with {} Gaussians{}; use a smaller --max-gaussians",
+         "not enough memory for iteration {} with {} Gaussians{}; a smaller --max-gaussians needs "
+         "less",
          model.iteration + 1, grouped(model.size()),
-         saved
-             ? fmt::format("; {} was saved and continues with --resume", options_.out_dir.string())
-             : "");
+         saved ? fmt::format("; the run was saved in {} and continues with --resume",
+                             options_.out_dir.string())
+               : "");
   }
+
+  CheckpointView checkpoint() const { return {settings_, fingerprint_, log_, trainer_.model()}; }
 
   void after(int iteration, ProgressBar& bar) {
     if (due(iteration, options_.eval_every)) {
@@ -133,8 +136,7 @@ class Run {
   }
 
   std::filesystem::path save() const {
-    return write_model_state(options_.out_dir, {settings_, fingerprint_, log_, trainer_.model()},
-                             data_, pool_);
+    return write_model_state(options_.out_dir, checkpoint(), data_, pool_);
   }
 
   const DataSet& data_;

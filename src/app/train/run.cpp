@@ -83,7 +83,7 @@ class Run {
     }
     bar.hide();
     const bool finished = trainer_.model().iteration >= settings_.iterations;
-    if (finished && (log_.rows.empty() || !log_.rows.back().test)) evaluate();
+    if (finished && !is_evaluated()) evaluate();
     const auto file = save();
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.model().size()),
@@ -120,6 +120,11 @@ class Run {
       log_.close_row(trainer_.model(), {});
     }
     if (due(iteration, options_.save_every) && iteration < settings_.iterations) save();
+  }
+
+  bool is_evaluated() const {
+    return !log_.rows.empty() && log_.rows.back().iteration == trainer_.model().iteration &&
+           (log_.rows.back().test || data_.test.empty());
   }
 
   void evaluate() {

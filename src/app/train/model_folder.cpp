@@ -106,7 +106,7 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       ThreadPool& pool) {
   const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
   make_folder(place);
-  const auto file = place / "point_cloud.ply";
+  auto file = place / "point_cloud.ply";
   write_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
   return file;
 }
@@ -116,7 +116,7 @@ std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         ThreadPool& pool) {
   // The checkpoint first: it needs no memory, and everything else can be made from it.
   write_checkpoint(checkpoint, checkpoint_path(folder));
-  const auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
+  auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
   write_stats(folder / "train.json", json_file_text(result_json(checkpoint, data, pool.size())));
   return file;

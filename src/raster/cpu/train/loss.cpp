@@ -54,7 +54,7 @@ struct Shape {
 // adjoint that the gradient needs.
 template <class Real>
 void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows) {
-  static const auto window = gaussian_window<Real>();
+  static const auto kWindow = gaussian_window<Real>();
   constexpr std::size_t kMargin = kRadius * kChannels;
   const std::size_t values = shape.values;
   rows.resize(field.size());
@@ -64,19 +64,19 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
                 padded.begin() + kMargin);
     Real* const out = &rows[y * values];
     std::fill_n(out, values, Real(0));
-    for (std::size_t k = 0; k < window.size(); ++k) {
+    for (std::size_t k = 0; k < kWindow.size(); ++k) {
       const Real* const in = &padded[k * kChannels];
-      for (std::size_t i = 0; i < values; ++i) out[i] += window[k] * in[i];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
   });
   shape.for_rows([&](std::size_t y) {
     Real* const out = &field[y * values];
     std::fill_n(out, values, Real(0));
     const std::size_t first = y < kRadius ? kRadius - y : 0;
-    const std::size_t last = std::min(window.size(), shape.height + kRadius - y);
+    const std::size_t last = std::min(kWindow.size(), shape.height + kRadius - y);
     for (std::size_t k = first; k < last; ++k) {
       const Real* const in = &rows[(y + k - kRadius) * values];
-      for (std::size_t i = 0; i < values; ++i) out[i] += window[k] * in[i];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
   });
 }
@@ -111,7 +111,8 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
   const Real* const a = &color[0][0];
   const float* const b = &target[0][0];
   Real* const d = &d_color[0][0];
-  auto& [mean_a, mean_b, mean_aa, mean_bb, mean_ab] = scratch.fields;
+  std::vector<Real>&mean_a = scratch.fields[0], &mean_b = scratch.fields[1],
+  &mean_aa = scratch.fields[2], &mean_bb = scratch.fields[3], &mean_ab = scratch.fields[4];
   for (auto& field : scratch.fields) field.resize(count);
 
   shape.for_rows([&](std::size_t y) {

@@ -144,6 +144,8 @@ class Sweep : public testing::TestWithParam<Command> {
       // Small: 1280 x 720 where nothing is said, and many frames.
       if (option.name == "--size") words.insert(words.end(), {"--size", "48x32"});
       if (option.name == "--warmup") words.insert(words.end(), {"--warmup", "0", "--frames", "1"});
+      if (option.name == "--iterations") words.insert(words.end(), {"--iterations", "2"});
+      if (option.name == "--random-points") words.insert(words.end(), {"--random-points", "50"});
       if (option.name == "--steps") words.insert(words.end(), {"--steps", "2"});
     }
     // The first sample that a run without any setting can take.

@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/session/quit_signals.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
-#include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/preferences.h"

@@ -11,6 +11,7 @@
 
 #include "app/viewer/state/preferences.h"
 #include "io/camera/camera_formats.h"
+#include "io/camera/points.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/reader.h"
@@ -122,7 +123,19 @@ FuzzTarget camera_target(const CameraFormat& format, const std::string& file) {
   return {name_of(file), "/" + file, [&format, file](Bytes content) {
             const fs::path path = input_file(file, content);
             expect_sentence_at_most(path.parent_path().string(), [&] {
-              for (const Camera& camera : format.read(path)) check(camera);
+              for (const LensCamera& camera : format.read(path)) check(camera.camera);
+            });
+          }};
+}
+
+FuzzTarget points_target(const std::string& file) {
+  return {name_of(file), "/" + file, [file](Bytes content) {
+            const fs::path path = input_file(file, content);
+            expect_sentence_at_most(path.parent_path().string(), [&] {
+              for (const ScenePoint& point : read_points(path)) {
+                const glm::vec3 position(point.position);
+                for (int i = 0; i < 3; ++i) demand(std::isfinite(position[i]), "points are finite");
+              }
             });
           }};
 }
@@ -174,6 +187,7 @@ std::vector<FuzzTarget> fuzz_targets() {
     if (place.stem() == "images")  // COLMAP's lenses
       targets.push_back(camera_target(format, "cameras" + place.extension().string()));
   }
+  for (const char* file : {"points3D.bin", "points3D.txt"}) targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
   targets.push_back({"webp", ".webp", read_webp});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});

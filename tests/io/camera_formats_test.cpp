@@ -217,8 +217,10 @@ TEST(CameraFormats, simple_lenses_have_one_focal_length) {
 TEST(CameraFormats, damaged_colmap_text_is_named_by_file_and_line) {
   const std::string lens = "1 PINHOLE 20 10 50 50 10 5\n", image = "1 1 0 0 0 0 0 0 1 a.jpg\n\n";
   const std::vector<std::array<std::string, 3>> cases = {
-      {"\n1 OPENCV 20 10 50 50 10 5 0.1 0 0 0\n", image,
-       "cameras.txt: line 2: a OPENCV lens that distorts; undistort"},
+      {"\n1 FULL_OPENCV 20 10 50 50 10 5 0.1 0 0 0 0 0 0 0\n", image,
+       "cameras.txt: line 2: a FULL_OPENCV lens that distorts; undistort"},
+      {"1 RADIAL 200 100 50 100 50 -0.5 0\n", image,
+       "cameras.txt: line 1: the lens distorts too strongly; undistort"},
       {"1 FOV 20 10 50 50 10 5 0\n", image, "cameras.txt: line 1: a FOV lens that distorts"},
       {"1 BOX 20 10 50 50 10 5\n", image, "cameras.txt: line 1: there is no camera model 'BOX'"},
       {"1 PINHOLE 0 10 50 50 10 5\n", image, "line 1: a picture of 0 x 10 pixels"},
@@ -303,7 +305,7 @@ TEST(CameraFormats, damaged_transforms_are_named_by_file_and_frame) {
       {[](json& f) { f["frames"][1]["file_path"] = 5; }, "frame 1: file_path is not a string"},
       {[](json& f) { f.erase("h"); }, "frame 0: h is missing"},
       {[](json& f) { f["w"] = 1e12; }, "frame 0: w is"},
-      {[](json& f) { f["k1"] = 0.1; }, "frame 0: k1 is not 0: the lens distorts; undistort"},
+      {[](json& f) { f["k3"] = 0.1; }, "frame 0: k3 is not 0: the lens distorts; undistort"},
       {[](json& f) { f["camera_model"] = "OPENCV_FISHEYE"; }, "is no pinhole camera"},
       {[](json& f) {
          f["frames"][0].erase("fl_x");

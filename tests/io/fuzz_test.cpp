@@ -51,6 +51,8 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "images_bin",
                                           "images_txt",
                                           "png",
+                                          "points3D_bin",
+                                          "points3D_txt",
                                           "ppm",
                                           "pfm",
                                           "cameras_json",

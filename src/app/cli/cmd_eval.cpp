@@ -4,7 +4,6 @@
 // A view is rendered at its camera's size, clamped to 0..1 and area-averaged to its photograph's
 // size before they are compared.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -36,6 +35,7 @@ struct EvalCommand {
 // A camera and its photograph.
 struct View {
   Camera camera;
+  LensCamera taken;  ///< as in the cameras file
   std::filesystem::path photograph;
 };
 
@@ -56,17 +56,18 @@ Views choose_views(const EvalCommand& command) {
     fail("{}: no cameras were found beside it: name their file with --cameras",
          command.frame.scene.string());
   }
-  std::vector<Camera> cameras = read_cameras(*file);
-  std::stable_sort(cameras.begin(), cameras.end(),
-                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+  std::vector<LensCamera> cameras = read_lens_cameras(*file);
+  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
+    return a.camera.name < b.camera.name;
+  });
   const Photographs photographs(command.images);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
   Views views{*file, {}, 0};
   for (std::size_t i = 0; i < cameras.size(); i += step) {
-    Camera camera = cameras[i];
+    Camera camera = cameras[i].camera;
     if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
-      views.list.push_back({camera, *photograph});
+      views.list.push_back({camera, cameras[i], *photograph});
     } else {
       ++views.skipped;
     }
@@ -76,17 +77,6 @@ Views choose_views(const EvalCommand& command) {
          views.skipped, file->string());
   }
   return views;
-}
-
-// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio, up
-// to rounded sizes. Otherwise it was cropped or rotated.
-void require_same_shape(const Image& photograph, const View& view) {
-  const double scale = static_cast<double>(photograph.width) / view.camera.width;
-  const double height = scale * view.camera.height;
-  if (std::abs(height - photograph.height) <= 1 + scale) return;
-  fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}",
-       view.photograph.string(), photograph.width, photograph.height, view.camera.width,
-       view.camera.height);
 }
 
 class Run {
@@ -136,8 +126,8 @@ class Run {
 
   void one_view(const View& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
-                                             command_.images_scale, *session_.pool);
-    require_same_shape(photograph, view);
+                                             command_.images_scale, *session_.pool, view.taken);
+    require_same_shape(photograph, view.photograph, view.camera);
     save(photograph, view, "photograph");
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;

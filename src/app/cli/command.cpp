@@ -16,6 +16,7 @@
 #define QS_COMMANDS(ROW)                                                      \
   ROW(view, "opens a scene in a window; the default command")                 \
   ROW(render, "renders a scene to picture files")                             \
+  ROW(train, "trains a scene from photographs")                               \
   ROW(eval, "measures PSNR and SSIM against photographs")                     \
   ROW(inspect, "lists the Gaussians of a pixel and the tiles of one of them") \
   ROW(compare, "draws crops and differences of culling modes side by side")   \

@@ -2,6 +2,7 @@
 #include "app/session/photographs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <system_error>
 
 #include "io/camera/camera_formats.h"
@@ -60,9 +61,49 @@ std::optional<std::filesystem::path> Photographs::find(const std::string& camera
 }
 
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
-                      ThreadPool& pool) {
-  const Image image = as_rgb(read_image(path), background);
+                      ThreadPool& pool, const LensCamera& taken) {
+  const Image image = undistorted(as_rgb(read_image(path), background), taken, pool);
   return area_average(image, divided(image.width, divisor), divided(image.height, divisor), pool);
+}
+
+void require_same_shape(const Image& photograph, const std::filesystem::path& path,
+                        const Camera& camera) {
+  const double scale = static_cast<double>(photograph.width) / camera.width;
+  const double height = scale * camera.height;
+  if (std::abs(height - photograph.height) <= 1 + scale) return;
+  fail("{}: {} x {} pixels do not have the aspect ratio of its camera, {} x {}", path.string(),
+       photograph.width, photograph.height, camera.width, camera.height);
+}
+
+Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool& pool) {
+  if (!camera.lens) return photograph;
+  const LensCamera view = camera.scaled(photograph.width, photograph.height);
+  Image result(photograph.width, photograph.height, photograph.channels);
+  const auto last_x = static_cast<double>(photograph.width - 1);
+  const auto last_y = static_cast<double>(photograph.height - 1);
+  pool.for_chunks(
+      static_cast<std::size_t>(result.height), 16, [&](std::size_t begin, std::size_t end, int) {
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+          for (int x = 0; x < result.width; ++x) {
+            const glm::dvec2 slope =
+                (glm::dvec2(x, y) - view.camera.center_px) / view.camera.focal_px;
+            const glm::dvec2 at =
+                view.lens->focal_px * view.lens->distort(slope) + view.lens->center_px;
+            const double sx = std::clamp(at.x, 0.0, last_x), sy = std::clamp(at.y, 0.0, last_y);
+            const int x0 = static_cast<int>(sx), y0 = static_cast<int>(sy);
+            const int x1 = std::min(x0 + 1, photograph.width - 1);
+            const int y1 = std::min(y0 + 1, photograph.height - 1);
+            const auto fx = static_cast<float>(sx - x0), fy = static_cast<float>(sy - y0);
+            for (int c = 0; c < result.channels; ++c) {
+              const float top = (1 - fx) * photograph.at(x0, y0, c) + fx * photograph.at(x1, y0, c);
+              const float bottom =
+                  (1 - fx) * photograph.at(x0, y1, c) + fx * photograph.at(x1, y1, c);
+              result.at(x, y, c) = (1 - fy) * top + fy * bottom;
+            }
+          }
+        }
+      });
+  return result;
 }
 
 }  // namespace qs

@@ -12,7 +12,9 @@
 
 #include <glm/vec3.hpp>
 
+#include "io/camera/lens.h"
 #include "raster/base/parallel.h"
+#include "raster/scene/camera.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -28,9 +30,18 @@ class Photographs {
   std::map<std::string, std::filesystem::path> files_;  // by path in the folder, without ending
 };
 
-/// Reads a photograph as RGB, blended over the background where it is transparent, and
-/// area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
+/// Reads a photograph as RGB, blended over the background where it is transparent, undistorted if
+/// `taken` has a lens, and area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
-                      ThreadPool& pool);
+                      ThreadPool& pool, const LensCamera& taken = {});
+
+/// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio,
+/// up to rounded sizes. Otherwise it was cropped or rotated: throws Error(input) naming `path`.
+void require_same_shape(const Image& photograph, const std::filesystem::path& path,
+                        const Camera& camera);
+
+/// The photograph without the distortion of its lens, in the same size: every pixel is
+/// interpolated from the four around the place where the lens shows its direction.
+Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool& pool);
 
 }  // namespace qs

@@ -21,6 +21,12 @@ class ProgressBar {
   /// Reports to this bar; must not outlive it.
   Progress progress();
 
+  /// Replaces the label. It is shown with the next report, at most twice a second.
+  void relabel(std::string label);
+
+  /// Erases the bar until the next report, so that lines can be printed.
+  void hide();
+
  private:
   void show(float fraction);
 
@@ -28,6 +34,8 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_;
   bool terminal_;
   int shown_percent_ = -1;
+  bool new_label_ = false;
+  std::chrono::steady_clock::time_point shown_at_{};
 };
 
 }  // namespace qs

@@ -7,10 +7,10 @@
 
 #include "app/report/stats_file.h"
 #include "app/session/assets.h"
+#include "app/session/quit_signals.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/quit_signals.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/camera_actions.h"

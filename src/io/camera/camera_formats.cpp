@@ -52,6 +52,10 @@ std::filesystem::path file_in(const std::filesystem::path& folder) {
 std::span<const CameraFormat> camera_formats() { return kFormats; }
 
 std::vector<Camera> read_cameras(const std::filesystem::path& path) {
+  return pinhole_cameras(read_lens_cameras(path));
+}
+
+std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail("{}: cannot be read: no such file", path.string());

@@ -15,7 +15,7 @@
 
 #include <glm/mat3x3.hpp>
 
-#include "raster/scene/camera.h"
+#include "io/camera/lens.h"
 
 namespace qs {
 
@@ -24,7 +24,7 @@ struct CameraFormat {
   const char* place;  ///< the identifying file, relative to the data set's folder
   /// True if `file` has this format; `start` holds its first bytes, at most 4096.
   bool (*recognises)(const std::filesystem::path& file, std::string_view start);
-  std::vector<Camera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
+  std::vector<LensCamera> (*read)(const std::filesystem::path& file);  ///< throws Error(input)
 };
 
 /// In search order.
@@ -32,18 +32,18 @@ std::span<const CameraFormat> camera_formats();
 
 /// INRIA's cameras.json: a list.
 bool recognises_cameras_json(const std::filesystem::path& file, std::string_view start);
-std::vector<Camera> read_cameras_json(const std::filesystem::path& file);
+std::vector<LensCamera> read_cameras_json(const std::filesystem::path& file);
 
 /// COLMAP's images.bin or images.txt (or cameras.*) with its sibling, sorted by image name because
 /// COLMAP writes images in arbitrary order.
 bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view start);
 bool recognises_colmap_text(const std::filesystem::path& file, std::string_view start);
-std::vector<Camera> read_colmap_binary(const std::filesystem::path& file);
-std::vector<Camera> read_colmap_text(const std::filesystem::path& file);
+std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file);
+std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file);
 
 /// NeRF's transforms.json: an object with "frames".
 bool recognises_transforms_json(const std::filesystem::path& file, std::string_view start);
-std::vector<Camera> read_transforms_json(const std::filesystem::path& file);
+std::vector<LensCamera> read_transforms_json(const std::filesystem::path& file);
 
 /// The name without its extension if that is one of a picture, else the whole name.
 std::string photograph_name(const std::string& file_name);

@@ -69,6 +69,21 @@ Camera parse_object(const json& object, const std::string& where) {
   return camera;
 }
 
+std::optional<Lens> parse_lens(const json& object, const std::string& where) {
+  if (!object.contains("lens")) return std::nullopt;
+  if (!object["lens"].is_object()) fail("{}: lens is not an object", where);
+  const JsonEntry entry{object["lens"], where};
+  const auto number = [&](const char* key) { return entry.number(entry.get(key), key); };
+  Lens lens;
+  lens.focal_px = {entry.positive("fx"), entry.positive("fy")};
+  lens.center_px = {number("cx") - 0.5, number("cy") - 0.5};
+  lens.k1 = number("k1");
+  lens.k2 = number("k2");
+  lens.p1 = number("p1");
+  lens.p2 = number("p2");
+  return lens;
+}
+
 json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
@@ -78,13 +93,14 @@ bool recognises_cameras_json(const std::filesystem::path&, std::string_view star
   return first != std::string_view::npos && start[first] == '[';
 }
 
-std::vector<Camera> read_cameras_json(const std::filesystem::path& path) {
+std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
   const std::string source = path.string();
   const json file = parse_json(read_text_file(path, kMaxBytes), source);
   if (!file.is_array()) fail("{}: not a list of cameras", source);
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   for (const json& object : file) {
-    cameras.push_back(parse_object(object, fmt::format("{}: camera {}", source, cameras.size())));
+    const std::string where = fmt::format("{}: camera {}", source, cameras.size());
+    cameras.push_back({parse_object(object, where), parse_lens(object, where), {}});
   }
   return cameras;
 }
@@ -121,6 +137,25 @@ json object_of(const Camera& camera) {
 }  // namespace
 
 std::string format_camera(const Camera& camera) { return json_line(object_of(camera)); }
+
+std::string format_cameras(const std::vector<LensCamera>& cameras) {
+  std::string text;
+  for (const auto& [camera, lens, photograph] : cameras) {
+    json object = object_of(camera);
+    if (lens) {
+      object["lens"] = {{"fx", lens->focal_px.x},
+                        {"fy", lens->focal_px.y},
+                        {"cx", lens->center_px.x + 0.5},
+                        {"cy", lens->center_px.y + 0.5},
+                        {"k1", lens->k1},
+                        {"k2", lens->k2},
+                        {"p1", lens->p1},
+                        {"p2", lens->p2}};
+    }
+    text += (text.empty() ? "[\n" : ",\n") + json_line(object);
+  }
+  return text.empty() ? "[]\n" : text + "\n]\n";
+}
 
 nlohmann::ordered_json camera_json(const Camera& camera) { return object_of(camera); }
 

@@ -15,6 +15,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "io/camera/lens.h"
 #include "raster/scene/camera.h"
 
 namespace qs {
@@ -22,6 +23,10 @@ namespace qs {
 /// All cameras of a file or folder (a data set, COLMAP's `sparse` or `sparse/0`), in file order;
 /// COLMAP's by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
+
+/// The same with the lenses of photographs that must be undistorted. cameras.json has them as an
+/// object "lens" with fx, fy, cx, cy, k1, k2, p1, p2.
+std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path);
 
 /// The cameras file of a scene: cameras.json beside the scene file or in up to three parent
 /// folders; else, in the same folders, COLMAP's sparse/0, then transforms.json.
@@ -33,6 +38,9 @@ Camera parse_camera(std::string_view json, std::string_view source);
 
 /// The camera as one line of JSON that parse_camera() reads back exactly.
 std::string format_camera(const Camera& camera);
+
+/// A whole cameras.json.
+std::string format_cameras(const std::vector<LensCamera>& cameras);
 
 /// The same for a part of a larger JSON file: the camera as an object, and the camera of an object.
 nlohmann::ordered_json camera_json(const Camera& camera);

@@ -14,18 +14,18 @@ namespace qs {
 namespace {
 
 constexpr std::array kModels = {
-    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true},
-    ColmapModel{1, "PINHOLE", 4, 2, true},
-    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true},
-    ColmapModel{3, "RADIAL", 5, 1, true},
-    ColmapModel{4, "OPENCV", 8, 2, true},
-    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false},
-    ColmapModel{6, "FULL_OPENCV", 12, 2, true},
-    ColmapModel{7, "FOV", 5, 2, false},
-    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false},
-    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false},
-    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false},
-    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false},
+    ColmapModel{0, "SIMPLE_PINHOLE", 3, 1, true, false},
+    ColmapModel{1, "PINHOLE", 4, 2, true, false},
+    ColmapModel{2, "SIMPLE_RADIAL", 4, 1, true, true},
+    ColmapModel{3, "RADIAL", 5, 1, true, true},
+    ColmapModel{4, "OPENCV", 8, 2, true, true},
+    ColmapModel{5, "OPENCV_FISHEYE", 8, 2, false, false},
+    ColmapModel{6, "FULL_OPENCV", 12, 2, true, false},
+    ColmapModel{7, "FOV", 5, 2, false, false},
+    ColmapModel{8, "SIMPLE_RADIAL_FISHEYE", 4, 1, false, false},
+    ColmapModel{9, "RADIAL_FISHEYE", 5, 1, false, false},
+    ColmapModel{10, "THIN_PRISM_FISHEYE", 12, 2, false, false},
+    ColmapModel{11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false, false},
 };
 
 constexpr std::uint64_t kMaxSide = 65535;
@@ -59,22 +59,31 @@ void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& 
   const auto distortion = parameters.subspan(focal_lengths + 2);
   const bool distorts = std::any_of(distortion.begin(), distortion.end(),
                                     [](double value) { return std::abs(value) > kNoDistortion; });
-  if (!model.pinhole || distorts) {
+  if (!model.pinhole || (distorts && !model.undistorted)) {
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
   }
-  Camera lens;
-  lens.width = static_cast<int>(width);
-  lens.height = static_cast<int>(height);
+  Camera size;
+  size.width = static_cast<int>(width);
+  size.height = static_cast<int>(height);
+  Lens lens;
   lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
   if (!(lens.focal_px.x > 0 && lens.focal_px.y > 0))
     fail("{}: the focal length is not above 0", where);
-  if (!lenses.emplace(id, lens).second) fail("{}: there is another camera {}", where, id);
+  LensCamera camera{size, std::nullopt, {}};
+  camera.camera.focal_px = lens.focal_px;
+  camera.camera.center_px = lens.center_px;
+  if (distorts) {
+    double* const values[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2};
+    for (std::size_t i = 0; i < distortion.size(); ++i) *values[i] = distortion[i];
+    camera = undistorted_camera(size, lens, where);
+  }
+  if (!lenses.emplace(id, camera).second) fail("{}: there is another camera {}", where, id);
 }
 
-Camera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
-                     const std::string& where) {
+LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
+                         const std::string& where) {
   const auto lens = lenses.find(image.lens);
   if (lens == lenses.end()) fail("{}: there is no camera {}", where, image.lens);
   const double length = glm::length(image.rotation);
@@ -83,15 +92,17 @@ Camera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
     if (!std::isfinite(image.translation[i])) fail("{}: its translation is not finite", where);
   }
   const glm::dmat3 rotation = glm::mat3_cast(image.rotation / length);
-  Camera camera = lens->second;
+  LensCamera result = lens->second;
+  Camera& camera = result.camera;
   camera.view_from_world = glm::dmat4x3(rotation[0], rotation[1], rotation[2], image.translation);
   camera.name = photograph_name(image.name);
-  return camera;
+  return result;
 }
 
-void sort_by_name(std::vector<Camera>& cameras) {
-  std::stable_sort(cameras.begin(), cameras.end(),
-                   [](const Camera& a, const Camera& b) { return a.name < b.name; });
+void sort_by_name(std::vector<LensCamera>& cameras) {
+  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
+    return a.camera.name < b.camera.name;
+  });
 }
 
 }  // namespace qs

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The parts that COLMAP's text and binary models share: a list of lenses (cameras.*), a list of
-// images that use them (images.*), and the conversion of both to our cameras. Lenses must not
-// distort. Our principal point is COLMAP's minus 0.5: COLMAP counts from pixel corners, we count
-// from pixel centres.
+// images that use them (images.*), and the conversion of both to our cameras. Our principal point
+// is COLMAP's minus 0.5: COLMAP counts from pixel corners, we count from pixel centres.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +15,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 
-#include "raster/scene/camera.h"
+#include "io/camera/lens.h"
 
 namespace qs {
 
@@ -26,18 +25,19 @@ struct ColmapModel {
   int id;
   const char* name;
   int parameters, focal_lengths;
-  bool pinhole;  ///< when its distortion is 0
+  bool pinhole;      ///< when its distortion is 0
+  bool undistorted;  ///< its distortion is k1, k1 k2 or k1 k2 p1 p2 of Lens
 };
 
 /// nullptr if there is no such model.
 const ColmapModel* find_colmap_model(int id);
 const ColmapModel* find_colmap_model(std::string_view name);
 
-/// Every lens by its id; only size and intrinsics are set.
-using ColmapLenses = std::map<std::uint32_t, Camera>;
+/// Every lens by its id; of the cameras only size and intrinsics are set.
+using ColmapLenses = std::map<std::uint32_t, LensCamera>;
 
-/// Adds a lens. `where` names file and record; throws Error(input) for distortion, sizes and
-/// numbers out of range, and a second lens of one id.
+/// Adds a lens. `where` names file and record; throws Error(input) for sizes and
+/// numbers out of range, distortion that Lens lacks, and a second lens of one id.
 void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& model,
                      std::uint64_t width, std::uint64_t height, std::span<const double> parameters,
                      const std::string& where);
@@ -50,9 +50,9 @@ struct ColmapImage {
 };
 
 /// The camera of an image. Throws Error(input).
-Camera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
-                     const std::string& where);
+LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
+                         const std::string& where);
 
-void sort_by_name(std::vector<Camera>& cameras);
+void sort_by_name(std::vector<LensCamera>& cameras);
 
 }  // namespace qs

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// COLMAP's cameras.bin and images.bin, little endian:
+// COLMAP's cameras.bin, images.bin and points3D.bin, little endian:
 //   cameras  u64 count, each: u32 id, i32 model, u64 width, u64 height, f64 per parameter
 //   images   u64 count, each: u32 id, f64 quaternion w x y z, f64 translation x y z, u32 camera,
 //            name ending with 0, u64 points, each: f64 x, f64 y, u64 point (skipped)
+//   points3D u64 count, each: u64 id, f64 x y z, u8 r g b, f64 error, u64 images, each: u32 image,
+//            u32 point (skipped)
 #include <algorithm>
 #include <array>
 
@@ -11,11 +13,13 @@
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
+#include "io/camera/points.h"
 
 namespace qs {
 namespace {
 
 constexpr std::uint64_t kPointBytes = 24;
+constexpr std::uint64_t kTrackBytes = 8;
 
 // Calls read(cursor, where) for every record of a file that begins with their number.
 template <class F>
@@ -62,18 +66,33 @@ ColmapImage read_image_record(ByteCursor& cursor, const std::string& where) {
   return image;
 }
 
+ScenePoint read_point_record(ByteCursor& cursor, const std::string& where) {
+  ScenePoint point;
+  cursor.read<std::uint64_t>("id");
+  for (int i = 0; i < 3; ++i) point.position[i] = cursor.read<double>("position");
+  for (int i = 0; i < 3; ++i)
+    point.color[i] = static_cast<float>(cursor.read<std::uint8_t>("colour")) / 255;
+  cursor.read<double>("error");
+  const auto images = cursor.read<std::uint64_t>("the number of images");
+  if (!fits(images, kTrackBytes, cursor.left()))
+    fail("{}: cut off: {} images do not fit into {} bytes", where, images, cursor.left());
+  cursor.take(images * kTrackBytes, "images");
+  require_finite(point, where);
+  return point;
+}
+
 }  // namespace
 
 bool recognises_colmap_binary(const std::filesystem::path& file, std::string_view) {
   return file.filename() == "images.bin" || file.filename() == "cameras.bin";
 }
 
-std::vector<Camera> read_colmap_binary(const std::filesystem::path& file) {
+std::vector<LensCamera> read_colmap_binary(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for_each_record(
       file.parent_path() / "cameras.bin", "camera",
       [&](ByteCursor& cursor, const std::string& where) { read_lens(cursor, where, lenses); });
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   for_each_record(file.parent_path() / "images.bin", "image",
                   [&](ByteCursor& cursor, const std::string& where) {
                     const ColmapImage image = read_image_record(cursor, where);
@@ -81,6 +100,14 @@ std::vector<Camera> read_colmap_binary(const std::filesystem::path& file) {
                   });
   sort_by_name(cameras);
   return cameras;
+}
+
+std::vector<ScenePoint> read_colmap_points_binary(const std::filesystem::path& file) {
+  std::vector<ScenePoint> points;
+  for_each_record(file, "point", [&](ByteCursor& cursor, const std::string& where) {
+    points.push_back(read_point_record(cursor, where));
+  });
+  return points;
 }
 
 }  // namespace qs

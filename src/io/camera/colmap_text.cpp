@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// COLMAP's cameras.txt and images.txt. Lines that begin with # are comments.
+// COLMAP's cameras.txt, images.txt and points3D.txt. Lines that begin with # are comments.
 //   cameras.txt  ID MODEL WIDTH HEIGHT PARAMETERS...
 //   images.txt   two lines each: ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then its points as
 //                X Y POINT_ID ..., which may be an empty line and are skipped
+//   points3D.txt ID X Y Z R G B, then values that are skipped
 #include <charconv>
 
 #include "io/bytes/mapped_file.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/colmap.h"
+#include "io/camera/points.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -126,13 +128,13 @@ bool recognises_colmap_text(const std::filesystem::path& file, std::string_view)
   return file.filename() == "images.txt" || file.filename() == "cameras.txt";
 }
 
-std::vector<Camera> read_colmap_text(const std::filesystem::path& file) {
+std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file) {
   ColmapLenses lenses;
   for (Lines lines(file.parent_path() / "cameras.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (!line.empty() && !line.is_comment()) read_lens(line, lenses);
   }
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   for (Lines lines(file.parent_path() / "images.txt"); !lines.at_end();) {
     Line line = lines.next();
     if (line.empty() || line.is_comment()) continue;
@@ -142,6 +144,22 @@ std::vector<Camera> read_colmap_text(const std::filesystem::path& file) {
   }
   sort_by_name(cameras);
   return cameras;
+}
+
+std::vector<ScenePoint> read_colmap_points_text(const std::filesystem::path& file) {
+  std::vector<ScenePoint> points;
+  for (Lines lines(file); !lines.at_end();) {
+    Line line = lines.next();
+    if (line.empty() || line.is_comment()) continue;
+    ScenePoint point;
+    line.number<std::uint64_t>("the point's id");
+    for (int i = 0; i < 3; ++i) point.position[i] = line.number<double>("the position");
+    for (int i = 0; i < 3; ++i)
+      point.color[i] = static_cast<float>(line.number<std::uint8_t>("the colour")) / 255;
+    require_finite(point, line.where());
+    points.push_back(point);
+  }
+  return points;
 }
 
 }  // namespace qs

@@ -4,7 +4,7 @@
 // transform_matrix is world_from_view by rows, with OpenGL's view axes (x right, y up, z back).
 // Intrinsics are given for the file or, with precedence, for the frame: fl_x, fl_y or
 // camera_angle_x, _y; cx, cy from pixel corners; w, h, or else the size of the first frame's
-// photograph.
+// photograph. Distortion k1, k2, p1, p2 is that of Lens.
 #include <cmath>
 
 #include <glm/mat3x3.hpp>
@@ -42,8 +42,8 @@ double focal_px(const FrameEntry& frame, const char* length, const char* angle, 
   return 0.5 * side / std::tan(0.5 * radians);
 }
 
-void require_pinhole(const FrameEntry& frame) {
-  for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
+void require_known_lens(const FrameEntry& frame) {
+  for (const char* key : {"k3", "k4"}) {
     if (frame.has(key) && std::abs(frame.number(key)) > kNoDistortion) {
       fail("{}: {} is not 0: the lens distorts; undistort the photographs first", frame.frame.where,
            key);
@@ -51,10 +51,25 @@ void require_pinhole(const FrameEntry& frame) {
   }
   if (!frame.has("camera_model")) return;
   const std::string& model = frame.with("camera_model").text("camera_model");
-  if (model.find("PINHOLE") == std::string::npos && model != "OPENCV") {
+  if (model.find("PINHOLE") == std::string::npos && model != "OPENCV" && model != "RADIAL" &&
+      model != "SIMPLE_RADIAL") {
     fail("{}: camera_model {} is no pinhole camera; undistort the photographs first",
          frame.frame.where, model.substr(0, 40));
   }
+}
+
+// The camera with the frame's distortion; `camera` has the intrinsics of the photograph.
+LensCamera with_lens(const Camera& camera, const FrameEntry& frame) {
+  Lens lens{camera.focal_px, camera.center_px};
+  bool distorts = false;
+  const std::pair<const char*, double*> values[] = {
+      {"k1", &lens.k1}, {"k2", &lens.k2}, {"p1", &lens.p1}, {"p2", &lens.p2}};
+  for (const auto& [key, value] : values) {
+    if (frame.has(key)) *value = frame.number(key);
+    distorts = distorts || std::abs(*value) > kNoDistortion;
+  }
+  return distorts ? undistorted_camera(camera, lens, frame.frame.where)
+                  : LensCamera{camera, std::nullopt, {}};
 }
 
 glm::dmat4x3 view_from_world(const JsonEntry& frame) {
@@ -96,18 +111,18 @@ bool recognises_transforms_json(const std::filesystem::path&, std::string_view s
   return first != std::string_view::npos && start[first] == '{';
 }
 
-std::vector<Camera> read_transforms_json(const std::filesystem::path& path) {
+std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();
   const json file = parse_json(read_text_file(path, kMaxBytes), source);
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
-  std::vector<Camera> cameras;
+  std::vector<LensCamera> cameras;
   glm::ivec2 size(0);  // of the photographs; 0 until one is read
   for (const json& object : file["frames"]) {
     const std::string where = fmt::format("{}: frame {}", source, cameras.size());
     if (!object.is_object()) fail("{}: not a JSON object", where);
     const FrameEntry frame{{object, where}, {file, where}};
-    require_pinhole(frame);
+    require_known_lens(frame);
     Camera camera;
     camera.view_from_world = view_from_world(frame.frame);
     if (!frame.has("w") && !frame.has("h")) {
@@ -128,7 +143,10 @@ std::vector<Camera> read_transforms_json(const std::filesystem::path& path) {
     if (frame.has("cy")) camera.center_px.y = frame.number("cy") - 0.5;
     if (frame.frame.has("file_path"))
       camera.name = photograph_name(photograph_of(frame.frame, path).filename().string());
-    cameras.push_back(std::move(camera));
+    cameras.push_back(with_lens(camera, frame));
+    if (frame.frame.has("file_path"))
+      cameras.back().photograph =
+          std::filesystem::path(frame.frame.text("file_path")).lexically_normal();
   }
   return cameras;
 }

@@ -5,7 +5,7 @@
 // many pixels at once; their alphas may differ in the last bit.
 #pragma once
 
-#include "raster/kernel/blend.h"
+#include "raster/kernel/splat64.h"
 
 namespace qs {
 
@@ -14,14 +14,17 @@ namespace qs {
 enum class Step { skips, blends, stops };
 
 /// `transmittance` is the value in front of the Gaussian; `blends` sets it to the value behind it.
-/// `alpha` is set unless the outcome is `skips`.
-QS_HD Step composite(const Splat& splat, float x, float y, float& transmittance, float& alpha) {
-  const float power = log2_falloff(splat, x - splat.mean_px.x, y - splat.mean_px.y);
-  if (!(power <= 0.0f)) return Step::skips;
+/// `alpha` is set unless the outcome is `skips`. Real is float, or double to check gradients.
+template <class Real>
+QS_HD Step composite(const typename PixelMath<Real>::Splat& splat, Real x, Real y,
+                     Real& transmittance, Real& alpha) {
+  using Math = PixelMath<Real>;
+  const Real power = log2_falloff(splat, x - splat.mean_px.x, y - splat.mean_px.y);
+  if (!(power <= 0)) return Step::skips;
   alpha = alpha_of(splat, power);
-  if (!(alpha >= kAlphaMin)) return Step::skips;
-  const float next = transmittance * (1.0f - alpha);
-  if (next < kTransmittanceMin) return Step::stops;
+  if (!(alpha >= Math::kAlphaMin)) return Step::skips;
+  const Real next = transmittance * (1 - alpha);
+  if (next < Math::kTransmittanceMin) return Step::stops;
   transmittance = next;
   return Step::blends;
 }

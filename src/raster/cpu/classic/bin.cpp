@@ -11,7 +11,7 @@ namespace {
 // segment), which gives each its own range of the list, ordered by tile and then by segment. The
 // second loop fills these ranges. The result does not depend on the number of segments.
 template <class P, int kTilePx>
-void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+void bin_with(const FrameContext& frame, const VisibleSlots& visible, const DepthOrder& order,
               TileLists& lists) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   const auto segments = static_cast<std::size_t>(frame.pool.size());
@@ -54,7 +54,7 @@ void bin_with(const FrameContext& frame, const Visible& visible, const DepthOrde
 
 }  // namespace
 
-void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+void bin(const FrameContext& frame, const VisibleSlots& visible, const DepthOrder& order,
          TileLists& lists) {
   with_culler(frame.settings.mode, [&]<class P>(P) {
     with_tile_px(frame.grid.tile_px,

@@ -9,7 +9,7 @@
 namespace qs::cpu {
 
 /// Throws Error(device) if the lists do not fit into memory.
-void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+void bin(const FrameContext& frame, const VisibleSlots& visible, const DepthOrder& order,
          TileLists& lists);
 
 }  // namespace qs::cpu

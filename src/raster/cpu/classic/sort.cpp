@@ -9,7 +9,7 @@ namespace qs::cpu {
 
 // A stable least-significant-digit radix sort of the depths' bits: positive floats order like
 // unsigned integers. Slots enter by ascending index in the cloud, so equal depths keep that order.
-void sort(const FrameContext& frame, const Visible& visible, DepthOrder& order) {
+void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
   constexpr int kDigitBits = 11, kDigits = 3;
   constexpr std::uint32_t kBuckets = 1u << kDigitBits;
   order.keys.resize(visible.count);

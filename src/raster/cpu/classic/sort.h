@@ -15,6 +15,6 @@ struct DepthOrder {
   Array<std::uint32_t> keys, other_keys, other_slots;  ///< scratch of the radix sort
 };
 
-void sort(const FrameContext& frame, const Visible& visible, DepthOrder& order);
+void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order);
 
 }  // namespace qs::cpu

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Makes SIGTERM and SIGINT (Ctrl+C in the terminal) close the window in order, so that the settings
-// are saved. A second signal ends the program at once.
+// Notes SIGTERM and SIGINT (Ctrl+C in the terminal), so that the window saves its settings and
+// training its checkpoint before the program ends. A second signal ends the program immediately.
 #pragma once
 
 #include <csignal>

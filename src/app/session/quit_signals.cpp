@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/quit_signals.h"
+#include "app/session/quit_signals.h"
 
 #include <atomic>
 

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat train: photographs with cameras -> a folder with a trained model.
+#include <cstdio>
+#include <memory>
+
+#include "app/cli/command.h"
+#include "app/session/progress_bar.h"
+#include "app/session/session.h"
+#include "app/train/run.h"
+#include "app/train/strategy.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct TrainCommand {
+  train::DataOptions data;
+  train::TrainSettings settings;
+  train::RunOptions run;
+  std::optional<std::filesystem::path> init;
+  int threads = 0, max_gaussians = 0, random_points = 100'000;
+};
+
+// The model's Gaussians with the SH degree of the settings.
+train::Parameters read_initial(const std::filesystem::path& path, int sh_degree, ThreadPool& pool) {
+  const train::Parameters read = cpu::train::from_cloud(load_scene(path, pool).cloud);
+  train::Parameters result = read;
+  result.sh_degree = sh_degree;
+  result.sh.assign(result.size() * result.sh_stride(), glm::vec3(0));
+  const std::size_t shared = std::min(result.sh_stride(), read.sh_stride());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    for (std::size_t k = 0; k < shared; ++k)
+      result.sh[i * result.sh_stride() + k] = read.sh[i * read.sh_stride() + k];
+  }
+  return result;
+}
+
+train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
+  ProgressBar bar("reading photographs");
+  train::DataSet data = train::read_data_set(command.data, pool, bar.progress());
+  bar.hide();
+  if (data.skipped > 0) {
+    warn(fmt::format("{} view{} without a photograph {} left out", data.skipped,
+                     data.skipped == 1 ? "" : "s", data.skipped == 1 ? "is" : "are"));
+  }
+  return data;
+}
+
+int run(TrainCommand& command, Arguments arguments) {
+  command.settings.max_gaussians = static_cast<std::size_t>(command.max_gaussians);
+  command.settings.random_points = static_cast<std::size_t>(command.random_points);
+  command.data.background = command.settings.background;
+  command.data.keep_alpha = command.settings.random_background;
+  ThreadPool pool(command.threads);
+  const train::DataSet data = read_data(command, pool);
+  if (command.init && !command.run.resume)
+    command.run.initial = read_initial(*command.init, command.settings.sh_degree, pool);
+  if (run_training(command.settings, data, command.run, pool) == train::RunEnd::interrupted) {
+    std::string again = "quadsplat train";
+    for (const std::string& word : arguments) {
+      if (word != "--resume") again += " " + word;
+    }
+    fmt::print("interrupted; to continue: {} --resume\n", again);
+    throw Cancelled{};
+  }
+  return kExitOk;
+}
+
+void declare_data_options(Options& options, TrainCommand& command) {
+  options.positional("DATA", command.data.data,
+                     "data set: a COLMAP folder, or one with transforms.json or cameras.json",
+                     {".", "missing"});
+  options.text("--images", "DIR", command.data.images,
+               "folder of the photographs in DATA, named as the cameras (default: images)",
+               {"images", "missing"});
+  options.integer("--resolution-scale", "N", 1, 64, command.data.resolution_scale,
+                  "trains at 1/N of the photographs' size (default: 1, but at most 1600 pixels "
+                  "wide)");
+  options.integer("--holdout", "N", 0, 1'000'000, command.data.holdout,
+                  "every N-th photograph by name, from the first, is a test view; 0 = none "
+                  "(default: 8)");
+}
+
+void declare_model_options(Options& options, TrainCommand& command) {
+  std::vector<std::string> modes, names;
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.emplace_back(mode_name(mode));
+  for (const train::Strategy& strategy : train::strategies()) names.emplace_back(strategy.name);
+  train::TrainSettings& settings = command.settings;
+  options.choice(
+      "--cull", modes, [&settings](int chosen) { settings.mode = chosen + 1; },
+      fmt::format("tile culling mode of the training frames (default: {})",
+                  mode_name(kDefaultMode)));
+  options.choice(
+      "--strategy", names,
+      [&settings, names](int chosen) {
+        settings.strategy = names[static_cast<std::size_t>(chosen)];
+      },
+      "how Gaussians are added and removed (default: adc, as published with 3DGS)");
+  options.integer("--max-gaussians", "N", 1, 100'000'000, command.max_gaussians,
+                  "adds no Gaussians beyond N (default: adc no limit, mcmc 1000000)");
+  options.text("--init", "MODEL", command.init,
+               "starts from the Gaussians of a model instead of the data set's points",
+               {"scene.ply", "missing.ply"});
+  options.integer("--random-points", "N", 1, 10'000'000, command.random_points,
+                  "points to start from if the data set has none (default: 100000)");
+  options.integer("--sh-degree", "N", 0, kMaxShDegree, settings.sh_degree,
+                  "highest degree of view-dependent colour (default: 3)");
+  options.value("--background", "R,G,B|random",
+                "behind the scene, each 0..1; random = another colour in every iteration "
+                "(default: black)",
+                {"1,0.5,0", "random"}, [&settings](const std::string& text) {
+                  settings.random_background = text == "random";
+                  if (!settings.random_background)
+                    settings.background = parse_color("--background", text);
+                });
+  options.flag("--antialiased", settings.antialiased,
+               "trains with the opacity compensation of Mip-Splatting");
+  options.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
+                  "training steps (default: 30000)");
+  options.value("--seed", "N", "of all random numbers (default: 0)", {"1"},
+                [&settings](const std::string& text) {
+                  settings.seed =
+                      static_cast<std::uint64_t>(parse_integer("--seed", text, 0, 2'147'483'647));
+                });
+}
+
+}  // namespace
+
+Action train_command(Options& options) {
+  const auto command = std::make_shared<TrainCommand>();
+  declare_data_options(options, *command);
+  options.text("--out-dir", "MODEL", command->run.out_dir,
+               "folder of the trained model, which every command opens", {"trained"});
+  options.required();
+  declare_model_options(options, *command);
+  options.flag(
+      "--resume", command->run.resume,
+      "continues the run that was saved in MODEL with the same options, to the same bits as "
+      "without a break");
+  options.integer("--eval-every", "N", 1, 10'000'000, command->run.eval_every,
+                  "measures PSNR and SSIM on the test views every N iterations (default: at the "
+                  "end)");
+  options.flag("--keep-best", command->run.keep_best,
+               "also saves the Gaussians of the evaluation with the highest PSNR; --iteration N "
+               "opens them");
+  options.integer("--save-every", "N", 1, 10'000'000, command->run.save_every,
+                  "saves the model every N iterations (default: at the end)");
+  options.integer("--threads", "N", 0, 1024, command->threads,
+                  "CPU threads (default: 0, one per hardware thread); the model does not depend "
+                  "on it");
+  options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
+                  "a model of 30,000 iterations");
+  options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",
+                  "a quick look on the CPU");
+  return [command](Arguments arguments) { return run(*command, arguments); };
+}
+
+}  // namespace qs

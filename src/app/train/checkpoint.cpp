@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/checkpoint.h"
+
+#include <cstring>
+#include <ostream>
+#include <span>
+
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/json_text.h"
+#include "io/bytes/json_value.h"
+#include "io/bytes/mapped_file.h"
+#include "io/bytes/replace_file.h"
+#include "raster/base/fail.h"
+
+namespace qs::train {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::string_view kMagic = "QSTRAIN1";
+
+std::uint64_t hash_of(std::span<const std::byte> bytes, std::uint64_t hash = 0xcbf29ce484222325) {
+  for (const std::byte byte : bytes)
+    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001b3;
+  return hash;
+}
+
+// Calls visit(array) for every array of the state, which all have their sizes.
+template <class State, class Visit>
+void for_each_stored(State& state, const Visit& visit) {
+  for (auto* parameters : {&state.parameters, &state.adam.first, &state.adam.second})
+    cpu::train::for_each_array([&](std::size_t, auto& array) { visit(array); }, *parameters);
+  visit(state.density.sums);
+  visit(state.density.views);
+}
+
+class HashedStream {
+ public:
+  explicit HashedStream(std::ostream& stream) : stream_(stream) {}
+
+  void write(const void* data, std::size_t bytes) {
+    hash_ = hash_of({static_cast<const std::byte*>(data), bytes}, hash_);
+    stream_.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+  }
+  std::uint64_t hash() const { return hash_; }
+
+ private:
+  std::ostream& stream_;
+  std::uint64_t hash_ = hash_of({});
+};
+
+// Allocates the arrays after their size was compared with the bytes that are left.
+void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, std::uint64_t left,
+                  const std::string& where) {
+  const std::uint64_t values =
+      3 * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) + 2;
+  if (!fits(gaussians, 4 * values, left))
+    fail("{}: cut off: {} Gaussians do not fit into {} bytes", where, gaussians, left);
+  Parameters parameters;
+  parameters.sh_degree = sh_degree;
+  parameters.resize(gaussians);
+  const int iteration = state.iteration;
+  const std::uint64_t steps = state.adam.steps;
+  state = ModelState::starting_with(std::move(parameters));
+  state.iteration = iteration;
+  state.adam.steps = steps;
+}
+
+}  // namespace
+
+void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::path& path) {
+  const ModelState& model = checkpoint.model;
+  const std::string header = json_line({{"settings", settings_json(checkpoint.settings)},
+                                        {"data", checkpoint.data},
+                                        {"log", log_json(checkpoint.log)},
+                                        {"iteration", model.iteration},
+                                        {"gaussians", model.size()},
+                                        {"sh_degree", model.parameters.sh_degree},
+                                        {"adam_steps", model.adam.steps}});
+  write_file(path, [&](std::ostream& file) {
+    HashedStream stream(file);
+    const std::uint64_t bytes = header.size();
+    stream.write(kMagic.data(), kMagic.size());
+    stream.write(&bytes, sizeof bytes);
+    stream.write(header.data(), header.size());
+    for_each_stored(model, [&](const auto& array) {
+      stream.write(array.data(), array.size() * sizeof array[0]);
+    });
+    const std::uint64_t hash = stream.hash();
+    file.write(reinterpret_cast<const char*>(&hash), sizeof hash);
+  });
+}
+
+Checkpoint read_checkpoint(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  const MappedFile file(path);
+  const auto content = file.content();
+  ByteCursor cursor(content, where);
+  const auto magic = cursor.take(kMagic.size(), "the first bytes");
+  if (std::memcmp(magic.data(), kMagic.data(), kMagic.size()) != 0)
+    fail("{}: is no checkpoint of this version of quadsplat train", where);
+  const auto header_bytes = cursor.read<std::uint64_t>("the header's size");
+  const auto header = cursor.take(header_bytes, "the header");
+  Checkpoint checkpoint;
+  ModelState& model = checkpoint.model;
+  try {
+    const ordered_json json = parse_own_json(
+        {reinterpret_cast<const char*>(header.data()), static_cast<std::size_t>(header.size())});
+    checkpoint.settings = settings_of(json.at("settings"));
+    checkpoint.data = json.at("data").get<std::string>();
+    checkpoint.log = log_of(json.at("log"));
+    json_value(json.at("iteration"), model.iteration);
+    json_value(json.at("adam_steps"), model.adam.steps);
+    const auto degree = json_value<int>(json.at("sh_degree"));
+    if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
+    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree, cursor.left(),
+                 where);
+  } catch (const nlohmann::json::exception& error) {
+    fail("{}: its header is damaged: {}", where, error.what());
+  }
+  for_each_stored(model, [&](auto& array) {
+    const std::size_t bytes = array.size() * sizeof array[0];
+    const auto stored = cursor.take(bytes, "an array");
+    if (bytes > 0) std::memcpy(static_cast<void*>(array.data()), stored.data(), bytes);
+  });
+  const std::uint64_t expected = hash_of(content.first(cursor.offset()));
+  if (cursor.read<std::uint64_t>("the hash") != expected)
+    fail("{}: is damaged: its hash does not match", where);
+  return checkpoint;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// The Gaussians that training starts from.
+#pragma once
+
+#include <vector>
+
+#include "app/train/data_set.h"
+#include "raster/cpu/train/parameters.h"
+
+namespace qs::train {
+
+struct InitialGaussians {
+  int sh_degree = kMaxShDegree;
+  double opacity = 0.1;
+  double scale = 1;  ///< factor on the size
+};
+
+/// A round Gaussian of the point's colour at every point, as large as the root of the mean squared
+/// distance to the 3 nearest points, at least 1e-7 (Kerbl et al. 2023). `points` is not empty.
+cpu::train::Parameters<float> gaussians_at(const std::vector<ScenePoint>& points,
+                                           const InitialGaussians& initial, ThreadPool& pool);
+
+/// `count` gray points, uniform in the cameras' bounding box enlarged 3 times around its middle, or
+/// in the cube from -1.3 to 1.3 of Blender's data sets.
+std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, std::uint64_t seed);
+
+}  // namespace qs::train

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/model_folder.h"
+
+#include <cstring>
+#include <ostream>
+
+#include <nlohmann/json.hpp>
+
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/session/environment.h"
+#include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
+#include "io/camera/cameras.h"
+#include "io/scene/writer.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image.h"
+
+namespace qs::train {
+namespace {
+
+using nlohmann::ordered_json;
+
+// The published trainer's arguments, as Python prints them.
+std::string cfg_args(const std::filesystem::path& folder, const TrainSettings& settings,
+                     const DataSet& data) {
+  return fmt::format(
+      "Namespace(sh_degree={}, source_path='{}', model_path='{}', images='{}', resolution=1, "
+      "white_background={}, data_device='cpu', eval={})",
+      settings.sh_degree, data.folder.string(), folder.string(),
+      data.photographs.filename().string(), settings.white() ? "True" : "False",
+      data.test.empty() ? "False" : "True");
+}
+
+void write_points(const std::vector<ScenePoint>& points, const std::filesystem::path& path) {
+  write_file(path, [&](std::ostream& file) {
+    file << "ply\nformat binary_little_endian 1.0\nelement vertex " << points.size() << '\n';
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+      file << "property float " << name << '\n';
+    for (const char* name : {"red", "green", "blue"}) file << "property uchar " << name << '\n';
+    file << "end_header\n";
+    for (const ScenePoint& point : points) {
+      char row[6 * sizeof(float) + 3] = {};  // the normal is 0
+      const glm::vec3 position(point.position);
+      std::memcpy(row, &position, sizeof position);
+      for (int c = 0; c < 3; ++c)
+        row[6 * sizeof(float) + static_cast<std::size_t>(c)] =
+            static_cast<char>(to_8bit(point.color[c]));
+      file.write(row, sizeof row);
+    }
+  });
+}
+
+ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data, int threads) {
+  const Environment environment = read_environment();
+  ordered_json result = {{"iteration", checkpoint.model.iteration},
+                         {"gaussians", checkpoint.model.size()},
+                         {"seconds", checkpoint.log.seconds},
+                         {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]}};
+  for (const LogRow& row : checkpoint.log.rows) {
+    if (!row.test) continue;
+    const ordered_json json = log_json({.rows = {row}})["rows"][0];
+    result["test_iteration"] = row.iteration;
+    result["test_psnr"] = json["test_psnr"];
+    result["test_ssim"] = json["test_ssim"];
+  }
+  if (const LogRow* best = best_row(checkpoint.log)) result["best_iteration"] = best->iteration;
+  return {{"settings", settings_json(checkpoint.settings)},
+          {"data",
+           {{"folder", data.folder.string()},
+            {"photographs", data.photographs.string()},
+            {"training_views", data.training.size()},
+            {"test_views", data.test.size()},
+            {"width", data.training.front().camera.width},
+            {"height", data.training.front().camera.height},
+            {"points", data.points.size()},
+            {"fingerprint", checkpoint.data}}},
+          {"environment",
+           {{"version", environment.version},
+            {"commit", environment.commit},
+            {"build_type", environment.build_type},
+            {"backend", "cpu"},
+            {"cpu", environment.cpu},
+            {"threads", threads},
+            {"utc", environment.utc}}},
+          {"result", result},
+          {"log", log_json(checkpoint.log)["rows"]}};
+}
+
+}  // namespace
+
+std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
+  return folder / "checkpoint";
+}
+
+void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
+                       const DataSet& data) {
+  make_folder(folder);
+  write_stats(folder / "cameras.json", format_cameras(data.cameras()));
+  write_stats(folder / "cfg_args", cfg_args(folder, settings, data));
+  write_points(data.points, folder / "input.ply");
+}
+
+std::filesystem::path write_gaussians(const std::filesystem::path& folder,
+                                      const TrainSettings& settings, const ModelState& model,
+                                      ThreadPool& pool) {
+  const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
+  make_folder(place);
+  auto file = place / "point_cloud.ply";
+  write_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  return file;
+}
+
+std::filesystem::path write_model_state(const std::filesystem::path& folder,
+                                        const CheckpointView& checkpoint, const DataSet& data,
+                                        ThreadPool& pool) {
+  // The checkpoint first: it needs no memory, and everything else can be made from it.
+  write_checkpoint(checkpoint, checkpoint_path(folder));
+  auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
+  write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
+  write_stats(folder / "train.json", json_file_text(result_json(checkpoint, data, pool.size())));
+  return file;
+}
+
+}  // namespace qs::train

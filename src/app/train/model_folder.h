@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes a trained model as a folder that view, eval, bench and other programs open:
+//   point_cloud/iteration_N/point_cloud.ply   the Gaussians
+//   cameras.json, cfg_args, input.ply         as the published trainer writes them
+//   train.json, train.csv                     settings, environment and result; the log
+//   checkpoint                                continues the run, see checkpoint.h
+#pragma once
+
+#include <filesystem>
+
+#include "app/train/checkpoint.h"
+#include "app/train/data_set.h"
+
+namespace qs::train {
+
+/// Creates the folder with cameras.json, cfg_args and input.ply. Throws Error(input).
+void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
+                       const DataSet& data);
+
+/// Writes the Gaussians. Returns their path.
+std::filesystem::path write_gaussians(const std::filesystem::path& folder,
+                                      const TrainSettings& settings, const ModelState& model,
+                                      ThreadPool& pool);
+
+/// Writes the state: Gaussians, log and checkpoint. Returns the path of the Gaussians.
+std::filesystem::path write_model_state(const std::filesystem::path& folder,
+                                        const CheckpointView& checkpoint, const DataSet& data,
+                                        ThreadPool& pool);
+
+std::filesystem::path checkpoint_path(const std::filesystem::path& folder);
+
+}  // namespace qs::train

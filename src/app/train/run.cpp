@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/run.h"
+
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "app/session/progress_bar.h"
+#include "app/session/quit_signals.h"
+#include "app/session/text.h"
+#include "app/train/model_folder.h"
+#include "app/train/trainer.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs::train {
+namespace {
+
+constexpr int kLogInterval = 100;  // iterations per row of train.csv
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool due(int iteration, int every) { return every > 0 && iteration % every == 0; }
+
+Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
+                 ThreadPool& pool) {
+  Checkpoint checkpoint{settings, data.fingerprint(), {}, {}};
+  if (!options.resume) {
+    checkpoint.model = ModelState::starting_with(
+        options.initial ? *options.initial : starting_gaussians(data, settings, pool));
+    return checkpoint;
+  }
+  const auto path = checkpoint_path(options.out_dir);
+  Checkpoint saved = read_checkpoint(path);
+  if (const std::string names = differences_of(settings, saved.settings); !names.empty()) {
+    fail(ErrorKind::usage, "--resume: {}: the run was started with other settings: {}",
+         path.string(), names);
+  }
+  if (saved.data != checkpoint.data) {
+    fail("{}: the run was started with other photographs, sizes or cameras ({}, now {})",
+         path.string(), saved.data, checkpoint.data);
+  }
+  saved.settings = settings;
+  return saved;
+}
+
+class Run {
+ public:
+  Run(const DataSet& data, const RunOptions& options, Checkpoint checkpoint, ThreadPool& pool)
+      : data_(data),
+        options_(options),
+        settings_(checkpoint.settings),
+        fingerprint_(checkpoint.data),
+        log_(std::move(checkpoint.log)),
+        trainer_(settings_, data, std::move(checkpoint.model), pool),
+        pool_(pool) {}
+
+  RunEnd all_iterations() {
+    const QuitSignals signals;
+    ProgressBar bar("training");
+    const Progress progress = bar.progress();
+    const int first = trainer_.model().iteration;
+    const Clock::time_point begin = Clock::now();
+    try {
+      while (trainer_.model().iteration < settings_.iterations && !QuitSignals::arrived()) {
+        const StepResult step = trainer_.step();
+        const cpu::train::Loss& loss = step.loss;
+        log_.add(step);
+        const int iteration = trainer_.model().iteration;
+        bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s", loss.total,
+                                psnr_of(loss.squared_error), grouped(trainer_.model().size()),
+                                (iteration - first) / seconds_since(begin)));
+        progress.update(static_cast<float>(iteration - first) /
+                        static_cast<float>(settings_.iterations - first));
+        after(iteration, bar);
+      }
+    } catch (const std::bad_alloc&) {
+      fail_without_memory();
+    }
+    bar.hide();
+    const bool finished = trainer_.model().iteration >= settings_.iterations;
+    if (finished && !is_evaluated()) evaluate();
+    const auto file = save();
+    fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
+               grouped(trainer_.model().size()),
+               grouped(static_cast<std::uint64_t>(trainer_.model().iteration)), log_.seconds);
+    const LogRow* const best = best_row(log_);
+    if (options_.keep_best && best != nullptr) {
+      fmt::print("best on the test views: iteration {}, {} dB\n",
+                 grouped(static_cast<std::uint64_t>(best->iteration)), decibels(best->test->psnr));
+    }
+    return finished ? RunEnd::finished : RunEnd::interrupted;
+  }
+
+ private:
+  [[noreturn]] void fail_without_memory() const {
+    const ModelState& model = trainer_.model();
+    const bool saved = model.is_whole();
+    if (saved) write_checkpoint(checkpoint(), checkpoint_path(options_.out_dir));
+    fail(ErrorKind::device,
+         "not enough memory for iteration {} with {} Gaussians{}; a smaller --max-gaussians needs "
+         "less",
+         model.iteration + 1, grouped(model.size()),
+         saved ? fmt::format("; the run was saved in {} and continues with --resume",
+                             options_.out_dir.string())
+               : "");
+  }
+
+  CheckpointView checkpoint() const { return {settings_, fingerprint_, log_, trainer_.model()}; }
+
+  void after(int iteration, ProgressBar& bar) {
+    if (due(iteration, options_.eval_every)) {
+      bar.hide();
+      evaluate();
+    } else if (due(iteration, kLogInterval) && iteration < settings_.iterations) {
+      log_.close_row(trainer_.model(), {});
+    }
+    if (due(iteration, options_.save_every) && iteration < settings_.iterations) save();
+  }
+
+  bool is_evaluated() const {
+    return !log_.rows.empty() && log_.rows.back().iteration == trainer_.model().iteration &&
+           (log_.rows.back().test || data_.test.empty());
+  }
+
+  void evaluate() {
+    const std::optional<Quality> quality = trainer_.test_quality();
+    log_.close_row(trainer_.model(), quality);
+    if (!quality) return;
+    fmt::print("iteration {}: PSNR {} dB, SSIM {:.4f} on {} test views, {} Gaussians, {:.1f} s\n",
+               grouped(static_cast<std::uint64_t>(trainer_.model().iteration)),
+               decibels(quality->psnr), quality->ssim, data_.test.size(),
+               grouped(trainer_.model().size()), log_.seconds);
+    std::fflush(stdout);
+    if (options_.keep_best && best_row(log_) == &log_.rows.back())
+      write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
+  }
+
+  std::filesystem::path save() const {
+    return write_model_state(options_.out_dir, checkpoint(), data_, pool_);
+  }
+
+  const DataSet& data_;
+  const RunOptions& options_;
+  const TrainSettings settings_;
+  const std::string fingerprint_;
+  TrainLog log_;
+  Trainer trainer_;
+  ThreadPool& pool_;
+};
+
+}  // namespace
+
+RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
+                    ThreadPool& pool) {
+  Checkpoint checkpoint = start(settings, data, options, pool);
+  write_model_start(options.out_dir, settings, data);
+  return Run(data, options, std::move(checkpoint), pool).all_iterations();
+}
+
+}  // namespace qs::train

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+//
+// A whole training run: from a data set to a model folder, with progress, evaluation, saving and
+// interruption.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/train/checkpoint.h"
+#include "app/train/data_set.h"
+
+namespace qs::train {
+
+struct RunOptions {
+  std::filesystem::path out_dir;
+  int eval_every = 0;      ///< iterations; 0: only at the end
+  int save_every = 0;      ///< iterations; 0: only at the end
+  bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
+  bool resume = false;
+  std::optional<Parameters> initial;  ///< unset: from the data set's points
+};
+
+enum class RunEnd { finished, interrupted };
+
+/// Trains until settings.iterations, or until a signal arrives (quit_signals.h), and saves the
+/// model in both cases. Prints one line per evaluation and one for the saved model to stdout.
+/// Throws Error; one for lack of memory is thrown after the model was saved, if that succeeded.
+RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
+                    ThreadPool& pool);
+
+}  // namespace qs::train

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/schedule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "raster/kernel/random.h"
+
+namespace qs::train {
+namespace {
+
+constexpr double kFirstMeanRate = 1.6e-4, kLastMeanRate = 1.6e-6;
+constexpr int kMeanRateIterations = 30'000;
+constexpr int kShDegreeIterations = 1000;
+
+}  // namespace
+
+cpu::train::Rates rates_at(int iteration, double extent, double opacity_rate) {
+  const double t = std::min(1.0, static_cast<double>(iteration) / kMeanRateIterations);
+  const double mean = std::exp((1 - t) * std::log(kFirstMeanRate) + t * std::log(kLastMeanRate));
+  return {.mean = mean * extent,
+          .log_scale = 5e-3,
+          .rotation = 1e-3,
+          .opacity = opacity_rate,
+          .sh_dc = 2.5e-3,
+          .sh_rest = 2.5e-3 / 20};
+}
+
+int sh_degree_at(int iteration, int most) {
+  return std::min(most, iteration / kShDegreeIterations);
+}
+
+std::size_t ViewOrder::at(int iteration) {
+  const auto number = static_cast<std::uint64_t>(iteration - 1);
+  const std::uint64_t round = number / views_;
+  if (round != round_) {
+    round_ = round;
+    order_.resize(views_);
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    const Random random = Random::of(seed_, RandomUse::views, round);
+    for (std::size_t left = views_; left > 1; --left)
+      std::swap(order_[left - 1], order_[random.bits(left) % left]);
+  }
+  return order_[number % views_];
+}
+
+}  // namespace qs::train

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "app/train/settings.h"
+
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/session/text.h"
+#include "io/bytes/json_value.h"
+#include "raster/base/fail.h"
+
+namespace qs::train {
+
+using nlohmann::ordered_json;
+
+ordered_json settings_json(const TrainSettings& s) {
+  return {{"iterations", s.iterations},
+          {"strategy", s.strategy},
+          {"cull", mode_name(s.mode)},
+          {"seed", s.seed},
+          {"sh_degree", s.sh_degree},
+          {"antialiased", s.antialiased},
+          {"background", {s.background.x, s.background.y, s.background.z}},
+          {"random_background", s.random_background},
+          {"max_gaussians", s.max_gaussians},
+          {"random_points", s.random_points}};
+}
+
+TrainSettings settings_of(const ordered_json& json) {
+  TrainSettings s;
+  json_value(json.at("iterations"), s.iterations);
+  json_value(json.at("strategy"), s.strategy);
+  s.mode = find_culler(json.at("cull").get<std::string>());
+  json_value(json.at("seed"), s.seed);
+  json_value(json.at("sh_degree"), s.sh_degree);
+  json_value(json.at("antialiased"), s.antialiased);
+  for (int c = 0; c < 3; ++c)
+    json_value(json.at("background").at(static_cast<std::size_t>(c)), s.background[c]);
+  json_value(json.at("random_background"), s.random_background);
+  json_value(json.at("max_gaussians"), s.max_gaussians);
+  json_value(json.at("random_points"), s.random_points);
+  return s;
+}
+
+std::string differences_of(const TrainSettings& a, const TrainSettings& b) {
+  const ordered_json left = settings_json(a), right = settings_json(b);
+  std::vector<std::string> names;
+  for (const auto& [name, value] : left.items()) {
+    if (name != "iterations" && name != "max_gaussians" && value != right.at(name))
+      names.push_back(name);
+  }
+  return joined(names, ", ");
+}
+
+}  // namespace qs::train

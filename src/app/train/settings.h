@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+//
+// The choices that decide what a training run computes. Two runs with equal settings and data give
+// the same model to the bit.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <glm/vec3.hpp>
+#include <nlohmann/json_fwd.hpp>
+
+#include "raster/kernel/cull/modes.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs::train {
+
+struct TrainSettings {
+  int iterations = 30'000;
+  std::string strategy = "adc";
+  CullMode mode = kDefaultMode;
+  std::uint64_t seed = 0;
+  int sh_degree = kMaxShDegree;
+  bool antialiased = false;
+  glm::vec3 background{0};              ///< RGB, 0..1
+  bool random_background = false;       ///< another colour in every iteration
+  std::size_t max_gaussians = 0;        ///< 0: the strategy's own limit
+  std::size_t random_points = 100'000;  ///< to start from if the data set has no points
+
+  bool white() const { return !random_background && background == glm::vec3(1); }
+};
+
+/// As a JSON object, and back. settings_of() throws nlohmann::json::exception.
+nlohmann::ordered_json settings_json(const TrainSettings& settings);
+TrainSettings settings_of(const nlohmann::ordered_json& json);
+
+/// The names of the settings that differ, except `iterations` and `max_gaussians`: a resumed run
+/// may end later, and may have to do with less memory.
+std::string differences_of(const TrainSettings& a, const TrainSettings& b);
+
+}  // namespace qs::train

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// What a training run reports: one row per interval, as train.csv and train.json hold it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/train/trainer.h"
+
+namespace qs::train {
+
+struct LogRow {
+  int iteration = 0;
+  double seconds = 0;  ///< of training since the start, without evaluation and saving
+  double loss = 0;     ///< mean since the row before
+  std::size_t gaussians = 0;
+  std::optional<Quality> test;
+};
+
+struct TrainLog {
+  std::vector<LogRow> rows;
+  double seconds = 0;
+  double loss_sum = 0;  ///< since the last row
+  int loss_count = 0;
+  std::array<double, kTrainStages.size()> stage_seconds = {};
+
+  /// Also adds the step's time to `seconds`.
+  void add(const StepResult& step);
+  /// Appends a row for the state and starts the next interval.
+  void close_row(const ModelState& model, const std::optional<Quality>& test);
+};
+
+/// The row with the highest PSNR on the test views, the first of equal ones; nullptr without any.
+const LogRow* best_row(const TrainLog& log);
+
+/// "iteration,seconds,loss,gaussians,test_psnr,test_ssim" and the rows.
+std::string format_train_csv(const TrainLog& log);
+
+/// The log as a JSON object, and back. log_of() throws nlohmann::json::exception.
+nlohmann::ordered_json log_json(const TrainLog& log);
+TrainLog log_of(const nlohmann::ordered_json& json);
+
+}  // namespace qs::train

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+//
+// Lenses that distort, and the pinhole cameras that take their place. A photograph is undistorted
+// when it is read; from then on its camera is a pinhole camera.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+/// COLMAP's model OPENCV, which contains SIMPLE_RADIAL (k1) and RADIAL (k1, k2). Pixels are those
+/// of the camera's image size and count from pixel centres.
+struct Lens {
+  glm::dvec2 focal_px{0.0}, center_px{0.0};
+  double k1 = 0, k2 = 0;  ///< radial
+  double p1 = 0, p2 = 0;  ///< tangential
+
+  /// Where the lens shows the direction (x/z, y/z), as a direction:
+  ///   x (1 + k1 r^2 + k2 r^4) + 2 p1 x y + p2 (r^2 + 2 x^2)
+  ///   y (1 + k1 r^2 + k2 r^4) + 2 p2 x y + p1 (r^2 + 2 y^2)
+  glm::dvec2 distort(glm::dvec2 slope) const;
+};
+
+/// The camera of a photograph.
+struct LensCamera {
+  Camera camera;             ///< of the undistorted photograph
+  std::optional<Lens> lens;  ///< of the photograph as it was taken; unset: it does not distort
+  /// The photograph's path from the folder of the cameras file, as transforms.json has it: perhaps
+  /// without ending. Empty: only the name is known.
+  std::filesystem::path photograph = {};
+
+  /// The same view in another resolution: each axis is scaled by its own factor.
+  LensCamera scaled(int width, int height) const;
+};
+
+/// The pinhole camera for a lens, of the size and principal point of `size`: its focal lengths are
+/// the lens's times the smallest factor for which every pixel of the undistorted photograph lies in
+/// the photograph. Throws Error(input) "WHERE: ..." if the lens shows a direction twice.
+LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::string& where);
+
+/// Without their lenses.
+std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras);
+
+}  // namespace qs

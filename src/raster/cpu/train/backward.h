@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// The backward pass of training: from the loss's derivatives by the pixels to those by all
+// parameters. The result does not depend on the number of threads: every pair of a tile and a
+// Gaussian gets its own sum over the tile's pixels, row by row, and a Gaussian's pairs are summed
+// in the order of tiles.
+#pragma once
+
+#include <span>
+
+#include "raster/cpu/train/forward.h"
+#include "raster/kernel/gradient/pixel.h"
+
+namespace qs::cpu::train {
+
+/// Memory of backward() that the next step uses again.
+template <class Real>
+struct BackwardScratch {
+  std::vector<PixelSums<Real>> pairs;  ///< per pair, in the order of the tile lists
+  std::vector<std::uint64_t> begin;    ///< per slot: its first element of `order`; one more
+  std::vector<std::uint64_t> order;    ///< pairs by slot and tile
+};
+
+/// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+template <class Real>
+void backward(const StepView& view, const Parameters<Real>& parameters,
+              const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
+              BackwardScratch<Real>& scratch, Gradients<Real>& gradients);
+
+}  // namespace qs::cpu::train

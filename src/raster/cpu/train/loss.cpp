@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/train/loss.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace qs::cpu::train {
+namespace {
+
+constexpr int kRadius = 5;
+constexpr double kSigma = 1.5;
+constexpr int kChannels = 3;
+constexpr std::size_t kRowGrain = 8;
+
+template <class Real>
+std::array<Real, 2 * kRadius + 1> gaussian_window() {
+  std::array<double, 2 * kRadius + 1> window{};
+  double sum = 0;
+  for (int i = -kRadius; i <= kRadius; ++i) {
+    const double weight = std::exp(-0.5 * i * i / (kSigma * kSigma));
+    window[static_cast<std::size_t>(i + kRadius)] = weight;
+    sum += weight;
+  }
+  std::array<Real, 2 * kRadius + 1> result{};
+  for (std::size_t k = 0; k < window.size(); ++k) result[k] = static_cast<Real>(window[k] / sum);
+  return result;
+}
+
+// A picture of `values` numbers per row; runs each(y) for every row in parallel.
+struct Shape {
+  std::size_t values, height;
+  ThreadPool& pool;
+
+  template <class Each>
+  void for_rows(const Each& each) const {
+    pool.for_chunks(height, kRowGrain, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t y = begin; y < end; ++y) each(y);
+    });
+  }
+
+  // Sum of row_sum(y); the order of summing is fixed.
+  template <class RowSum>
+  double sum_of_rows(const RowSum& row_sum) const {
+    std::vector<double> sums(height);
+    for_rows([&](std::size_t y) { sums[y] = row_sum(y); });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
+};
+
+// Convolves `field` with the window, zeros outside. The window is symmetric, so this is also the
+// adjoint that the gradient needs.
+template <class Real>
+void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows) {
+  static const auto kWindow = gaussian_window<Real>();
+  constexpr std::size_t kMargin = kRadius * kChannels;
+  const std::size_t values = shape.values;
+  rows.resize(field.size());
+  shape.for_rows([&](std::size_t y) {
+    std::vector<Real> padded(values + 2 * kMargin, 0);
+    std::copy_n(field.begin() + static_cast<std::ptrdiff_t>(y * values), values,
+                padded.begin() + kMargin);
+    Real* const out = &rows[y * values];
+    std::fill_n(out, values, Real(0));
+    for (std::size_t k = 0; k < kWindow.size(); ++k) {
+      const Real* const in = &padded[k * kChannels];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
+    }
+  });
+  shape.for_rows([&](std::size_t y) {
+    Real* const out = &field[y * values];
+    std::fill_n(out, values, Real(0));
+    const std::size_t first = y < kRadius ? kRadius - y : 0;
+    const std::size_t last = std::min(kWindow.size(), shape.height + kRadius - y);
+    for (std::size_t k = first; k < last; ++k) {
+      const Real* const in = &rows[(y + k - kRadius) * values];
+      for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
+    }
+  });
+}
+
+// SSIM from the blurred moments, and its derivatives by those of the picture a.
+template <class Real>
+struct Similarity {
+  Real value, by_a, by_aa, by_ab;
+
+  static Similarity of(Real a, Real b, Real aa, Real bb, Real ab) {
+    constexpr Real kC1 = Real(0.01 * 0.01), kC2 = Real(0.03 * 0.03);
+    const Real top1 = 2 * a * b + kC1, top2 = 2 * (ab - a * b) + kC2;
+    const Real bottom1 = a * a + b * b + kC1, bottom2 = aa - a * a + bb - b * b + kC2;
+    const Real inverse = 1 / (bottom1 * bottom2);
+    const Real value = top1 * top2 * inverse;
+    return {value, 2 * b * (top2 - top1) * inverse + 2 * a * value * (1 / bottom2 - 1 / bottom1),
+            -value / bottom2, 2 * top1 * inverse};
+  }
+};
+
+}  // namespace
+
+template <class Real>
+Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
+             std::span<const glm::vec3> target, ThreadPool& pool, LossScratch<Real>& scratch,
+             std::vector<glm::vec<3, Real>>& d_color) {
+  const Shape shape{static_cast<std::size_t>(width) * kChannels, static_cast<std::size_t>(height),
+                    pool};
+  const std::size_t values = shape.values, count = values * shape.height;
+  assert(color.size() * kChannels == count && target.size() == color.size());
+  d_color.resize(color.size());
+  const Real* const a = &color[0][0];
+  const float* const b = &target[0][0];
+  Real* const d = &d_color[0][0];
+  std::vector<Real>&mean_a = scratch.fields[0], &mean_b = scratch.fields[1],
+  &mean_aa = scratch.fields[2], &mean_bb = scratch.fields[3], &mean_ab = scratch.fields[4];
+  for (auto& field : scratch.fields) field.resize(count);
+
+  shape.for_rows([&](std::size_t y) {
+    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      const Real vb = b[i];
+      mean_a[i] = a[i];
+      mean_b[i] = vb;
+      mean_aa[i] = a[i] * a[i];
+      mean_bb[i] = vb * vb;
+      mean_ab[i] = a[i] * vb;
+    }
+  });
+  for (auto& field : scratch.fields) blur(shape, field, scratch.rows);
+
+  Loss loss;
+  const auto total = static_cast<double>(count);
+  // The derivatives replace the moments.
+  loss.ssim = shape.sum_of_rows([&](std::size_t y) {
+    double sum = 0;
+    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      const auto s = Similarity<Real>::of(mean_a[i], mean_b[i], mean_aa[i], mean_bb[i], mean_ab[i]);
+      sum += static_cast<double>(s.value);
+      mean_a[i] = s.by_a;
+      mean_aa[i] = s.by_aa;
+      mean_ab[i] = s.by_ab;
+    }
+    return sum;
+  });
+  loss.ssim /= total;
+  for (auto* field : {&mean_a, &mean_aa, &mean_ab}) blur(shape, *field, scratch.rows);
+
+  const auto l1_weight = static_cast<Real>((1 - kSsimWeight) / total);
+  const auto ssim_weight = static_cast<Real>(kSsimWeight / total);
+  loss.l1 = shape.sum_of_rows([&](std::size_t y) {
+    double sum = 0;
+    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      const Real vb = b[i], difference = a[i] - vb;
+      sum += std::abs(static_cast<double>(difference));
+      const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
+      d[i] = l1_weight * sign - ssim_weight * (mean_a[i] + 2 * a[i] * mean_aa[i] + vb * mean_ab[i]);
+    }
+    return sum;
+  });
+  loss.l1 /= total;
+  loss.squared_error = shape.sum_of_rows([&](std::size_t y) {
+    double sum = 0;
+    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      const double difference =
+          std::clamp(static_cast<double>(a[i]), 0.0, 1.0) - static_cast<double>(b[i]);
+      sum += difference * difference;
+    }
+    return sum;
+  });
+  loss.squared_error /= total;
+  loss.total = (1 - kSsimWeight) * loss.l1 + kSsimWeight * (1 - loss.ssim);
+  return loss;
+}
+
+template Loss compare(int, int, std::span<const glm::vec3>, std::span<const glm::vec3>, ThreadPool&,
+                      LossScratch<float>&, std::vector<glm::vec3>&);
+template Loss compare(int, int, std::span<const glm::dvec3>, std::span<const glm::vec3>,
+                      ThreadPool&, LossScratch<double>&, std::vector<glm::dvec3>&);
+
+}  // namespace qs::cpu::train

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+//
+// One step of Adam (Kingma and Ba 2015) for one value, as both backends take it.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+inline constexpr double kAdamBeta1 = 0.9, kAdamBeta2 = 0.999, kAdamEpsilon = 1e-15;
+
+/// What a step has in common for all values: the corrections of the moments' start at 0.
+struct AdamStep {
+  float first, second;  ///< 1 / (1 - beta1^t) and 1 / sqrt(1 - beta2^t) of step t = 1, 2, ...
+
+  static AdamStep number(std::uint64_t t) {
+    const auto power = static_cast<double>(t);
+    return {static_cast<float>(1 / (1 - std::pow(kAdamBeta1, power))),
+            static_cast<float>(1 / std::sqrt(1 - std::pow(kAdamBeta2, power)))};
+  }
+};
+
+/// Moves `value` and updates its moments. A gradient that is not finite counts as 0, so that no
+/// value ever becomes NaN.
+QS_HD void adam(const AdamStep& step, float rate, float gradient, float& value, float& first,
+                float& second) {
+  constexpr auto kBeta1 = static_cast<float>(kAdamBeta1), kBeta2 = static_cast<float>(kAdamBeta2);
+  constexpr auto kRest1 = static_cast<float>(1 - kAdamBeta1),
+                 kRest2 = static_cast<float>(1 - kAdamBeta2);
+  if (!(gradient - gradient == 0.0f)) gradient = 0.0f;
+  first = kBeta1 * first + kRest1 * gradient;
+  second = kBeta2 * second + kRest2 * gradient * gradient;
+  const float size = std::sqrt(second) * step.second + static_cast<float>(kAdamEpsilon);
+  const float move = rate * step.first * first / size;
+  if (move - move == 0.0f) value = value - move;
+}
+
+}  // namespace qs

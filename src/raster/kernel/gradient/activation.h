@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+//
+// Gradients of activation.h: from a Gaussian's covariance and opacity to the values that are
+// trained.
+#pragma once
+
+#include <cmath>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/hd.h"
+#include "raster/kernel/project.h"
+
+namespace qs {
+
+/// A trained quaternion has any length above 0 and is normalised when it is used.
+template <class Real>
+QS_HD glm::qua<Real> unit_rotation(const glm::qua<Real>& rotation) {
+  const Real length = std::sqrt(rotation.w * rotation.w + rotation.x * rotation.x +
+                                rotation.y * rotation.y + rotation.z * rotation.z);
+  return {rotation.w / length, rotation.x / length, rotation.y / length, rotation.z / length};
+}
+
+template <class Real>
+struct ShapeGradient {
+  glm::vec<3, Real> log_scale{0};
+  glm::qua<Real> rotation{0, 0, 0, 0};  ///< by the quaternion before it is normalised
+};
+
+/// From covariance_of(log_scale, unit_rotation(rotation)) to its arguments. `d_covariance` counts
+/// both equal elements in xy, xz and yz.
+template <class Real>
+QS_HD ShapeGradient<Real> covariance_gradient(const glm::vec<3, Real>& log_scale,
+                                              const glm::qua<Real>& rotation,
+                                              const Covariance3<Real>& d_covariance) {
+  using Vec3 = glm::vec<3, Real>;
+  const glm::qua<Real> q = unit_rotation(rotation);
+  const glm::mat<3, 3, Real> r = glm::mat3_cast(q);
+  const Covariance3<Real>& d = d_covariance;
+  ShapeGradient<Real> result;
+  glm::mat<3, 3, Real> d_r;  // columns, as r
+  // The covariance is the sum over the columns m = r s of m m^T, so dL/dm = 2 D m with the
+  // symmetric matrix D whose elements off the diagonal are half of d's.
+  for (int k = 0; k < 3; ++k) {
+    const Real scale = std::exp(log_scale[k]);
+    const Vec3 m = r[k] * scale;
+    const Vec3 d_m(2 * d.xx * m.x + d.xy * m.y + d.xz * m.z,
+                   d.xy * m.x + 2 * d.yy * m.y + d.yz * m.z,
+                   d.xz * m.x + d.yz * m.y + 2 * d.zz * m.z);
+    result.log_scale[k] = d_m.x * m.x + d_m.y * m.y + d_m.z * m.z;
+    d_r[k] = d_m * scale;
+  }
+  // r by rows: 1 - 2yy - 2zz, 2xy - 2wz, 2xz + 2wy; 2xy + 2wz, 1 - 2xx - 2zz, 2yz - 2wx;
+  // 2xz - 2wy, 2yz + 2wx, 1 - 2xx - 2yy. Below, e(row, column) is its gradient.
+  const auto e = [&d_r](int row, int column) { return d_r[column][row]; };
+  const Real w = q.w, x = q.x, y = q.y, z = q.z;
+  const Real d_w =
+      2 * (x * (e(2, 1) - e(1, 2)) + y * (e(0, 2) - e(2, 0)) + z * (e(1, 0) - e(0, 1)));
+  const Real d_x = 2 * (w * (e(2, 1) - e(1, 2)) + y * (e(0, 1) + e(1, 0)) +
+                        z * (e(0, 2) + e(2, 0)) - 2 * x * (e(1, 1) + e(2, 2)));
+  const Real d_y = 2 * (w * (e(0, 2) - e(2, 0)) + x * (e(0, 1) + e(1, 0)) +
+                        z * (e(1, 2) + e(2, 1)) - 2 * y * (e(0, 0) + e(2, 2)));
+  const Real d_z = 2 * (w * (e(1, 0) - e(0, 1)) + x * (e(0, 2) + e(2, 0)) +
+                        y * (e(1, 2) + e(2, 1)) - 2 * z * (e(0, 0) + e(1, 1)));
+  // Through the normalisation: only the part across q remains.
+  const Real along = d_w * w + d_x * x + d_y * y + d_z * z;
+  const Real length = std::sqrt(rotation.w * rotation.w + rotation.x * rotation.x +
+                                rotation.y * rotation.y + rotation.z * rotation.z);
+  result.rotation = {(d_w - along * w) / length, (d_x - along * x) / length,
+                     (d_y - along * y) / length, (d_z - along * z) / length};
+  return result;
+}
+
+/// From opacity_of() to the logit.
+template <class Real>
+QS_HD Real opacity_gradient(Real opacity, Real d_opacity) {
+  return d_opacity * opacity * (1 - opacity);
+}
+
+}  // namespace qs

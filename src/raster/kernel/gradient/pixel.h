@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+//
+// The gradient of one step of compositing (composite.h): from the colour of a pixel to the Gaussian
+// that the pixel blended.
+//   C = sum over i of c_i alpha_i T_i + T_end background,   T_i = product over j < i of (1 -
+//   alpha_j) alpha = min(0.99, opacity e^E),   E = -(a dx^2 + c dy^2) / 2 - b dx dy,   (dx, dy) =
+//   pixel - mean
+// The clamp at 0.99 passes the gradient through, as in the published training code. Gaussians that
+// a pixel skips, or in front of which it stops, get no gradient from it.
+#pragma once
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/hd.h"
+#include "raster/kernel/splat64.h"
+
+namespace qs {
+
+/// What pixels add up for a Gaussian, with d = dL/dE of each: the rest of the gradient is linear in
+/// these sums.
+template <class Real>
+struct PixelSums {
+  Real d = 0, dx = 0, dy = 0;      ///< of d, d dx, d dy
+  Real dxx = 0, dxy = 0, dyy = 0;  ///< of d dx^2, d dx dy, d dy^2
+  glm::vec<3, Real> color{0};      ///< of dL/dc
+
+  QS_HD PixelSums& operator+=(const PixelSums& other) {
+    d += other.d;
+    dx += other.dx;
+    dy += other.dy;
+    dxx += other.dxx;
+    dxy += other.dxy;
+    dyy += other.dyy;
+    color += other.color;
+    return *this;
+  }
+};
+
+/// The loss's derivatives by the values that pixels read of a Gaussian.
+template <class Real>
+struct SplatGradient {
+  glm::vec<2, Real> mean_px{0};
+  glm::vec<3, Real> conic{0};  ///< by a, b, c
+  Real opacity = 0;            ///< by the opacity that is blended: with compensation
+  glm::vec<3, Real> color{0};
+};
+
+/// dL/dalpha. `transmittance` is the value in front of the Gaussian; `behind` is the colour that
+/// the Gaussians behind it and the background add to the pixel; `d_pixel` is dL/dC.
+template <class Real>
+QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real transmittance,
+                          const glm::vec<3, Real>& behind, const glm::vec<3, Real>& d_pixel) {
+  return glm::dot(d_pixel, color * transmittance - behind / (1 - alpha));
+}
+
+/// Adds what pixel (x, y) gives to a Gaussian that it blended. `alpha` is as composite() returned
+/// it; the other arguments are those of alpha_gradient().
+template <class Real>
+QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, Real x, Real y, Real alpha,
+                     Real transmittance, const glm::vec<3, Real>& behind,
+                     const glm::vec<3, Real>& d_pixel, PixelSums<Real>& sums) {
+  using Math = PixelMath<Real>;
+  const Real dx = x - splat.mean_px.x, dy = y - splat.mean_px.y;
+  sums.color += alpha * transmittance * d_pixel;
+  const Real unclamped =
+      alpha < Math::kAlphaMax ? alpha : splat.opacity * Math::exp2(log2_falloff(splat, dx, dy));
+  const Real d = unclamped * alpha_gradient(splat.color, alpha, transmittance, behind, d_pixel);
+  sums.d += d;
+  sums.dx += d * dx;
+  sums.dy += d * dy;
+  sums.dxx += d * dx * dx;
+  sums.dxy += d * dx * dy;
+  sums.dyy += d * dy * dy;
+}
+
+/// The gradient of a Gaussian from the sums over all its pixels.
+template <class Real>
+QS_HD SplatGradient<Real> splat_gradient(const typename PixelMath<Real>::Splat& splat,
+                                         const PixelSums<Real>& sums) {
+  SplatGradient<Real> result;
+  // log2_conic is (-a/2, -b, -c/2) / ln 2, so dE/dmean_x = a dx + b dy is -ln 2 (2 x dx + y dy).
+  const Real scale = -static_cast<Real>(kLn2);
+  result.mean_px.x = scale * (2 * splat.log2_conic.x * sums.dx + splat.log2_conic.y * sums.dy);
+  result.mean_px.y = scale * (2 * splat.log2_conic.z * sums.dy + splat.log2_conic.y * sums.dx);
+  result.conic = {-sums.dxx / 2, -sums.dxy, -sums.dyy / 2};
+  result.opacity = splat.opacity > 0 ? sums.d / splat.opacity : Real(0);
+  result.color = sums.color;
+  return result;
+}
+
+}  // namespace qs

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+//
+// The gradient of the projection (project.h): from a Gaussian's mean and covariance on the image to
+// its mean and covariance in the world.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/hd.h"
+#include "raster/kernel/project.h"
+
+namespace qs {
+
+/// Derivatives by a Gaussian's mean (in the axes that the function names) and covariance. The
+/// derivative by xy, xz or yz counts both equal elements of the matrix.
+template <class Real>
+struct GeometryGradient {
+  glm::vec<3, Real> mean{0};
+  Covariance3<Real> covariance{0, 0, 0, 0, 0, 0};
+};
+
+/// From to_pixel() to the point in view axes.
+template <class Real>
+QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3, Real>& point,
+                                       const glm::vec<2, Real>& d_pixel) {
+  const Real x = d_pixel.x * view.focal_px.x / point.z, y = d_pixel.y * view.focal_px.y / point.z;
+  return {x, y, -(x * point.x + y * point.y) / point.z};
+}
+
+/// From project_covariance() to the point in view axes, through the Jacobian, and to the covariance
+/// in the world. A slope that is clamped is a constant.
+template <class Real>
+QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
+                                                         const glm::vec<3, Real>& point,
+                                                         const Covariance3<Real>& sigma,
+                                                         const Covariance2<Real>& d_covariance) {
+  using Vec3 = glm::vec<3, Real>;
+  const auto clamped = [](Real value, Real limit) { return value < -limit || value > limit; };
+  const auto clamp = [](Real value, Real limit) {
+    return value < -limit ? -limit : (value > limit ? limit : value);
+  };
+  const Real z = point.z;
+  const Real slope_x = clamp(point.x / z, view.slope_limit.x);
+  const Real slope_y = clamp(point.y / z, view.slope_limit.y);
+  const Real j00 = view.focal_px.x / z, j02 = -view.focal_px.x * slope_x / z;
+  const Real j11 = view.focal_px.y / z, j12 = -view.focal_px.y * slope_y / z;
+  // Rows of W; glm stores columns, m[column][row]. u and v are the rows of J W.
+  const auto& w = view.view_from_world;
+  const Vec3 w0(w[0][0], w[1][0], w[2][0]), w1(w[0][1], w[1][1], w[2][1]),
+      w2(w[0][2], w[1][2], w[2][2]);
+  const Vec3 u = j00 * w0 + j02 * w2, v = j11 * w1 + j12 * w2;
+  const auto times_sigma = [&sigma](const Vec3& a) {
+    return Vec3(sigma.xx * a.x + sigma.xy * a.y + sigma.xz * a.z,
+                sigma.xy * a.x + sigma.yy * a.y + sigma.yz * a.z,
+                sigma.xz * a.x + sigma.yz * a.y + sigma.zz * a.z);
+  };
+  const Vec3 sigma_u = times_sigma(u), sigma_v = times_sigma(v);
+
+  // xx = u^T sigma u, xy = u^T sigma v, yy = v^T sigma v.
+  const Covariance2<Real>& d = d_covariance;
+  GeometryGradient<Real> result;
+  Covariance3<Real>& s = result.covariance;
+  s.xx = d.xx * u.x * u.x + d.xy * u.x * v.x + d.yy * v.x * v.x;
+  s.yy = d.xx * u.y * u.y + d.xy * u.y * v.y + d.yy * v.y * v.y;
+  s.zz = d.xx * u.z * u.z + d.xy * u.z * v.z + d.yy * v.z * v.z;
+  s.xy = 2 * d.xx * u.x * u.y + d.xy * (u.x * v.y + u.y * v.x) + 2 * d.yy * v.x * v.y;
+  s.xz = 2 * d.xx * u.x * u.z + d.xy * (u.x * v.z + u.z * v.x) + 2 * d.yy * v.x * v.z;
+  s.yz = 2 * d.xx * u.y * u.z + d.xy * (u.y * v.z + u.z * v.y) + 2 * d.yy * v.y * v.z;
+
+  const Vec3 d_u = 2 * d.xx * sigma_u + d.xy * sigma_v;
+  const Vec3 d_v = d.xy * sigma_u + 2 * d.yy * sigma_v;
+  const auto dot = [](const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  const Real d_j00 = dot(d_u, w0), d_j02 = dot(d_u, w2);
+  const Real d_j11 = dot(d_v, w1), d_j12 = dot(d_v, w2);
+  // j02 = -focal slope / z; the slope is x / z unless it is clamped.
+  const Real d_slope_x = -d_j02 * view.focal_px.x / z, d_slope_y = -d_j12 * view.focal_px.y / z;
+  result.mean.z = -(d_j00 * j00 + d_j02 * j02 + d_j11 * j11 + d_j12 * j12) / z;
+  if (!clamped(point.x / z, view.slope_limit.x)) {
+    result.mean.x = d_slope_x / z;
+    result.mean.z -= d_slope_x * slope_x / z;
+  }
+  if (!clamped(point.y / z, view.slope_limit.y)) {
+    result.mean.y = d_slope_y / z;
+    result.mean.z -= d_slope_y * slope_y / z;
+  }
+  return result;
+}
+
+/// From to_view() to the position in the world.
+template <class Real>
+QS_HD glm::vec<3, Real> view_gradient(const View<Real>& view, const glm::vec<3, Real>& d_point) {
+  const auto& w = view.view_from_world;
+  const auto along = [&](int column) {
+    return w[column][0] * d_point.x + w[column][1] * d_point.y + w[column][2] * d_point.z;
+  };
+  return {along(0), along(1), along(2)};
+}
+
+}  // namespace qs

@@ -61,7 +61,7 @@ void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
 }
 
 /// Usual macro-tiles, fuller ones, and more than shared memory holds (on any GPU).
-constexpr std::size_t kFills[] = {800, 5000, 30'000};
+constexpr std::size_t kFills[] = {800, 3400, 30'000};
 
 TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
   for (const std::size_t fill : kFills) {
@@ -71,6 +71,16 @@ TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
     const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
     expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(32, 32), settings_of_pipeline());
   }
+}
+
+TEST_P(CudaMacroTiles, are_cut_by_more_samples_than_shared_memory_holds) {
+  if (!test::gpu_is_emulated()) GTEST_SKIP() << "needs millions of Gaussians on a GPU";
+  const GaussianCloud cloud =
+      scattered(430'000, 32, [](std::size_t i) { return 2 + 1e-5 * double(i * 7919 % 99'991); });
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  const Camera camera = test::front_camera(32, 32);
+  test::expect_equal_decisions(gpu->render(camera, settings_of_pipeline(), test::decisions()),
+                               cpu->render(camera, settings_of_pipeline(), test::decisions()));
 }
 
 TEST_P(CudaMacroTiles, put_equal_depths_in_the_order_of_the_file) {

@@ -171,7 +171,7 @@ struct cudaFuncAttributes {};
 enum cudaDeviceAttr { cudaDevAttrMaxSharedMemoryPerBlockOptin };
 /// Little, so that tests reach the limit.
 inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr, int) {
-  return *value = 100 << 10, cudaSuccess;
+  return *value = 68 << 10, cudaSuccess;
 }
 enum { cudaFuncAttributeMaxDynamicSharedMemorySize = 8 };
 template <class Kernel>

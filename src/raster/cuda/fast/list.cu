@@ -16,7 +16,7 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   using Block = ListBlock<kBlock>;
   __shared__ typename Block::Shared shared;
   const std::size_t first = std::size_t{own} * macro_tiles.slicing.size.capacity;
-  Block block(SortArrays(dynamic_shared(), capacity), shared, size);
+  Block block(SharedArrays(dynamic_shared(), capacity), shared, size);
   block.sort(macro_tiles.entries + first, macro_tiles.masks + first);
   block.count();
   if (threadIdx.x < kWarp) {
@@ -64,7 +64,7 @@ std::uint32_t most_in_shared_memory() {
         "cudaDeviceGetAttribute");
   const std::size_t available = static_cast<std::size_t>(bytes) - kStaticBytes;
   return static_cast<std::uint32_t>(
-      std::max<std::size_t>(available / SortArrays::bytes(1), MacroTiles::kUsual));
+      std::max<std::size_t>(available / SharedArrays::bytes(1), MacroTiles::kUsual));
 }
 
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
@@ -72,17 +72,17 @@ void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scrat
   const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
   launch("sort", list_usual_macro_tiles,
          Blocks(static_cast<unsigned>(scratch.macro_tiles.count()), kUsualThreads,
-                SortArrays::bytes(MacroTiles::kUsual)),
+                SharedArrays::bytes(MacroTiles::kUsual)),
          frame.stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs), lists_all);
 }
 
 void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 TilePairs& pairs, cudaStream_t stream) {
   const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
-  launch(
-      "sort", list_whole_macro_tiles,
-      Blocks(std::min(count, kWholeBlocks), kLargeThreads, SortArrays::bytes(size.macro.capacity)),
-      stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
+  launch("sort", list_whole_macro_tiles,
+         Blocks(std::min(count, kWholeBlocks), kLargeThreads,
+                SharedArrays::bytes(size.macro.capacity)),
+         stream, scratch.macro_tiles, Lists::of(frame, size, scratch, pairs));
 }
 
 }  // namespace qs::cuda::fast

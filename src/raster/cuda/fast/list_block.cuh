@@ -88,7 +88,7 @@ class ListBlock {
     std::uint32_t lengths[kParts][kTiles];
   };
 
-  __device__ ListBlock(SortArrays arrays, Shared& shared, unsigned size)
+  __device__ ListBlock(SharedArrays arrays, Shared& shared, unsigned size)
       : arrays_(arrays),
         shared_(shared),
         size_(size),
@@ -138,7 +138,7 @@ class ListBlock {
     return i < part_.end && (arrays_.other[i] >> tile_ & 1) != 0;
   }
 
-  SortArrays arrays_;
+  SharedArrays arrays_;
   Shared& shared_;
   unsigned size_, tile_, number_;
   WarpPart part_;

@@ -9,21 +9,27 @@
 
 namespace qs::cuda::fast {
 
-/// Memory of a block, usually its dynamic shared memory: three arrays of `capacity` elements.
+/// Memory in which a block sorts: three arrays of `capacity` elements. AnyIndex: of an item.
+template <class AnyIndex>
 struct SortArrays {
+  using Index = AnyIndex;
+
   std::uint32_t* values;  ///< depth keys, by index in the macro-tile; later Gaussians, in order
-  std::uint16_t* order;   ///< indices in the macro-tile, in order
-  std::uint16_t* other;   ///< the order before a pass of the sort; later masks of tiles, in order
+  Index* order;           ///< indices in the macro-tile, in order
+  Index* other;           ///< the order before a pass of the sort; later masks of tiles, in order
 
   static constexpr std::size_t bytes(std::uint32_t capacity) {
-    return capacity * (sizeof(std::uint32_t) + 2 * sizeof(std::uint16_t));
+    return capacity * (sizeof(std::uint32_t) + 2 * sizeof(Index));
   }
 
   __device__ SortArrays(void* memory, std::uint32_t capacity)
       : values(static_cast<std::uint32_t*>(memory)),
-        order(reinterpret_cast<std::uint16_t*>(values + capacity)),
+        order(reinterpret_cast<Index*>(values + capacity)),
         other(order + capacity) {}
 };
+
+using SharedArrays = SortArrays<std::uint16_t>;  ///< in the dynamic shared memory of a block
+using GlobalArrays = SortArrays<std::uint32_t>;  ///< in global memory, for more items
 
 /// The part of a block's items that a warp processes, in order: [begin, end).
 struct WarpPart {
@@ -38,10 +44,10 @@ struct WarpPart {
 };
 
 /// Sorts a macro-tile with the kBlock threads of a block, which call all functions together.
-template <unsigned kBlock>
+template <unsigned kBlock, class Arrays = SharedArrays>
 class MacroSort {
  public:
-  __device__ MacroSort(SortArrays& arrays, const MacroEntry* entries, unsigned size)
+  __device__ MacroSort(Arrays& arrays, const MacroEntry* entries, unsigned size)
       : arrays_(arrays), entries_(entries), size_(size), part_(size, threadIdx.x / kWarp, kWarps) {}
 
   /// Sets arrays.order to the indices of the entries by depth, then by Gaussian.
@@ -57,6 +63,8 @@ class MacroSort {
   }
 
  private:
+  using Index = typename Arrays::Index;
+
   static constexpr int kDigitBits = 8;
   /// Depths that differ in so many bits at most need two passes; exchanges do the rest.
   static constexpr int kFewBits = 20;
@@ -73,7 +81,7 @@ class MacroSort {
   __device__ void begin_with(std::uint32_t MacroEntry::*member) {
     load(member);
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
-      arrays_.order[i] = static_cast<std::uint16_t>(i);
+      arrays_.order[i] = static_cast<Index>(i);
     }
     __syncthreads();
   }
@@ -109,20 +117,21 @@ class MacroSort {
   }
 
   __device__ void sort_by_digit(std::uint32_t least, int shift) {
-    // Counts of two warps share a word, because atomicAdd has no 16-bit form.
-    __shared__ std::uint32_t counts[kWarps / 2][kDigits];
+    // 16-bit counts of two warps share a word, because atomicAdd has no such form.
+    constexpr unsigned kShare = sizeof(std::uint32_t) / sizeof(Index);
+    __shared__ std::uint32_t counts[kWarps / kShare][kDigits];
     const unsigned thread = threadIdx.x, warp = thread / kWarp;
-    const auto count_of = [&](unsigned w, unsigned digit) -> std::uint16_t& {
-      return reinterpret_cast<std::uint16_t*>(&counts[w / 2][digit])[w % 2];
+    const auto count_of = [&](unsigned w, unsigned digit) -> Index& {
+      return reinterpret_cast<Index*>(&counts[w / kShare][digit])[w % kShare];
     };
     const auto digit_of_item = [&](unsigned item) {
       return (arrays_.values[item] - least) >> shift & (kDigits - 1);
     };
-    for (unsigned i = thread; i < kWarps / 2 * kDigits; i += kBlock) (&counts[0][0])[i] = 0;
+    for (unsigned i = thread; i < kWarps / kShare * kDigits; i += kBlock) (&counts[0][0])[i] = 0;
     __syncthreads();
     for (unsigned i = part_.begin + lane_index(); i < part_.end; i += kWarp) {
       const unsigned digit = digit_of_item(arrays_.order[i]);
-      atomicAdd(&counts[warp / 2][digit], warp % 2 == 0 ? 1u : 1u << 16);
+      atomicAdd(&counts[warp / kShare][digit], 1u << 16 * (warp % kShare));
     }
     __syncthreads();
     std::uint32_t sum = 0;
@@ -136,27 +145,27 @@ class MacroSort {
 #pragma unroll
       for (unsigned w = 0; w < kWarps; ++w) {
         const std::uint32_t count = count_of(w, d);
-        count_of(w, d) = static_cast<std::uint16_t>(before);
+        count_of(w, d) = static_cast<Index>(before);
         before += count;
       }
     }
     __syncthreads();
     for (unsigned first = part_.begin; first < part_.end; first += kWarp) {
       const bool exists = first + lane_index() < part_.end;
-      const std::uint16_t item = exists ? arrays_.order[first + lane_index()] : 0;
+      const Index item = exists ? arrays_.order[first + lane_index()] : 0;
       const unsigned digit = digit_of_item(item);
       const unsigned peers = peers_of<kDigitBits>(digit, exists);
       const unsigned below = __popc(peers & lanes_below());
       const unsigned begin = count_of(warp, digit);
       __syncwarp();
       if (exists && below == 0) {
-        count_of(warp, digit) = static_cast<std::uint16_t>(begin + __popc(peers));
+        count_of(warp, digit) = static_cast<Index>(begin + __popc(peers));
       }
       __syncwarp();
       if (exists) arrays_.other[begin + below] = item;
     }
     __syncthreads();
-    std::uint16_t* const sorted = arrays_.other;
+    Index* const sorted = arrays_.other;
     arrays_.other = arrays_.order;
     arrays_.order = sorted;
   }
@@ -169,7 +178,7 @@ class MacroSort {
       bool exchanged = false;
       for (unsigned odd = 1; odd <= 2; ++odd) {
         for (unsigned i = odd + 2 * threadIdx.x; i < size_; i += 2 * kBlock) {
-          const std::uint16_t front = arrays_.order[i - 1], back = arrays_.order[i];
+          const Index front = arrays_.order[i - 1], back = arrays_.order[i];
           if (!is_behind(front, back)) continue;
           arrays_.order[i - 1] = back;
           arrays_.order[i] = front;
@@ -188,7 +197,7 @@ class MacroSort {
     return entries_[a].gaussian > entries_[b].gaussian;
   }
 
-  SortArrays& arrays_;
+  Arrays& arrays_;
   const MacroEntry* entries_;
   unsigned size_;
   WarpPart part_;

@@ -39,9 +39,8 @@ struct MacroSize {
 
 /// How full macro-tiles are cut: spilled entries, samples and slices. A kernel parameter.
 struct Slicing {
-  static constexpr std::uint32_t kLeastSamples = 16;     ///< per slice, on average
-  static constexpr std::uint32_t kMostSamples = 0xffff;  ///< of a macro-tile
-  static constexpr unsigned kGlobalSorts = 32;           ///< blocks that sort in global memory
+  static constexpr std::uint32_t kLeastSamples = 16;  ///< per slice, on average
+  static constexpr unsigned kGlobalSorts = 32;        ///< blocks that sort in global memory
   /// Spilled entries are counted in so many parts, because additions to one counter are slow. The
   /// counters lie in different cache lines.
   static constexpr std::uint32_t kParts = 64, kCounterStride = 32;
@@ -55,7 +54,7 @@ struct Slicing {
   std::uint32_t* spilled_tiles;  ///< per spilled entry: macro-tile << 8 | mask of tiles
   std::uint32_t* part_counts;    ///< per part: entries, also those beyond the capacity
   MacroEntry* samples;           ///< size.sample_capacity for each macro-tile
-  std::uint64_t* sort_memory;    ///< of kGlobalSorts blocks, see MacroSize
+  std::byte* sort_memory;        ///< of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
   std::uint64_t* least_keys;     ///< per slice: it begins with the entry that has this key
@@ -64,6 +63,10 @@ struct Slicing {
   MacroEntry* entries;           ///< size.slice_capacity for each slice
   std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
+  /// Memory of a block that sorts so many samples.
+  static constexpr std::size_t sort_bytes(std::uint32_t samples) {
+    return samples * 3 * sizeof(std::uint32_t);
+  }
   static constexpr std::size_t counters() { return kParts * kCounterStride; }
   static __device__ unsigned own_part() { return blockIdx.x % kParts; }
   __device__ std::uint32_t* part_count(unsigned part) const {

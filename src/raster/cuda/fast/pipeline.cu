@@ -69,9 +69,7 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
   }
   next.sample_capacity = samples_of(next.slice_target);
   next.sorts_in_global_memory = next.sample_capacity > most_;
-  if (next.slice_target < next.slice_capacity / 8 || next.sample_capacity > Slicing::kMostSamples) {
-    return std::nullopt;
-  }
+  if (next.slice_target < next.slice_capacity / 8) return std::nullopt;
   next.log2_distance = log2_distance_of(next.slice_target);
   const std::uint64_t entries = std::uint64_t{counters.spilled} * Slicing::kParts +
                                 std::uint64_t{counters.full_macro_tiles} * MacroTiles::kUsual;

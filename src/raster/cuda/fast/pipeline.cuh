@@ -47,8 +47,8 @@ class FastPipeline {
   explicit FastPipeline(int device);
 
   /// Fills `pixels` and waits for the frame. Returns false if this pipeline cannot draw the view:
-  /// pictures of more than MacroTiles::kMost macro-tiles, or millions of Gaussians in one. Throws
-  /// Error and Cancelled.
+  /// pictures of more than MacroTiles::kMost macro-tiles, or a macro-tile that samples fail to cut
+  /// into slices that fit. Throws Error and Cancelled.
   bool draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
   /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.

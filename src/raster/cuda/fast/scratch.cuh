@@ -147,7 +147,8 @@ struct Scratch {
     slices_.reserve(kMacroTiles, macro_count);
     samples_.reserve(kMacroTiles, macro_count * macro.sample_capacity);
     if (macro.sorts_in_global_memory) {
-      sort_memory_.reserve(kSlices, std::size_t{Slicing::kGlobalSorts} * macro.sample_capacity);
+      sort_memory_.reserve(kSlices,
+                           Slicing::kGlobalSorts * Slicing::sort_bytes(macro.sample_capacity));
     }
     spilled_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
     spilled_tiles_.reserve(kSlices, std::size_t{Slicing::kParts} * macro.spilled);
@@ -191,7 +192,8 @@ struct Scratch {
   DeviceBuffer<std::uint8_t> masks_, slice_masks_;
   DeviceBuffer<Slicing::Slices> slices_;
   DeviceBuffer<std::uint32_t> spilled_tiles_, macro_tile_of_, slice_counts_;
-  DeviceBuffer<std::uint64_t> least_keys_, list_begins_, sort_memory_;
+  DeviceBuffer<std::uint64_t> least_keys_, list_begins_;
+  DeviceBuffer<std::byte> sort_memory_;
 };
 
 }  // namespace qs::cuda::fast

@@ -6,6 +6,7 @@
 //   place_slices   counts the entries of the slices per tile, and reserves room for the lists
 //   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
+#include <type_traits>
 
 #include "raster/cuda/dynamic_shared.cuh"
 #include "raster/cuda/fast/list_block.cuh"
@@ -32,15 +33,16 @@ __global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Co
     if (!slicing.holds(slices)) continue;
     const std::uint32_t count = slicing.sample_count(tiles.counts[own]);
     const MacroEntry* const samples = slicing.samples + std::size_t{own} * capacity;
-    static_assert(SortArrays::bytes(1) == sizeof *slicing.sort_memory);
+    using Arrays = std::conditional_t<kGlobal, GlobalArrays, SharedArrays>;
     void* memory;
     if constexpr (kGlobal) {
-      memory = slicing.sort_memory + std::size_t{blockIdx.x} * capacity;
+      static_assert(Arrays::bytes(1) == Slicing::sort_bytes(1));
+      memory = slicing.sort_memory + blockIdx.x * Arrays::bytes(capacity);
     } else {
       memory = dynamic_shared();
     }
-    SortArrays arrays(memory, capacity);
-    MacroSort<kBlock>(arrays, samples, count).sort();
+    Arrays arrays(memory, capacity);
+    MacroSort<kBlock, Arrays>(arrays, samples, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
       const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
@@ -222,7 +224,7 @@ __global__ void __launch_bounds__(kBlock, kResident)
   for (std::uint32_t slice = blockIdx.x; slice < count; slice += gridDim.x) {
     if (!slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) continue;
     const std::size_t first = std::size_t{slice} * capacity;
-    Block block(SortArrays(dynamic_shared(), capacity), shared,
+    Block block(SharedArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
     block.sort(slicing.entries + first, slicing.masks + first);
     if (Block::kParts > 1) block.count();
@@ -245,7 +247,7 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
     const bool is_usual = capacity <= MacroTiles::kUsual;
     launch("sort", is_usual ? usual : large,
-           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SortArrays::bytes(capacity)),
+           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
            stream, arguments...);
   };
   if (size.macro.sorts_in_global_memory) {

@@ -2,9 +2,12 @@
 //
 // The gradient of one step of compositing (composite.h): from the colour of a pixel to the Gaussian
 // that the pixel blended.
-//   C = sum over i of c_i alpha_i T_i + T_end background,   T_i = product over j < i of (1 -
-//   alpha_j) alpha = min(0.99, opacity e^E),   E = -(a dx^2 + c dy^2) / 2 - b dx dy,   (dx, dy) =
-//   pixel - mean
+//
+//     C = sum over i of c_i alpha_i T_i + T_end background
+//     T_i = product over j < i of (1 - alpha_j)
+//     alpha = min(0.99, opacity e^E)
+//     E = -(a dx^2 + c dy^2) / 2 - b dx dy,  (dx, dy) = pixel - mean
+//
 // The clamp at 0.99 passes the gradient through, as in the published training code. Gaussians that
 // a pixel skips, or in front of which it stops, get no gradient from it.
 #pragma once

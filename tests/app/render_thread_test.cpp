@@ -4,6 +4,7 @@
 #include "app/viewer/render/render_thread.h"
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <random>
 
@@ -101,6 +102,37 @@ TEST_F(RenderThreadTest, smaller_frames_say_so) {
   EXPECT_EQ(frame->width, 32);
   EXPECT_EQ(frame->shown.divisor, 3);
   EXPECT_EQ(frame->shown.camera.width, 96);
+}
+
+TEST_F(RenderThreadTest, smaller_frames_are_as_bright_as_the_full_one) {
+  // Dots smaller than a pixel, which the low-pass dilation enlarges.
+  auto dots = std::make_shared<LoadedScene>();
+  dots->scene.cloud = test::random_cloud(20000, 0, 3);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-1, 1);
+  for (std::size_t i = 0; i < dots->scene.cloud.size(); ++i) {
+    dots->scene.cloud.positions[i] = {2.2f * place(random), 1.2f * place(random), 4.0f};
+    dots->scene.cloud.log_scales[i] = glm::vec3(std::log(0.0016f));
+    dots->scene.cloud.opacity_logits[i] = 1.0f;
+    dots->scene.cloud.sh[i] = glm::vec3(1.0f);
+  }
+  apply(call(action::scene_read, dots, false));
+  settle();
+  apply(call(action::resize, 640, 360));
+  apply(call(action::set_camera, test::front_camera(640, 360)));
+  const auto brightness = [&](int divisor) {
+    request_ = full_frame(viewer());
+    request_.divisor = divisor;
+    const auto frame = draw(request_);
+    double sum = 0;
+    for (std::size_t i = 0; frame && i < frame->rgba.size(); ++i)
+      if (i % 4 != 3) sum += frame->rgba[i];
+    return frame ? sum / (frame->width * frame->height) : 0;
+  };
+  const double full = brightness(1);
+  EXPECT_GT(full, 10);
+  for (const int divisor : {2, 3})
+    EXPECT_NEAR(brightness(divisor) / full, 1, 0.01) << "divisor " << divisor;
 }
 
 TEST_F(RenderThreadTest, the_newest_request_is_the_one_that_is_drawn) {

@@ -88,19 +88,20 @@ TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
 
 TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
   ASSERT_EQ(train("whole", start(700)).exit_code, 0);
-  std::vector<std::string> words = start(700);
+  std::vector<std::string> words = start(10'000'000);
   words.insert(words.end(), {"--threads", "2", "--eval-every", "100"});
   const ProgramRun stopped = train("parts", words, [&](pid_t process) {
     // The model folder appears when training begins.
     while (!std::filesystem::exists(model("parts") / "input.ply"))
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
     kill(process, SIGINT);
   });
   EXPECT_EQ(stopped.exit_code, 1);
   EXPECT_THAT(stopped.out, HasSubstr("interrupted; to continue: quadsplat train " +
                                      data().string() + " --out-dir "));
   EXPECT_THAT(stopped.out, HasSubstr(" --resume\n"));
+  words = start(700);
   words.emplace_back("--resume");
   const ProgramRun rest = train("parts", words);
   ASSERT_EQ(rest.exit_code, 0) << rest.err;

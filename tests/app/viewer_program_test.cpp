@@ -6,7 +6,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <random>
 #include <sstream>
 #include <thread>
 
@@ -133,47 +132,6 @@ TEST_F(ViewerProgram, flying_moves_the_camera_and_home_brings_it_back) {
   EXPECT_EQ(state("b.json")["dataset_camera"], -1);
   EXPECT_EQ(state("c.json")["camera"], state("a.json")["camera"]);
   EXPECT_NE(state("d.json")["camera"], state("a.json")["camera"]);
-}
-
-TEST_F(ViewerProgram, a_moving_picture_is_as_bright_as_the_resting_one) {
-  // Dots smaller than a pixel, which the low-pass dilation enlarges, behind haze that takes time.
-  GaussianCloud cloud = test::random_cloud(60000, 0, 3);
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> place(-1, 1);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const bool haze = i % 600 == 0;
-    cloud.positions[i] = {2.2f * place(random), 1.2f * place(random), haze ? 2.5f : 4.0f};
-    cloud.log_scales[i] = glm::vec3(std::log(haze ? 0.7f : 0.0016f));
-    cloud.opacity_logits[i] = haze ? -4.6f : 1.0f;
-    cloud.sh[i] = glm::vec3(haze ? -1.77f : 1.0f);
-  }
-  test::write_scene(cloud, path("dots.ply"));
-  std::string script = "wait\nkey Tab\n";
-  for (int i = 0; i < 12; ++i) {
-    const auto file = [&](const char* name) { return path(name + std::to_string(i)); };
-    script += "drag 8 0 left\ndrag -8 0 left\nsleep 0.1\nstate " + file("before") + "\nshot " +
-              file("moving") + ".png\nstate " + file("after") + "\n";
-  }
-  script += "wait\nstate " + path("rest") + "\nshot " + path("rest.png") + "\nquit\n";
-  const ProgramRun run = play(script, {path("dots.ply"), "--size", "1280x720"});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto mean = [&](const std::string& name) {
-    const Image image = read_image(path(name + ".png"));
-    double sum = 0;
-    for (const float value : image.values) sum += static_cast<double>(value);
-    return sum / static_cast<double>(image.values.size());
-  };
-  EXPECT_EQ(state("rest")["divisor"], 1);
-  const double rest = mean("rest");
-  int reduced = 0;
-  for (int i = 0; i < 12; ++i) {
-    const std::string number = std::to_string(i);
-    const int divisor = state("before" + number)["divisor"];
-    if (divisor == 1 || state("after" + number)["divisor"] != divisor) continue;
-    ++reduced;
-    EXPECT_NEAR(mean("moving" + number) / rest, 1, 0.01) << "divisor " << divisor;
-  }
-  EXPECT_GT(reduced, 0);
 }
 
 TEST_F(ViewerProgram, the_window_and_the_screenshot_equal_a_headless_render) {

@@ -57,9 +57,7 @@ Views choose_views(const EvalCommand& command) {
          command.frame.scene.string());
   }
   std::vector<LensCamera> cameras = read_lens_cameras(*file);
-  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
-    return a.camera.name < b.camera.name;
-  });
+  sort_by_name(cameras);
   const Photographs photographs(command.images);
   const auto step = static_cast<std::size_t>(std::max(1, command.holdout));
   Views views{*file, {}, 0};
@@ -85,10 +83,7 @@ class Run {
 
   void all_views() {
     const Views views = choose_views(command_);
-    if (views.skipped > 0) {
-      warn(fmt::format("{} view{} without a photograph {} left out", views.skipped,
-                       views.skipped == 1 ? "" : "s", views.skipped == 1 ? "is" : "are"));
-    }
+    if (views.skipped > 0) warn(skipped_sentence(views.skipped));
     session_ = open_session(command_.frame);
     report_ = {environment_json(session_),
                scene_json(*session_.scene),

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/cli/command.h"
+#include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
 #include "app/session/session.h"
 #include "app/train/run.h"
@@ -40,10 +41,7 @@ train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
   ProgressBar bar("reading photographs");
   train::DataSet data = train::read_data_set(command.data, pool, bar.progress());
   bar.hide();
-  if (data.skipped > 0) {
-    warn(fmt::format("{} view{} without a photograph {} left out", data.skipped,
-                     data.skipped == 1 ? "" : "s", data.skipped == 1 ? "is" : "are"));
-  }
+  if (data.skipped > 0) warn(skipped_sentence(data.skipped));
   return data;
 }
 

@@ -66,6 +66,11 @@ Image read_photograph(const std::filesystem::path& path, glm::vec3 background, i
   return area_average(image, divided(image.width, divisor), divided(image.height, divisor), pool);
 }
 
+std::string skipped_sentence(std::size_t views) {
+  return fmt::format("{} view{} without a photograph {} left out", views, views == 1 ? "" : "s",
+                     views == 1 ? "is" : "are");
+}
+
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,
                         const Camera& camera) {
   const double scale = static_cast<double>(photograph.width) / camera.width;

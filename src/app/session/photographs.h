@@ -30,6 +30,9 @@ class Photographs {
   std::map<std::string, std::filesystem::path> files_;  // by path in the folder, without ending
 };
 
+/// "3 views without a photograph are left out".
+std::string skipped_sentence(std::size_t views);
+
 /// Reads a photograph as RGB, blended over the background where it is transparent, undistorted if
 /// `taken` has a lens, and area-averaged to 1 / `divisor` of its size, rounded. Throws Error.
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,

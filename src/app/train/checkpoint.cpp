@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/train/hash.h"
 #include "io/bytes/byte_cursor.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -20,12 +21,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::string_view kMagic = "QSTRAIN1";
-
-std::uint64_t hash_of(std::span<const std::byte> bytes, std::uint64_t hash = 0xcbf29ce484222325) {
-  for (const std::byte byte : bytes)
-    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001b3;
-  return hash;
-}
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <system_error>
 
 #include <glm/geometric.hpp>
 
 #include "app/session/photographs.h"
+#include "app/train/hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
@@ -19,8 +21,6 @@ namespace {
 constexpr int kMostWidth = 1600;
 
 int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
-
-bool by_name(const LensCamera& a, const LensCamera& b) { return a.camera.name < b.camera.name; }
 
 // A photograph at the resolution of training.
 Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& pool) {
@@ -75,15 +75,15 @@ std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std
   std::error_code error;
   if (!std::filesystem::is_regular_file(train, error)) {
     std::vector<LensCamera> cameras = read_lens_cameras(options.data);
-    std::stable_sort(cameras.begin(), cameras.end(), by_name);
+    sort_by_name(cameras);
     return cameras;
   }
   std::vector<LensCamera> cameras = blender_cameras(train);
-  std::stable_sort(cameras.begin(), cameras.end(), by_name);
+  sort_by_name(cameras);
   first = cameras.size();
   if (std::filesystem::is_regular_file(test, error)) {
     std::vector<LensCamera> more = blender_cameras(test);
-    std::stable_sort(more.begin(), more.end(), by_name);
+    sort_by_name(more);
     cameras.insert(cameras.end(), more.begin(), more.end());
   }
   return cameras;
@@ -119,22 +119,20 @@ std::vector<LensCamera> DataSet::cameras() const {
   for (const auto* views : {&training, &test}) {
     for (const PhotographView& view : *views) all.push_back({view.camera, view.lens, {}});
   }
-  std::stable_sort(all.begin(), all.end(), by_name);
+  sort_by_name(all);
   return all;
 }
 
 std::string DataSet::fingerprint() const {
   std::uint64_t hash = 0;
-  const auto add = [&hash](const void* bytes, std::size_t count) {
-    const auto* const first = static_cast<const unsigned char*>(bytes);
-    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ first[i]) * 0x100000001b3;  // FNV-1a
+  const auto add = [&hash](const auto& bytes) {
+    hash = hash_of(std::as_bytes(std::span(bytes)), hash);
   };
   for (const auto* views : {&training, &test}) {
     for (const PhotographView& view : *views) {
-      const std::string camera = format_camera(view.camera);
-      add(camera.data(), camera.size());
-      add(view.rgb.data(), view.rgb.size());
-      add(view.alpha.data(), view.alpha.size());
+      add(format_camera(view.camera));
+      add(view.rgb);
+      add(view.alpha);
     }
   }
   return fmt::format("{} training and {} test views, {:016x}", training.size(), test.size(), hash);

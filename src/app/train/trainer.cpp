@@ -96,7 +96,6 @@ StepResult Trainer::step() {
                                            target, pool_, loss_, d_color_);
   clock.next();
   cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);
-
   clock.next();
   strategy_.step({context, view.camera.width, view.camera.height, gradients_});
   clock.next();

@@ -99,10 +99,4 @@ LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
   return result;
 }
 
-void sort_by_name(std::vector<LensCamera>& cameras) {
-  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
-    return a.camera.name < b.camera.name;
-  });
-}
-
 }  // namespace qs

@@ -53,6 +53,4 @@ struct ColmapImage {
 LensCamera colmap_camera(const ColmapLenses& lenses, const ColmapImage& image,
                          const std::string& where);
 
-void sort_by_name(std::vector<LensCamera>& cameras);
-
 }  // namespace qs

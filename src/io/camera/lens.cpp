@@ -96,6 +96,12 @@ LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::s
   return {at(high), lens, {}};
 }
 
+void sort_by_name(std::vector<LensCamera>& cameras) {
+  std::stable_sort(cameras.begin(), cameras.end(), [](const LensCamera& a, const LensCamera& b) {
+    return a.camera.name < b.camera.name;
+  });
+}
+
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras) {
   std::vector<Camera> result(cameras.size());
   std::transform(cameras.begin(), cameras.end(), result.begin(),

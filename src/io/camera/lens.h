@@ -45,6 +45,9 @@ struct LensCamera {
 /// the photograph. Throws Error(input) "WHERE: ..." if the lens shows a direction twice.
 LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::string& where);
 
+/// Cameras of equal names keep their order.
+void sort_by_name(std::vector<LensCamera>& cameras);
+
 /// Without their lenses.
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras);
 

@@ -37,11 +37,14 @@ struct FrameContext {
   }
 };
 
-/// Throws Error(device) if a view lists more tile pairs than its pipeline can index.
-inline void require_indexable(std::uint64_t tile_pairs, std::uint64_t max_pairs) {
-  if (tile_pairs <= max_pairs) return;
+/// Pairs are counted in 64 bits but indexed with 31.
+inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
+
+/// Throws Error(device) if a view lists more tile pairs than can be indexed.
+inline void require_indexable(std::uint64_t tile_pairs) {
+  if (tile_pairs <= kMaxPairs) return;
   throw Error(ErrorKind::device, "cuda: bin: this view lists " + std::to_string(tile_pairs) +
-                                     " tile pairs, at most " + std::to_string(max_pairs) +
+                                     " tile pairs, at most " + std::to_string(kMaxPairs) +
                                      " can be sorted");
 }
 

@@ -28,17 +28,7 @@ double mean_of_rows(const Image& image, ThreadPool& pool, F row_sum) {
   return std::accumulate(sums.begin(), sums.end(), 0.0) / static_cast<double>(image.values.size());
 }
 
-constexpr int kRadius = 5;
-constexpr double kSigma = 1.5;
-
-std::array<double, 2 * kRadius + 1> gaussian_window() {
-  std::array<double, 2 * kRadius + 1> window{};
-  for (int i = -kRadius; i <= kRadius; ++i)
-    window[static_cast<std::size_t>(i + kRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
-  const double sum = std::accumulate(window.begin(), window.end(), 0.0);
-  for (double& weight : window) weight /= sum;
-  return window;
-}
+constexpr int kRadius = kSsimRadius;
 
 // Weighted means of a, b, a^2, b^2 and ab around a pixel.
 struct Moments {
@@ -54,7 +44,7 @@ struct Moments {
 };
 
 double similarity(const Moments& m) {
-  constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+  constexpr double kC1 = kSsimC1, kC2 = kSsimC2;
   const double variance_a = m.aa - m.a * m.a, variance_b = m.bb - m.b * m.b;
   const double covariance = m.ab - m.a * m.b;
   return (2 * m.a * m.b + kC1) * (2 * covariance + kC2) /
@@ -103,9 +93,19 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool) {
   return psnr_of(error);
 }
 
+std::array<double, 2 * kSsimRadius + 1> ssim_window() {
+  constexpr double kSigma = 1.5;
+  std::array<double, 2 * kSsimRadius + 1> window{};
+  for (int i = -kSsimRadius; i <= kSsimRadius; ++i)
+    window[static_cast<std::size_t>(i + kSsimRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
+  const double sum = std::accumulate(window.begin(), window.end(), 0.0);
+  for (double& weight : window) weight /= sum;
+  return window;
+}
+
 double ssim(const Image& a, const Image& b, ThreadPool& pool) {
   assert(same_shape(a, b));
-  const auto window = gaussian_window();
+  const auto window = ssim_window();
   const int width = a.width, height = a.height, channels = a.channels;
   return mean_of_rows(a, pool, [&](int y) {
     // Sums columns first, with kRadius zeros at both ends, then along the row.

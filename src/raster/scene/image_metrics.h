@@ -6,6 +6,8 @@
 // precision and do not depend on the number of threads.
 #pragma once
 
+#include <array>
+
 #include "raster/base/parallel.h"
 #include "raster/scene/image.h"
 
@@ -16,6 +18,12 @@ double psnr_of(double mean_squared_error, double peak = 1);
 
 /// psnr_of() the mean squared error of all values.
 double psnr(const Image& a, const Image& b, ThreadPool& pool);
+
+inline constexpr int kSsimRadius = 5;  ///< px, of the window
+inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
+
+/// The weights of the window along one axis, sigma 1.5. Their sum is 1.
+std::array<double, 2 * kSsimRadius + 1> ssim_window();
 
 /// Mean over pixels and channels of the structural similarity in a Gaussian window of 11 x 11
 /// pixels with sigma 1.5, K = 0.01 and 0.03; outside of the image values are 0. 1 if equal.

@@ -7,27 +7,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "raster/scene/image_metrics.h"
+
 namespace qs::cpu::train {
 namespace {
 
-constexpr int kRadius = 5;
-constexpr double kSigma = 1.5;
+constexpr int kRadius = kSsimRadius;
 constexpr int kChannels = 3;
 constexpr std::size_t kRowGrain = 8;
-
-template <class Real>
-std::array<Real, 2 * kRadius + 1> gaussian_window() {
-  std::array<double, 2 * kRadius + 1> window{};
-  double sum = 0;
-  for (int i = -kRadius; i <= kRadius; ++i) {
-    const double weight = std::exp(-0.5 * i * i / (kSigma * kSigma));
-    window[static_cast<std::size_t>(i + kRadius)] = weight;
-    sum += weight;
-  }
-  std::array<Real, 2 * kRadius + 1> result{};
-  for (std::size_t k = 0; k < window.size(); ++k) result[k] = static_cast<Real>(window[k] / sum);
-  return result;
-}
 
 // A picture of `values` numbers per row; runs each(y) for every row in parallel.
 struct Shape {
@@ -54,7 +41,12 @@ struct Shape {
 // adjoint that the gradient needs.
 template <class Real>
 void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows) {
-  static const auto kWindow = gaussian_window<Real>();
+  static const auto kWindow = [] {
+    const auto weights = ssim_window();
+    std::array<Real, weights.size()> window{};
+    for (std::size_t k = 0; k < window.size(); ++k) window[k] = static_cast<Real>(weights[k]);
+    return window;
+  }();
   constexpr std::size_t kMargin = kRadius * kChannels;
   const std::size_t values = shape.values;
   rows.resize(field.size());
@@ -87,7 +79,7 @@ struct Similarity {
   Real value, by_a, by_aa, by_ab;
 
   static Similarity of(Real a, Real b, Real aa, Real bb, Real ab) {
-    constexpr Real kC1 = Real(0.01 * 0.01), kC2 = Real(0.03 * 0.03);
+    constexpr Real kC1 = Real(kSsimC1), kC2 = Real(kSsimC2);
     const Real top1 = 2 * a * b + kC1, top2 = 2 * (ab - a * b) + kC2;
     const Real bottom1 = a * a + b * b + kC1, bottom2 = aa - a * a + bb - b * b + kC2;
     const Real inverse = 1 / (bottom1 * bottom2);

@@ -36,7 +36,7 @@ void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
         "bin");
   check(cudaStreamSynchronize(frame.stream), "preprocess and bin");
   frame.throw_if_cancelled();
-  require_indexable(*pairs.total, kMaxPairs);
+  require_indexable(*pairs.total);
   pairs.count = static_cast<std::uint32_t>(*pairs.total);
   if (pairs.count == 0) return;
 

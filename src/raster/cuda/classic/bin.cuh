@@ -18,9 +18,6 @@ struct TilePairs {
   std::uint32_t count = 0;
 };
 
-/// Pairs are counted in 64 bits but indexed with 31.
-inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
-
 /// Waits for the GPU to count the pairs: the only synchronisation within a frame. Throws
 /// Error(device) if there are too many pairs to index or to fit into memory.
 void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs);

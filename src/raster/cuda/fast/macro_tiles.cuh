@@ -24,7 +24,9 @@ struct MacroEntry {
 
 /// The sizes of the memory for macro-tiles and slices, as earlier frames needed it.
 struct MacroSize {
-  std::uint32_t capacity = 3072;        ///< Gaussians that a macro-tile keeps, at least kUsual
+  static constexpr std::uint32_t kUsual = 3072;
+
+  std::uint32_t capacity = kUsual;      ///< Gaussians that a macro-tile keeps, at least kUsual
   std::uint32_t slice_capacity = 0;     ///< Gaussians in a slice; 0: the frame has no slices
   std::uint32_t slice_target = 0;       ///< Gaussians in a slice on average, < slice_capacity
   std::uint32_t sample_capacity = 0;    ///< samples of a macro-tile
@@ -34,7 +36,8 @@ struct MacroSize {
   std::uint32_t spilled = 0;            ///< entries in a part of them
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
-  bool keeps_whole() const;
+  /// True if blocks sort macro-tiles with more than the usual number of Gaussians whole.
+  bool keeps_whole() const { return capacity > kUsual; }
 };
 
 /// How full macro-tiles are cut: spilled entries, samples and slices. A kernel parameter.
@@ -103,7 +106,7 @@ struct Slicing {
 struct MacroTiles {
   static constexpr int kColumns = 4, kRows = 2;
   static constexpr int kTiles = kColumns * kRows;
-  static constexpr std::uint32_t kUsual = MacroSize{}.capacity;        ///< Gaussians
+  static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
@@ -144,8 +147,5 @@ struct MacroTiles {
     return static_cast<std::size_t>(columns_of(grid)) * static_cast<std::size_t>(rows_of(grid));
   }
 };
-
-/// True if blocks sort macro-tiles with more than the usual number of Gaussians whole.
-inline bool MacroSize::keeps_whole() const { return capacity > MacroTiles::kUsual; }
 
 }  // namespace qs::cuda::fast

@@ -14,7 +14,7 @@ bool needs_color(const Outputs& outputs) { return outputs.blends() || outputs.tr
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.
 std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
-  require_indexable(tile_pairs, kMaxPairs);
+  require_indexable(tile_pairs);
   return with_headroom(tile_pairs, kMaxPairs, 0,
                        [](std::uint64_t pairs) { return pairs * sizeof(std::uint32_t); });
 }

@@ -17,8 +17,6 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr std::uint64_t kMaxPairs = 0x7fffffff;
-
 /// px^2. Blending multiplies exponentials whose exponents grow as footprints become thinner. With
 /// this dilation they stay above -90, and floats reach down to -126.
 inline constexpr double kLeastDilation = kDilation / 2;

@@ -60,7 +60,6 @@ class Run {
         pool_(pool) {}
 
   RunEnd all_iterations() {
-    const QuitSignals signals;
     ProgressBar bar("training");
     const Progress progress = bar.progress();
     const int first = trainer_.model().iteration;
@@ -158,6 +157,7 @@ class Run {
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
                     ThreadPool& pool) {
   Checkpoint checkpoint = start(settings, data, options, pool);
+  const QuitSignals signals;
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), pool).all_iterations();
 }

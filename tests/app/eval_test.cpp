@@ -137,6 +137,23 @@ TEST_F(Eval, values_are_those_of_the_definitions_at_the_photograph_s_size) {
   EXPECT_NEAR(result["means"][0]["psnr"], sum / kViews, 1e-9);
 }
 
+TEST_F(Eval, ssim_border_crop_leaves_out_the_pixels_at_the_border) {
+  ThreadPool pool(2);
+  const Image render = read_image(photograph(0));
+  Image truth = render;
+  for (int x = 0; x < truth.width; ++x) truth.at(x, 20, 0) = 1;
+  truth.at(0, 0, 1) += 0.5f;  // counts with zeros only
+  write_image(truth, photograph(0));
+  for (const auto& [name, border] :
+       {std::pair{"zeros", SsimBorder::zeros}, {"crop", SsimBorder::crop}}) {
+    const json result = report({"--ssim-border", name});
+    EXPECT_NEAR(result["views"][0]["ssim"], ssim(render, truth, pool, border), 1e-6) << name;
+  }
+  const ProgramRun run = eval({"--ssim-border", "crop", "--images-scale", "4"});
+  EXPECT_EQ(run.exit_code, kExitUsage);
+  EXPECT_THAT(run.err, HasSubstr("has 15 x 10 pixels, and 11 at least are needed"));
+}
+
 TEST_F(Eval, holdout_takes_every_nth_view_by_name) {
   EXPECT_THAT(names(report({"--holdout", "8"})), testing::ElementsAre("view0", "view8"));
   EXPECT_THAT(names(report({"--holdout", "4"})), testing::ElementsAre("view0", "view4", "view8"));

@@ -29,6 +29,7 @@ struct EvalCommand {
   std::optional<std::filesystem::path> save, csv, json, out_dir;
   Shard shard;
   int holdout = 0, images_scale = 1;
+  SsimBorder ssim_border = SsimBorder::zeros;
   std::string save_format = "png";
 };
 
@@ -115,7 +116,10 @@ class Run {
         {"images_scale", command_.images_scale},
         {"views_without_photograph", views.skipped},
         {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
-        {"ssim", "Gaussian window 11 x 11, sigma 1.5, zeros outside, K 0.01 and 0.03, per channel"},
+        {"ssim", fmt::format("Gaussian window 11 x 11, sigma 1.5, {}, K 0.01 and 0.03, per channel",
+                             command_.ssim_border == SsimBorder::zeros
+                                 ? "zeros outside"
+                                 : "without the 5 pixels at the border")},
         {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
   }
 
@@ -123,6 +127,12 @@ class Run {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
                                              command_.images_scale, *session_.pool, view.taken);
     require_same_shape(photograph, view.photograph, view.camera);
+    if (command_.ssim_border == SsimBorder::crop &&
+        std::min(photograph.width, photograph.height) <= 2 * kSsimRadius) {
+      fail(ErrorKind::usage,
+           "--ssim-border crop: {} has {} x {} pixels, and {} at least are needed",
+           view.photograph.string(), photograph.width, photograph.height, 2 * kSsimRadius + 1);
+    }
     save(photograph, view, "photograph");
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
@@ -132,7 +142,8 @@ class Run {
       image = area_average(image, photograph.width, photograph.height, *session_.pool);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
                               mode, psnr(image, photograph, *session_.pool),
-                              ssim(image, photograph, *session_.pool), number});
+                              ssim(image, photograph, *session_.pool, command_.ssim_border),
+                              number});
     }
   }
 
@@ -151,6 +162,7 @@ class Run {
 }  // namespace
 
 Action eval_command(Options& options) {
+  static constexpr const char* kBorders[] = {"zeros", "crop"};  // in the order of SsimBorder
   static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
   const auto command = std::make_shared<EvalCommand>();
   declare_frame_options(options, command->frame);
@@ -163,6 +175,13 @@ Action eval_command(Options& options) {
                   "all views)");
   options.integer("--images-scale", "N", 1, 64, command->images_scale,
                   "compares at 1/N of the photographs' size (default: 1)");
+  options.choice(
+      "--ssim-border", {std::begin(kBorders), std::end(kBorders)},
+      [command = command.get()](int chosen) {
+        command->ssim_border = static_cast<SsimBorder>(chosen);
+      },
+      "zeros: every pixel counts, values outside are 0; crop: without the 5 pixels at the border, "
+      "as torchmetrics (default: zeros)");
   options.text("--out-dir", "DIR", command->out_dir, "folder of eval.csv and eval.json", {"out"});
   options.text("--csv", "FILE", command->csv, "one row per view and mode; - = stdout",
                {"-", "eval.csv"});

@@ -18,14 +18,14 @@ bool same_shape(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
 }
 
-// Sum of row_sum(y) over all rows, divided by the number of values. The order of summing is fixed.
+// Sum of row_sum(y) over rows 0 to rows - 1. The order of summing is fixed.
 template <class F>
-double mean_of_rows(const Image& image, ThreadPool& pool, F row_sum) {
-  std::vector<double> sums(static_cast<std::size_t>(image.height));
+double sum_of_rows(int rows, ThreadPool& pool, F row_sum) {
+  std::vector<double> sums(static_cast<std::size_t>(rows));
   pool.for_chunks(sums.size(), kRowGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t y = begin; y < end; ++y) sums[y] = row_sum(static_cast<int>(y));
   });
-  return std::accumulate(sums.begin(), sums.end(), 0.0) / static_cast<double>(image.values.size());
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 constexpr int kRadius = kSsimRadius;
@@ -82,7 +82,7 @@ double psnr_of(double mean_squared_error, double peak) {
 double psnr(const Image& a, const Image& b, ThreadPool& pool) {
   assert(same_shape(a, b));
   const int values = a.width * a.channels;
-  const double error = mean_of_rows(a, pool, [&](int y) {
+  const double error = sum_of_rows(a.height, pool, [&](int y) {
     double sum = 0;
     for (int i = 0; i < values; ++i) {
       const double difference = static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
@@ -90,7 +90,7 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool) {
     }
     return sum;
   });
-  return psnr_of(error);
+  return psnr_of(error / static_cast<double>(a.values.size()));
 }
 
 std::array<double, 2 * kSsimRadius + 1> ssim_window() {
@@ -103,14 +103,17 @@ std::array<double, 2 * kSsimRadius + 1> ssim_window() {
   return window;
 }
 
-double ssim(const Image& a, const Image& b, ThreadPool& pool) {
+double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border) {
   assert(same_shape(a, b));
   const auto window = ssim_window();
   const int width = a.width, height = a.height, channels = a.channels;
-  return mean_of_rows(a, pool, [&](int y) {
+  const int margin = border == SsimBorder::crop ? kRadius : 0;  // pixels that do not count
+  assert(width > 2 * margin && height > 2 * margin);
+  const double sum = sum_of_rows(a.height - 2 * margin, pool, [&](int row_of_sum) {
+    const int y = row_of_sum + margin;
     // Sums columns first, with kRadius zeros at both ends, then along the row.
     std::vector<Moments> columns(static_cast<std::size_t>(width + 2 * kRadius));
-    double sum = 0;
+    double row_sum = 0;
     for (int c = 0; c < channels; ++c) {
       std::fill(columns.begin(), columns.end(), Moments());
       for (int row = std::max(0, y - kRadius); row <= std::min(height - 1, y + kRadius); ++row) {
@@ -122,14 +125,16 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool) {
                                                              {va, vb, va * va, vb * vb, va * vb});
         }
       }
-      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
+      for (int x = margin; x < width - margin; ++x) {
         Moments moments;
-        for (std::size_t k = 0; k < window.size(); ++k) moments.add(window[k], columns[x + k]);
-        sum += similarity(moments);
+        for (std::size_t k = 0; k < window.size(); ++k)
+          moments.add(window[k], columns[static_cast<std::size_t>(x) + k]);
+        row_sum += similarity(moments);
       }
     }
-    return sum;
+    return row_sum;
   });
+  return sum / (static_cast<double>(width - 2 * margin) * (height - 2 * margin) * channels);
 }
 
 Image area_average(const Image& image, int width, int height, ThreadPool& pool) {

@@ -25,9 +25,16 @@ inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
 /// The weights of the window along one axis, sigma 1.5. Their sum is 1.
 std::array<double, 2 * kSsimRadius + 1> ssim_window();
 
+enum class SsimBorder {
+  zeros,  ///< every pixel counts; values outside of the image are 0
+  crop,   ///< only pixels whose window lies inside of the image count, as in torchmetrics
+};
+
 /// Mean over pixels and channels of the structural similarity in a Gaussian window of 11 x 11
-/// pixels with sigma 1.5, K = 0.01 and 0.03; outside of the image values are 0. 1 if equal.
-double ssim(const Image& a, const Image& b, ThreadPool& pool);
+/// pixels with sigma 1.5, K = 0.01 and 0.03. 1 if equal. With SsimBorder::crop both sides are at
+/// least 11 pixels long.
+double ssim(const Image& a, const Image& b, ThreadPool& pool,
+            SsimBorder border = SsimBorder::zeros);
 
 /// The image at another size: every new pixel is the mean of the old pixels that it covers,
 /// weighted by the covered area. Width and height are at least 1.

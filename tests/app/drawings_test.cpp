@@ -8,6 +8,7 @@
 
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/construction.h"
+#include "app/inspect/contact_sheet.h"
 #include "app/inspect/frame_canvas.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
@@ -81,6 +82,21 @@ TEST(Drawings, heat_map_with_the_largest_text) {
   Image flat(2460, 4, 3);
   Heatmap map = heatmap_of(HeatQuantity::missed, 2460, 4, 1);
   expect_golden_reduced("heatmap_large", draw_heatmap(flat, map, round_scale(7), "dualbox"), 4);
+}
+
+TEST(Drawings, contact_sheet_of_views_of_two_sizes) {
+  ThreadPool& pool = test::pool(1);
+  std::vector<SheetRow> rows;
+  for (const int width : {150, 220}) {
+    Image judged = gradient(width, 90);
+    for (int x = 20; x < 80; ++x)
+      for (int y = 30; y < 60; ++y) judged.at(x, y, 0) += 0.05f;
+    rows.push_back(sheet_row(
+        judge_pictures("view " + std::to_string(width), gradient(width, 90), judged, pool), 180,
+        pool));
+  }
+  EXPECT_EQ(flip_scale(rows), 0.2);
+  expect_golden_reduced("contact_sheet", draw_contact_sheet(rows, "truth", "judged", 0.2), 2);
 }
 
 TEST(Drawings, lines_and_polygons) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat compare: one view in several modes, pipelines and backends, side by side.
+// quadsplat compare: one view in several modes, pipelines and backends, side by side; or two scenes
+// on all cameras.
 #include <cstdio>
 #include <memory>
 
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/cli/judging.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
@@ -22,6 +24,8 @@ constexpr int kTolerance = 2;  // difference of 8-bit values above which the ora
 struct CompareCommand {
   FrameOptions frame;
   CameraChoice cameras;
+  std::vector<std::filesystem::path> others;  // a second scene
+  JudgeOptions judge;                         // the result's options for two scenes
   std::optional<std::filesystem::path> output;
   std::optional<PixelBox> crop;
   CullMode against = kReferenceMode;
@@ -112,7 +116,28 @@ class Compare {
   Shot shot_;
 };
 
-int run(const CompareCommand& command) {
+// The first scene is the truth.
+int run_two_scenes(const CompareCommand& command) {
+  if (command.others.size() > 1)
+    fail(ErrorKind::usage, "compare: it compares two scenes, not {}", 1 + command.others.size());
+  if (command.crop || command.everywhere || command.against != kReferenceMode) {
+    fail(ErrorKind::usage,
+         "compare: --crop, --everywhere and --against compare modes of one scene, not two scenes");
+  }
+  JudgeOptions judge = command.judge;
+  judge.frame = command.frame;
+  judge.cameras = command.cameras;
+  judge.judged = command.others.front();
+  judge.sheet = command.output;
+  if (judge.frame.modes.empty()) judge.frame.modes = {kDefaultMode};
+  run_judging(judge);
+  return kExitOk;
+}
+
+int run_one_scene(CompareCommand& command) {
+  if (command.judge.csv || command.judge.json || command.judge.out_dir)
+    fail(ErrorKind::usage, "compare: --csv, --json and --out-dir need a second scene");
+  if (command.frame.modes.empty()) command.frame.modes = all_modes();
   if (command.cameras.several())
     fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
   return Compare(command).run();
@@ -122,8 +147,12 @@ int run(const CompareCommand& command) {
 
 Action compare_command(Options& options) {
   const auto command = std::make_shared<CompareCommand>();
-  command->frame.modes = all_modes();
+  command->frame.modes = {};  // the default depends on the number of scenes
   declare_frame_options(options, command->frame);
+  options.positionals("OTHER", command->others, 0,
+                      "a second scene: both are drawn in one mode, and PSNR, SSIM and FLIP of "
+                      "every view are listed",
+                      {"model"});
   declare_camera_choice(options, command->cameras);
   options.value(
       "--against", "NAME",
@@ -144,11 +173,16 @@ Action compare_command(Options& options) {
                "draws every mode on every backend and pipeline that works here");
   options.text("--output", "FILE", command->output, "picture of all crops and differences",
                {"sheet.png"});
+  declare_judge_options(options, command->judge);
+  options.example("quadsplat compare plush.ply plush.spz --output sheet.png",
+                  "what compression costs, on all cameras of the first scene");
   options.example("quadsplat compare plush.spz --cull 3dgs,dualbox,quadbox --output compare.png",
                   "three modes against the fp64 reference, where they differ most");
   options.example("quadsplat compare plush.spz --cull quadbox --everywhere --against quadbox",
                   "do all backends and pipelines draw the same?");
-  return [command](Arguments) { return run(*command); };
+  return [command](Arguments) {
+    return command->others.empty() ? run_one_scene(*command) : run_two_scenes(*command);
+  };
 }
 
 }  // namespace qs

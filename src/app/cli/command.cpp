@@ -20,6 +20,7 @@
   ROW(eval, "measures PSNR and SSIM against photographs")                     \
   ROW(inspect, "lists the Gaussians of a pixel and the tiles of one of them") \
   ROW(compare, "draws crops and differences of culling modes side by side")   \
+  ROW(judge, "measures PSNR, SSIM and FLIP of pictures against true ones")    \
   ROW(report, "writes a page that explains what a scene costs to render")     \
   ROW(bench, "measures the culling modes on scenes and views")                \
   ROW(zoom, "measures the culling modes while the camera approaches a point") \

@@ -66,6 +66,12 @@ Image read_photograph(const std::filesystem::path& path, glm::vec3 background, i
   return area_average(image, divided(image.width, divisor), divided(image.height, divisor), pool);
 }
 
+std::vector<std::string> Photographs::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, path] : files_) names.push_back(name);
+  return names;
+}
+
 std::string skipped_sentence(std::size_t views) {
   return fmt::format("{} view{} without a photograph {} left out", views, views == 1 ? "" : "s",
                      views == 1 ? "is" : "are");

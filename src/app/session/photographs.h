@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -25,6 +26,9 @@ class Photographs {
   explicit Photographs(const std::filesystem::path& folder);
 
   std::optional<std::filesystem::path> find(const std::string& camera_name) const;
+
+  /// Paths in the folder without endings, in alphabetical order.
+  std::vector<std::string> names() const;
 
  private:
   std::map<std::string, std::filesystem::path> files_;  // by path in the folder, without ending

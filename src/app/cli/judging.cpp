@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "app/cli/judging.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "app/inspect/contact_sheet.h"
+#include "app/measure/scene_facts.h"
+#include "app/report/judgement.h"
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "app/session/photographs.h"
+#include "app/session/progress_bar.h"
+#include "io/picture/image_file.h"
+#include "raster/base/fail.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+constexpr int kSheetWidth = 480;  // pixels of a picture on the sheet
+
+// One of the two sides.
+struct Side {
+  std::filesystem::path path;
+  std::optional<Photographs> pictures;  // either these
+  Session session;                      // or a scene
+};
+
+// A folder that holds pictures and no model.
+bool is_picture_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return false;
+  try {
+    find_scene_file(path);
+    return false;
+  } catch (const Error&) {
+    return !Photographs(path).names().empty();
+  }
+}
+
+Side open_side(const JudgeOptions& options, const std::filesystem::path& path) {
+  Side side{path, {}, {}};
+  if (is_picture_folder(path)) {
+    side.pictures.emplace(path);
+    return side;
+  }
+  FrameOptions frame = options.frame;
+  frame.scene = path;
+  side.session = open_session(frame);
+  return side;
+}
+
+// The picture of a view: NAME, or the only one that ends with _NAME, as render names its files.
+std::optional<std::filesystem::path> find_picture(const Photographs& pictures,
+                                                  const std::string& view) {
+  if (const auto picture = pictures.find(view)) return picture;
+  std::optional<std::filesystem::path> found;
+  for (const std::string& name : pictures.names()) {
+    if (!name.ends_with("_" + safe_file_name(view))) continue;
+    if (found) return std::nullopt;
+    found = pictures.find(name);
+  }
+  return found;
+}
+
+struct View {
+  std::string name;
+  std::optional<Camera> camera;  // unset if no side is a scene
+};
+
+class Judging {
+ public:
+  explicit Judging(const JudgeOptions& options)
+      : options_(options),
+        truth_(open_side(options, options.frame.scene)),
+        judged_(open_side(options, options.judged)),
+        pool_(options.frame.threads) {}
+
+  void run() {
+    result_.truth = truth_.path.string();
+    result_.judged = judged_.path.string();
+    const std::vector<View> views = choose_views();
+    judge(views);
+    sort_worst_first(result_.views);
+    report(views.size());
+  }
+
+ private:
+  const Side* scene() const {
+    if (!truth_.pictures) return &truth_;
+    return judged_.pictures ? nullptr : &judged_;
+  }
+
+  std::vector<View> choose_views() const {
+    std::vector<View> views;
+    std::size_t missing = 0;
+    const auto take = [&](View view) {
+      const bool found = (!truth_.pictures || find_picture(*truth_.pictures, view.name)) &&
+                         (!judged_.pictures || find_picture(*judged_.pictures, view.name));
+      if (found) {
+        views.push_back(std::move(view));
+      } else {
+        ++missing;
+      }
+    };
+    if (const Side* side = scene()) {
+      for (const Shot& shot : scene_shots(*side)) {
+        const std::string& name = shot.camera.name;
+        take({name.empty() ? shot.origin : name, shot.camera});
+      }
+    } else {
+      for (const std::string& name : truth_.pictures->names()) take({name, std::nullopt});
+    }
+    if (views.empty()) {
+      fail("{} and {}: no view has a picture in both", truth_.path.string(), judged_.path.string());
+    }
+    if (missing > 0) warn(skipped_sentence(missing));
+    return views;
+  }
+
+  std::vector<Shot> scene_shots(const Side& side) const {
+    FrameOptions frame = options_.frame;
+    CameraChoice choice = options_.cameras;
+    if (!choice.index && !choice.json && !choice.several())
+      choice.all = has_cameras(frame, *side.session.scene);
+    return choose_shots(choice, frame, *side.session.scene, *side.session.pool);
+  }
+
+  // The picture of a side. A scene is drawn in the size of the other side's picture.
+  Image picture(Side& side, const Side& other, const View& view) {
+    const glm::vec3 background = options_.frame.background.value_or(glm::vec3(0));
+    if (side.pictures)
+      return read_photograph(*find_picture(*side.pictures, view.name), background, 1, pool_);
+    Camera camera = *view.camera;
+    if (other.pictures) {
+      const std::filesystem::path file = *find_picture(*other.pictures, view.name);
+      const Image picture = read_photograph(file, background, 1, pool_);
+      require_same_shape(picture, file, camera);
+      camera = camera.resized(picture.width, picture.height);
+    }
+    return side.session.renderer->render(camera, side.session.settings).color;
+  }
+
+  void judge(const std::vector<View>& views) {
+    ProgressBar bar("judging");
+    const Progress progress = bar.progress();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      Image truth = picture(truth_, judged_, views[i]), judged = picture(judged_, truth_, views[i]);
+      if (truth.width != judged.width || truth.height != judged.height) {
+        fail(
+            "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "
+            "compared",
+            views[i].name, result_.truth, truth.width, truth.height, result_.judged, judged.width,
+            judged.height);
+      }
+      const PicturePair pair =
+          judge_pictures(views[i].name, std::move(truth), std::move(judged), pool_);
+      result_.views.push_back(pair.quality);
+      if (draws_sheet()) keep_worst(sheet_row(pair, kSheetWidth, pool_));
+      progress.update(static_cast<float>(i + 1) / static_cast<float>(views.size()));
+    }
+  }
+
+  bool draws_sheet() const { return options_.sheet || options_.out_dir; }
+
+  // The rows of the sheet, worst first.
+  void keep_worst(SheetRow row) {
+    const auto place = std::upper_bound(
+        sheet_.begin(), sheet_.end(), row,
+        [](const auto& a, const auto& b) { return a.quality.psnr < b.quality.psnr; });
+    sheet_.insert(place, std::move(row));
+    if (sheet_.size() > static_cast<std::size_t>(options_.sheet_views)) sheet_.pop_back();
+  }
+
+  void report(std::size_t views) {
+    result_.method = {
+        {"views", views},
+        {"psnr",
+         "-10 log10(mean squared error of all RGB values), peak 1; the mean is over the "
+         "views that differ"},
+        {"ssim", "Gaussian window 11 x 11, sigma 1.5, zeros outside, K 0.01 and 0.03, per channel"},
+        {"flip", "LDR-FLIP at 67.02 pixels per degree, mean over pixels"}};
+    if (const Side* side = scene()) result_.environment = environment_json(side->session);
+    const bool to_stdout = options_.csv == "-" || options_.json == "-";
+    fmt::print(to_stdout ? stderr : stdout, "{}", format_judgement_table(result_));
+    if (options_.csv) write_stats(*options_.csv, format_judgement_csv(result_));
+    if (options_.json) write_stats(*options_.json, format_judgement_json(result_));
+    if (options_.out_dir) write_judgement(result_, *options_.out_dir);
+    if (options_.out_dir) write_sheet(*options_.out_dir / "sheet.png");
+    if (options_.sheet) write_sheet(*options_.sheet);
+  }
+
+  void write_sheet(const std::filesystem::path& path) const {
+    const double scale = options_.flip_max > 0 ? options_.flip_max : flip_scale(sheet_);
+    std::string truth = scene_name(truth_.path), judged = scene_name(judged_.path);
+    if (truth == judged) {
+      truth = truth_.path.filename().string();
+      judged = judged_.path.filename().string();
+    }
+    write_image(draw_contact_sheet(sheet_, truth, judged, scale), path);
+    fmt::print(stderr, "wrote {}\n", path.string());
+  }
+
+  const JudgeOptions& options_;
+  Side truth_, judged_;
+  ThreadPool pool_;
+  Judgement result_;
+  std::vector<SheetRow> sheet_;
+};
+
+}  // namespace
+
+void declare_judge_options(Options& options, JudgeOptions& judge) {
+  options.text("--csv", "FILE", judge.csv, "one row per view, the worst first; - = stdout",
+               {"-", "judge.csv"});
+  options.text("--json", "FILE", judge.json, "views, means and method; - = stdout",
+               {"-", "judge.json"});
+  options.text("--out-dir", "DIR", judge.out_dir, "folder of judge.csv, judge.json and sheet.png",
+               {"out"});
+  options.integer("--sheet-views", "N", 1, 100, judge.sheet_views,
+                  "the sheet shows the N worst views (default: 8)");
+  options.real("--flip-max", "F", 0, 1, judge.flip_max,
+               "visible difference at the end of the sheet's colour bar; 0: the least of 0.05, "
+               "0.1, 0.2, 0.5 and 1 that fits (default: 0)");
+}
+
+void run_judging(const JudgeOptions& options) {
+  if (options.csv == "-" && options.json == "-")
+    fail(ErrorKind::usage, "--csv and --json cannot both go to stdout");
+  if (options.frame.modes.size() > 1)
+    fail(ErrorKind::usage, "--cull: pictures are judged in one mode: choose one");
+  Judging(options).run();
+}
+
+}  // namespace qs

@@ -56,6 +56,7 @@ TEST(Study, bins_contain_every_visible_gaussian_and_all_of_its_pairs) {
     EXPECT_EQ(std::accumulate(binned.pairs[0].begin(), binned.pairs[0].end(), std::uint64_t{0}),
               modes[0].pairs);
   }
+  for (const double ms : study.frame_ms) EXPECT_GT(ms, 0);
   for (const auto& size : study.modes) {
     for (const ModeStudy& mode : size) {
       EXPECT_EQ(mode.uses.pairs(), mode.pairs);
@@ -64,6 +65,27 @@ TEST(Study, bins_contain_every_visible_gaussian_and_all_of_its_pairs) {
     }
   }
   EXPECT_EQ(study.example.saved, study.example.pairs[1] - study.example.pairs[4]);
+}
+
+TEST(Study, uses_of_pairs_are_the_renderer_s_in_every_mode) {
+  const auto renderer = make_renderer(Backend::cpu, test::pool(2));
+  renderer->upload(test::random_cloud(2000, 0, 41), {});
+  const Camera view = test::front_camera(160, 120);
+  ThreadPool pool(2);
+  const SceneStudy study = study_scene(*renderer, {&view, 1}, {}, pool, {});
+  Outputs outputs;
+  outputs.used = true;
+  for (std::size_t size = 0; size < kTileSizes.size(); ++size) {
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+      RenderSettings settings;
+      settings.mode = mode;
+      settings.tile_px = kTileSizes[size];
+      const RenderStats stats = renderer->render(view, settings, outputs).stats;
+      const PairUses& uses = study.modes[size][static_cast<std::size_t>(mode - 1)].uses;
+      EXPECT_EQ(uses.used, *stats.used_pairs) << mode_name(mode) << " " << settings.tile_px;
+      EXPECT_EQ(uses.pairs(), stats.tile_pairs) << mode_name(mode) << " " << settings.tile_px;
+    }
+  }
 }
 
 TEST(Study, a_value_falls_into_the_bin_between_its_edges) {
@@ -87,6 +109,7 @@ TEST(ReportCommand, writes_one_page_that_needs_nothing_else) {
   for (const char* words : {"Pairs that no pixel uses", "Which Gaussians the savings come from",
                             "How evenly the pairs are distributed", "Other tile sizes", "hidden"})
     EXPECT_THAT(html, HasSubstr(words));
+  EXPECT_THAT(html, HasSubstr("data:image/svg+xml;base64,"));
   EXPECT_EQ(html.find("http"), std::string::npos) << "nothing is fetched";
   EXPECT_EQ(html.find("src=\"/"), std::string::npos);
   EXPECT_EQ(test::run_quadsplat({"report", kPlush}).exit_code, 1);

@@ -187,7 +187,8 @@ TEST(StudyPage, tables_have_the_numbers_of_the_study) {
                 ElementsAre(name, kCullers[i + 1].summary, grouped(pairs),
                             two_digits(count / static_cast<double>(study.modes[1][0].pairs)),
                             two_digits(count / static_cast<double>(study.visible)),
-                            percent(wasted / count)));
+                            percent(wasted / count), two_digits(study.frame_ms[i]),
+                            two_digits(study.frame_ms[i] / study.frame_ms[0])));
     const std::uint64_t all = use.used + use.hidden + use.empty;
     EXPECT_THAT(uses[i + 1],
                 ElementsAre(name, grouped(all), grouped(use.used), grouped(use.hidden),

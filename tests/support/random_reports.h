@@ -54,6 +54,7 @@ inline SceneStudy random_study() {
       std::sort(mode.loads.begin(), mode.loads.end());
     }
   }
+  for (double& ms : study.frame_ms) ms = any(random) / 1e5;
   return study;
 }
 

@@ -2,6 +2,7 @@
 //
 // quadsplat report: a page that shows what a scene costs to render and which modes save work.
 #include <cstdio>
+#include <map>
 #include <memory>
 
 #include "app/cli/camera_choice.h"
@@ -110,28 +111,48 @@ class Report {
             caption};
   }
 
-  CaptionedImage heat(CullMode mode, HeatQuantity quantity, const char* caption) {
-    const Camera& camera = shots_.front().camera;
-    const char* name = mode_name(mode);
+  // A heat map of the first view. The maps of one quantity in several modes share their scale.
+  struct Map {
+    CullMode mode;
+    HeatQuantity quantity;
+    const char* caption;
+    Image color = {};
+    Heatmap heatmap = {};
+  };
+
+  void render(Map& map) {
     RenderSettings settings = session_.settings;
-    settings.mode = mode;
-    const HeatmapFrame mapped =
-        render_with_heatmap(*session_.renderer, camera, settings, quantity, *session_.pool);
-    return small(
-        draw_heatmap(mapped.frame.color, mapped.heatmap, scale_for(mapped.heatmap.values), name),
-        fmt::format("{}: {}", name, caption));
+    settings.mode = map.mode;
+    HeatmapFrame mapped = render_with_heatmap(*session_.renderer, shots_.front().camera, settings,
+                                              map.quantity, *session_.pool);
+    map.color = mapped.frame.color;
+    map.heatmap = std::move(mapped.heatmap);
   }
 
   std::vector<CaptionedImage> pictures() {
     const CullMode square = find_culler("3dgs"), dual = find_culler("dualbox");
-    return {
-        small(render(kDefaultMode, {}).color, shots_.front().origin),
-        heat(square, HeatQuantity::pairs, "its tile pairs."),
-        heat(kDefaultMode, HeatQuantity::pairs, "its tile pairs."),
-        heat(kDefaultMode, HeatQuantity::evaluated, "the list entries that each pixel evaluates."),
-        heat(kDefaultMode, HeatQuantity::false_positive, "its false positive pairs."),
-        heat(dual, HeatQuantity::missed,
-             "the contributions that it drops, because it lists two of the four boxes.")};
+    Map maps[] = {
+        {square, HeatQuantity::pairs, "its tile pairs."},
+        {kDefaultMode, HeatQuantity::pairs, "its tile pairs."},
+        {kDefaultMode, HeatQuantity::evaluated, "the list entries that each pixel evaluates."},
+        {kDefaultMode, HeatQuantity::false_positive, "its false positive pairs."},
+        {dual, HeatQuantity::missed,
+         "the contributions that it drops, because it lists two of the four boxes."}};
+    std::vector<CaptionedImage> pictures = {
+        small(render(kDefaultMode, {}).color, shots_.front().origin)};
+    std::map<HeatQuantity, std::vector<std::uint32_t>> values;
+    for (Map& map : maps) {
+      render(map);
+      std::vector<std::uint32_t>& all = values[map.quantity];
+      all.insert(all.end(), map.heatmap.values.begin(), map.heatmap.values.end());
+    }
+    for (const Map& map : maps) {
+      const char* name = mode_name(map.mode);
+      const Scale scale = scale_for(values[map.quantity]);
+      pictures.push_back(small(draw_heatmap(map.color, map.heatmap, scale, name),
+                               fmt::format("{}: {}", name, map.caption)));
+    }
+    return pictures;
   }
 
   std::vector<CaptionedImage> example(const SceneStudy& study) {
@@ -155,11 +176,13 @@ class Report {
   std::string made_with() const {
     const Environment environment = read_environment();
     return fmt::format(
-        "quadsplat {} (commit {}) on {}, {}. Scene file {}, {}. Counts do not depend on the "
-        "machine. 'quadsplat report' makes this page again; 'quadsplat inspect' shows any other "
+        "quadsplat {} (commit {}) on {}, {}, with {} threads. Scene file {}, {}. Counts do not "
+        "depend on the machine; times do. 'quadsplat report' makes this page again; 'quadsplat "
+        "inspect' shows any other "
         "pixel and Gaussian.",
         environment.version, environment.commit, environment.cpu, environment.utc,
-        session_.scene->path.filename().string(), file_hash(session_.scene->path));
+        session_.pool->size(), session_.scene->path.filename().string(),
+        file_hash(session_.scene->path));
   }
 
   std::filesystem::path path_;

@@ -35,34 +35,65 @@ void for_each_pixel(const PixelBox& box, Visit&& visit) {
   }
 }
 
+/// Whether alpha reaches 1/255 at a pixel of the box.
+bool reaches(const Splat& splat, const PixelBox& box) {
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      float left = 1, alpha = 0;
+      if (composite(splat, static_cast<float>(x), static_cast<float>(y), left, alpha) !=
+          Step::skips)
+        return true;
+    }
+  }
+  return false;
+}
+
+/// The pixels of a tile while its list is composited.
+class TilePixels {
+ public:
+  explicit TilePixels(const PixelBox& box) : box_(box), width_(box.x1 - box.x0) {
+    const int count = width_ * (box.y1 - box.y0);
+    transmittance_.assign(static_cast<std::size_t>(count), 1);
+    running_ = count;
+  }
+
+  PairUse composite_next(const Splat& splat, const Footprint& footprint) {
+    const PixelBox box = reached(box_, footprint);
+    bool blended = false, stopped = false;
+    if (running_ > 0) {
+      for_each_pixel(box, [&](int x, int y) {
+        float& left =
+            transmittance_[static_cast<std::size_t>((y - box_.y0) * width_ + x - box_.x0)];
+        if (left == 0) return;
+        float alpha = 0;
+        const Step step =
+            composite(splat, static_cast<float>(x), static_cast<float>(y), left, alpha);
+        blended = blended || step == Step::blends;
+        if (step != Step::stops) return;
+        stopped = true;
+        left = 0;
+        --running_;
+      });
+    }
+    if (blended) return PairUse::used;
+    return stopped || reaches(splat, box) ? PairUse::hidden : PairUse::empty;
+  }
+
+ private:
+  PixelBox box_;
+  int width_, running_;
+  std::vector<float> transmittance_;  // 0: the pixel has stopped
+};
+
 void uses_in_tile(const Frame& frame, glm::ivec2 size, const std::vector<std::uint32_t>& slots,
-                  int tile, std::vector<float>& transmittance, std::vector<PairUse>& uses) {
+                  int tile, std::vector<PairUse>& uses) {
   const Trace& trace = frame.trace;
-  const PixelBox box = pixels_of(frame.grid, size, tile);
-  const int width = box.x1 - box.x0;
-  transmittance.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(box.y1 - box.y0),
-                       1);
+  TilePixels pixels(pixels_of(frame.grid, size, tile));
   const std::uint64_t begin = trace.tile_begin[static_cast<std::size_t>(tile)];
   const std::uint64_t end = trace.tile_begin[static_cast<std::size_t>(tile) + 1];
   for (std::uint64_t k = begin; k < end; ++k) {
     const std::uint32_t slot = slots[trace.listed[k]];
-    const Splat& splat = trace.splats[slot];
-    PairUse use = PairUse::empty;
-    for_each_pixel(reached(box, trace.footprints[slot]), [&](int x, int y) {
-      float& left = transmittance[static_cast<std::size_t>((y - box.y0) * width + x - box.x0)];
-      if (left == 0 && use != PairUse::empty) return;
-      float alpha = 0, untouched = 1;
-      const Step step = composite(splat, static_cast<float>(x), static_cast<float>(y),
-                                  left == 0 ? untouched : left, alpha);
-      if (step == Step::skips) return;
-      if (left == 0 || step == Step::stops) {
-        use = std::min(use, PairUse::hidden);
-        left = 0;
-      } else {
-        use = PairUse::used;
-      }
-    });
-    uses[k] = use;
+    uses[k] = pixels.composite_next(trace.splats[slot], trace.footprints[slot]);
   }
 }
 
@@ -83,9 +114,8 @@ std::vector<PairUse> pair_uses(const Frame& frame, glm::ivec2 size, ThreadPool& 
   pool.for_chunks(static_cast<std::size_t>(frame.grid.count()), 16,
                   [&](std::size_t begin, std::size_t end, int) {
                     if (stop.stop_requested()) throw Cancelled{};
-                    std::vector<float> transmittance;
                     for (std::size_t tile = begin; tile < end; ++tile)
-                      uses_in_tile(frame, size, slots, static_cast<int>(tile), transmittance, uses);
+                      uses_in_tile(frame, size, slots, static_cast<int>(tile), uses);
                   });
   return uses;
 }

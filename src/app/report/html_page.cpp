@@ -79,19 +79,19 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
 }
 
 void HtmlPage::picture(const Image& image, const std::string& caption, bool half) {
-  figure(encode_png(image), caption, half);
+  figure("png", encode_png(image), caption, half);
 }
 
-void HtmlPage::picture_file(const std::filesystem::path& png, const std::string& caption,
-                            bool half) {
-  figure(read_text_file(png, kMaxPictureBytes), caption, half);
+void HtmlPage::drawing(const std::filesystem::path& svg, const std::string& caption, bool half) {
+  figure("svg+xml", read_text_file(svg, kMaxPictureBytes), caption, half);
 }
 
-void HtmlPage::figure(const std::string& png_bytes, const std::string& caption, bool half) {
+void HtmlPage::figure(const char* type, const std::string& bytes, const std::string& caption,
+                      bool half) {
   body_ += fmt::format(
-      "<figure{}><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption>"
+      "<figure{}><img alt=\"{}\" src=\"data:image/{};base64,{}\"><figcaption>{}</figcaption>"
       "</figure>\n",
-      half ? " class=\"half\"" : "", html_escaped(caption), base64(png_bytes),
+      half ? " class=\"half\"" : "", html_escaped(caption), type, base64(bytes),
       html_escaped(caption));
 }
 

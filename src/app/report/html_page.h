@@ -25,14 +25,13 @@ class HtmlPage {
   void table(const std::vector<std::vector<std::string>>& rows);
   /// A picture with a caption below it. `half`: two consecutive pictures fit side by side.
   void picture(const Image& image, const std::string& caption, bool half = false);
-  /// The same for a PNG file.
-  void picture_file(const std::filesystem::path& png, const std::string& caption,
-                    bool half = false);
+  /// The same for an SVG file.
+  void drawing(const std::filesystem::path& svg, const std::string& caption, bool half = false);
 
   std::string text() const;
 
  private:
-  void figure(const std::string& png_bytes, const std::string& caption, bool half);
+  void figure(const char* type, const std::string& bytes, const std::string& caption, bool half);
 
   std::string title_, body_;
 };

@@ -32,6 +32,8 @@ std::span<const Quantity> quantities();
 inline constexpr std::size_t kBins = 12;
 inline constexpr std::size_t kUsualSize = 1;  ///< index of kTileSize in kTileSizes
 
+inline constexpr int kStudyFrames = 5;  ///< timed frames per mode and view
+
 /// Index of the bin that holds `value`.
 std::size_t bin_of(const Quantity& quantity, double value);
 
@@ -55,6 +57,9 @@ struct SceneStudy {
   std::uint64_t visible = 0;        ///< in mode 3dgs, summed over the views
   std::vector<BinnedPairs> binned;  ///< parallel to quantities()
   std::array<std::array<ModeStudy, kCullerCount>, kTileSizes.size()> modes;  ///< [size][mode - 1]
+  /// Milliseconds of a frame in tiles of the usual size: the mean over the views of the median of
+  /// kStudyFrames interleaved frames. Index = CullMode - 1.
+  std::array<double, kCullerCount> frame_ms{};
   /// The Gaussian on which `quadbox` saves most compared with `adr`, of those whose boxes are
   /// inside the image and not too large for a drawing.
   struct Example {

@@ -59,7 +59,7 @@ class Writer {
   const ModeStudy& mode(CullMode which) const { return study_.modes[kUsualSize][index_of(which)]; }
 
   void plot(const std::string& name, const std::string& caption, bool half = false) {
-    if (has_plots_) html_.picture_file(plots_ / (name + ".png"), caption, half);
+    if (has_plots_) html_.drawing(plots_ / (name + ".svg"), caption, half);
   }
 
   /// A row per mode: its name and `cells(mode)`.
@@ -83,13 +83,23 @@ class Writer {
         "modes below differ in how tightly they bound the tiles of a Gaussian. This page shows {}.",
         grouped(study_.gaussians), page_.views));
     if (!problem.empty()) html_.paragraph("This page has tables only, no plots: " + problem + ".");
-    mode_table({"what it lists", "pairs", "3dgs = 1", "per visible Gaussian", "false positives"},
+    mode_table({"what it lists", "pairs", "3dgs = 1", "per visible Gaussian", "false positives",
+                "ms per frame", "3dgs = 1"},
                [&](CullMode which) {
                  const ModeStudy& row = mode(which);
-                 return Row{row_of(which).summary, grouped(row.pairs),
-                            ratio(row.pairs, mode(k3dgs).pairs), ratio(row.pairs, study_.visible),
-                            percent(row.uses.false_positives(), row.pairs)};
+                 const double ms = study_.frame_ms[index_of(which)];
+                 return Row{row_of(which).summary,
+                            grouped(row.pairs),
+                            ratio(row.pairs, mode(k3dgs).pairs),
+                            ratio(row.pairs, study_.visible),
+                            percent(row.uses.false_positives(), row.pairs),
+                            fmt::format("{:.2f}", ms),
+                            ratio(ms, study_.frame_ms[index_of(k3dgs)])};
                });
+    html_.paragraph(fmt::format(
+        "Times are means over the views of the median of {} frames of the CPU backend, with the "
+        "modes in turns. 'quadsplat bench' measures more carefully, and on a GPU.",
+        kStudyFrames));
     for (const CaptionedImage& picture : page_.pictures)
       html_.picture(picture.image, picture.caption, true);
   }

@@ -389,6 +389,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   written.recent = {"/a.ply", "/b c.ply"};
   written.last_views["/a.ply"] = "kept";
   written.ups["/a.ply"] = "0,-1,0.5";
+  written.axes["/a.ply"] = "RFU";
   written.scene.emplace();
   written.scene->path = "/b.ply";
   written.camera = test::front_camera(64, 48);
@@ -402,6 +403,7 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   EXPECT_EQ(read.navigation, Navigation::fly);
   EXPECT_EQ(read.recent, written.recent);
   EXPECT_EQ(read.ups, written.ups);
+  EXPECT_EQ(read.axes, written.axes);
   EXPECT_THAT(read.last_views,
               testing::ElementsAre(testing::Pair("/a.ply", "kept"),
                                    testing::Pair("/b.ply", format_camera(written.camera))));

@@ -374,9 +374,19 @@ TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {
            {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(state("a.json")["axes"], "");
-  EXPECT_EQ(state("b.json")["axes"], "LDB");
-  EXPECT_EQ(state("c.json")["axes"], "LDB");
+  EXPECT_EQ(state("b.json")["axes"], "RFU");
+  EXPECT_EQ(state("c.json")["axes"], "RFU");
   EXPECT_NE(state("b.json")["facts"]["tile pairs"], state("a.json")["facts"]["tile pairs"]);
+}
+
+TEST_F(ViewerProgram, a_file_that_was_turned_upright_stays_so_after_a_restart) {
+  const std::string settings = path("settings.json");
+  for (const char* script : {"wait\nkey Y\nwait\n", "wait\n"}) {
+    const ProgramRun run = play(script + ("state " + path("a.json")) + "\nquit\n",
+                                {path("scene.ply"), "--settings", settings});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(state("a.json")["axes"], "RFU");
+  }
 }
 
 TEST_F(ViewerProgram, typing_into_the_dialog_open_fires_no_shortcut_and_enter_opens_the_path) {

@@ -318,6 +318,33 @@ TEST(State, ten_recent_scenes_and_120_times_are_kept) {
   EXPECT_EQ(driven.viewer.shown.divisor, 2);
 }
 
+TEST(State, turned_scenes_are_remembered_and_start_at_their_first_view) {
+  DrivenScene driven(0);
+  const std::string path = driven.viewer.scene->path.string();
+  const Camera home = driven.viewer.camera;
+  driven.apply(set_camera, test::front_camera(64, 48));
+  driven.apply([&](Viewer& viewer) { viewer.ups[path] = "0,0,1"; });
+  driven.press("Y");
+  EXPECT_EQ(remembered_axes(driven.viewer, path), "RFU");
+  EXPECT_TRUE(driven.viewer.ups.empty());
+  ViewedScene scene = some_scene(0);
+  scene.axes = "RFU";
+  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  EXPECT_EQ(format_camera(driven.viewer.camera), format_camera(home)) << "not the view before";
+  // Files with y up are turned about the x axis first.
+  driven.apply([](Viewer& viewer) {
+    viewer.scene->axes = "";
+    viewer.scene->declared_axes = "RUB";
+  });
+  driven.press("Y");
+  EXPECT_EQ(driven.opened.back().axes, "RDF");
+  driven.apply([](Viewer& viewer) { viewer.scene->axes = "LUB"; });
+  driven.press("Y");
+  EXPECT_EQ(remembered_axes(driven.viewer, path), "");
+  driven.apply([&](Viewer& viewer) { viewer.axes[path] = "nonsense"; });
+  EXPECT_EQ(remembered_axes(driven.viewer, path), "") << "the settings were edited by hand";
+}
+
 TEST(State, a_scene_with_other_axes_is_another_one) {
   DrivenScene driven(2);
   const auto open = [&](const char* path, const char* axes) {
@@ -631,9 +658,9 @@ TEST(Keys, do_what_their_rows_say) {
   EXPECT_EQ(driven.text, text_of(driven.viewer.camera));
   EXPECT_EQ(driven.viewer.toasts.back().text, "camera copied as JSON, ready for --camera-json");
   driven.press("Y");
-  EXPECT_EQ(driven.opened.back().axes, "LDB");
-  EXPECT_EQ(driven.viewer.toasts.back().text, "read as if its axes were LDB");
-  driven.apply([](Viewer& viewer) { viewer.scene->axes = "RUF"; });  // the last of the table
+  EXPECT_EQ(driven.opened.back().axes, "RFU");
+  EXPECT_EQ(driven.viewer.toasts.back().text, "read as if its axes were RFU; Y again for others");
+  driven.apply([](Viewer& viewer) { viewer.scene->axes = "LUB"; });  // the last one
   driven.press("Y");
   EXPECT_EQ(driven.opened.back().axes, "");
   EXPECT_EQ(driven.viewer.toasts.back().text, "axes as the file declares them");

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "io/scene/axes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
+#include "io/scene/reader.h"
 #include "support/oracle.h"
 #include "support/scenes.h"
 
@@ -79,6 +82,54 @@ TEST(Axes, only_the_given_range_is_touched) {
   EXPECT_EQ(flipped.positions[0], cloud.positions[0]);
   EXPECT_EQ(flipped.positions[1], cloud.positions[1] * glm::vec3(-1, -1, 1));
   EXPECT_EQ(flipped.positions[2], cloud.positions[2]);
+}
+
+TEST(Axes, are_24_right_handed_frames_and_4_mirrored_parallel_ones) {
+  int count = 0;
+  for (const char a : std::string("RLDUFB")) {
+    for (const char b : std::string("RLDUFB")) {
+      for (const char c : std::string("RLDUFB")) {
+        const std::string name = {a, b, c};
+        if (!is_axes(name)) continue;
+        ++count;
+        const glm::dmat3 turn = rdf_from(name);
+        const bool parallel = std::find(kAxes.begin(), kAxes.end(), name) != kAxes.end();
+        EXPECT_EQ(std::abs(glm::determinant(turn)), 1) << name;
+        EXPECT_TRUE(parallel || glm::determinant(turn) == 1) << name;
+      }
+    }
+  }
+  EXPECT_EQ(count, 28);
+  for (const char* bad : {"", "RD", "RDFF", "RRF", "rdf", "RDX", "LFU", "XYZ"})
+    EXPECT_FALSE(is_axes(bad)) << bad;
+}
+
+TEST(Axes, a_frame_with_z_up_stands_upright_and_keeps_its_look) {
+  Scene scene;
+  scene.cloud = random_cloud(20, 3, 1);
+  scene.vertical_axis = "z";
+  const GaussianCloud before = scene.cloud;
+  assume_axes(scene, "RFU");
+  EXPECT_EQ(scene.axes, "RFU");
+  EXPECT_EQ(scene.vertical_axis, "") << "up is -y now";
+  const glm::dmat3 turn = rdf_from("RFU");
+  EXPECT_EQ(turn * glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0));
+  EXPECT_EQ(turn * glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1));
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_NEAR(
+        glm::distance(glm::dvec3(scene.cloud.positions[i]), turn * glm::dvec3(before.positions[i])),
+        0, 1e-5);
+    const glm::dmat3 expected = turn * covariance(before, i) * glm::transpose(turn);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(glm::distance(covariance(scene.cloud, i)[c], expected[c]), 0,
+                  1e-5 * (1 + glm::length(expected[c])));
+    const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.7, 0.2 + 0.1 * double(i)));
+    EXPECT_NEAR(glm::distance(color(scene.cloud, i, turn * direction), color(before, i, direction)),
+                0, 1e-4);
+  }
+  assume_axes(scene, "RDF");
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_NEAR(glm::distance(scene.cloud.positions[i], before.positions[i]), 0, 1e-5);
 }
 
 }  // namespace

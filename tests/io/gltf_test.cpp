@@ -162,6 +162,83 @@ TEST(Gltf, logarithms_of_the_draft_are_detected) {
   EXPECT_FLOAT_EQ(scene.cloud.log_scales[1].y, -5.04f);
 }
 
+// The attributes of the draft of 2024: rotation and scale without prefix, RGBA in COLOR_0.
+TEST(Gltf, colours_and_opacities_of_the_draft_are_read) {
+  Glb glb = written(1);
+  const GaussianCloud before = read(glb).cloud;
+  json& d = glb.description;
+  auto& primitive = d["meshes"][0]["primitives"][0];
+  auto& attributes = primitive["attributes"];
+  for (const char* name : {"ROTATION", "SCALE"}) {
+    attributes[std::string("_") + name] = attributes[std::string("KHR_gaussian_splatting:") + name];
+    attributes.erase(std::string("KHR_gaussian_splatting:") + name);
+  }
+  attributes.erase("KHR_gaussian_splatting:OPACITY");
+  attributes.erase("KHR_gaussian_splatting:SH_DEGREE_0_COEF_0");
+  primitive["extensions"]["KHR_gaussian_splatting"] = json::object();
+  const std::size_t offset = glb.binary.size();
+  for (std::size_t i = 0; i < kCount; ++i)
+    for (const int value : {255, 51, 0, 204}) glb.binary.push_back(static_cast<std::byte>(value));
+  attributes["COLOR_0"] = d["accessors"].size();
+  d["accessors"].push_back({{"bufferView", d["bufferViews"].size()},
+                            {"componentType", 5121},
+                            {"normalized", true},
+                            {"count", kCount},
+                            {"type", "VEC4"}});
+  d["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", 4 * kCount}});
+  d["buffers"][0]["byteLength"] = glb.binary.size();
+  const Scene scene = read(glb);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("draft")));
+  EXPECT_EQ(scene.cloud.positions, before.positions);
+  EXPECT_EQ(scene.cloud.rotations, before.rotations);
+  EXPECT_EQ(scene.cloud.log_scales, before.log_scales);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    EXPECT_NEAR(scene.cloud.opacity_logits[i], std::log(0.8 / 0.2), 1e-5);
+    const glm::vec3 color = 0.5f + 0.28209479f * scene.cloud.sh[4 * i];
+    EXPECT_NEAR(color.x, 1, 1e-5);
+    EXPECT_NEAR(color.y, 0.2, 1e-5);
+    EXPECT_NEAR(color.z, 0, 1e-5);
+    for (std::size_t k = 1; k < 4; ++k)
+      EXPECT_EQ(scene.cloud.sh[4 * i + k], before.sh[4 * i + k]) << i << " " << k;
+  }
+}
+
+TEST(Gltf, an_absent_kernel_or_colour_space_is_assumed_and_said) {
+  Glb glb = written(0);
+  auto& extension =
+      glb.description["meshes"][0]["primitives"][0]["extensions"]["KHR_gaussian_splatting"];
+  extension.erase("kernel");
+  extension.erase("colorSpace");
+  EXPECT_THAT(read(glb).warnings, ElementsAre("The file names no kernel; ellipses were assumed.",
+                                              "The file names no colour space; sRGB was assumed."));
+}
+
+TEST(Gltf, numbers_below_0_and_unknown_required_extensions_are_refused) {
+  for (const char* key : {"byteOffset", "count"}) {
+    Glb glb = written(0);
+    glb.description["accessors"][1][key] = -4;
+    EXPECT_THAT(error_of(glb),
+                HasSubstr(std::string("accessors[1]: ") + key + " is not a number from 0 on"));
+  }
+  Glb glb = written(0);
+  glb.description["extensionsRequired"] = {"KHR_gaussian_splatting", "EXT_meshopt_compression"};
+  EXPECT_THAT(error_of(glb), HasSubstr("requires the glTF extension 'EXT_meshopt_compression'"));
+  glb.description["extensionsRequired"] = {"KHR_gaussian_splatting", "KHR_materials_unlit"};
+  EXPECT_EQ(read(glb).cloud.size(), kCount);
+}
+
+TEST(Gltf, compressed_gaussians_must_be_as_many_as_announced) {
+  Glb glb = open_glb(file_bytes(committed_corpus() / "valid/glb_spz2.glb"));
+  const GaussianCloud cloud = read(glb).cloud;
+  EXPECT_GT(cloud.size(), 0u);
+  auto& accessor =
+      glb.description["accessors"]
+                     [glb.description["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+                          .get<std::size_t>()];
+  accessor["count"] = cloud.size() + 1;
+  EXPECT_THAT(error_of(glb), HasSubstr("POSITION announces"));
+}
+
 TEST(Gltf, single_negative_scales_are_no_logarithms) {
   Glb glb = written();
   floats(glb, "KHR_gaussian_splatting:SCALE")[4] = -1e-6f;

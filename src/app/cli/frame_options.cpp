@@ -90,11 +90,19 @@ void declare_common_options(Options& options, FrameOptions& frame) {
 }
 
 void declare_axes_option(Options& options, std::string& axes) {
-  const std::vector<std::string> names(kAxes.begin(), kAxes.end());
-  options.choice(
-      "--axes", names,
-      [&axes, names](int chosen) { axes = names[static_cast<std::size_t>(chosen)]; },
-      "directions of x, y, z: Right/Left, Down/Up, Back/Forward (default: what the file declares)");
+  options.value(
+      "--axes", "XYZ",
+      "directions of x, y, z, a letter each: Right/Left, Down/Up, Back/Forward; RFU has z "
+      "up (default: what the file declares)",
+      {"RUB", "RFU", "LDF"}, [&axes](const std::string& text) {
+        if (!is_axes(text)) {
+          fail(ErrorKind::usage,
+               "--axes: '{}' is no right-handed frame of three letters, such as RDF (y "
+               "down), RUB (y up) or RFU (z up)",
+               text);
+        }
+        axes = text;
+      });
 }
 
 }  // namespace qs

@@ -22,7 +22,7 @@ namespace qs {
 struct FrameOptions {
   std::filesystem::path scene;
   int iteration = -1;  ///< of a model folder; -1: the highest
-  std::string axes;    ///< overrides the axes declared by the file, one of kAxes; empty: trust it
+  std::string axes;    ///< overrides the axes declared by the file, see is_axes(); empty: trust it
   std::optional<std::filesystem::path> cameras;  ///< unset: those beside the scene
   std::optional<glm::dvec3> up;    ///< unit vector, up in the world; unset: declared or estimated
   std::optional<glm::ivec2> size;  ///< unset: the camera's

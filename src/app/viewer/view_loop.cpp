@@ -96,7 +96,7 @@ class ViewLoop final : public Host {
     const FrameOptions& frame = options_.frame;
     OpenRequest request;
     request.path = path;
-    request.axes = axes;
+    request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
     request.keep_background = frame.background.has_value();
     request.up = frame.up ? frame.up : remembered_up(viewer_, path);
     if (path == frame.scene) {

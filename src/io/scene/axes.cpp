@@ -1,9 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include "io/scene/axes.h"
 
+#include <algorithm>
 #include <array>
 
+#include <glm/matrix.hpp>
+
 namespace qs {
+namespace {
+
+// Where the letter points in RDF; 0 for another letter.
+glm::dvec3 direction_of(char letter) {
+  switch (letter) {
+    case 'R':
+      return {1, 0, 0};
+    case 'L':
+      return {-1, 0, 0};
+    case 'D':
+      return {0, 1, 0};
+    case 'U':
+      return {0, -1, 0};
+    case 'F':
+      return {0, 0, 1};
+    case 'B':
+      return {0, 0, -1};
+    default:
+      return {0, 0, 0};
+  }
+}
+
+}  // namespace
+
+bool is_axes(std::string_view name) {
+  if (std::find(kAxes.begin(), kAxes.end(), name) != kAxes.end()) return true;
+  return name.size() == 3 && glm::determinant(rdf_from(name)) == 1;
+}
+
+glm::dmat3 rdf_from(std::string_view name) {
+  return {direction_of(name[0]), direction_of(name[1]), direction_of(name[2])};
+}
 
 void flip_axes(GaussianCloud& cloud, std::size_t begin, std::size_t end, AxisSigns signs) {
   if (signs.is_identity()) return;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// Converts Gaussians between frames with parallel axes, such as SPZ's RUB (x right, y up, z back)
-// and the cloud's RDF: position, rotation and SH together. Flipping one sign mirrors the scene; the
-// formulas still hold, because a Gaussian's covariance has no handedness.
+// Frames are named by where their x, y and z point: Left or Right, Down or Up, Back or Forward.
+// SPZ's RUB has x right, y up, z back; the cloud's RDF x right, y down, z forward; RFU has z up.
+// flip_axes() converts between frames with parallel axes: position, rotation and SH together.
+// Flipping one sign mirrors the scene; the formulas still hold, because a Gaussian's covariance has
+// no handedness.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <string_view>
+
+#include <glm/mat3x3.hpp>
 
 #include "raster/scene/gaussian_cloud.h"
 
@@ -25,9 +29,8 @@ constexpr AxisSigns kTurnAboutX{1, -1, -1};
 /// The 180-degree turn about z: glTF's LUF to RDF and back.
 constexpr AxisSigns kTurnAboutZ{-1, -1, 1};
 
-/// Frames with axes parallel to the cloud's. The letters say where x, y and z point: left or right,
-/// down or up, back or forward. The order is that of SPZ's coordinate system extension, which
-/// counts from 1.
+/// Frames with axes parallel to the cloud's, in the order of SPZ's coordinate system extension,
+/// which counts from 1.
 inline constexpr std::array<std::string_view, 8> kAxes = {"LDB", "RDB", "LUB", "RUB",
                                                           "LDF", "RDF", "LUF", "RUF"};
 
@@ -36,6 +39,12 @@ constexpr AxisSigns signs_to_rdf(std::size_t number) {
   return {(number & 1) != 0 ? 1.0f : -1.0f, (number & 2) != 0 ? -1.0f : 1.0f,
           (number & 4) != 0 ? 1.0f : -1.0f};
 }
+
+/// Whether `name` is one of kAxes or of the other right-handed frames, 28 in all.
+bool is_axes(std::string_view name);
+
+/// Turns vectors of the frame into RDF. is_axes(name) must hold.
+glm::dmat3 rdf_from(std::string_view name);
 
 /// Applies `signs` to the Gaussians [begin, end). Applying them twice changes nothing.
 void flip_axes(GaussianCloud& cloud, std::size_t begin, std::size_t end, AxisSigns signs);

@@ -26,6 +26,7 @@ namespace {
 
 constexpr const char* kExtension = "KHR_gaussian_splatting";
 constexpr const char* kSpzExtension = "KHR_gaussian_splatting_compression_spz_2";
+constexpr const char* kWithdrawn = "KHR_spz_gaussian_splats_compression";
 constexpr int kMaxStoredDegree = 4;
 
 std::string attribute_name(const std::string& name) {
@@ -42,6 +43,7 @@ class GltfScene {
   GltfScene(std::span<const std::byte> content, const std::filesystem::path& path, ThreadPool& pool,
             Scene& scene)
       : path_(path), source_(path.string()), pool_(pool), scene_(scene), file_(content, path) {
+    check_required_extensions();
     for (const PlacedMesh& placed : placed_meshes(file_.model(), source_)) add_mesh(placed);
     if (instances_.empty()) complain_about_nothing();
     warn_of_the_others();
@@ -84,6 +86,19 @@ class GltfScene {
     if (std::find(scene_.warnings.begin(), scene_.warnings.end(), sentence) ==
         scene_.warnings.end()) {
       scene_.warnings.push_back(std::move(sentence));
+    }
+  }
+
+  // Those of materials and textures do not matter for Gaussians.
+  void check_required_extensions() const {
+    constexpr std::string_view kKnown[] = {kExtension, kSpzExtension, "KHR_mesh_quantization"};
+    for (const std::string& name : file_.model().extensionsRequired) {
+      const bool known = std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
+      if (!known && !name.starts_with("KHR_materials_") && !name.starts_with("KHR_texture_") &&
+          name != kWithdrawn) {
+        fail("{}: it requires the glTF extension '{}', which cannot be read", source_,
+             printable(name));
+      }
     }
   }
 
@@ -132,15 +147,21 @@ class GltfScene {
     if (extension == primitive.extensions.end()) {
       ++others_;
     } else {
-      check_extension(extension->second);
+      if (!is_draft(primitive)) check_extension(extension->second);
       if (primitive.mode != TINYGLTF_MODE_POINTS) {
         warn_once("A primitive with Gaussians is not marked as points; it was read all the same.");
       }
       const tinygltf::Value* const compressed =
           member(member(&extension->second, "extensions"), kSpzExtension);
-      splats = compressed != nullptr ? unpack(*compressed) : bind(primitive);
+      splats = compressed != nullptr ? unpack(*compressed, primitive) : bind(primitive);
     }
     return splats_[key] = splats;
+  }
+
+  // Drafts of 2024 and 2025 keep colour and opacity in COLOR_0, and name neither kernel nor space.
+  static bool is_draft(const tinygltf::Primitive& primitive) {
+    return primitive.attributes.count("COLOR_0") > 0 &&
+           primitive.attributes.count(attribute_name("OPACITY")) == 0;
   }
 
   void check_extension(const tinygltf::Value& extension) {
@@ -149,11 +170,15 @@ class GltfScene {
       return value != nullptr && value->IsString() ? value->Get<std::string>() : std::string();
     };
     const std::string kernel = text("kernel"), space = text("colorSpace");
-    if (kernel != "ellipse") {
+    if (kernel.empty()) {
+      warn_once("The file names no kernel; ellipses were assumed.");
+    } else if (kernel != "ellipse") {
       warn_once(fmt::format("Kernel '{}' is not known; ellipses were assumed.", printable(kernel)));
     }
     if (space == "lin_rec709_display") {
       warn_once("The colours are meant to be blended linearly; they are blended as they are.");
+    } else if (space.empty()) {
+      warn_once("The file names no colour space; sRGB was assumed.");
     } else if (space != "srgb_rec709_display") {
       warn_once(fmt::format("Colour space '{}' is not known; sRGB was assumed.", printable(space)));
     }
@@ -166,7 +191,8 @@ class GltfScene {
     return shown;
   }
 
-  std::shared_ptr<const GltfSplats> unpack(const tinygltf::Value& compressed) {
+  std::shared_ptr<const GltfSplats> unpack(const tinygltf::Value& compressed,
+                                           const tinygltf::Primitive& primitive) {
     const tinygltf::Value* const view = member(&compressed, "bufferView");
     if (view == nullptr || !view->IsInt()) fail("{}: {} has no bufferView", source_, kSpzExtension);
     const auto content = file_.view(view->Get<int>());
@@ -180,6 +206,14 @@ class GltfScene {
       warn_once(fmt::format("{} holds '{}' instead of version 2.", kSpzExtension, unpacked.format));
     }
     for (std::string& warning : unpacked.warnings) warn_once(std::move(warning));
+    if (const auto position = primitive.attributes.find("POSITION");
+        position != primitive.attributes.end()) {
+      const std::uint64_t announced = file_.count(position->second, "POSITION");
+      if (announced != unpacked.cloud.size()) {
+        fail("{}: {} holds {} Gaussians, POSITION announces {}", source_, kSpzExtension,
+             unpacked.cloud.size(), announced);
+      }
+    }
     flip_axes(unpacked.cloud, 0, unpacked.cloud.size(), kTurnAboutZ);
     auto splats = std::make_shared<GltfSplats>();
     splats->count = unpacked.cloud.size();
@@ -200,10 +234,24 @@ class GltfScene {
       }
       return result;
     };
+    // The name of the extension, or that of the draft of 2024 if only this one is there.
+    const auto name_of = [&](const std::string& name) {
+      const bool old = primitive.attributes.count("_" + name) > 0 &&
+                       primitive.attributes.count(attribute_name(name)) == 0;
+      return old ? "_" + name : attribute_name(name);
+    };
     splats->positions = numbers("POSITION", 3);
-    splats->rotations = numbers(attribute_name("ROTATION"), 4);
-    splats->scales = numbers(attribute_name("SCALE"), 3);
-    splats->opacities = numbers(attribute_name("OPACITY"), 1);
+    splats->rotations = numbers(name_of("ROTATION"), 4);
+    splats->scales = numbers(name_of("SCALE"), 3);
+    const bool draft = is_draft(primitive);
+    if (draft) {
+      splats->colors = numbers("COLOR_0", 4);
+      warn_once(
+          "Colours and opacities come from COLOR_0, as in drafts of the glTF extension before it "
+          "was ratified.");
+    } else {
+      splats->opacities = numbers(attribute_name("OPACITY"), 1);
+    }
     int stored = 0;
     const auto sh_name = [](int degree, int coefficient) {
       return attribute_name(fmt::format("SH_DEGREE_{}_COEF_{}", degree, coefficient));
@@ -212,7 +260,7 @@ class GltfScene {
       ++stored;
     }
     splats->degree = kept_sh_degree(sh_coefficient_count(stored) - 1, scene_);
-    for (int degree = 0; degree <= splats->degree; ++degree) {
+    for (int degree = draft ? 1 : 0; degree <= splats->degree; ++degree) {
       for (int k = 0; k < 2 * degree + 1; ++k) splats->sh.push_back(numbers(sh_name(degree, k), 3));
     }
     splats->scales_are_logarithms = are_logarithms(splats->scales);
@@ -226,7 +274,7 @@ class GltfScene {
 
   [[noreturn]] void complain_about_nothing() const {
     for (const std::string& name : file_.model().extensionsUsed) {
-      if (name == "KHR_spz_gaussian_splats_compression") {
+      if (name == kWithdrawn) {
         fail("{}: Gaussians of the withdrawn draft {}, which cannot be read", source_, name);
       }
     }

@@ -59,13 +59,23 @@ Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
   return chunks;
 }
 
-// tinygltf treats a stride of 0 as no stride; the specification forbids it.
-void check_strides(const json& root, const std::string& path) {
-  const auto views = root.find("bufferViews");
-  if (views == root.end() || !views->is_array()) return;
-  for (const json& view : *views) {
-    if (view.is_object() && view.contains("byteStride") && view["byteStride"] == 0) {
-      fail("{}: a bufferView has a byteStride of 0", path);
+// tinygltf treats a stride of 0 as no stride, and numbers below 0 as absent; the specification
+// forbids both.
+void check_layout(const json& root, const std::string& path) {
+  for (const char* list : {"bufferViews", "accessors"}) {
+    const auto entries = root.find(list);
+    if (entries == root.end() || !entries->is_array()) continue;
+    for (std::size_t i = 0; i < entries->size(); ++i) {
+      const json& entry = (*entries)[i];
+      if (!entry.is_object()) continue;
+      for (const char* key : {"byteOffset", "byteLength", "byteStride", "count"}) {
+        const auto value = entry.find(key);
+        if (value == entry.end()) continue;
+        if (!value->is_number() || *value < 0)
+          fail("{}: {}[{}]: {} is not a number from 0 on", path, list, i, key);
+        if (*value == 0 && std::string_view(key) == "byteStride")
+          fail("{}: a bufferView has a byteStride of 0", path);
+      }
     }
   }
 }
@@ -119,7 +129,7 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
   const Chunks chunks = is_binary_ ? open_glb(content, path_) : Chunks{text_of(content), {}};
   json root = parse_json(chunks.description, path_, kMaxValues);
   if (!root.is_object()) fail("{}: not a glTF file: its JSON is not an object", path_);
-  check_strides(root, path_);
+  check_layout(root, path_);
 
   json buffers = json::array();
   if (root.contains("buffers")) buffers.swap(root["buffers"]);
@@ -195,10 +205,15 @@ std::span<const std::byte> GltfFile::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
+std::uint64_t GltfFile::count(int index, const std::string& what) const {
   if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
     fail("{}: {}: accessor {} does not exist", path_, what, index);
   }
+  return model_.accessors[static_cast<std::size_t>(index)].count;
+}
+
+GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
+  count(index, what);  // complains
   const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
   if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
   GltfNumbers numbers;

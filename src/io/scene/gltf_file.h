@@ -56,6 +56,10 @@ class GltfFile {
   /// The bytes of bufferView `index`. Throws Error(input).
   std::span<const std::byte> view(int index) const;
 
+  /// The number of elements of accessor `index`, which may have no values; `what` names it in
+  /// messages.
+  std::uint64_t count(int index, const std::string& what) const;
+
   /// The values of accessor `index`, which must have `components` components; `what` names it in
   /// messages.
   GltfNumbers numbers(int index, std::size_t components, const std::string& what) const;

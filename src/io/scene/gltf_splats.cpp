@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raster/kernel/constants.h"
+
 namespace qs {
 
 void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& cloud,
@@ -33,11 +35,14 @@ void fill_gaussian(const GltfSplats& splats, std::uint64_t from, GaussianCloud& 
     scale = glm::log(glm::max(scale, glm::vec3(0)));
   }
   cloud.log_scales[to] = scale;
-  const double opacity = splats.opacities(from, 0);
+  const bool has_colors = splats.colors.count > 0;
+  const double opacity = has_colors ? splats.colors(from, 3) : splats.opacities(from, 0);
   if (opacity < 0 || opacity > 1) ++clamped.opacities;
   const double inside = opacity < 0 ? 0 : opacity > 1 ? 1 : opacity;  // NaN stays
   cloud.opacity_logits[to] = static_cast<float>(std::log(inside / (1 - inside)));
-  for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[k] = vector(splats.sh[k]);
+  if (has_colors) sh[0] = (vector(splats.colors) - 0.5f) / static_cast<float>(kSh0);
+  const std::size_t first = has_colors ? 1 : 0;
+  for (std::size_t k = 0; k < splats.sh.size(); ++k) sh[first + k] = vector(splats.sh[k]);
 }
 
 // In the draft most scales of trained Gaussians are negative, because they are logarithms of

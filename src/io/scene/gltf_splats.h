@@ -21,8 +21,9 @@ struct GltfSplats {
   int degree = 0;
   std::shared_ptr<const GaussianCloud>
       cloud;  ///< set for compressed data; then the accessors below are empty
-  GltfNumbers positions, rotations, scales, opacities;
-  std::vector<GltfNumbers> sh;
+  GltfNumbers positions, rotations, scales;
+  GltfNumbers opacities, colors;  ///< either opacities, or RGBA as in drafts, 0 to 1
+  std::vector<GltfNumbers> sh;    ///< from degree 0 on, or from degree 1 on with `colors`
   bool scales_are_logarithms = false;
 };
 

@@ -18,6 +18,7 @@
 #include "io/scene/sog.h"
 #include "io/scene/splat.h"
 #include "io/scene/spz.h"
+#include "io/scene/transform.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -87,14 +88,22 @@ const ReaderRow& choose_reader(std::span<const std::byte> content,
 std::span<const ReaderRow> readers() { return kReaders; }
 
 void assume_axes(Scene& scene, std::string_view axes) {
-  const auto number = [](std::string_view name) {
-    return static_cast<std::size_t>(std::find(kAxes.begin(), kAxes.end(), name) - kAxes.begin());
-  };
-  if (number(axes) == kAxes.size()) {
-    fail(ErrorKind::usage, "axes: '{}' is none of LDB, RDB, LUB, RUB, LDF, RDF, LUF, RUF", axes);
+  if (!is_axes(axes)) {
+    fail(ErrorKind::usage,
+         "axes: '{}' is no right-handed frame of three letters for x, y, z: R or L, D or U, B or F",
+         axes);
   }
-  const AxisSigns was = signs_to_rdf(number(scene.axes)), is = signs_to_rdf(number(axes));
-  flip_axes(scene.cloud, 0, scene.cloud.size(), {was.x * is.x, was.y * is.y, was.z * is.z});
+  const glm::dmat3 turn = rdf_from(axes) * glm::inverse(rdf_from(scene.axes));
+  const AxisSigns signs{static_cast<float>(turn[0].x), static_cast<float>(turn[1].y),
+                        static_cast<float>(turn[2].z)};
+  if (signs.x * signs.y * signs.z != 0) {  // the axes are parallel
+    flip_axes(scene.cloud, 0, scene.cloud.size(), signs);
+  } else {
+    const Transform transform((glm::dmat4(turn)));
+    for (std::size_t i = 0; i < scene.cloud.size(); ++i) transform.apply(scene.cloud, i);
+  }
+  // The file's vertical axis is one of the frame that it declares.
+  if (scene.axes != axes) scene.vertical_axis.clear();
   scene.axes = axes;
 }
 
@@ -104,6 +113,7 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   if (given.sampling.take) {
     options.sampling.take = [&](SceneSample sample) {
       sampled = true;
+      sample.scene.declared_axes = sample.scene.axes;
       if (!options.axes.empty()) assume_axes(sample.scene, options.axes);
       given.sampling.take(std::move(sample));
     };
@@ -124,6 +134,7 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool, const Read
   const std::chrono::duration<double, std::milli> elapsed =
       std::chrono::steady_clock::now() - start;
   scene.unpack_ms = elapsed.count() - scene.fill_ms;
+  scene.declared_axes = scene.axes;
   if (!options.axes.empty()) assume_axes(scene, options.axes);
   if (!sampled && is_sampled(scene.cloud.size(), options.sampling))
     given.sampling.take(sample_of(scene, options.sampling));

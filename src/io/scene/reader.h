@@ -28,8 +28,8 @@ struct Scene {
       path;            ///< the file that was read (inside a model directory, the one chosen)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed
-  std::string axes =
-      "RDF";  ///< frame of the file's values, one of kAxes; the cloud is always in RDF
+  std::string axes = "RDF";  ///< frame of the file's values, see axes.h; the cloud is always in RDF
+  std::string declared_axes = "RDF";  ///< as the file or its format says; ReadOptions::axes differ
   std::string vertical_axis;     ///< as the file declares it ("y", "-z", ...); empty if it does not
   std::uint64_t file_bytes = 0;  ///< of all files that were read
   double unpack_ms = 0;          ///< headers, decompression and allocation
@@ -58,7 +58,7 @@ struct Sampling {
 
 struct ReadOptions {
   int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
-  /// Overrides the frame declared by the file, one of kAxes; empty: trust the file.
+  /// Overrides the frame declared by the file, see is_axes(); empty: trust the file.
   std::string axes = {};
   Progress progress = {};
   Sampling sampling = {};
@@ -87,7 +87,7 @@ std::span<const ReaderRow> readers();
 Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
                  const ReadOptions& options = {});
 
-/// Reinterprets the scene as if its file had declared the frame `axes`, one of kAxes, for files
+/// Reinterprets the scene as if its file had declared the frame `axes`, for files
 /// that declare none or the wrong one. Throws Error(usage) for another name.
 void assume_axes(Scene& scene, std::string_view axes);
 

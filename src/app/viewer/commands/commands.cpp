@@ -38,13 +38,34 @@ void reload(Viewer& v, Host& host) {
   if (v.scene) host.open(v.scene->path, v.scene->axes);
 }
 
-// The axes that the file declares, then all others in turn.
+// The frames that Y goes through after the one that the file declares. Files with y down may have z
+// up, as tools for maps and games do; those whose format has y up may hold values as trained. Then
+// the other turns about the vertical axis, and mirrored ones.
+std::vector<std::string> frames_to_try(const std::string& declared) {
+  const bool y_up = declared.size() == 3 && declared[1] == 'U';
+  std::vector<std::string> frames = {"RFU", "RUB", "RDF", "RBD", "LUF",
+                                     "LDB", "LDF", "RUF", "RDB", "LUB"};
+  if (y_up) std::swap(frames[0], frames[2]);
+  std::erase(frames, declared);
+  return frames;
+}
+
 void next_axes(Viewer& v, Host& host) {
   if (!v.scene) return;
-  const auto* here = std::find(kAxes.begin(), kAxes.end(), v.scene->axes);
-  const auto* next = v.scene->axes.empty() ? kAxes.begin() : here == kAxes.end() ? here : here + 1;
-  const std::string axes(next == kAxes.end() ? "" : *next);
-  notify(v, axes.empty() ? "axes as the file declares them" : "read as if its axes were " + axes);
+  const std::vector<std::string> frames = frames_to_try(v.scene->declared_axes);
+  auto next = frames.begin();
+  if (!v.scene->axes.empty()) {
+    next = std::find(frames.begin(), frames.end(), v.scene->axes);
+    if (next != frames.end()) ++next;
+  }
+  const std::string axes(next == frames.end() ? "" : *next);
+  const std::string path = v.scene->path.string();
+  v.axes.erase(path);
+  v.ups.erase(path);  // in the axes so far
+  if (!axes.empty()) v.axes[path] = axes;
+  notify(v, axes.empty()
+                ? "axes as the file declares them"
+                : fmt::format("read as if its axes were {}; {} again for others", axes, "Y"));
   host.open(v.scene->path, axes);
 }
 
@@ -141,7 +162,7 @@ std::vector<KeyCommand> make_commands() {
   std::vector<KeyCommand> rows = {
       always(panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open)),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
-      row(GLFW_KEY_Y, 0, file, "Read with other axes", next_axes),
+      row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
       job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),

@@ -141,6 +141,7 @@ class EarlyView {
         sample.scene, request_.cameras_file, request_.up,
         [&](const auto& up) { return choose_framing(sample_of(sample), up, pool); });
     read->facts.axes = request_.axes;
+    read->facts.declared_axes = sample.scene.declared_axes;
     framing_ = read->facts.framing;
     of_ = sample.of;
     read->sample = std::move(sample);
@@ -224,6 +225,7 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
     loaded->facts = view_facts(loaded->scene, request.cameras_file, pool, request.up);
   }
   loaded->facts.axes = request.axes;
+  loaded->facts.declared_axes = loaded->scene.declared_axes;
   for (const std::string& warning : loaded->scene.warnings)
     reports_.report(action::notify, warning);
   if (stop.stop_requested()) throw Cancelled{};

@@ -183,7 +183,9 @@ void end_progress(Viewer& v) { v.loading.reset(); }
 
 void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderSettings& settings,
                   Backend backend) {
-  const bool another = !v.scene || v.scene->path != scene.path || v.scene->axes != scene.axes;
+  const bool other_file = !v.scene || v.scene->path != scene.path;
+  const bool turned = !other_file && v.scene->axes != scene.axes;
+  const bool another = other_file || turned;
   if (v.scene) v.last_views[v.scene->path.string()] = format_camera(v.camera);
   const CullMode mode = v.settings.mode;
   v.scene = scene;
@@ -201,7 +203,7 @@ void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderS
     set_first_view(v, host);
   }
   view_changed(v);
-  restore_view(v);
+  if (!turned) restore_view(v);  // the last view of a turned scene looks elsewhere
 }
 
 void backend_changed(Viewer& v, Backend backend) {

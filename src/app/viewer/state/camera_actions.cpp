@@ -14,6 +14,7 @@
 #include "app/session/text.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/flight.h"
+#include "io/scene/axes.h"
 #include "raster/base/error.h"
 
 namespace qs {
@@ -32,6 +33,11 @@ std::optional<glm::dvec3> remembered_up(const Viewer& v, const std::filesystem::
   } catch (const Error&) {  // the settings were edited by hand
     return {};
   }
+}
+
+std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene) {
+  const auto kept = v.axes.find(scene.string());
+  return kept != v.axes.end() && is_axes(kept->second) ? kept->second : "";
 }
 
 namespace action {

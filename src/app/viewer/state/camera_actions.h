@@ -51,4 +51,7 @@ namespace qs {
 /// The up direction that make_upright() remembered for this scene file.
 std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesystem::path& scene);
 
+/// The axes that were chosen for this scene file; "" if none were.
+std::string remembered_axes(const Viewer& viewer, const std::filesystem::path& scene);
+
 }  // namespace qs

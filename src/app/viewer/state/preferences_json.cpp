@@ -34,6 +34,7 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("right_bar", viewer.bars.right);
   visit("cameras", viewer.last_views);
   visit("up", viewer.ups);
+  visit("axes", viewer.axes);
 }
 
 }  // namespace
@@ -60,7 +61,7 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   for_each_preference(viewer, window_size,
                       [&](const char* name, const auto& value) { json[name] = value; });
   if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
-  for (const char* name : {"cameras", "up"})
+  for (const char* name : {"cameras", "up", "axes"})
     while (json[name].size() > kMostScenes) json[name].erase(json[name].begin());
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();

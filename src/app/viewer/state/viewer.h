@@ -37,13 +37,14 @@ struct ViewedScene {
   std::uint64_t gaussians = 0, file_bytes = 0;
   int sh_degree = 0;
   bool antialiased = false, white_background = false;
-  SceneBox core;                ///< core_box()
-  float smallest_radius = 0;    ///< smallest_framing(), world units
-  glm::dvec3 up{0, -1, 0};      ///< unit vector in the world
-  bool up_is_declared = false;  ///< `up` was given by the user or the file
-  Framing framing;              ///< what F shows
-  std::string axes;             ///< ReadOptions::axes that the file was read with
-  std::vector<Camera> cameras;  ///< of the data set, may be empty
+  SceneBox core;                      ///< core_box()
+  float smallest_radius = 0;          ///< smallest_framing(), world units
+  glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
+  bool up_is_declared = false;        ///< `up` was given by the user or the file
+  Framing framing;                    ///< what F shows
+  std::string axes;                   ///< ReadOptions::axes that the file was read with
+  std::string declared_axes = "RDF";  ///< of the file
+  std::vector<Camera> cameras;        ///< of the data set, may be empty
   std::filesystem::path cameras_file;
   std::map<int, std::filesystem::path> photographs;  ///< by index into `cameras`
   std::vector<Landmark> landmarks;                   ///< landmarks_of() the scene
@@ -219,6 +220,7 @@ struct Viewer : Turn {
   double last_motion = -1e9;    ///< Viewer::now
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
   std::map<std::string, std::string> ups;         ///< scene file -> up direction X,Y,Z
+  std::map<std::string, std::string> axes;        ///< scene file -> ReadOptions::axes, if chosen
   bool restores_views = true;                     ///< a scene opens at its last view
 
   RenderSettings settings;

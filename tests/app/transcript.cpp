@@ -102,6 +102,18 @@ std::string masked_mode_row(std::string line) {
   return line;
 }
 
+/// Masks the last two cells of a row of the page that report writes: ms per frame, 3dgs = 1.
+std::string masked_html_row(std::string line) {
+  std::size_t end = line.size();
+  for (int i = 0; i < 2; ++i) {
+    const std::size_t begin = line.rfind("<td>", end - 1);
+    if (begin == line.npos) return line;
+    line.replace(begin + 4, line.find("</td>", begin) - begin - 4, "#");
+    end = begin;
+  }
+  return line;
+}
+
 std::string masked_lines(const std::string& text) {
   std::istringstream in(text);
   std::string result;
@@ -112,6 +124,10 @@ std::string masked_lines(const std::string& text) {
     const std::size_t key = line.find("\": ");
     if (line.starts_with("mode ") && line.find("vs 3dgs") != line.npos) {
       separator = ' ';
+    } else if (line.find("<th>ms per frame</th>") != line.npos) {
+      separator = '<';
+    } else if (separator == '<' && line.starts_with("<tr>")) {
+      line = masked_html_row(line);
     } else if (line.starts_with("scene,camera,")) {
       head = split(line, separator = ',');
     } else if (line.starts_with("|") && separator != '|') {
@@ -298,6 +314,7 @@ std::string Transcript::masked(std::string text) const {
   mask_between(text, "COMMIT) on CPU, ", ". Scene");
   mask_between(text, "quadsplat ", " (commit");
   mask_between(text, "data:image/png;base64,", "\"");
+  mask_between(text, "data:image/svg+xml;base64,", "\"");
   mask_between(text, ".html (", ")");
   if (const std::size_t noise = text.find("\n## Noisy rows"); noise != text.npos)
     text.resize(noise);

@@ -242,7 +242,7 @@ TEST_F(Transcripts, report_writes_a_page) {
 
 // The program in the place of gnuplot copies its script, so that the page embeds the scripts.
 TEST_F(Transcripts, report_embeds_its_plots) {
-  log_.install_gnuplot("exec /bin/cp \"$1\" \"${1%.gp}.png\"");
+  log_.install_gnuplot("/bin/cp \"$1\" \"${1%.gp}.png\"; exec /bin/cp \"$1\" \"${1%.gp}.svg\"");
   run({"report scene.ply --views 1 --size 60x40 --output one.html",
        "report scene.ply --views 2 --output two.html", "merge images"});
   show({"one.html"});

@@ -98,7 +98,7 @@ class Writer {
                });
     html_.paragraph(fmt::format(
         "Times are means over the views of the median of {} frames of the CPU backend, with the "
-        "modes in turns. 'quadsplat bench' measures more carefully, and on a GPU.",
+        "modes in turns. The command 'bench' measures more carefully, and on a GPU.",
         kStudyFrames));
     for (const CaptionedImage& picture : page_.pictures)
       html_.picture(picture.image, picture.caption, true);

@@ -234,7 +234,7 @@ class GltfScene {
       }
       return result;
     };
-    // The name of the extension, or that of the draft of 2024 if only this one is there.
+    // The name of the extension, or that of the draft of 2024 where the file has only this one.
     const auto name_of = [&](const std::string& name) {
       const bool old = primitive.attributes.count("_" + name) > 0 &&
                        primitive.attributes.count(attribute_name(name)) == 0;

@@ -39,8 +39,8 @@ class Planted : public testing::Test {
     });
     return submission;
   }
-  static Judgement judged(const Submission& submission) {
-    return judge(submission, *variants_, test::pool(0));
+  static KitVerdict judged(const Submission& submission) {
+    return judge_kit(submission, *variants_, test::pool(0));
   }
   // The mistakes of a pair that can be seen: "a + b" is "a" if the second implementation draws
   // all scenes with `a` alone like with both, within the tolerance.
@@ -63,7 +63,7 @@ class Planted : public testing::Test {
 };
 
 // The failed scenes that no cause draws.
-std::string unexplained(const Judgement& judgement) {
+std::string unexplained(const KitVerdict& judgement) {
   std::string names;
   for (std::size_t i = 0; i < kit_scenes().size(); ++i) {
     const SceneVerdict& verdict = judgement.scenes[i];
@@ -80,7 +80,7 @@ std::string names_of_all(const std::vector<MistakeSet>& sets) {
 }
 
 TEST_F(Planted, the_second_implementation_passes_without_mistakes) {
-  const Judgement judgement = judged(draw({}));
+  const KitVerdict judgement = judged(draw({}));
   for (std::size_t i = 0; i < kit_scenes().size(); ++i) {
     EXPECT_EQ(judgement.scenes[i].result, Result::passed)
         << kit_scenes()[i].name << ": " << judgement.scenes[i].fit.psnr << " dB, "
@@ -92,7 +92,7 @@ TEST_F(Planted, the_second_implementation_passes_without_mistakes) {
 
 TEST_F(Planted, every_mistake_fails_and_is_named) {
   for (const MistakeSet& planted : sets_of_mistakes(1)) {
-    const Judgement judgement = judged(draw(planted));
+    const KitVerdict judgement = judged(draw(planted));
     EXPECT_GE(judgement.count(Result::failed), 1u) << names_of(planted);
     EXPECT_EQ(names_of_all(judgement.causes), names_of(planted));
     EXPECT_EQ(judgement.explained, judgement.count(Result::failed)) << names_of(planted);
@@ -109,7 +109,7 @@ TEST_F(Planted, every_pair_of_mistakes_fails_and_is_named) {
   for (const MistakeSet& planted : sets_of_mistakes(2)) {
     const Submission submission = draw(planted);
     const MistakeSet expected = visible(planted, submission);
-    const Judgement judgement = judged(submission);
+    const KitVerdict judgement = judged(submission);
     EXPECT_EQ(names_of_all(judgement.causes), names_of(expected)) << names_of(planted);
     EXPECT_EQ(judgement.explained, judgement.count(Result::failed))
         << names_of(planted) << unexplained(judgement);
@@ -123,7 +123,7 @@ TEST_F(Planted, pictures_of_an_unknown_mistake_are_not_explained) {
   Submission submission = draw({});
   for (std::uint8_t& value : submission.pictures[2])
     value = static_cast<std::uint8_t>(value / 2 + 60);
-  const Judgement judgement = judged(submission);
+  const KitVerdict judgement = judged(submission);
   EXPECT_EQ(judgement.count(Result::failed), 1u);
   EXPECT_EQ(judgement.scenes[2].result, Result::failed);
   EXPECT_TRUE(judgement.scenes[2].causes.empty());
@@ -138,7 +138,7 @@ TEST_F(Planted, three_mistakes_are_found_one_after_the_other) {
       planted.push_back(i);
   }
   ASSERT_EQ(planted.size(), 3u);
-  const Judgement judgement = judged(draw(planted));
+  const KitVerdict judgement = judged(draw(planted));
   EXPECT_EQ(names_of_all(judgement.causes), names_of(planted));
   EXPECT_EQ(judgement.explained, judgement.count(Result::failed));
 }

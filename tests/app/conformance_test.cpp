@@ -128,7 +128,7 @@ TEST(Conformance, a_folder_without_pictures_is_an_error_and_a_wrong_size_fails) 
             folder.path().string() + ": it has no picture of the kit, such as one-gaussian.png");
   write_image(Image(63, 48, 3), folder / "dilation.png");
   const Submission submission = read_submission(folder.path());
-  const Judgement judgement = judge(submission, Variants(0, test::pool(2)), test::pool(2));
+  const KitVerdict judgement = judge_kit(submission, Variants(0, test::pool(2)), test::pool(2));
   EXPECT_EQ(judgement.count(Result::failed), 1u);
   EXPECT_EQ(judgement.count(Result::missing), kit_scenes().size() - 1);
   EXPECT_EQ(judgement.scenes[3].problem, "it has 63 x 48 pixels instead of 64 x 48");
@@ -149,7 +149,7 @@ TEST(Conformance, all_lossless_modes_of_the_cpu_pass) {
         submission.pictures.push_back(picture8(renderer->render(view.camera, view.settings).color));
         submission.problems.emplace_back();
       }
-      const Judgement judgement = judge(submission, Variants(0, test::pool(2)), test::pool(2));
+      const KitVerdict judgement = judge_kit(submission, Variants(0, test::pool(2)), test::pool(2));
       for (std::size_t i = 0; i < kit_scenes().size(); ++i) {
         EXPECT_EQ(judgement.scenes[i].result, Result::passed)
             << kit_scenes()[i].name << ", " << mode_name(mode) << ", "

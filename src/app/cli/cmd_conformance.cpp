@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "app/cli/command.h"
-#include "app/conformance/judgement_text.h"
 #include "app/conformance/kit_folder.h"
+#include "app/conformance/verdict_text.h"
 #include "app/report/stats_file.h"
 #include "raster/base/fail.h"
 
@@ -29,13 +29,13 @@ std::string folder_name(const std::filesystem::path& folder) {
 
 int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
   const Submission submission = read_submission(*command.judged);
-  Judgement judgement = judge(submission, Variants(0, pool), pool);
-  if (judgement.count(Result::failed) != 0) judgement = judge(submission, Variants(2, pool), pool);
-  if (command.json != "-") fmt::print("{}", format_judgement(judgement));
-  if (command.json) write_stats(*command.json, judgement_json(judgement));
+  KitVerdict judgement = judge_kit(submission, Variants(0, pool), pool);
+  if (judgement.count(Result::failed) != 0)
+    judgement = judge_kit(submission, Variants(2, pool), pool);
+  if (command.json != "-") fmt::print("{}", format_verdict(judgement));
+  if (command.json) write_stats(*command.json, verdict_json(judgement));
   if (command.report) {
-    write_stats(*command.report,
-                judgement_page(judgement, submission, folder_name(*command.judged)));
+    write_stats(*command.report, verdict_page(judgement, submission, folder_name(*command.judged)));
     fmt::print(stderr, "wrote {}\n", command.report->string());
   }
   return judgement.count(Result::failed) == 0 ? kExitOk : kExitSceneFailed;

@@ -48,15 +48,15 @@ bool excluded(const MistakeSet& set, std::size_t mistake) {
   });
 }
 
-class Judge {
+class KitJudge {
  public:
-  Judge(const Submission& submission, const Variants& variants, ThreadPool& pool)
+  KitJudge(const Submission& submission, const Variants& variants, ThreadPool& pool)
       : submission_(submission), variants_(variants), pool_(pool) {
     views_.reserve(kit_scenes().size());
     for (const KitScene& scene : kit_scenes()) views_.push_back(scene.make());
   }
 
-  Judgement run() {
+  KitVerdict run() {
     measure();
     if (judgement_.count(Result::failed) == 0) return judgement_;
     find_causes();
@@ -189,20 +189,20 @@ class Judge {
   ThreadPool& pool_;
   std::vector<KitView> views_;
   std::map<std::size_t, std::vector<Fit>> fits_;  // of the scenes that have a picture
-  Judgement judgement_;
+  KitVerdict judgement_;
   std::size_t matched_ = 0;  // scenes that judgement_.causes draw, also those that pass
 };
 
 }  // namespace
 
-std::size_t Judgement::count(Result result) const {
+std::size_t KitVerdict::count(Result result) const {
   return static_cast<std::size_t>(
       std::count_if(scenes.begin(), scenes.end(),
                     [&](const SceneVerdict& verdict) { return verdict.result == result; }));
 }
 
-Judgement judge(const Submission& submission, const Variants& variants, ThreadPool& pool) {
-  return Judge(submission, variants, pool).run();
+KitVerdict judge_kit(const Submission& submission, const Variants& variants, ThreadPool& pool) {
+  return KitJudge(submission, variants, pool).run();
 }
 
 }  // namespace qs

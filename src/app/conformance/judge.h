@@ -79,7 +79,7 @@ struct SceneVerdict {
   double closest_psnr = 0;
 };
 
-struct Judgement {
+struct KitVerdict {
   std::vector<SceneVerdict> scenes;  ///< parallel to kit_scenes()
   /// The smallest sets that explain most scenes, also those that pass; best first. Several: the
   /// kit cannot distinguish them. Empty: all scenes pass, or no set explains more scenes than none.
@@ -91,6 +91,6 @@ struct Judgement {
 
 /// `variants` has sets of at most two mistakes. If no two explain all pictures, further mistakes
 /// are added one by one as long as each explains more of them.
-Judgement judge(const Submission& submission, const Variants& variants, ThreadPool& pool);
+KitVerdict judge_kit(const Submission& submission, const Variants& variants, ThreadPool& pool);
 
 }  // namespace qs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/conformance/judgement_text.h"
+#include "app/conformance/verdict_text.h"
 
 #include <cmath>
 
@@ -43,7 +43,7 @@ std::string causes_text(const SceneVerdict& verdict) {
   return text;
 }
 
-std::string cause_text(const Judgement& judgement) {
+std::string cause_text(const KitVerdict& judgement) {
   const std::size_t failed = judgement.count(Result::failed);
   if (failed == 0) return "No scene fails.";
   if (judgement.causes.empty()) return "No known mistake explains the scenes that fail.";
@@ -55,7 +55,7 @@ std::string cause_text(const Judgement& judgement) {
   return text;
 }
 
-std::string format_judgement(const Judgement& judgement) {
+std::string format_verdict(const KitVerdict& judgement) {
   std::string text;
   for (std::size_t i = 0; i < judgement.scenes.size(); ++i) {
     const SceneVerdict& verdict = judgement.scenes[i];
@@ -76,7 +76,7 @@ std::string format_judgement(const Judgement& judgement) {
                             judgement.count(Result::missing), cause_text(judgement));
 }
 
-std::string judgement_json(const Judgement& judgement) {
+std::string verdict_json(const KitVerdict& judgement) {
   Json scenes = Json::array();
   for (std::size_t i = 0; i < judgement.scenes.size(); ++i) {
     const SceneVerdict& verdict = judgement.scenes[i];

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "app/conformance/judgement_text.h"
+#include "app/conformance/verdict_text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/picture/palette.h"
@@ -102,8 +102,8 @@ std::string outcome(const SceneVerdict& verdict) {
 
 }  // namespace
 
-std::string judgement_page(const Judgement& judgement, const Submission& submission,
-                           const std::string& name) {
+std::string verdict_page(const KitVerdict& judgement, const Submission& submission,
+                         const std::string& name) {
   HtmlPage page("Conformance of " + name);
   page.paragraph(fmt::format("{} scenes pass, {} fail, {} are missing. {}",
                              judgement.count(Result::passed), judgement.count(Result::failed),

@@ -136,7 +136,8 @@ std::string verdict_page(const KitVerdict& judgement, const Submission& submissi
       const KitScene& scene = kit_scenes()[i];
       std::string caption = fmt::format("{}: {}.", scene.name, scene.what);
       if (result == Result::failed)
-        caption += fmt::format(" Likely cause: {}.", causes_text(verdict));
+        caption +=
+            (verdict.causes.empty() ? " Cause: " : " Likely cause: ") + causes_text(verdict) + ".";
       page.picture(sheet_of(scene.make(), verdict, submission.pictures[i]), caption);
     }
   }

@@ -98,6 +98,7 @@ class Sweep : public testing::TestWithParam<Command> {
     zoom.insert(zoom.end(), frames.begin(), frames.end());
     zoom.emplace_back("zoom");
     ASSERT_EQ(run(zoom), kExitOk) << sentence_;
+    ASSERT_EQ(run({"conformance", "--out-dir", "kit"}), kExitOk) << sentence_;
   }
   void TearDown() override { std::filesystem::current_path(before_); }
 
@@ -152,6 +153,8 @@ class Sweep : public testing::TestWithParam<Command> {
     const std::string name = GetParam().name;
     if (name == "render" && set.count("--output") == 0 && set.count("--stats") == 0)
       words.insert(words.end(), {"--output", "out.ppm"});
+    if (name == "conformance" && set.count("--judge") == 0)
+      words.insert(words.end(), {"--judge", "kit/truth"});
     if ((name == "zoom" || name == "view") && set.count("SCENE") + set.count("--replay") == 0)
       words.emplace_back("scene.ply");
     return words;

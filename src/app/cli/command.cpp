@@ -25,6 +25,7 @@
   ROW(bench, "measures the culling modes on scenes and views")                \
   ROW(zoom, "measures the culling modes while the camera approaches a point") \
   ROW(merge, "joins the reports of bench, eval and render that used --shard") \
+  ROW(conformance, "writes scenes that test renderers, and judges them")      \
   ROW(info, "prints format, size and value ranges of scene files")            \
   ROW(convert, "writes a scene in another format")
 
@@ -46,7 +47,7 @@ std::string program_help() {
       "usage: quadsplat [view] SCENE [options]\n"
       "       quadsplat COMMAND [options]\n\ncommands:\n";
   for (const Command& command : kCommands)
-    text += fmt::format("  {:10}{}\n", command.name, command.summary);
+    text += fmt::format("  {:13}{}\n", command.name, command.summary);
   text +=
       "\n  quadsplat COMMAND --help   options and examples of a command\n"
       "  quadsplat --list-gpus      the GPUs that can render, or why none can\n"

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat conformance: scenes that test renderers, and what is wrong with a renderer's pictures.
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "app/cli/command.h"
+#include "app/conformance/kit_folder.h"
+#include "app/conformance/verdict_text.h"
+#include "app/report/stats_file.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr int kExitSceneFailed = 1;
+
+struct ConformanceCommand {
+  std::optional<std::filesystem::path> out_dir, judged, report, json;
+};
+
+std::string folder_name(const std::filesystem::path& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
+  const Submission submission = read_submission(*command.judged);
+  KitVerdict judgement = judge_kit(submission, Variants(0, pool), pool);
+  if (judgement.count(Result::failed) != 0)
+    judgement = judge_kit(submission, Variants(2, pool), pool);
+  if (command.json != "-") fmt::print("{}", format_verdict(judgement));
+  if (command.json) write_stats(*command.json, verdict_json(judgement));
+  if (command.report) {
+    write_stats(*command.report, verdict_page(judgement, submission, folder_name(*command.judged)));
+    fmt::print(stderr, "wrote {}\n", command.report->string());
+  }
+  return judgement.count(Result::failed) == 0 ? kExitOk : kExitSceneFailed;
+}
+
+int run(const ConformanceCommand& command) {
+  if (!command.out_dir && !command.judged)
+    fail(ErrorKind::usage, "conformance: nothing to do: give --out-dir or --judge");
+  if ((command.report || command.json) && !command.judged)
+    fail(ErrorKind::usage, "conformance: --report and --json need --judge");
+  ThreadPool pool(0);
+  if (command.out_dir) {
+    write_kit(*command.out_dir, pool);
+    fmt::print(stderr, "wrote {} scenes to {}\n", kit_scenes().size(), command.out_dir->string());
+  }
+  return command.judged ? judge_folder(command, pool) : int{kExitOk};
+}
+
+}  // namespace
+
+Action conformance_command(Options& options) {
+  const auto command = std::make_shared<ConformanceCommand>();
+  options.text("--out-dir", "DIR", command->out_dir,
+               "writes the scenes as .ply with cameras and images in double precision", {"kit"});
+  options.text("--judge", "DIR", command->judged,
+               "judges the pictures NAME.png of the scenes in this folder and names the likely "
+               "cause of what fails; exit code 1 if a scene fails",
+               {"kit/truth", "missing"});
+  options.text("--report", "FILE.html", command->report, "the judgement as a page with pictures",
+               {"judged.html"});
+  options.text("--json", "FILE", command->json, "the judgement as JSON; - = stdout",
+               {"-", "judged.json"});
+  options.example("quadsplat conformance --out-dir kit", "the scenes, to be drawn by any renderer");
+  options.example("quadsplat conformance --judge pictures --report judged.html",
+                  "is the renderer correct, and if not, why?");
+  return [command](Arguments) { return run(*command); };
+}
+
+}  // namespace qs

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "app/conformance/kit_folder.h"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "app/report/stats_file.h"
+#include "app/report/write_report.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
+
+namespace qs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Rows of the 3x4 matrix.
+Json matrix_json(const glm::dmat4x3& matrix) {
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row) {
+    Json values = Json::array();
+    for (int column = 0; column < 4; ++column) values.push_back(matrix[column][row]);
+    rows.push_back(values);
+  }
+  return rows;
+}
+
+Json scene_entry(const KitScene& scene, const KitView& view) {
+  const std::string name = scene.name;
+  const Camera& camera = view.camera;
+  const glm::vec3 background = view.settings.background;
+  return {{"name", name},
+          {"tests", scene.what},
+          {"scene", name + ".ply"},
+          {"cameras", name + ".cameras.json"},
+          {"truth", "truth/" + name + ".png"},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"fx", camera.focal_px.x},
+          {"fy", camera.focal_px.y},
+          {"view_from_world", matrix_json(camera.view_from_world)},
+          {"background", {background.r, background.g, background.b}},
+          {"sh_degree", view.cloud.sh_degree},
+          {"antialiased", view.cloud.antialiased}};
+}
+
+}  // namespace
+
+Image truth_of(const KitView& view, ThreadPool& pool) {
+  const auto renderer = make_renderer(Backend::cpu, pool);
+  renderer->upload(view.cloud, {});
+  RenderSettings settings = view.settings;
+  settings.mode = kReferenceMode;
+  return renderer->render(view.camera, settings).color;
+}
+
+void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
+  make_folder(folder / "truth");
+  Json scenes = Json::array();
+  for (const KitScene& scene : kit_scenes()) {
+    KitView view = scene.make();
+    view.camera.name = scene.name;
+    const std::string name = scene.name;
+    write_scene(view.cloud, folder / (name + ".ply"), pool);
+    write_stats(folder / (name + ".cameras.json"), format_cameras({{view.camera, {}}}));
+    const Image truth = truth_of(view, pool);
+    write_image(truth, folder / "truth" / (name + ".png"));
+    write_image(truth, folder / "truth" / (name + ".pfm"));
+    scenes.push_back(scene_entry(scene, view));
+  }
+  const Json kit = {{"axes", "x right, y down, z forward"},
+                    {"pixels",
+                     "the centre of the first pixel is at (0, 0), the principal point at "
+                     "((width - 1) / 2, (height - 1) / 2)"},
+                    {"near_depth", Camera{}.near_depth},
+                    {"scenes", std::move(scenes)}};
+  write_stats(folder / "kit.json", json_file_text(kit));
+}
+
+}  // namespace qs

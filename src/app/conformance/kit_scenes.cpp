@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#include "app/conformance/kit_scenes.h"
+
+#include <cmath>
+
+#include "app/conformance/kit_builder.h"
+#include "raster/kernel/random.h"
+
+namespace qs {
+namespace {
+
+// Standard deviation, in world units, of a Gaussian that has `px` pixels at depth `z`.
+float sigma_at(const Camera& camera, double px, double z) {
+  return static_cast<float>(px * std::abs(z) / camera.focal_px.x);
+}
+
+// A round Gaussian at a pixel.
+Blob round_blob(const Camera& camera, glm::dvec2 pixel, double z, double sigma_px, glm::vec3 color,
+                float opacity = 0.9f) {
+  return {world_point(camera, pixel, z), glm::vec3(sigma_at(camera, sigma_px, z)), color, opacity};
+}
+
+KitView view_of(const std::vector<Blob>& blobs, const Camera& camera,
+                glm::vec3 background = glm::vec3(0)) {
+  KitView view{cloud_of(blobs), camera, {}};
+  view.settings.background = background;
+  return view;
+}
+
+KitView one_gaussian() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {22.3, 16.8}, 3, 6, {0.9f, 0.5f, 0.1f})}, camera);
+}
+
+KitView opacities() {
+  const Camera camera = kit_camera();
+  std::vector<Blob> blobs;
+  const float opacity[] = {0.02f, 0.1f, 0.3f, 0.6f, 0.9f, 0.99f};
+  for (int i = 0; i < 6; ++i)
+    blobs.push_back(round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 4,
+                               {1, 0.8f, 0.6f}, opacity[i]));
+  return view_of(blobs, camera);
+}
+
+KitView occlusion() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {28.3, 22.2}, 3.5, 7.2, {0.9f, 0.1f, 0.1f}),
+                  round_blob(camera, {35.2, 27.4}, 2.5, 6.1, {0.1f, 0.2f, 0.9f}, 0.8f),
+                  round_blob(camera, {24.4, 30.3}, 3, 6.3, {0.1f, 0.9f, 0.2f}, 0.7f)},
+                 camera);
+}
+
+KitView small_gaussians(bool antialiased) {
+  const Camera camera = kit_camera();
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 24; ++i) {
+    const int column = i % 6, row = i / 6;
+    blobs.push_back(round_blob(camera, {7.1 + 10.17 * column, 7.2 + 11.13 * row}, 3,
+                               0.1 + 0.15 * row, {1, 0.9f - 0.1f * static_cast<float>(column), 0.7},
+                               0.95f));
+  }
+  KitView view = view_of(blobs, camera);
+  view.cloud.antialiased = antialiased;
+  return view;
+}
+
+KitView dilation() { return small_gaussians(false); }
+KitView antialiased() { return small_gaussians(true); }
+
+// Many Gaussians in the same place show what a single one hides in a rounding step.
+KitView alpha_threshold() {
+  const Camera camera = kit_camera();
+  std::vector<Blob> blobs(48, round_blob(camera, {17, 24}, 3, 7, glm::vec3(1), 0.0037f));
+  blobs.resize(96, round_blob(camera, {47, 24}, 3, 7, glm::vec3(1), 0.0052f));
+  return view_of(blobs, camera);
+}
+
+// Gaussians whose 3-sigma square covers the picture look the same to renderers that draw that
+// square only.
+KitView alpha_maximum() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {31.7, 24.2}, 2, 60, glm::vec3(0), 0.999999f),
+                  round_blob(camera, {31.7, 24.2}, 3, 80, {6, 5, 4}, 0.98f)},
+                 camera);
+}
+
+KitView transmittance_stop() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {31.7, 24.2}, 2, 400, glm::vec3(0), 0.98f),
+                  round_blob(camera, {31.7, 24.2}, 3, 400, glm::vec3(0), 0.98f),
+                  round_blob(camera, {31.7, 24.2}, 4, 30, {300, 200, 100}, 0.9f),
+                  round_blob(camera, {31.7, 24.2}, 5, 60, {200, 800, 400}, 0.5f)},
+                 camera);
+}
+
+// Nothing may be cut where alpha is still 1/255. The 3-sigma square covers all tiles of the
+// picture.
+KitView tails() {
+  const Camera camera = kit_camera(80, 48);
+  return view_of(
+      std::vector<Blob>(16, round_blob(camera, {39.6, 23.4}, 3, 8.6, glm::vec3(0), 0.98f)), camera,
+      glm::vec3(1));
+}
+
+// Nine Gaussians in a wide field of view. Of the coefficients, only those of one degree are set.
+KitView spherical_harmonics(int degree) {
+  const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(24));
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 9; ++i)
+    blobs.push_back(round_blob(camera, {11.2 + 20 * (i % 3), 7.9 + 15.6 * (i / 3)}, 3, 4,
+                               glm::vec3(0.5f), 0.95f));
+  KitView view{cloud_of(blobs, degree), camera, {}};
+  for (std::size_t i = 0; i < blobs.size(); ++i) {
+    for (int k = degree * degree; k < (degree + 1) * (degree + 1); ++k) {
+      for (int c = 0; c < 3; ++c)
+        sh_of(view.cloud, i)[k][c] =
+            0.35f *
+            static_cast<float>(std::sin(1.0 + 1.7 * k + 2.3 * c + 0.9 * static_cast<double>(i)));
+    }
+  }
+  return view;
+}
+
+KitView sh_degree_0() {
+  const Camera camera = kit_camera();
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 6; ++i) {
+    const auto c = static_cast<float>(i);
+    blobs.push_back(round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 4,
+                               {0.2f * c, 1 - 0.15f * c, 0.5f}, 0.95f));
+  }
+  return view_of(blobs, camera);
+}
+KitView sh_degree_1() { return spherical_harmonics(1); }
+KitView sh_degree_2() { return spherical_harmonics(2); }
+KitView sh_degree_3() { return spherical_harmonics(3); }
+
+KitView dark_colors() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {24, 24}, 2.5, 7, {-0.8f, 0.4f, -0.3f}, 0.6f),
+                  round_blob(camera, {40, 24}, 3, 7, {0.4f, -0.8f, -0.5f}, 0.7f)},
+                 camera, {0.6f, 0.8f, 1});
+}
+
+KitView bright_colors() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {24, 24}, 2.5, 7, {2.4f, 1.7f, 0.3f}, 0.35f),
+                  round_blob(camera, {40, 24}, 3, 7, {0.3f, 1.4f, 2.2f}, 0.3f)},
+                 camera);
+}
+
+std::vector<Blob> needles(const Camera& camera, float length_px, float width_px) {
+  const glm::quat rotations[] = {turned({0, 0, 1}, 30),      turned({1, 2, 0.5}, 70),
+                                 turned({0.3f, 1, -1}, 140), turned({-1, 0.4f, 2}, 50),
+                                 turned({2, -1, 1}, 100),    turned({1, 1, 3}, -65)};
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 6; ++i) {
+    const auto c = static_cast<float>(i);
+    Blob blob = round_blob(camera, {12 + 20 * (i % 3), 13 + 22 * (i / 3)}, 3, 1,
+                           {1 - 0.15f * c, 0.5f, 0.2f + 0.15f * c});
+    const float px = sigma_at(camera, 1, 3);
+    blob.sigma = px * glm::vec3(length_px, width_px, 0.5f * (length_px + width_px));
+    blob.rotation = rotations[i];
+    blobs.push_back(blob);
+  }
+  return blobs;
+}
+
+KitView quaternions() {
+  const Camera camera = kit_camera();
+  return view_of(needles(camera, 8, 1.5f), camera);
+}
+
+KitView depth_ties() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {26, 21}, 3, 7, {0.9f, 0.1f, 0.1f}),
+                  round_blob(camera, {37, 22}, 3, 7, {0.1f, 0.9f, 0.1f}),
+                  round_blob(camera, {31, 29}, 3, 7, {0.1f, 0.1f, 0.9f})},
+                 camera);
+}
+
+KitView depth_or_distance() {
+  const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(24));
+  return view_of({round_blob(camera, {24, 22}, 2.2, 5, {0.9f, 0.2f, 0.1f}),
+                  round_blob(camera, {12, 25}, 2, 5, {0.1f, 0.3f, 0.9f}),
+                  round_blob(camera, {44, 30}, 2.2, 5, {0.2f, 0.9f, 0.1f}),
+                  round_blob(camera, {55, 38}, 2, 5, {0.9f, 0.1f, 0.8f})},
+                 camera);
+}
+
+KitView near_plane() {
+  const Camera camera = kit_camera();
+  return view_of({round_blob(camera, {20, 20}, 0.15, 6, {0.9f, 0.1f, 0.1f}),
+                  round_blob(camera, {44, 20}, 0.25, 6, {0.1f, 0.9f, 0.1f}),
+                  round_blob(camera, {32, 34}, -1, 6, {0.1f, 0.1f, 0.9f}),
+                  round_blob(camera, {32, 32}, 3, 9, {0.6f, 0.6f, 0.6f}, 0.8f)},
+                 camera);
+}
+
+KitView fov_clamp() {
+  const Camera camera = kit_camera();
+  return view_of({{{-2.4f, 0.2f, 2}, glm::vec3(1), {0.9f, 0.5f, 0.2f}, 0.8f},
+                  {{0.3f, 2.6f, 2.5f}, {0.8f, 1, 1.2f}, {0.2f, 0.5f, 0.9f}, 0.8f}},
+                 camera);
+}
+
+KitView perspective() {
+  const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(40));
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 4; ++i) {
+    Blob blob = round_blob(camera, {12 + 39 * (i % 2), 10 + 28 * (i / 2)}, 4, 1,
+                           {0.9f - 0.2f * static_cast<float>(i), 0.6f, 0.3f});
+    blob.sigma = {0.08f, 0.08f, 0.9f};  // long along the line of sight
+    blobs.push_back(blob);
+  }
+  return view_of(blobs, camera);
+}
+
+// The needles before a camera that was moved and turned, with view-dependent colours.
+KitView seen_from(const glm::dvec3& position, const glm::dvec3& up) {
+  const Camera pinhole = kit_camera();
+  Camera camera = look_at(position, {0.1, 0.05, 2.9}, up, 1, kKitWidth, kKitHeight);
+  camera.focal_px = pinhole.focal_px;
+  KitView view{cloud_of(needles(pinhole, 7, 2), 3), camera, {}};
+  for (std::size_t i = 0; i < view.cloud.size(); ++i) {
+    for (int k = 1; k < 16; ++k) {
+      for (int c = 0; c < 3; ++c)
+        sh_of(view.cloud, i)[k][c] =
+            0.2f *
+            static_cast<float>(std::cos(2.0 + 1.1 * k + 1.9 * c + 0.7 * static_cast<double>(i)));
+    }
+  }
+  return view;
+}
+
+KitView rotated_camera() { return seen_from({1.6, -1.2, 0.6}, {0.3, -1, 0.1}); }
+KitView rolled_camera() { return seen_from({-0.4, 2.7, 1.7}, {1, 0.2, -0.3}); }
+
+// Needles and round Gaussians all over a picture of this size.
+KitView picture_of(int width, int height, glm::dvec2 focal_px) {
+  const Camera camera = kit_camera(width, height, focal_px);
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec2 share(0.12 + 0.25 * (i % 4), i < 4 ? 0.3 : 0.72);
+    Blob blob = round_blob(
+        camera, share * glm::dvec2(width, height), 3 + 0.1 * i, 3,
+        {0.2f + 0.1f * static_cast<float>(i), 0.8f - 0.1f * static_cast<float>(i), 0.5f});
+    blob.sigma.x *= 1.8f;
+    blob.rotation = turned({0.2f, 0.1f, 1}, 25.0f * static_cast<float>(i));
+    blobs.push_back(blob);
+  }
+  return view_of(blobs, camera);
+}
+
+KitView wide_picture() { return picture_of(80, 32, {50, 38}); }
+KitView tall_picture() { return picture_of(32, 80, {38, 50}); }
+KitView odd_size() { return picture_of(61, 37, {53, 53}); }
+
+KitView background() {
+  KitView view = occlusion();
+  view.settings.background = {0.2f, 0.6f, 0.4f};
+  return view;
+}
+
+// Gaussians of all kinds, as in a trained scene.
+KitView many() {
+  const Camera camera = look_at({0.4, -0.3, -0.5}, {0.1, 0, 3}, {0.1, -1, 0.05}, 0.7, 80, 60);
+  std::vector<Blob> blobs;
+  std::uint64_t next = 0;
+  const auto number = [&] { return static_cast<float>(Random{1}.uniform(next++)); };
+  for (int i = 0; i < 160; ++i) {
+    Blob blob;
+    blob.position = {2.4f * number() - 1.2f, 1.8f * number() - 0.9f, 2 + 2 * number()};
+    for (int axis = 0; axis < 3; ++axis) blob.sigma[axis] = std::exp(-4.5f + 2.8f * number());
+    blob.color = {number(), number(), number()};
+    blob.opacity = 0.02f + 0.8f * number();
+    blob.rotation = turned(glm::vec3{number() - 0.5f, number() - 0.5f, number() + 0.01f},
+                           360 * static_cast<float>(i) / 160);
+    blobs.push_back(blob);
+  }
+  KitView view{cloud_of(blobs, 3), camera, {}};
+  for (std::size_t i = 0; i < blobs.size(); ++i) {
+    for (int k = 1; k < 16; ++k)
+      sh_of(view.cloud, i)[k] = 0.3f * (glm::vec3{number(), number(), number()} - 0.5f);
+  }
+  return view;
+}
+
+constexpr KitScene kScenes[] = {
+    {"one-gaussian", "position, size and falloff of one round Gaussian", one_gaussian},
+    {"opacities", "Gaussians with opacities from 0.02 to 0.99", opacities},
+    {"occlusion", "three Gaussians that overlap, not in order of depth in the file", occlusion},
+    {"dilation", "Gaussians smaller than a pixel: 0.3 px^2 are added to both variances", dilation},
+    {"antialiased", "the same, trained with Mip-Splatting's opacity compensation", antialiased},
+    {"alpha-threshold", "contributions with alpha below 1/255 are skipped", alpha_threshold},
+    {"alpha-maximum", "alpha is at most 0.99", alpha_maximum},
+    {"transmittance-stop", "a pixel stops before its transmittance falls below 0.0001",
+     transmittance_stop},
+    {"tails", "Gaussians end where alpha falls below 1/255, not earlier", tails},
+    {"sh-degree-0", "colours without view dependence", sh_degree_0},
+    {"sh-degree-1", "order, signs and directions of the coefficients of degree 1", sh_degree_1},
+    {"sh-degree-2", "the same for degree 2", sh_degree_2},
+    {"sh-degree-3", "the same for degree 3", sh_degree_3},
+    {"dark-colors", "colours of Gaussians below 0 become 0", dark_colors},
+    {"bright-colors", "colours of Gaussians above 1 are kept until the picture is finished",
+     bright_colors},
+    {"quaternions", "rotations: the order w, x, y, z and their direction", quaternions},
+    {"depth-ties", "at equal depth the first Gaussian of the file is in front", depth_ties},
+    {"depth-or-distance", "Gaussians are sorted by depth along the view axis", depth_or_distance},
+    {"near-plane", "Gaussians at depth 0.2 or below are not drawn", near_plane},
+    {"fov-clamp", "beyond 1.3 x the field of view the Jacobian is evaluated at that limit",
+     fov_clamp},
+    {"perspective", "Gaussians that are long along the line of sight lean outwards", perspective},
+    {"rotated-camera", "a camera that was moved and turned", rotated_camera},
+    {"rolled-camera", "a camera that looks from below and is rolled", rolled_camera},
+    {"wide-picture", "80 x 32 pixels with two focal lengths", wide_picture},
+    {"tall-picture", "32 x 80 pixels with two focal lengths", tall_picture},
+    {"odd-size", "61 x 37 pixels, no multiple of a tile", odd_size},
+    {"background", "the background shows through with the remaining transmittance", background},
+    {"many", "160 Gaussians of all kinds", many},
+};
+
+}  // namespace
+
+std::span<const KitScene> kit_scenes() { return kScenes; }
+
+}  // namespace qs

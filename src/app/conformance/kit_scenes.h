@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// The scenes of the conformance kit: small clouds that each test one rule of 3DGS.
+// To add a scene: a function and a row of kScenes in kit_scenes.cpp. The tests run for every row.
+#pragma once
+
+#include <span>
+
+#include "raster/renderer.h"
+
+namespace qs {
+
+/// A scene with its camera. Its truth is the image of mode `reference`.
+struct KitView {
+  GaussianCloud cloud;
+  Camera camera;
+  RenderSettings settings;  ///< background; the rest is the default
+};
+
+struct KitScene {
+  const char* name;  ///< of its files
+  const char* what;  ///< what it tests, a clause
+  KitView (*make)();
+};
+
+std::span<const KitScene> kit_scenes();
+
+}  // namespace qs

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+#include "app/conformance/mistakes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+namespace qs {
+namespace {
+
+// ---- rotations ----------------------------------------------------------------------------------
+
+void quaternion_xyzw(Drawing& d) {
+  for (glm::quat& q : d.view.cloud.rotations) q = glm::quat(q.z, q.w, q.x, q.y);
+}
+
+void quaternion_inverse(Drawing& d) {
+  for (glm::quat& q : d.view.cloud.rotations) q = glm::conjugate(q);
+}
+
+void covariance_not_turned(Drawing& d) {
+  // The camera's rotation cancels this one.
+  const glm::quat world_from_view(
+      glm::quat_cast(glm::transpose(glm::dmat3(d.view.camera.view_from_world))));
+  for (glm::quat& q : d.view.cloud.rotations) q = glm::normalize(world_from_view * q);
+}
+
+// ---- spherical harmonics ------------------------------------------------------------------------
+
+// Calls change(sh) for the coefficients of every Gaussian.
+template <class Change>
+void change_sh(Drawing& d, const Change& change) {
+  GaussianCloud& cloud = d.view.cloud;
+  const auto count = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  for (std::size_t i = 0; i < cloud.size(); ++i) change(cloud.sh.data() + i * count, count);
+}
+
+void sh_ignored(Drawing& d) { d.view.settings.sh_degree = 0; }
+void sh_up_to_1(Drawing& d) { d.view.settings.sh_degree = 1; }
+void sh_up_to_2(Drawing& d) { d.view.settings.sh_degree = 2; }
+
+void sh_opposite(Drawing& d) {  // odd functions change their sign
+  change_sh(d, [](glm::vec3* sh, std::size_t count) {
+    for (std::size_t k = 1; k < count; ++k) {
+      if (k < 4 || k >= 9) sh[k] = -sh[k];
+    }
+  });
+}
+
+void sh_signs(Drawing& d) {  // those that 3DGS defines with a minus
+  change_sh(d, [](glm::vec3* sh, std::size_t count) {
+    for (const std::size_t k : {1u, 3u, 5u, 7u, 9u, 11u, 13u, 15u}) {
+      if (k < count) sh[k] = -sh[k];
+    }
+  });
+}
+
+void sh_interleaved(Drawing& d) {
+  change_sh(d, [](glm::vec3* sh, std::size_t count) {
+    const std::vector<glm::vec3> old(sh, sh + count);
+    const auto value_of_file = [&](std::size_t i) {  // all of red, then green, then blue
+      return old[1 + i % (count - 1)][static_cast<int>(i / (count - 1))];
+    };
+    for (std::size_t k = 1; k < count; ++k) {
+      for (std::size_t c = 0; c < 3; ++c)
+        sh[k][static_cast<int>(c)] = value_of_file(3 * (k - 1) + c);
+    }
+  });
+}
+
+void sh_view_axes(Drawing& d) { d.rules.view_directions = true; }
+
+// ---- colours ------------------------------------------------------------------------------------
+
+void dark_not_clamped(Drawing& d) { d.rules.clamps_dark = false; }
+void bright_clamped(Drawing& d) { d.rules.clamps_bright = true; }
+
+// The image with change(value) for every value.
+template <class Change>
+Image changed(const Image& image, const Change& change) {
+  Image result = image;
+  for (float& value : result.values) value = change(std::clamp(value, 0.0f, 1.0f));
+  return result;
+}
+
+// The image with pixel(x, y, c) for every value.
+template <class Pixel>
+Image rearranged(const Image& image, const Pixel& pixel) {
+  Image result(image.width, image.height, 3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) result.at(x, y, c) = pixel(x, y, c);
+    }
+  }
+  return result;
+}
+
+Image encoded(const Image& image) {
+  return changed(image, [](float v) {
+    return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+  });
+}
+Image decoded(const Image& image) {
+  return changed(image, [](float v) {
+    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+  });
+}
+Image swapped_channels(const Image& image) {
+  return rearranged(image, [&](int x, int y, int c) { return image.at(x, y, 2 - c); });
+}
+Image mirrored(const Image& image) {
+  return rearranged(image,
+                    [&](int x, int y, int c) { return image.at(image.width - 1 - x, y, c); });
+}
+Image upside_down(const Image& image) {
+  return rearranged(image,
+                    [&](int x, int y, int c) { return image.at(x, image.height - 1 - y, c); });
+}
+
+void srgb_twice(Drawing& d) { d.afterwards.push_back(encoded); }
+void srgb_removed(Drawing& d) { d.afterwards.push_back(decoded); }
+void bgr(Drawing& d) { d.afterwards.push_back(swapped_channels); }
+void flipped_x(Drawing& d) { d.afterwards.push_back(mirrored); }
+void flipped_y(Drawing& d) { d.afterwards.push_back(upside_down); }
+void background_ignored(Drawing& d) { d.view.settings.background = glm::vec3(0); }
+
+// ---- order and compositing ----------------------------------------------------------------------
+
+void order_distance(Drawing& d) { d.rules.order = Rules::Order::distance; }
+void order_reversed(Drawing& d) { d.rules.order = Rules::Order::depth_reversed; }
+void order_file(Drawing& d) { d.rules.order = Rules::Order::file; }
+void ties_reversed(Drawing& d) { d.rules.reversed_ties = true; }
+void alpha_threshold_missing(Drawing& d) { d.rules.alpha_min = 0; }
+void alpha_not_limited(Drawing& d) { d.rules.alpha_max = 1; }
+void stop_missing(Drawing& d) { d.rules.stop = Rules::Stop::never; }
+void stop_late(Drawing& d) { d.rules.stop = Rules::Stop::after; }
+void stop_early(Drawing& d) { d.rules.transmittance_min = 1.0 / 255; }
+
+// ---- footprints ---------------------------------------------------------------------------------
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void dilation_missing(Drawing& d) { d.view.settings.dilation = 0; }
+void dilation_tenth(Drawing& d) { d.view.settings.dilation = 0.1; }
+void compensation_missing(Drawing& d) { d.view.settings.antialiased = false; }
+void compensation_always(Drawing& d) { d.view.settings.antialiased = true; }
+void cut_3_sigma(Drawing& d) { d.rules.cut_sigmas = 3; }
+void cut_sqrt8_sigma(Drawing& d) { d.rules.cut_sigmas = std::sqrt(8.0); }
+void eigenvalue_floor(Drawing& d) { d.rules.eigenvalue_floor = kEigenvalueFloor; }
+void falloff_doubled(Drawing& d) { d.rules.falloff = 1; }
+void fov_clamp_missing(Drawing& d) { d.rules.slope_limit = kInfinity; }
+void jacobian_diagonal(Drawing& d) { d.rules.slope_limit = 0; }
+
+// ---- cameras ------------------------------------------------------------------------------------
+
+void near_plane_missing(Drawing& d) { d.view.camera.near_depth = 0.01; }
+void one_focal_length(Drawing& d) { d.view.camera.focal_px.y = d.view.camera.focal_px.x; }
+void half_pixel_right(Drawing& d) { d.view.camera.center_px += 0.5; }
+void half_pixel_left(Drawing& d) { d.view.camera.center_px -= 0.5; }
+
+void camera_transposed(Drawing& d) {
+  Camera& camera = d.view.camera;
+  const glm::dvec3 position = camera.position();
+  const glm::dmat3 wrong = glm::transpose(glm::dmat3(camera.view_from_world));
+  camera.view_from_world = glm::dmat4x3(wrong[0], wrong[1], wrong[2], -(wrong * position));
+}
+
+constexpr Mistake kMistakes[] = {
+    {"camera-transposed", "reads the camera's rotation as view from world", Part::camera,
+     camera_transposed},
+    {"quaternion-xyzw", "reads rot_0..3 as x, y, z, w instead of w, x, y, z", Part::rotation,
+     quaternion_xyzw},
+    {"quaternion-inverse", "turns Gaussians by the inverse rotation", Part::rotation,
+     quaternion_inverse},
+    {"covariance-not-turned", "does not turn covariances into view axes", Part::covariance,
+     covariance_not_turned},
+    {"sh-ignored", "ignores SH coefficients above degree 0", Part::sh, sh_ignored},
+    {"sh-up-to-1", "ignores SH coefficients above degree 1", Part::sh, sh_up_to_1},
+    {"sh-up-to-2", "ignores SH coefficients above degree 2", Part::sh, sh_up_to_2},
+    {"sh-opposite", "evaluates SH in the direction from the Gaussian to the camera", Part::sh,
+     sh_opposite},
+    {"sh-signs", "evaluates SH without the minus signs of 3DGS's basis", Part::sh, sh_signs},
+    {"sh-interleaved", "reads f_rest as RGB triples instead of one channel after the other",
+     Part::sh, sh_interleaved},
+    {"sh-view-axes", "evaluates SH with directions in view axes instead of world axes", Part::sh,
+     sh_view_axes},
+    {"dark-not-clamped", "blends colours of Gaussians below 0", Part::dark, dark_not_clamped},
+    {"bright-clamped", "clamps colours of Gaussians to 1 before blending", Part::bright,
+     bright_clamped},
+    {"bgr", "swaps red and blue", Part::channels, bgr},
+    {"srgb-twice", "encodes the picture as sRGB although its colours are sRGB already",
+     Part::transfer, srgb_twice},
+    {"srgb-removed", "decodes the picture from sRGB to linear values", Part::transfer,
+     srgb_removed},
+    {"order-distance", "sorts by the distance from the camera instead of depth", Part::order,
+     order_distance},
+    {"order-reversed", "blends from back to front as if it were front to back", Part::order,
+     order_reversed},
+    {"order-file", "does not sort: draws in the order of the file", Part::order, order_file},
+    {"ties-reversed", "draws the last Gaussian of the file in front at equal depth", Part::ties,
+     ties_reversed},
+    {"alpha-threshold-missing", "blends contributions with alpha below 1/255", Part::alpha_min,
+     alpha_threshold_missing},
+    {"alpha-not-limited", "does not limit alpha to 0.99", Part::alpha_max, alpha_not_limited},
+    {"stop-missing", "blends behind a transmittance of 0.0001", Part::stop, stop_missing},
+    {"stop-late", "blends the Gaussian that brings the transmittance below 0.0001, then stops",
+     Part::stop, stop_late},
+    {"stop-early", "stops at a transmittance of 1/255 instead of 0.0001", Part::stop, stop_early},
+    {"dilation-missing", "does not add 0.3 px^2 to the variances", Part::dilation,
+     dilation_missing},
+    {"dilation-0.1", "adds 0.1 px^2 to the variances instead of 0.3", Part::dilation,
+     dilation_tenth},
+    {"compensation-missing", "ignores that a model is antialiased", Part::compensation,
+     compensation_missing},
+    {"compensation-always", "treats every model as antialiased", Part::compensation,
+     compensation_always},
+    {"cut-3-sigma", "cuts Gaussians at 3 standard deviations", Part::extent, cut_3_sigma},
+    {"cut-sqrt8-sigma", "cuts Gaussians at sqrt(8) = 2.83 standard deviations", Part::extent,
+     cut_sqrt8_sigma},
+    {"eigenvalue-floor",
+     "draws ellipses with 3DGS's floor of 0.1 px^4 for their extent, and turns those along x",
+     Part::eigenvalues, eigenvalue_floor},
+    {"falloff-doubled", "computes exp(-d^2) instead of exp(-d^2 / 2)", Part::falloff,
+     falloff_doubled},
+    {"fov-clamp-missing", "evaluates the Jacobian beyond 1.3 x the field of view", Part::jacobian,
+     fov_clamp_missing},
+    {"jacobian-diagonal", "leaves out the slopes in the Jacobian of the projection", Part::jacobian,
+     jacobian_diagonal},
+    {"near-plane-missing", "draws Gaussians nearer than 0.2", Part::near_plane, near_plane_missing},
+    {"one-focal-length", "uses the horizontal focal length for both axes", Part::focal,
+     one_focal_length},
+    {"flipped-x", "mirrors the picture", Part::axes, flipped_x},
+    {"flipped-y", "draws the picture upside down", Part::axes, flipped_y},
+    {"half-pixel-right", "draws half a pixel too far to the right and the bottom", Part::pixel,
+     half_pixel_right},
+    {"half-pixel-left", "draws half a pixel too far to the left and the top", Part::pixel,
+     half_pixel_left},
+    {"background-ignored", "draws a black background", Part::background, background_ignored},
+};
+
+}  // namespace
+
+std::span<const Mistake> mistakes() { return kMistakes; }
+
+std::vector<MistakeSet> sets_of_mistakes(int count) {
+  if (count == 0) return {{}};
+  std::vector<MistakeSet> sets;
+  for (std::size_t a = 0; a < mistakes().size(); ++a) {
+    if (count == 1) sets.push_back({a});
+    for (std::size_t b = a + 1; count == 2 && b < mistakes().size(); ++b) {
+      if (mistakes()[a].part != mistakes()[b].part) sets.push_back({a, b});
+    }
+  }
+  return sets;
+}
+
+std::string names_of(const MistakeSet& set) {
+  std::string names;
+  for (const std::size_t i : set)
+    names += (names.empty() ? "" : " + ") + std::string(mistakes()[i].name);
+  return names.empty() ? "none" : names;
+}
+
+Image draw_with(const KitView& view, const MistakeSet& set, const Rules& rules) {
+  Drawing drawing{view, rules};
+  for (const std::size_t i : set) mistakes()[i].make(drawing);
+  Image image =
+      draw_plain(drawing.view.cloud, drawing.view.camera, drawing.view.settings, drawing.rules);
+  for (const auto& change : drawing.afterwards) image = change(image);
+  return image;
+}
+
+Picture8 picture8(const Image& image) {
+  Picture8 picture;
+  picture.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                  3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c)
+        picture.push_back(to_8bit(image.at(x, y, image.channels < 3 ? 0 : c)));
+    }
+  }
+  return picture;
+}
+
+}  // namespace qs

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+//
+// The usual mistakes of renderers. Each changes what is drawn, so that the picture of a renderer
+// can be compared with pictures that have the mistake.
+// To add a mistake: a function and a row of kMistakes in mistakes.cpp. The tests run for every row:
+// it must change a scene of the kit, and no other mistake may draw all scenes like it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/conformance/kit_scenes.h"
+#include "app/conformance/plain_renderer.h"
+
+namespace qs {
+
+/// Everything that a mistake may change before and after a scene is drawn.
+struct Drawing {
+  KitView view;
+  Rules rules;
+  std::vector<Image (*)(const Image&)> afterwards = {};  ///< applied to the finished image
+};
+
+/// Mistakes in the same part of a renderer exclude each other.
+enum class Part {
+  rotation,
+  sh,
+  dark,
+  bright,
+  channels,
+  transfer,
+  order,
+  ties,
+  dilation,
+  compensation,
+  alpha_min,
+  alpha_max,
+  stop,
+  extent,
+  eigenvalues,
+  jacobian,
+  near_plane,
+  focal,
+  axes,
+  pixel,
+  background,
+  camera,
+  covariance,
+  falloff,
+};
+
+struct Mistake {
+  const char* name;
+  const char* what;  ///< one sentence without its full stop, about the renderer
+  Part part;
+  void (*make)(Drawing& drawing);
+};
+
+/// Several mistakes are made in this order.
+std::span<const Mistake> mistakes();
+
+/// Indices of mistakes(), ascending.
+using MistakeSet = std::vector<std::size_t>;
+
+/// No mistake; or each one alone; or every two that do not exclude each other.
+std::vector<MistakeSet> sets_of_mistakes(int count);
+
+/// "quaternion-xyzw + dilation-missing"; "none" for an empty set.
+std::string names_of(const MistakeSet& set);
+
+/// A view drawn with these mistakes. They change `rules`.
+Image draw_with(const KitView& view, const MistakeSet& set, const Rules& rules = {});
+
+/// RGB values as in a PNG file, row by row.
+using Picture8 = std::vector<std::uint8_t>;
+Picture8 picture8(const Image& image);
+
+}  // namespace qs

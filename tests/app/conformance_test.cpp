@@ -180,7 +180,7 @@ TEST(Conformance, the_command_writes_judges_and_reports) {
   std::filesystem::copy(kit + "/truth/many.png", sub);
   const test::ProgramRun wrong =
       test::run_quadsplat({"conformance", "--judge", sub, "--json", json, "--report", page});
-  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_EQ(wrong.exit_code, kExitComparison);
   EXPECT_THAT(wrong.out, testing::HasSubstr("1 scenes pass, 1 fail, 26 are missing"));
   EXPECT_THAT(read_text_file(page, 1 << 26), testing::HasSubstr("data:image/png;base64"));
   const auto judged = parse_json(read_text_file(json, 1 << 20), "test");

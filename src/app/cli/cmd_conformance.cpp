@@ -16,8 +16,6 @@
 namespace qs {
 namespace {
 
-constexpr int kExitSceneFailed = 1;
-
 struct ConformanceCommand {
   std::optional<std::filesystem::path> out_dir, judged, report, json;
 };
@@ -38,7 +36,7 @@ int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
     write_stats(*command.report, verdict_page(judgement, submission, folder_name(*command.judged)));
     fmt::print(stderr, "wrote {}\n", command.report->string());
   }
-  return judgement.count(Result::failed) == 0 ? kExitOk : kExitSceneFailed;
+  return judgement.count(Result::failed) == 0 ? kExitOk : kExitComparison;
 }
 
 int run(const ConformanceCommand& command) {
@@ -62,7 +60,7 @@ Action conformance_command(Options& options) {
                "writes the scenes as .ply with cameras and images in double precision", {"kit"});
   options.text("--judge", "DIR", command->judged,
                "judges the pictures NAME.png of the scenes in this folder and names the likely "
-               "cause of what fails; exit code 1 if a scene fails",
+               "cause of what fails; exit code 4 if a scene fails",
                {"kit/truth", "missing"});
   options.text("--report", "FILE.html", command->report, "the judgement as a page with pictures",
                {"judged.html"});

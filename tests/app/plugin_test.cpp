@@ -96,11 +96,10 @@ class Plugins : public testing::Test {
   std::string scene_ = path("scene.ply");
 };
 
-TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as_built_in) {
-  const auto own = make_renderer(Backend::cpu, test::pool(2));
-  own->upload(cloud_, {});
-  const auto plugin = opened(QS_OWN_CPU_PLUGIN);
-  EXPECT_EQ(plugin->name(), "own-cpu");
+// Compares the images, pairs and visible Gaussians of a backend with those of its plugin.
+void expect_as_built_in(Backend backend, PluginRenderer& plugin, const GaussianCloud& cloud) {
+  const auto own = make_renderer(backend, test::pool(2));
+  own->upload(cloud, {});
   RenderSettings plain, every;
   plain.mode = every.mode = find_culler("quadbox");
   every.background = {0.25f, 0.5f, 0.75f};
@@ -114,7 +113,7 @@ TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as
   camera.near_depth = 0.5;
   for (const RenderSettings& settings : {plain, every}) {
     for (const Camera& view : {camera, test::front_camera(33, 20)}) {
-      const Frame& frame = static_cast<Renderer&>(*plugin).render(view, settings);
+      const Frame& frame = static_cast<Renderer&>(plugin).render(view, settings);
       const Frame& expected = own->render(view, settings);
       EXPECT_EQ(frame.color.values, expected.color.values);
       EXPECT_EQ(frame.stats.tile_pairs, expected.stats.tile_pairs);
@@ -122,9 +121,26 @@ TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as
       EXPECT_GT(frame.stats.frame_ms, 0);
     }
   }
+}
+
+TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as_built_in) {
+  const auto plugin = opened(QS_OWN_CPU_PLUGIN);
+  EXPECT_EQ(plugin->name(), "own-cpu");
+  expect_as_built_in(Backend::cpu, *plugin, cloud_);
   EXPECT_GE(plugin->call_factor(), 1 / 1.02);
   plugin->close();
 }
+
+#ifdef QS_OWN_CUDA_PLUGIN
+TEST_F(Plugins, the_own_cuda_renderer_draws_the_same_bits_and_lists_the_same_pairs_as_built_in) {
+  const std::string problem = gpu_report().problem;
+  if (!problem.empty()) GTEST_SKIP() << "no GPU: " << problem;
+  const auto plugin = opened(QS_OWN_CUDA_PLUGIN);
+  EXPECT_EQ(plugin->name(), "own-cuda");
+  expect_as_built_in(Backend::cuda, *plugin, cloud_);
+  plugin->close();
+}
+#endif
 
 TEST_F(Plugins, the_arrays_and_the_image_keep_their_order_in_every_layout_and_memory) {
   setenv("LD_LIBRARY_PATH", QS_FAKE_CUDA_FOLDER, 1);  // for the processes of the plugins

@@ -99,7 +99,8 @@ TEST(BenchReport, csv_has_the_documented_columns_and_one_line_per_row) {
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
             "scene,camera,mode,pipeline,backend,width,height,gaussians,visible,pairs,"
             "pairs_per_visible,max_tile,ms_median,ms_p05,ms_p95,fps_median,frame_ms,preprocess_ms,"
-            "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share");
+            "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share,"
+            "ssim_vs_reference,flip_vs_reference,repeats");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("\ntiny,0,quadbox,classic,cpu,"));
 }
@@ -122,6 +123,9 @@ BenchRow full_row() {
   r.sort_ms = 0.1875;
   r.blend_ms = 0.3125;
   r.psnr_vs_reference = 51.5;
+  r.ssim_vs_reference = 0.75;
+  r.flip_vs_reference = 0.125;
+  r.repeats = true;
   r.false_positives = 70;
   r.false_positive_share = 0.1;
   r.ms_mean = 0.75;
@@ -135,16 +139,28 @@ TEST(BenchReport, every_number_stands_in_its_column) {
   const std::string csv = format_csv({full_row()});
   EXPECT_EQ(csv.substr(csv.find('\n') + 1),
             "tiny,3,quadbox,fast,cpu,640,480,1000,250,700,2.8000,17,0.5000,0.2500,2.0000,2000.0000,"
-            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000\n");
+            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000,0.7500,0.1250,true\n");
   const nlohmann::ordered_json json = rows_json({full_row()})[0];
   EXPECT_EQ(json, parse_own_json(R"({"scene": "tiny", "camera": "3",
       "mode": "quadbox", "pipeline": "fast", "backend": "cpu", "width": 640, "height": 480,
       "gaussians": 1000, "visible": 250, "pairs": 700, "pairs_per_visible": 2.8, "max_tile": 17,
       "ms_median": 0.5, "ms_p05": 0.25, "ms_p95": 2.0, "fps_median": 2000.0, "frame_ms": 0.625,
       "preprocess_ms": 0.125, "bin_ms": 0.0625, "sort_ms": 0.1875, "blend_ms": 0.3125,
-      "psnr_vs_reference": 51.5, "false_positives": 70, "false_positive_share": 0.1, "view": 3,
+      "psnr_vs_reference": 51.5, "false_positives": 70, "false_positive_share": 0.1,
+      "ssim_vs_reference": 0.75, "flip_vs_reference": 0.125, "repeats": true, "view": 3,
       "ms_mean": 0.75, "drift": -0.01, "round_ms": [0.5, 0.75], "round_spread": 0.02})"));
   EXPECT_EQ(rows_json(read_rows(rows_json({full_row()}))), rows_json({full_row()}));
+}
+
+TEST(BenchReport, rows_of_earlier_versions_lack_the_image_quality) {
+  nlohmann::ordered_json rows = rows_json({full_row()});
+  for (const char* column : {"ssim_vs_reference", "flip_vs_reference", "repeats"})
+    rows[0].erase(column);
+  const BenchRow old = read_rows(rows)[0];
+  EXPECT_FALSE(old.ssim_vs_reference || old.flip_vs_reference || old.repeats);
+  EXPECT_EQ(old.psnr_vs_reference, 51.5);
+  rows[0].erase("pairs");
+  EXPECT_THROW(read_rows(rows), nlohmann::json::exception);
 }
 
 TEST(BenchReport, means_over_cameras_and_scenes_are_those_of_the_rows) {

@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/cli/bench_plugins.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
+#include "app/measure/quality.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/clock_report.h"
@@ -34,6 +36,10 @@ struct BenchCommand {
   int path_steps = 32, scaling = 0;
   Shard shard;
   bool psnr = false, load = false;
+  std::vector<std::filesystem::path> plugins;
+  int plugin_timeout = 60;  // s
+
+  bool judges_images() const { return psnr || !plugins.empty(); }
 };
 
 std::vector<int> parse_indices(const std::string& text) {
@@ -96,6 +102,8 @@ class Bench {
     if (is_taken(name)) name += fmt::format(" ({})", report_.scenes.size() + 1);
     report_.scenes.push_back(scene_facts(*session.scene, name));
     const std::vector<Shot> views = choose_views(frame, session);
+    BenchPlugins plugins(command_.plugins, command_.plugin_timeout, session, name,
+                         report_.environment);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
@@ -105,25 +113,29 @@ class Bench {
           report((static_cast<float>(i) + done) / static_cast<float>(views.size()));
         };
       }
-      one_view(session, name, views[i], progress);
+      one_view(session, plugins, name, views[i], progress);
     }
+    plugins.close();
   }
 
-  void one_view(Session& session, const std::string& name, const Shot& view,
+  void one_view(Session& session, BenchPlugins& plugins, const std::string& name, const Shot& view,
                 const Progress& progress) {
-    const std::vector<CullMode>& modes = command_.frame.modes;
+    const std::string camera =
+        view.number < 0 || command_.camera_path ? view.origin : fmt::format("{}", view.number);
     ViewPlan plan = command_.plan;
     plan.clock = &clock_;
-    std::vector<BenchRow> rows = measure_view(session, modes, view.camera, plan, progress);
-    const std::vector<double> psnrs =
-        command_.psnr ? psnr_per_mode(session, view.camera) : std::vector<double>();
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      rows[i].scene = name;
-      rows[i].camera =
-          view.number < 0 || command_.camera_path ? view.origin : fmt::format("{}", view.number);
-      rows[i].view = view_;
-      if (command_.psnr) rows[i].psnr_vs_reference = psnrs[i];
-      report_.rows.push_back(rows[i]);
+    plan.guests = plugins.guests();
+    plan.guest_failed = [&](const Guest&, const std::string& problem) {
+      plugins.note(camera, problem);
+    };
+    std::vector<BenchRow> rows =
+        measure_view(session, command_.frame.modes, view.camera, plan, progress);
+    if (command_.judges_images()) judge_images(session, plugins, view.camera, camera, rows);
+    for (BenchRow& row : rows) {
+      row.scene = name;
+      row.camera = camera;
+      row.view = view_;
+      report_.rows.push_back(row);
     }
   }
 
@@ -145,16 +157,25 @@ class Bench {
     return views;
   }
 
-  // Renders again, because measured images stay on the device.
-  std::vector<double> psnr_per_mode(Session& session, const Camera& camera) const {
+  // Renders again, because measured images stay on the device. The row of a plugin that fails here
+  // is removed: its times are not those of the picture.
+  void judge_images(Session& session, BenchPlugins& plugins, const Camera& camera,
+                    const std::string& camera_name, std::vector<BenchRow>& rows) const {
     const Image truth = reference_image(session, camera);
     RenderSettings settings = session.settings;
-    std::vector<double> psnrs;
-    for (const CullMode mode : command_.frame.modes) {
-      settings.mode = mode;
-      psnrs.push_back(psnr_8bit(session.renderer->render(camera, settings).color, truth));
-    }
-    return psnrs;
+    std::erase_if(rows, [&](BenchRow& row) {
+      Renderer* const guest = plugins.find(row.mode);
+      if (guest == nullptr) settings.mode = find_culler(row.mode);
+      Renderer& renderer = guest != nullptr ? *guest : *session.renderer;
+      try {
+        set_quality(quality_of(renderer, camera, settings, truth, *session.pool), row);
+      } catch (const Error& error) {
+        if (guest == nullptr) throw;
+        plugins.note(camera_name, error.what());
+        return true;
+      }
+      return false;
+    });
   }
 
   // Rows are grouped by the scene's name, but two files may have the same name.
@@ -193,6 +214,8 @@ int run(const BenchCommand& command, Arguments arguments) {
     fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
          mode_name(*command.baseline));
   }
+  if (command.load && !command.plugins.empty())
+    fail(ErrorKind::usage, "bench: --load excludes --plugin");
   return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
 
@@ -225,7 +248,22 @@ Action bench_command(Options& options) {
       [c](int index) { c->baseline = all_modes()[static_cast<std::size_t>(index)]; },
       "mode that the ratios are relative to; also prints them per camera (default: 3dgs)");
   options.flag("--load", c->load, "measures the stages of reading the scenes instead");
-  options.flag("--psnr", c->psnr, "adds the PSNR against mode reference (seconds per view)");
+  options.flag("--psnr", c->psnr,
+               "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "
+               "(seconds per view)");
+  options.value("--plugin", "LIB,..",
+                "measures other renderers beside the modes: shared libraries with the functions of "
+                "quadsplat/plugin.h; includes --psnr",
+                {"missing.so"}, [c](const std::string& text) {
+                  c->plugins.clear();
+                  for (const std::string& word : separated(text)) {
+                    if (word.empty())
+                      fail(ErrorKind::usage, "--plugin: '{}' lacks the name of a library", text);
+                    c->plugins.emplace_back(word);
+                  }
+                });
+  options.integer("--plugin-timeout", "S", 1, 86400, c->plugin_timeout,
+                  "seconds after which a plugin that does not answer is ended (default: 60)");
   options.value("--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
                 [c](const std::string& text) { c->replicate = parse_size("--replicate", text); });
   options.integer(
@@ -241,6 +279,8 @@ Action bench_command(Options& options) {
                   "two modes on two views of two scenes, three times");
   options.example("quadsplat bench plush.spz --cull adr,quadbox --baseline adr --rounds 5",
                   "how many times as fast as adr quadbox is on every camera");
+  options.example("quadsplat bench plush.spz --plugin ./libtheirs.so --rounds 5",
+                  "another renderer beside the modes, in turns with them");
   return [command](Arguments arguments) { return run(*command, arguments); };
 }
 

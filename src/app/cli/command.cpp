@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include "app/cli/format_list.h"
+#include "app/plugin/plugin_host.h"
+#include "app/plugin/protocol.h"
 #include "app/session/text.h"
 #include "raster/renderer.h"
 #include "version.h"
@@ -102,6 +104,8 @@ int run_program(Arguments arguments) {
     fmt::print("{}", text());
     return kExitOk;
   }
+  // bench --plugin starts this program so; it is no command for users.
+  if (first == kPluginHostCommand && arguments.size() == 2) return run_plugin_host(arguments[1]);
   const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
                                         [&](const Command& row) { return first == row.name; });
   if (command == std::end(kCommands)) {

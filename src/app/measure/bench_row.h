@@ -11,7 +11,12 @@
 
 namespace qs {
 
-/// Times in milliseconds. The members are named like the columns.
+/// The backend of rows of renderers that were measured beside this program's own.
+inline constexpr const char* kPluginBackend = "plugin";
+
+/// Times in milliseconds. The members are named like the columns. A plugin's row has the plugin's
+/// name as its mode, and the pipeline of the modes that it took turns with; numbers that it does
+/// not report are 0.
 struct BenchRow {
   std::string scene, camera, mode, pipeline = "classic", backend;
   int width = 0, height = 0;
@@ -22,9 +27,12 @@ struct BenchRow {
   double ms_median = 0, ms_p05 = 0, ms_p95 = 0, fps_median = 0;
   double frame_ms = 0, preprocess_ms = 0, bin_ms = 0, sort_ms = 0, blend_ms = 0;  ///< marked pass
   std::optional<double> psnr_vs_reference;                                        ///< dB
+  std::optional<double> ssim_vs_reference, flip_vs_reference;
   std::optional<std::uint64_t>
       false_positives;                         ///< pairs that no pixel uses, from an untimed frame
   std::optional<double> false_positive_share;  ///< of the pairs, 0..1
+
+  std::optional<bool> repeats;  ///< two frames are equal to the bit
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
@@ -59,6 +67,9 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("psnr_vs_reference", row.psnr_vs_reference);
   visit("false_positives", row.false_positives);
   visit("false_positive_share", row.false_positive_share);
+  visit("ssim_vs_reference", row.ssim_vs_reference);
+  visit("flip_vs_reference", row.flip_vs_reference);
+  visit("repeats", row.repeats);
 }
 
 /// The members that only bench.json contains.

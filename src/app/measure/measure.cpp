@@ -8,6 +8,7 @@
 
 #include "app/measure/statistics.h"
 #include "app/session/text.h"
+#include "raster/base/error.h"
 
 namespace qs {
 namespace {
@@ -20,6 +21,17 @@ RenderStats median_frame(std::vector<RenderStats>& frames) {
   return *middle;
 }
 
+// The guest's frame, or null with its `problem`.
+const Frame* frame_of(Renderer& guest, const Camera& camera, const RenderSettings& settings,
+                      const Outputs& outputs, std::stop_token stop, std::string& problem) {
+  try {
+    return &guest.render(camera, settings, outputs, DeviceImage{}, std::move(stop));
+  } catch (const Error& error) {
+    problem = error.what();
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
@@ -27,28 +39,34 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit) {
   assert(plan.frames > 0);
-  std::vector<std::vector<RenderStats>> measured(plan.modes.size());
+  const std::size_t modes = plan.modes.size(), turns = modes + plan.guests.size();
+  std::vector<std::vector<RenderStats>> measured(turns);
+  std::vector<ModeResult> results(turns);
+  for (std::size_t i = 0; i < modes; ++i) results[i].mode = plan.modes[i];
   for (int round = -plan.warmup; round < plan.frames; ++round) {
-    for (std::size_t i = 0; i < plan.modes.size(); ++i) {
-      const auto modes = static_cast<float>(plan.modes.size());
-      plan.progress.update(
-          (static_cast<float>(round + plan.warmup) + static_cast<float>(i) / modes) /
-          static_cast<float>(plan.warmup + plan.frames));
-      settings.mode = plan.modes[i];
-      const Frame& frame =
-          renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
-      if (round >= 0) measured[i].push_back(frame.stats);
+    for (std::size_t i = 0; i < turns; ++i) {
+      plan.progress.update((static_cast<float>(round + plan.warmup) +
+                            static_cast<float>(i) / static_cast<float>(turns)) /
+                           static_cast<float>(plan.warmup + plan.frames));
+      settings.mode = results[i].mode;
+      const Frame* frame = nullptr;
+      if (i < modes) {
+        frame = &renderer.render(camera, settings, outputs, plan.target, plan.progress.stop);
+      } else if (results[i].problem.empty()) {
+        frame = frame_of(*plan.guests[i - modes].renderer, camera, settings, outputs,
+                         plan.progress.stop, results[i].problem);
+      }
+      if (frame == nullptr) continue;
+      if (round >= 0) measured[i].push_back(frame->stats);
       if (round >= 0 && plan.clock != nullptr) plan.clock->sample();
-      if (round + 1 == plan.frames) visit(settings.mode, frame);
+      if (round + 1 == plan.frames && i < modes) visit(settings.mode, *frame);
     }
   }
-  std::vector<ModeResult> results;
-  for (std::size_t i = 0; i < plan.modes.size(); ++i) {
-    ModeResult& result = results.emplace_back();
-    result.mode = plan.modes[i];
+  for (std::size_t i = 0; i < turns; ++i) {
+    if (!results[i].problem.empty()) continue;
     for (const RenderStats& stats : measured[i])
-      result.frame_ms.push_back(static_cast<double>(stats.frame_ms));
-    result.stats = median_frame(measured[i]);
+      results[i].frame_ms.push_back(static_cast<double>(stats.frame_ms));
+    results[i].stats = median_frame(measured[i]);
   }
   return results;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Measures culling modes on one view. Modes are interleaved (A B C A B C ...), so that a drifting
-// clock or a busy machine affects all of them equally.
+// Measures culling modes on one view, and other renderers beside them. All are interleaved (A B C A
+// B C ...), so that a drifting clock or a busy machine affects all of them equally.
 #pragma once
 
 #include <functional>
@@ -15,12 +15,19 @@
 
 namespace qs {
 
+/// A renderer from outside this program. If it throws an Error, the rest is measured without it.
+struct Guest {
+  std::string name;
+  Renderer* renderer = nullptr;
+};
+
 struct ModeResult {
-  CullMode mode = kDefaultMode;
+  CullMode mode = kDefaultMode;  ///< of a guest: meaningless
   RenderStats stats;             ///< of the frame with the median time
   std::vector<double> frame_ms;  ///< of every measured frame, in order
   float marked_frame_ms = 0;     ///< median frame time of mark_stages(), 0 if it did not run
   std::optional<double> psnr;    ///< dB against mode `reference`
+  std::string problem;           ///< the Error of a guest, which has no other results then
 };
 
 struct MeasurePlan {
@@ -28,18 +35,19 @@ struct MeasurePlan {
   int warmup = 1, frames = 3;  ///< rounds over all modes; frames > 0
   Target target = HostImage{};
   Progress progress;
-  GpuClock* clock = nullptr;  ///< takes readings between measured frames
+  GpuClock* clock = nullptr;           ///< takes readings between measured frames
+  std::span<const Guest> guests = {};  ///< after the modes in every round; draw into DeviceImage
 };
 
-/// Renders all rounds and calls visit(mode, frame) with the frames of the last one. Returns one
-/// result per mode. Throws Cancelled if plan.progress.stop is triggered.
+/// Renders all rounds and calls visit(mode, frame) with the modes' frames of the last one. Returns
+/// one result per mode and guest. Throws Cancelled if plan.progress.stop is triggered.
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit);
 
-/// Sets the stage times of `result` to the medians of extra frames, because measuring stages may
-/// slow a frame down.
+/// Sets the stage times of `result` to the medians of extra frames in its mode, because measuring
+/// stages may slow a frame down.
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
                  ModeResult& result, int frames = 1, const Target& target = HostImage{},
                  const std::stop_token& stop = {});

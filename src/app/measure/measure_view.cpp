@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/measure/statistics.h"
+#include "raster/base/error.h"
 
 namespace qs {
 namespace {
@@ -60,41 +61,87 @@ Target bench_target(Backend backend) {
   return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
 }
 
+// A mode or a guest, over all rounds.
+struct Measured {
+  ModeResult result;  // of the last round
+  std::vector<double> frame_ms, medians;
+};
+
+// Measures everyone once. A guest with a problem takes no part, and keeps its first one.
+void measure_round(Session& session, const std::vector<CullMode>& modes, const Camera& camera,
+                   const ViewPlan& plan, const Progress& progress, int round,
+                   std::vector<Measured>& all) {
+  std::vector<std::size_t> present;
+  std::vector<Guest> guests;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].result.problem.empty()) continue;
+    present.push_back(i);
+    if (i >= modes.size()) guests.push_back(plan.guests[i - modes.size()]);
+  }
+  const Progress part = {
+      [&](float done) {
+        progress.update((static_cast<float>(round) + done) / static_cast<float>(plan.rounds));
+      },
+      progress.stop};
+  const MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
+                              part,  plan.clock,  guests};
+  std::vector<ModeResult> results = measure_modes(*session.renderer, camera, session.settings, {},
+                                                  measuring, [](CullMode, const Frame&) {});
+  for (std::size_t i = 0; i < present.size(); ++i) {
+    Measured& measured = all[present[i]];
+    measured.result = std::move(results[i]);
+    if (!measured.result.problem.empty()) continue;
+    const std::vector<double>& frame_ms = measured.result.frame_ms;
+    measured.frame_ms.insert(measured.frame_ms.end(), frame_ms.begin(), frame_ms.end());
+    measured.medians.push_back(median(frame_ms));
+  }
+}
+
+// mark_stages() of a guest, which keeps its other results only if that succeeds too.
+void mark_guest(const Session& session, const Camera& camera, const Guest& guest,
+                const ViewPlan& plan, ModeResult& result, const std::stop_token& stop) {
+  if (!result.problem.empty()) return;
+  try {
+    mark_stages(*guest.renderer, camera, session.settings, result,
+                std::min(plan.frames, kMarkedFrames), DeviceImage{}, stop);
+  } catch (const Error& error) {
+    result.problem = error.what();
+  }
+}
+
 }  // namespace
 
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress) {
-  MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
-                        {},    plan.clock};
-  std::vector<std::vector<double>> frame_ms(modes.size()), medians(modes.size());
-  std::vector<ModeResult> results;
-  for (int round = 0; round < plan.rounds; ++round) {
-    measuring.progress = {
-        [&](float done) {
-          progress.update((static_cast<float>(round) + done) / static_cast<float>(plan.rounds));
-        },
-        progress.stop};
-    results = measure_modes(*session.renderer, camera, session.settings, {}, measuring,
-                            [](CullMode, const Frame&) {});
-    for (std::size_t i = 0; i < modes.size(); ++i) {
-      frame_ms[i].insert(frame_ms[i].end(), results[i].frame_ms.begin(), results[i].frame_ms.end());
-      medians[i].push_back(median(results[i].frame_ms));
-    }
-  }
+  std::vector<Measured> all(modes.size() + plan.guests.size());
+  for (int round = 0; round < plan.rounds; ++round)
+    measure_round(session, modes, camera, plan, progress, round, all);
   std::vector<BenchRow> rows;
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    // The CPU always measures stages, at no cost.
-    results[i].marked_frame_ms = results[i].stats.frame_ms;
-    if (plan.details && session.backend != Backend::cpu)
-      mark_stages(*session.renderer, camera, session.settings, results[i],
-                  std::min(plan.frames, kMarkedFrames), measuring.target, progress.stop);
-    rows.push_back(make_row(session, camera, results[i], frame_ms[i]));
-    rows.back().round_ms = medians[i];
-    if (plan.rounds > 1) rows.back().round_spread = relative_spread(medians[i]);
-    if (plan.details) {
-      count_false_positives(session, camera, modes[i], measuring.target, progress.stop,
-                            rows.back());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    ModeResult& result = all[i].result;
+    const bool own = i < modes.size();
+    const Target target = own ? bench_target(session.backend) : Target(DeviceImage{});
+    result.marked_frame_ms = result.stats.frame_ms;
+    // The CPU backend always measures stages, at no cost.
+    if (own && plan.details && session.backend != Backend::cpu) {
+      mark_stages(*session.renderer, camera, session.settings, result,
+                  std::min(plan.frames, kMarkedFrames), target, progress.stop);
+    }
+    if (!own && plan.details)
+      mark_guest(session, camera, plan.guests[i - modes.size()], plan, result, progress.stop);
+    if (!result.problem.empty()) {
+      if (plan.guest_failed) plan.guest_failed(plan.guests[i - modes.size()], result.problem);
+      continue;
+    }
+    BenchRow& row = rows.emplace_back(make_row(session, camera, result, all[i].frame_ms));
+    row.round_ms = all[i].medians;
+    if (plan.rounds > 1) row.round_spread = relative_spread(row.round_ms);
+    if (!own) {
+      row.mode = plan.guests[i - modes.size()].name;
+      row.backend = kPluginBackend;
+    } else if (plan.details) {
+      count_false_positives(session, camera, modes[i], target, progress.stop, row);
     }
   }
   return rows;

@@ -16,9 +16,13 @@ struct ViewPlan {
   int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
   bool details = true;        ///< stage times and false positives, which take extra frames
   GpuClock* clock = nullptr;  ///< takes readings between the timed frames
+  std::vector<Guest> guests = {};
+  /// Called with the Error of a guest, which gets no row.
+  std::function<void(const Guest& guest, const std::string& problem)> guest_failed = {};
 };
 
-/// One row per mode, in the order of `modes`. The caller sets scene, camera and view of the rows.
+/// One row per mode, in the order of `modes`, and one per guest. The caller sets scene, camera and
+/// view of the rows.
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress);

@@ -17,6 +17,12 @@ glm::vec3 mode_color(CullMode mode) {
   return mode < 0 ? kGray : kColors[static_cast<std::size_t>(mode) % std::size(kColors)];
 }
 
+glm::vec3 plugin_color(std::size_t number) {
+  // Colours that no mode has: a dark red, Okabe and Ito's yellow, a brown, grays.
+  constexpr glm::vec3 kColors[] = {kRed, rgb(0xF0E442), rgb(0x8C564B), kGray, kLightGray};
+  return kColors[number % std::size(kColors)];
+}
+
 glm::vec3 on_dark::mode_color(CullMode mode) {
   const glm::vec3 color = qs::mode_color(mode);
   return color == glm::vec3(0) ? kLightGray : color == kBlue ? rgb(0x268CD9) : color;

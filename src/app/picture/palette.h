@@ -4,6 +4,7 @@
 // with any colour vision can distinguish. A culling mode has the same colour everywhere.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -44,6 +45,9 @@ inline constexpr glm::vec3 kStages[] = {kSkyBlue, kOrange, kGreen, kPurple};
 /// mode_color() with lighter colours for black and blue, which are too dark here.
 glm::vec3 mode_color(CullMode mode);
 }  // namespace on_dark
+
+/// The colour of the plugin with this number, 0 or more, in plots.
+glm::vec3 plugin_color(std::size_t number);
 
 /// Gray for -1, which find_culler() returns for an unknown name.
 glm::vec3 mode_color(CullMode mode);

@@ -39,14 +39,24 @@ std::string blocks_per_mode(const std::vector<ModeMean>& means, const Values& va
   return text;
 }
 
-// Draws the blocks of blocks_per_mode(); a "{}" in `how` is the mode's marker.
+// Draws the blocks of blocks_per_mode(); a "{}" in `how` is the mode's marker. Plugins have colours
+// and markers in their order.
 std::string plot_per_mode(const std::vector<ModeMean>& means, const std::string& how) {
   std::vector<std::string> curves;
+  std::vector<std::string> plugins;
+  for (const ModeMean& mean : means) {
+    if (mean.plugin && std::find(plugins.begin(), plugins.end(), mean.mode) == plugins.end())
+      plugins.push_back(mean.mode);
+  }
   for (const std::string& label : different(means, &ModeMean::label)) {
     const std::string mode = separated(label).front();
-    curves.push_back(fmt::format("$mode{} {} {}", curves.size(),
-                                 fmt::format(fmt::runtime(how), mode_marker(mode)),
-                                 mode_options(mode, label)));
+    const auto plugin = std::find(plugins.begin(), plugins.end(), mode);
+    const auto number = static_cast<std::size_t>(plugin - plugins.begin());
+    const bool own = plugin == plugins.end();
+    curves.push_back(
+        fmt::format("$mode{} {} {}", curves.size(),
+                    fmt::format(fmt::runtime(how), own ? mode_marker(mode) : plugin_marker(number)),
+                    own ? mode_options(mode, label) : plugin_options(number, label)));
   }
   return plot_command(curves);
 }

@@ -37,6 +37,9 @@ ordered_json to_json(const std::optional<double>& value) {
 ordered_json to_json(const std::optional<std::uint64_t>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
+ordered_json to_json(const std::optional<bool>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
 // A ratio without an interval has neither end.
 std::optional<double> low_of(const Ratio& ratio) {
   return ratio.interval ? std::optional(ratio.interval->low) : std::nullopt;
@@ -57,9 +60,21 @@ void from_json(const ordered_json& json, std::optional<double>& value) {
 void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
   if (json.is_number()) value = json_value<std::uint64_t>(json);
 }
+void from_json(const ordered_json& json, std::optional<bool>& value) {
+  if (json.is_boolean()) value = json.get<bool>();
+}
 template <class T>
 void from_json(const ordered_json& json, T& value) {
   json_value(json, value);
+}
+
+template <class T>
+constexpr bool is_optional(const std::optional<T>&) {
+  return true;
+}
+template <class T>
+constexpr bool is_optional(const T&) {
+  return false;
 }
 
 }  // namespace
@@ -115,7 +130,11 @@ std::vector<BenchRow> read_rows(const ordered_json& list) {
   std::vector<BenchRow> rows;
   for (const ordered_json& from : list) {
     BenchRow& row = rows.emplace_back();
-    const auto take = [&](const char* name, auto& value) { from_json(from.at(name), value); };
+    const auto take = [&](const char* name, auto& value) {
+      // Reports of earlier versions lack the newest columns, all of which may be empty.
+      if (is_optional(value) && !from.contains(name)) return;
+      from_json(from.at(name), value);
+    };
     for_each_column(row, take);
     for_each_detail(row, take);
   }

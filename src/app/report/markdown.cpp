@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "app/report/clock_report.h"
+#include "app/report/plugin_report.h"
 #include "app/session/text.h"
 #include "raster/renderer.h"
 
@@ -17,6 +18,7 @@ namespace {
 
 // Bytes of the keys and values that a frame sorts. Values are 32-bit indices.
 double sort_bytes(const BenchRow& row) {
+  if (row.backend == kPluginBackend) return 0;
   const auto pairs = static_cast<double>(row.pairs), visible = static_cast<double>(row.visible);
   const double by_depth = visible * (4 + 4);
   if (row.backend != kBackendNames[static_cast<int>(Backend::cuda)]) return by_depth;
@@ -30,14 +32,24 @@ void add_new(std::vector<std::string>& list, const std::string& word) {
   if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
 }
 
+// The mean of a column, unset if a row lacks it.
+std::optional<double> mean_of_column(const std::vector<const BenchRow*>& rows,
+                                     std::optional<double> BenchRow::*column) {
+  double sum = 0;
+  for (const BenchRow* row : rows) {
+    if (!(row->*column)) return std::nullopt;
+    sum += *(row->*column);
+  }
+  return sum / static_cast<double>(rows.size());
+}
+
 ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   ModeMean mean;
   mean.scene = rows.front()->scene;
   mean.mode = mean.label = rows.front()->mode;
   mean.pipeline = rows.front()->pipeline;
   const double weight = 1.0 / static_cast<double>(rows.size());
-  double psnr = 0;
-  bool all_have_psnr = true;
+  mean.plugin = rows.front()->backend == kPluginBackend;
   mean.rounds = rounds_of(*rows.front()).size();
   for (const BenchRow* row : rows) {
     const std::vector<double> rounds = rounds_of(*row);
@@ -51,10 +63,15 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     mean.ms += weight * row->ms_median;
     const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
     for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
-    all_have_psnr = all_have_psnr && row->psnr_vs_reference;
-    psnr += weight * row->psnr_vs_reference.value_or(0);
   }
-  if (all_have_psnr) mean.psnr = psnr;
+  mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
+  mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
+  mean.flip = mean_of_column(rows, &BenchRow::flip_vs_reference);
+  if (std::all_of(rows.begin(), rows.end(),
+                  [](const BenchRow* row) { return row->repeats.has_value(); })) {
+    mean.repeats =
+        std::all_of(rows.begin(), rows.end(), [](const BenchRow* row) { return *row->repeats; });
+  }
   return mean;
 }
 
@@ -65,13 +82,30 @@ std::string table(const std::vector<ModeMean>& means, const std::string& baselin
       baseline);
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
-    text += fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.label,
-                        grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
-                        mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
-                        mean.ratio ? ratio_text(*mean.ratio) : "-", grouped(pairs),
-                        bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
+    text +=
+        fmt::format("| `{}` | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", mean.label,
+                    grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
+                    mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
+                    mean.ratio ? ratio_text(*mean.ratio) : "-",
+                    mean.plugin && pairs == 0 ? "-" : grouped(pairs),
+                    mean.plugin ? "-" : bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
   }
   return text;
+}
+
+// Empty unless a row was compared with the reference.
+std::string quality_table(const std::vector<ModeMean>& means) {
+  std::string lines;
+  for (const ModeMean& mean : means) {
+    if (!mean.psnr || !mean.ssim || !mean.flip) continue;
+    lines += fmt::format("| `{}` | {} | {:.5f} | {:.5f} | {} |\n", mean.label, decibels(*mean.psnr),
+                         *mean.ssim, *mean.flip, mean.repeats.value_or(false) ? "yes" : "no");
+  }
+  if (lines.empty()) return "";
+  return fmt::format(
+      "\n### {}: image quality against mode reference\n\n| mode | PSNR dB | SSIM | FLIP | two "
+      "frames equal |\n|---|---:|---:|---:|---|\n{}",
+      means.front().scene, lines);
 }
 
 // Arithmetic means over the scenes. The ratio is a geometric mean. It has no interval, because
@@ -86,6 +120,7 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
     ModeMean& mean = result.emplace_back();
     mean.scene = "mean";
     mean.label = first.label;
+    mean.plugin = first.plugin;
     double psnr = 0;
     bool all_psnr = true;
     std::vector<double> ratios;
@@ -200,6 +235,7 @@ std::string format_markdown(const BenchReport& report) {
     text +=
         fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", scene.front().scene, cameras.size(),
                     cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
+    text += quality_table(scene);
     if (report.environment.contains("baseline"))
       text += camera_table(ratios, scene.front().scene, baseline);
     begin += scene.size();
@@ -212,7 +248,7 @@ std::string format_markdown(const BenchReport& report) {
   }
   for (const std::string& line : clock_lines(report.environment))
     text += fmt::format("\n{}.\n", line);
-  return text;
+  return text + plugin_markdown(report.environment);
 }
 
 }  // namespace qs

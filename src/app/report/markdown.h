@@ -17,12 +17,14 @@ struct ModeMean {
   std::string scene, mode, pipeline;
   std::string label;  ///< the mode, followed by its pipeline if the rows have several pipelines
   double gaussians = 0, pairs = 0, sort_bytes = 0;
-  double ms = 0;                          ///< mean of the cameras' medians
-  double ms_fastest = 0, ms_slowest = 0;  ///< means of the cameras' fastest and slowest rounds
-  std::size_t rounds = 0;                 ///< smallest number of rounds of a camera
-  double stage_ms[4] = {};                ///< index = Stage
-  std::optional<double> psnr;             ///< mean over the cameras, if all have one
-  std::optional<Ratio> ratio;             ///< to the baseline in the same pipeline, if measured
+  double ms = 0;                           ///< mean of the cameras' medians
+  double ms_fastest = 0, ms_slowest = 0;   ///< means of the cameras' fastest and slowest rounds
+  std::size_t rounds = 0;                  ///< smallest number of rounds of a camera
+  double stage_ms[4] = {};                 ///< index = Stage
+  std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have one
+  std::optional<bool> repeats;             ///< whether every camera's frames repeat, if all have it
+  bool plugin = false;                     ///< pairs of 0 are not measured, sort bytes never
+  std::optional<Ratio> ratio;              ///< to the baseline in the same pipeline, if measured
   double fps() const { return 1000 / ms; }
 };
 

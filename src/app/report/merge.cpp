@@ -10,6 +10,7 @@
 
 #include "app/report/bench_report.h"
 #include "app/report/clock_report.h"
+#include "app/report/plugin_report.h"
 #include "app/session/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
@@ -101,6 +102,7 @@ ordered_json merge_reports(std::span<const ReportPart> parts, const char* rows, 
   std::vector<ordered_json> environments;
   for (const ReportPart& part : parts) environments.push_back(part.report.at("environment"));
   merge_clocks(environments, merged["environment"]);
+  merge_plugins(environments, merged["environment"]);
   std::vector<ordered_json> all;
   for (const ReportPart& part : parts) {
     const ordered_json& list = part.report.at(rows);

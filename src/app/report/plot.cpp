@@ -115,4 +115,13 @@ int mode_marker(const std::string& mode) {
   return 5 + 2 * (std::max(0, find_culler(mode)) % 6);  // 5, 7, .. 15 are six filled shapes
 }
 
+std::string plugin_options(std::size_t number, const std::string& title) {
+  return fmt::format("linecolor rgb {} title {}", quoted(hex_text(plugin_color(number))),
+                     quoted(title));
+}
+
+int plugin_marker(std::size_t number) {
+  return 4 + 2 * static_cast<int>(number % 6);  // 4, 6, .. 14 are six outlined shapes
+}
+
 }  // namespace qs

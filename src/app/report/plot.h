@@ -4,6 +4,7 @@
 // to NAME.png and NAME.svg, so that anyone can edit it and draw it again with `gnuplot NAME.gp`.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -38,5 +39,9 @@ std::string mode_options(const std::string& mode, const std::string& title);
 
 /// Number of the gnuplot point type that marks a mode's curve.
 int mode_marker(const std::string& mode);
+
+/// The same for the plugin with this number, 0 or more.
+std::string plugin_options(std::size_t number, const std::string& title);
+int plugin_marker(std::size_t number);
 
 }  // namespace qs

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "app/plugin/plugin_host.h"
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+
+#include "app/plugin/device_memory.h"
+#include "app/plugin/protocol.h"
+#include "app/plugin/scene_arrays.h"
+#include "app/plugin/shared_memory.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+template <std::size_t kBytes>
+void copy_text(std::string_view text, PluginText<kBytes>& to) {
+  to = {};
+  std::transform(text.begin(), text.begin() + std::min(text.size(), kBytes - 1), to.begin(),
+                 [](char c) { return static_cast<unsigned char>(c) < ' ' ? ' ' : c; });
+}
+
+// Text that a plugin wrote into a buffer or points to, up to `most` bytes.
+std::string_view text_of(const char* text, std::size_t most) {
+  return text == nullptr ? std::string_view() : std::string_view(text, strnlen(text, most));
+}
+
+bool is_name(std::string_view name) {
+  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("-_.+").find(c) != std::string_view::npos;
+  });
+}
+
+const QsPlugin& load(const std::string& library) {
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) fail("cannot be loaded: {}", dlerror());
+  const auto find = reinterpret_cast<const QsPlugin* (*)()>(dlsym(handle, "qs_plugin"));
+  if (find == nullptr) fail("is no plugin: it does not export qs_plugin()");
+  const QsPlugin* const plugin = find();
+  if (plugin == nullptr) fail("is no plugin: qs_plugin() returned null");
+  if (plugin->version != QS_PLUGIN_VERSION) {
+    fail("has version {} of the interface, but this program has version {}", plugin->version,
+         QS_PLUGIN_VERSION);
+  }
+  if (plugin->memory > QS_MEMORY_CUDA) fail("has the unknown kind of memory {}", plugin->memory);
+  if (plugin->image_layout > QS_IMAGE_CHW)
+    fail("has the unknown image layout {}", plugin->image_layout);
+  if (!is_name(text_of(plugin->name, 64)))
+    fail("has a name that is not 1 to 32 letters, digits and - _ . +");
+  if (plugin->open == nullptr || plugin->render == nullptr || plugin->close == nullptr)
+    fail("lacks one of its functions open, render and close");
+  return *plugin;
+}
+
+// The library that was loaded, with the scene that it opened.
+class Host {
+ public:
+  explicit Host(std::string library) : library_(std::move(library)) {}
+
+  void answer(const PluginRequest& request, PluginReply& reply) {
+    switch (request.call) {
+      case PluginCall::open:
+        return open(request, reply);
+      case PluginCall::render:
+        return render(request, reply);
+      case PluginCall::close:
+        return plugin_->close(renderer_);
+    }
+  }
+
+ private:
+  void open(const PluginRequest& request, PluginReply& reply) {
+    plugin_ = &load(library_);
+    reply.memory = plugin_->memory;
+    reply.image_layout = plugin_->image_layout;
+    copy_text(text_of(plugin_->name, 32), reply.name);
+    copy_text(text_of(plugin_->description, 255), reply.description);
+    scene_ = request.scene;
+    scene_memory_ = Mapping(kPluginScene, scene_bytes(scene_));
+    point_into(scene_memory_, scene_);
+    if (plugin_->memory == QS_MEMORY_CUDA) {
+      device_.emplace(scene_.device);
+      copy_to_device();
+    }
+    char message[QS_MESSAGE_BYTES] = {};
+    const std::int32_t code = plugin_->open(&scene_, &renderer_, message);
+    if (code != 0) refuse("open", code, message);
+  }
+
+  void copy_to_device() {
+    for (const SceneArray& array : scene_arrays(scene_)) {
+      scene_.*array.member = static_cast<const float*>(
+          device_->copied(scene_.*array.member, scene_.count * array.width * sizeof(float)));
+    }
+    scene_memory_ = {};
+  }
+
+  void render(const PluginRequest& request, PluginReply& reply) {
+    const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(request.view.width) *
+                              static_cast<std::size_t>(request.view.height);
+    if (bytes != image_memory_.size()) resize_image(bytes);
+    // Values that the plugin does not write are NaN.
+    if (request.wants_image != 0) fill_image(0xff);
+    QsFrame frame = {};
+    frame.image = device_ ? static_cast<float*>(device_image_) : image_memory_.floats();
+    frame.mark_stages = request.mark_stages;
+    char message[QS_MESSAGE_BYTES] = {};
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    const std::int32_t code = plugin_->render(renderer_, &request.view, &frame, message);
+    reply.call_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (code != 0) refuse("render", code, message);
+    reply.frame = frame;
+    if (request.wants_image != 0 && device_)
+      device_->copy_to_host(device_image_, image_memory_.data(), bytes);
+  }
+
+  void resize_image(std::size_t bytes) {
+    image_memory_ = {};
+    image_memory_ = Mapping(kPluginImage, bytes);
+    if (!device_) return;
+    if (device_image_ != nullptr) device_->free(device_image_);
+    device_image_ = device_->allocate(bytes);
+  }
+
+  void fill_image(std::uint8_t value) {
+    if (device_) device_->fill(device_image_, value, image_memory_.size());
+    std::memset(image_memory_.data(), value, image_memory_.size());
+  }
+
+  [[noreturn]] static void refuse(const char* function, std::int32_t code, const char* message) {
+    const std::string_view text = text_of(message, QS_MESSAGE_BYTES);
+    fail(ErrorKind::device, "{}() returned {}: {}", function, code,
+         text.empty() ? "no reason" : text);
+  }
+
+  std::string library_;
+  const QsPlugin* plugin_ = nullptr;
+  void* renderer_ = nullptr;
+  QsScene scene_ = {};
+  Mapping scene_memory_, image_memory_;
+  std::optional<DeviceMemory> device_;
+  void* device_image_ = nullptr;
+};
+
+}  // namespace
+
+int run_plugin_host(const std::string& library) {
+  // A plugin that hangs ends with the thread of quadsplat that started this process.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // Processes that the plugin starts do not keep these open.
+  for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage}) {
+    if (fcntl(descriptor, F_SETFD, FD_CLOEXEC) != 0)
+      fail(ErrorKind::usage, "{}: only quadsplat starts this command", kPluginHostCommand);
+  }
+  Host host(library);
+  PluginRequest request;
+  while (recv(kPluginSocket, &request, sizeof request, 0) == sizeof request) {
+    PluginReply reply;
+    try {
+      host.answer(request, reply);
+    } catch (const std::exception& error) {
+      reply.failed = 1;
+      copy_text(error.what(), reply.message);
+    }
+    if (send(kPluginSocket, &reply, sizeof reply, MSG_NOSIGNAL) != sizeof reply) break;
+  }
+  return 0;
+}
+
+}  // namespace qs

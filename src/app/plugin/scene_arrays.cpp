@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "app/plugin/scene_arrays.h"
+
+#include <cstring>
+
+#include "raster/scene/activated_cloud.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kAlignment = 64;  // of arrays, as plugin.h promises
+
+std::size_t bytes_of(const QsScene& scene, const SceneArray& array) {
+  return scene.count * array.width * sizeof(float);
+}
+
+}  // namespace
+
+std::vector<SceneArray> scene_arrays(const QsScene& scene) {
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(scene.sh_degree));
+  std::vector<SceneArray> arrays = {
+      {&QsScene::positions, 3, 0},         {&QsScene::log_scales, 3, 0},
+      {&QsScene::rotations, 4, 0},         {&QsScene::opacity_logits, 1, 0},
+      {&QsScene::sh, 3 * coefficients, 0}, {&QsScene::covariances, 6, 0},
+      {&QsScene::opacities, 1, 0}};
+  std::size_t offset = 0;
+  for (SceneArray& array : arrays) {
+    array.offset_bytes = offset;
+    offset += (bytes_of(scene, array) + kAlignment - 1) / kAlignment * kAlignment;
+  }
+  return arrays;
+}
+
+std::size_t scene_bytes(const QsScene& scene) {
+  const SceneArray last = scene_arrays(scene).back();
+  return last.offset_bytes + bytes_of(scene, last);
+}
+
+void point_into(const Mapping& memory, QsScene& scene) {
+  for (const SceneArray& array : scene_arrays(scene))
+    scene.*array.member = memory.floats(array.offset_bytes);
+}
+
+QsScene fill_scene(const GaussianCloud& cloud, ThreadPool& pool, SharedMemory& memory) {
+  QsScene scene = {};
+  scene.count = cloud.size();
+  scene.sh_degree = cloud.sh_degree;
+  memory.resize(scene_bytes(scene));
+  QsScene arrays = scene;
+  point_into(memory.mapping(), arrays);
+  const auto writable = [](const float* array) { return const_cast<float*>(array); };
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  pool.for_chunks(cloud.size(), 1 << 14, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const glm::quat& rotation = cloud.rotations[i];
+      const float quaternion[] = {rotation.w, rotation.x, rotation.y, rotation.z};
+      const Activated active = activate(cloud, i);
+      const Covariance3<float>& c = active.gaussian.covariance;
+      const float covariance[] = {c.xx, c.xy, c.xz, c.yy, c.yz, c.zz};
+      std::memcpy(writable(arrays.positions) + 3 * i, &cloud.positions[i], sizeof(float[3]));
+      std::memcpy(writable(arrays.log_scales) + 3 * i, &cloud.log_scales[i], sizeof(float[3]));
+      std::memcpy(writable(arrays.rotations) + 4 * i, quaternion, sizeof quaternion);
+      std::memcpy(writable(arrays.sh) + 3 * coefficients * i, &cloud.sh[coefficients * i],
+                  coefficients * sizeof(float[3]));
+      std::memcpy(writable(arrays.covariances) + 6 * i, covariance, sizeof covariance);
+      writable(arrays.opacity_logits)[i] = cloud.opacity_logits[i];
+      writable(arrays.opacities)[i] = active.opacity;
+    }
+  });
+  return scene;
+}
+
+}  // namespace qs

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "app/plugin/shared_memory.h"
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr int kLowestKept = 16;  // lower numbers are those of a child's own descriptors
+
+[[noreturn]] void refuse(const char* what, std::size_t bytes) {
+  fail(ErrorKind::device, "plugin: {} bytes of shared memory: {}: {}", bytes, what,
+       std::strerror(errno));
+}
+
+}  // namespace
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+  if (this == &other) return *this;
+  reset();
+  number_ = other.release();
+  return *this;
+}
+
+void Descriptor::reset() {
+  if (number_ >= 0) close(release());
+}
+
+int Descriptor::release() { return std::exchange(number_, -1); }
+
+Descriptor kept(int number, const char* what) {
+  const Descriptor low(number);
+  const int high = number < 0 ? -1 : fcntl(number, F_DUPFD_CLOEXEC, kLowestKept);
+  if (high < 0) fail(ErrorKind::device, "plugin: {}: {}", what, std::strerror(errno));
+  return Descriptor(high);
+}
+
+Mapping::Mapping(int descriptor, std::size_t bytes) : bytes_(bytes) {
+  if (bytes == 0) return;
+  void* const data = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+  if (data == MAP_FAILED) refuse("mmap", bytes);
+  data_ = static_cast<std::byte*>(data);
+}
+
+Mapping::~Mapping() {
+  if (data_ != nullptr) munmap(data_, bytes_);
+}
+
+Mapping::Mapping(Mapping&& other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+
+Mapping& Mapping::operator=(Mapping&& other) noexcept {
+  std::swap(data_, other.data_);
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+SharedMemory::SharedMemory()
+    : file_(kept(memfd_create("quadsplat plugin", MFD_CLOEXEC), "memfd_create")) {}
+
+void SharedMemory::resize(std::size_t bytes) {
+  if (bytes == mapping_.size()) return;
+  mapping_ = {};
+  // Allocated here, because a page that cannot be allocated later ends the process that touches it.
+  if (ftruncate(file_.get(), 0) != 0) refuse("ftruncate", bytes);
+  const int error = bytes == 0 ? 0 : posix_fallocate(file_.get(), 0, static_cast<off_t>(bytes));
+  if (error != 0) {
+    errno = error;
+    refuse("posix_fallocate", bytes);
+  }
+  mapping_ = Mapping(file_.get(), bytes);
+}
+
+}  // namespace qs

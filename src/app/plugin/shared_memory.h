@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// Memory that this process shares with one that it starts: an anonymous file, mapped in both.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace qs {
+
+/// Owns a file descriptor, which processes started by this one do not inherit.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() { reset(); }
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept;
+
+  int get() const { return number_; }
+  void reset();
+
+ private:
+  int release();
+  int number_ = -1;
+};
+
+/// Takes over a new descriptor and gives it a number that no child process expects something else
+/// at. Throws Error(device) if `number` is -1, with errno's reason.
+Descriptor kept(int number, const char* what);
+
+/// A mapping of a whole file.
+class Mapping {
+ public:
+  Mapping() = default;
+  /// Throws Error(device).
+  Mapping(int descriptor, std::size_t bytes);
+  ~Mapping();
+  Mapping(Mapping&& other) noexcept;
+  Mapping& operator=(Mapping&& other) noexcept;
+
+  std::size_t size() const { return bytes_; }
+  std::byte* data() const { return data_; }
+  float* floats(std::size_t offset_bytes = 0) const {
+    return reinterpret_cast<float*>(data_ + offset_bytes);
+  }
+
+ private:
+  std::byte* data_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+/// The file with its mapping in this process.
+class SharedMemory {
+ public:
+  /// Empty. Throws Error(device).
+  SharedMemory();
+
+  /// Makes the file `bytes` long and maps it; new bytes are 0. Throws Error(device).
+  void resize(std::size_t bytes);
+
+  int descriptor() const { return file_.get(); }
+  const Mapping& mapping() const { return mapping_; }
+
+ private:
+  Descriptor file_;
+  Mapping mapping_;
+};
+
+}  // namespace qs

@@ -50,6 +50,7 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "cameras_txt",
                                           "images_bin",
                                           "images_txt",
+                                          "jpg",
                                           "png",
                                           "points3D_bin",
                                           "points3D_txt",

@@ -70,7 +70,7 @@ train::DataSet data_set_of(const Parameters<float>& scene, int views) {
   data.folder = "synthetic";
   const std::vector<Camera> cameras = sphere_cameras(views);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    train::PhotographView view{cameras[i], {}, cameras[i].name + ".png", {}, {}};
+    train::PhotographView view{cameras[i], {}, cameras[i].name + ".png", {}, {}, {}};
     for (const float value : renderer->render(cameras[i]).color.values)
       view.rgb.push_back(to_8bit(value));
     (i % 4 == 0 ? data.test : data.training).push_back(std::move(view));

@@ -42,6 +42,11 @@ train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
   train::DataSet data = train::read_data_set(command.data, pool, bar.progress());
   bar.hide();
   if (data.skipped > 0) warn(skipped_sentence(data.skipped));
+  if (data.without_mask > 0) {
+    warn(fmt::format("{} of {} photographs have no mask in {} and count as a whole",
+                     data.without_mask, data.training.size() + data.test.size(),
+                     data.masks.string()));
+  }
   return data;
 }
 
@@ -72,6 +77,10 @@ void declare_data_options(Options& options, TrainCommand& command) {
   options.text("--images", "DIR", command.data.images,
                "folder of the photographs in DATA, named as the cameras (default: images)",
                {"images", "missing"});
+  options.text("--masks", "DIR", command.data.masks,
+               "folder of masks in DATA, named NAME.png or NAME.jpg.png: black pixels do not count "
+               "(default: masks, if it exists)",
+               {"covers", "missing"});
   options.integer("--resolution-scale", "N", 1, 64, command.data.resolution_scale,
                   "trains at 1/N of the photographs' size (default: 1, but at most 1600 pixels "
                   "wide)");

@@ -93,7 +93,7 @@ StepResult Trainer::step() {
   clock.next();
   const std::vector<glm::vec3> target = view.target(render.background);
   result.loss = cpu::train::compare<float>(view.camera.width, view.camera.height, frame_.color,
-                                           target, pool_, loss_, d_color_);
+                                           target, pool_, loss_, d_color_, view.mask);
   clock.next();
   cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);
   clock.next();
@@ -112,8 +112,8 @@ std::optional<Quality> Trainer::test_quality() {
     Image image = image_of(view.camera, frame_.color);
     clamp_to_unit(image);
     const Image photograph = view.image();
-    sum.psnr += psnr(image, photograph, pool_);
-    sum.ssim += ssim(image, photograph, pool_);
+    sum.psnr += psnr(image, photograph, pool_, view.mask);
+    sum.ssim += ssim(image, photograph, pool_, SsimBorder::zeros, view.mask);
   }
   const auto count = static_cast<double>(data_.test.size());
   return Quality{sum.psnr / count, sum.ssim / count};

@@ -153,6 +153,14 @@ Action train_command(Options& options) {
                "opens them");
   options.integer("--save-every", "N", 1, 10'000'000, command->run.save_every,
                   "saves the model every N iterations (default: at the end)");
+  options.value(
+      "--photo-memory", "BYTES",
+      "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
+      "ahead of their use; the model does not depend on it (default: half of the "
+      "machine's memory)",
+      {"800M", "1"}, [&data = command->data](const std::string& text) {
+        data.photo_memory = parse_bytes("--photo-memory", text);
+      });
   options.integer("--threads", "N", 0, 1024, command->threads,
                   "CPU threads (default: 0, one per hardware thread); the model does not depend "
                   "on it");

@@ -7,12 +7,14 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
+#include <unistd.h>
 
 #include "app/session/photographs.h"
 #include "app/train/hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
+#include "raster/kernel/random.h"
 
 namespace qs::train {
 namespace {
@@ -84,6 +86,11 @@ class Masks {
 
 }  // namespace
 
+std::uint64_t half_of_memory() {
+  return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
+}
+
 std::vector<LensCamera> DataSet::cameras() const {
   std::vector<LensCamera> all;
   for (const auto* views : {&training, &test}) {
@@ -95,18 +102,21 @@ std::vector<LensCamera> DataSet::cameras() const {
 
 std::string DataSet::fingerprint() const {
   std::uint64_t hash = 0;
-  const auto add = [&hash](const auto& bytes) {
-    hash = hash_of(std::as_bytes(std::span(bytes)), hash);
-  };
   for (const auto* views : {&training, &test}) {
     for (const PhotographView& view : *views) {
-      add(format_camera(view.camera));
-      add(view.rgb);
-      add(view.alpha);
-      add(view.mask);
+      const std::string camera = format_camera(view.camera);
+      hash = mix_bits(hash_of(std::as_bytes(std::span(camera)), hash) ^ view.content_hash());
     }
   }
   return fmt::format("{} training and {} test views, {:016x}", training.size(), test.size(), hash);
+}
+
+void DataSet::release_pixels() {
+  for (auto* views : {&training, &test}) {
+    for (PhotographView& view : *views) {
+      if (view.has_pixels()) view.release_pixels();
+    }
+  }
 }
 
 double DataSet::extent() const {
@@ -123,6 +133,8 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   set.photographs = photographs_of(options);
   set.blender = first_test.has_value();
   set.masks = masks_of(options);
+  set.photo_memory = options.photo_memory;
+  std::uint64_t bytes = 0;
   const Photographs photographs(set.photographs);
   const Masks masks(set.masks, set.photographs);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -140,7 +152,10 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
                                   masks.find(*file),  options.resolution_scale,
                                   options.background, options.keep_alpha};
     if (!set.masks.empty() && source.mask.empty()) ++set.without_mask;
-    (test ? set.test : set.training).push_back(read_view(source, pool));
+    auto& views = test ? set.test : set.training;
+    views.push_back(read_view(source, pool));
+    bytes += views.back().bytes();
+    if (bytes > set.photo_memory) set.release_pixels();
   }
   if (set.training.empty() && set.test.empty()) {
     fail(

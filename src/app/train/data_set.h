@@ -4,6 +4,7 @@
 // and the points of structure from motion.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,6 +18,9 @@
 
 namespace qs::train {
 
+/// Half of the machine's memory, in bytes.
+std::uint64_t half_of_memory();
+
 struct DataOptions {
   std::filesystem::path data;
   std::filesystem::path images;         ///< in `data`; empty: `images`, or `data` without one
@@ -25,6 +29,7 @@ struct DataOptions {
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
   bool keep_alpha = false;  ///< photographs are blended by target()
+  std::uint64_t photo_memory = half_of_memory();  ///< bytes for photographs
 };
 
 struct DataSet {
@@ -35,6 +40,12 @@ struct DataSet {
   std::filesystem::path masks;                 ///< the folder; empty: no masks
   std::size_t without_mask = 0;                ///< photographs that a folder of masks lacks
   bool blender = false;                        ///< has transforms_train.json
+  std::uint64_t photo_memory = 0;              ///< bytes that photograph_cache.h may use
+
+  /// The photographs need more than photo_memory, so all views are without pixels.
+  bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
+
+  void release_pixels();  ///< of all views
 
   std::vector<LensCamera> cameras() const;  ///< of all views, by name
 
@@ -47,8 +58,9 @@ struct DataSet {
 
 /// Blender's data sets have transforms_train.json and transforms_test.json; then these are the
 /// training and the test views, and names begin with the photographs' folder: "train/r_0". The mask
-/// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. Throws
-/// Error(input) naming the file, and Cancelled.
+/// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. If all
+/// pixels together exceed DataOptions::photo_memory, no view has its pixels. Throws Error(input)
+/// naming the file, and Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.

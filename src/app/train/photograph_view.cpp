@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "app/session/photographs.h"
+#include "app/train/hash.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -89,12 +91,29 @@ Image PhotographView::image() const {
   return image;
 }
 
+void PhotographView::release_pixels() {
+  released_hash = content_hash();
+  released_bytes = bytes();
+  for (auto* pixels : {&rgb, &alpha, &mask}) *pixels = {};
+}
+
+std::uint64_t PhotographView::content_hash() const {
+  if (!has_pixels()) return released_hash;
+  std::uint64_t hash = hash_of(std::as_bytes(std::span(rgb)));
+  hash = hash_of(std::as_bytes(std::span(alpha)), hash);
+  return hash_of(std::as_bytes(std::span(mask)), hash);
+}
+
+std::uint64_t PhotographView::bytes() const {
+  return has_pixels() ? rgb.size() + alpha.size() + mask.size() : released_bytes;
+}
+
 PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   const glm::vec3 background = source.keep_alpha ? glm::vec3(0) : source.background;
   const Image photograph = read_checked(source, background, pool);
   const Image image = reduced(photograph, source.resolution_scale, pool);
   const LensCamera camera = source.taken.scaled(image.width, image.height);
-  PhotographView view{camera.camera, camera.lens, source.file, {}, {}, {}};
+  PhotographView view{camera.camera, camera.lens, source, {}, {}, {}};
   view.rgb.resize(image.values.size());
   std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
   if (!source.mask.empty()) view.mask = read_mask(source, photograph, pool);

@@ -29,7 +29,7 @@ struct PhotographSource {
 struct PhotographView {
   Camera camera;             ///< of the size of training, undistorted
   std::optional<Lens> lens;  ///< of the photograph as it was taken, in this size
-  std::filesystem::path file;
+  PhotographSource source;
   std::vector<std::uint8_t> rgb;    ///< row by row, over the background of the source
   std::vector<std::uint8_t> alpha;  ///< per pixel; empty: opaque, or keep_alpha is off
   std::vector<std::uint8_t> mask;   ///< per pixel, 0: masked out, else 1; empty: all count
@@ -37,6 +37,15 @@ struct PhotographView {
   /// Per pixel, 0..1. With alpha, `rgb` is over black and `background` is added.
   std::vector<glm::vec3> target(glm::vec3 background) const;
   Image image() const;
+
+  /// Pixels may have been released to save memory; photograph_cache.h reads them again.
+  bool has_pixels() const { return !rgb.empty(); }
+  void release_pixels();
+  /// Of the pixels, also while they are released.
+  std::uint64_t content_hash() const;
+  std::uint64_t bytes() const;
+
+  std::uint64_t released_hash = 0, released_bytes = 0;  ///< set by release_pixels()
 };
 
 /// Throws Error(input) naming the file of the photograph or of the mask. A mask has the

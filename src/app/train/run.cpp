@@ -7,8 +7,10 @@
 
 #include "app/session/progress_bar.h"
 #include "app/session/quit_signals.h"
+#include "app/session/session.h"
 #include "app/session/text.h"
 #include "app/train/model_folder.h"
+#include "app/train/train_page.h"
 #include "app/train/trainer.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -84,6 +86,7 @@ class Run {
     const bool finished = trainer_.model().iteration >= settings_.iterations;
     if (finished && !is_evaluated()) evaluate();
     const auto file = save();
+    warn(write_train_page(options_.out_dir, settings_, log_));
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.model().size()),
                grouped(static_cast<std::uint64_t>(trainer_.model().iteration)), log_.seconds);

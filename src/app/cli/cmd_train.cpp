@@ -5,11 +5,13 @@
 #include <memory>
 
 #include "app/cli/command.h"
+#include "app/cli/train_in_window.h"
 #include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
 #include "app/session/session.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
+#include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -19,6 +21,9 @@ struct TrainCommand {
   train::DataOptions data;
   train::TrainSettings settings;
   train::RunOptions run;
+  ViewOptions view;
+  std::optional<std::filesystem::path> settings_file;
+  bool in_window = false;
   std::optional<std::filesystem::path> init;
   int threads = 0, max_gaussians = 0, random_points = 100'000;
 };
@@ -59,6 +64,15 @@ int run(TrainCommand& command, Arguments arguments) {
   const train::DataSet data = read_data(command, pool);
   if (command.init && !command.run.resume)
     command.run.initial = read_initial(*command.init, command.settings.sh_degree, pool);
+  if (command.in_window) {
+    ViewOptions& view = command.view;
+    view.frame.modes = {command.settings.mode};
+    view.frame.threads = command.threads;
+    if (command.settings_file != "-")
+      view.settings = command.settings_file.value_or(preferences_file());
+    train_in_window(command.settings, data, command.run, pool, view);
+    return kExitOk;
+  }
   if (run_training(command.settings, data, command.run, pool) == train::RunEnd::interrupted) {
     std::string again = "quadsplat train";
     for (const std::string& word : arguments) {
@@ -164,6 +178,13 @@ Action train_command(Options& options) {
   options.integer("--threads", "N", 0, 1024, command->threads,
                   "CPU threads (default: 0, one per hardware thread); the model does not depend "
                   "on it");
+  options.flag("--view", command->in_window,
+               "shows the model in the window while it is trained; closing the window saves it");
+  options.text("--settings", "FILE", command->settings_file,
+               "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
+               {"-", "settings.json"});
+  options.text("--input", "FILE", command->view.script,
+               "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",

@@ -38,8 +38,8 @@ enum class SsimBorder {
 /// Mean over pixels and channels of the structural similarity in a Gaussian window of 11 x 11
 /// pixels with sigma 1.5, K = 0.01 and 0.03. 1 if equal. With SsimBorder::crop both sides are at
 /// least 11 pixels long.
-double ssim(const Image& a, const Image& b, ThreadPool& pool,
-            SsimBorder border = SsimBorder::zeros, std::span<const std::uint8_t> mask = {});
+double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border = SsimBorder::zeros,
+            std::span<const std::uint8_t> mask = {});
 
 /// The image at another size: every new pixel is the mean of the old pixels that it covers,
 /// weighted by the covered area. Width and height are at least 1.

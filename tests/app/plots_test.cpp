@@ -15,6 +15,7 @@
 #include "app/report/bench_plots.h"
 #include "app/report/study_plots.h"
 #include "app/report/zoom_plots.h"
+#include "app/train/train_page.h"
 #include "support/random_reports.h"
 
 namespace qs {
@@ -385,6 +386,27 @@ TEST(StudyPlots, labels_of_neighbouring_bins_share_their_edge) {
     for (std::size_t bin = 1; bin < kBins; ++bin)
       EXPECT_TRUE(bin_label(quantity, bin).starts_with(high_of(bin - 1))) << quantity.name;
   }
+}
+
+TEST(TrainPlots, curves_come_from_the_log_and_only_finite_evaluations_have_a_psnr) {
+  train::TrainLog log;
+  log.rows = {{100, 1, 0.25, 2000, {}},
+              {200, 2, 0.125, 3500, train::Quality{20, 0.5}},
+              {300, 3, 0.0625, 3600, train::Quality{INFINITY, 1}},
+              {400, 4, 0.05, 3700, train::Quality{24.5, 0.75}}};
+  const std::vector<Plot> plots = train::train_plots(log, "caption");
+  ASSERT_EQ(plots.size(), 3u);
+  using testing::ElementsAre;
+  EXPECT_THAT(Script(named(plots, "loss")).curves[0].columns,
+              ElementsAre(ElementsAre(100, 200, 300, 400), ElementsAre(0.25, 0.125, 0.0625, 0.05)));
+  EXPECT_THAT(Script(named(plots, "psnr")).curves[0].columns,
+              ElementsAre(ElementsAre(200, 400), ElementsAre(20, 24.5)));
+  EXPECT_THAT(Script(named(plots, "gaussians")).curves[0].columns,
+              ElementsAre(ElementsAre(100, 200, 300, 400), ElementsAre(2, 3.5, 3.6, 3.7)));
+  log.rows.resize(1);
+  EXPECT_EQ(train::train_plots(log, "").size(), 2u) << "nothing was evaluated";
+  log.rows.clear();
+  EXPECT_TRUE(train::train_plots(log, "").empty());
 }
 
 TEST(Plots, a_mode_has_a_colour_and_a_marker_of_its_own) {

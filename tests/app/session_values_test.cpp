@@ -44,6 +44,15 @@ TEST(Text, numbers_are_accepted_at_both_ends_of_their_range) {
     EXPECT_EQ(error_of([&] { parse_integer("--n", text, -3, 7); }),
               std::string("--n: '") + text + "' is not a whole number from -3 to 7");
   }
+  EXPECT_EQ(parse_bytes("--b", "1234"), 1234u);
+  EXPECT_EQ(parse_bytes("--b", "64K"), 64'000u);
+  EXPECT_EQ(parse_bytes("--b", "1.5G"), 1'500'000'000u);
+  EXPECT_EQ(parse_bytes("--b", "2T"), 2'000'000'000'000u);
+  for (const char* text :
+       {"", "G", "1.5g", "1GB", "-1M", "0", "0.1", "inf", "nan", "9999999999T"}) {
+    EXPECT_EQ(error_of([&] { parse_bytes("--b", text); }),
+              fmt::format("--b: '{}' is not a number of bytes such as 800M or 1.5G", text));
+  }
   EXPECT_EQ(parse_real("--r", "0.5", 0.5, 2), 0.5);
   EXPECT_EQ(parse_real("--r", "2", 0.5, 2), 2);
   EXPECT_EQ(parse_real("--r", "1.25e0", 0.5, 2), 1.25);

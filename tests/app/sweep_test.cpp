@@ -85,6 +85,10 @@ class Sweep : public testing::TestWithParam<Command> {
       write_image(Image(48, 32, 3), "images/" + camera.name + ".ppm");
     }
     test::write_cameras(cameras, "cameras.json");
+    std::filesystem::create_directories("covers");
+    Image cover(48, 32, 1);
+    cover.values[7] = 1;
+    write_image(cover, "covers/view0.png");
     write_image(Image(48, 32, 3), "reference.pfm");
     const Words frames = {"--frames", "1", "--warmup", "0", "--cull", "quadbox", "--out-dir"};
     for (const char* shard : {"1", "2"}) {

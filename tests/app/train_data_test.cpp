@@ -143,6 +143,69 @@ TEST_F(TrainData, alpha_can_be_kept_to_blend_over_another_background_in_every_it
   EXPECT_NEAR(target[33].y, 0.2 * 0.6 + 0.8 * 0.5, 0.003);
 }
 
+class TrainMasks : public TrainData {
+ protected:
+  // Black but for the columns from `first` on.
+  void write_mask(const std::string& name, int first, int width = 40, int height = 30) {
+    Image mask(width, height, 1);
+    for (int y = 0; y < height; ++y) {
+      for (int x = first; x < width; ++x) mask.at(x, y, 0) = 1.0f / 255;
+    }
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    write_image(mask, folder_ / name);
+  }
+  static std::vector<int> counted_of_row(const PhotographView& view) {
+    return {view.mask.begin(), view.mask.begin() + view.camera.width};
+  }
+};
+
+TEST_F(TrainMasks, are_named_as_the_photograph_with_or_without_its_ending) {
+  write_mask("masks/c.pfm.png", 10);
+  write_mask("masks/d.png", 20);
+  write_mask("masks/e.png", 0);
+  const DataSet data = read();
+  EXPECT_EQ(data.masks, folder_ / "masks");
+  EXPECT_EQ(data.without_mask, 6u);
+  ASSERT_EQ(data.training[0].mask.size(), 1200u);
+  EXPECT_EQ(data.training[0].mask[30 * 40 - 31], 0);
+  EXPECT_EQ(data.training[0].mask[30 * 40 - 30], 1);
+  EXPECT_EQ(data.training[1].mask[19], 0);
+  EXPECT_EQ(data.training[1].mask[20], 1);
+  EXPECT_TRUE(data.training[2].mask.empty()) << "every pixel of e counts";
+  EXPECT_TRUE(data.training[3].mask.empty()) << "f has no mask";
+  EXPECT_NE(data.fingerprint(), [this] {
+    std::filesystem::remove(folder_ / "masks/d.png");
+    return read().fingerprint();
+  }());
+}
+
+TEST_F(TrainMasks, of_another_folder_are_named_by_an_option) {
+  write_mask("masks/c.png", 10);
+  write_mask("covers/c.png", 20);
+  options_.masks = "covers";
+  EXPECT_EQ(read().training[0].mask[15], 0);
+}
+
+TEST_F(TrainMasks, reduced_pixels_count_only_as_a_whole) {
+  write_mask("masks/c.png", 5);
+  options_.resolution_scale = 4;
+  EXPECT_THAT(counted_of_row(read().training[0]), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1, 1, 1));
+}
+
+TEST_F(TrainMasks, that_do_not_fit_are_refused) {
+  write_mask("masks/c.png", 5, 20, 15);
+  EXPECT_EQ(error(),
+            "masks/c.png: a mask of 20 x 15 pixels, but its photograph images/c.pfm has "
+            "40 x 30");
+  write_mask("masks/c.png", 40);
+  EXPECT_EQ(error(), "masks/c.png: masks out every pixel of images/c.pfm");
+  options_.masks = "nothing";
+  EXPECT_EQ(error(), "nothing: not a folder of photographs");
+  write_mask("covers/z.png", 1);
+  options_.masks = "covers";
+  EXPECT_EQ(error(), "covers: holds no mask named like one of the photographs of images");
+}
+
 TEST_F(TrainData, blender_s_files_name_training_and_test_views) {
   std::filesystem::remove_all(folder_ / "images");
   std::filesystem::remove(folder_ / "cameras.json");

@@ -63,6 +63,31 @@ TEST(TrainFit, perturbed_gaussians_return_to_35_db_on_views_that_they_were_not_f
   EXPECT_GE(trainer.test_quality()->psnr, 35);
 }
 
+TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
+  const auto masked = [](std::uint8_t hidden) {
+    DataSet data = synthetic();
+    for (auto* views : {&data.training, &data.test}) {
+      for (PhotographView& view : *views) {
+        view.mask.assign(view.rgb.size() / 3, 1);
+        for (std::size_t i = 0; i < view.mask.size(); i += 1 + i % 5) {
+          view.mask[i] = 0;
+          std::fill_n(&view.rgb[3 * i], 3, hidden);
+        }
+      }
+    }
+    return data;
+  };
+  const DataSet dark = masked(0), bright = masked(255);
+  const auto start = [] {
+    return ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+  };
+  Trainer a(flat_colours(), dark, start(), pool()), b(flat_colours(), bright, start(), pool());
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(a.step().loss.total, b.step().loss.total);
+  expect_same(a.model(), b.model());
+  EXPECT_EQ(a.test_quality()->psnr, b.test_quality()->psnr);
+  EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
+}
+
 class TrainStrategy : public testing::TestWithParam<const char*> {
  protected:
   static TrainSettings settings() {

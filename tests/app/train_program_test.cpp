@@ -70,6 +70,10 @@ TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
   EXPECT_THAT(bytes_of(model("model") / "cfg_args"), HasSubstr("white_background=False"));
   EXPECT_THAT(bytes_of(model("model") / "train.csv"),
               testing::StartsWith("iteration,seconds,loss,gaussians,test_psnr,test_ssim\n30,"));
+  const std::string page = bytes_of(model("model") / "train.html");
+  EXPECT_THAT(page, HasSubstr("Training of model"));
+  EXPECT_THAT(page, HasSubstr(">60</td>"));
+  EXPECT_THAT(bytes_of(model("model") / "plots/loss.gp"), HasSubstr("$rows << END\n30 "));
   const auto json = parse_json(bytes_of(model("model") / "train.json"), "test");
   EXPECT_EQ(json["settings"]["strategy"], "adc");
   EXPECT_EQ(json["result"]["iteration"], 60);

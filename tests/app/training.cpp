@@ -70,7 +70,9 @@ train::DataSet data_set_of(const Parameters<float>& scene, int views) {
   data.folder = "synthetic";
   const std::vector<Camera> cameras = sphere_cameras(views);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    train::PhotographView view{cameras[i], {}, cameras[i].name + ".png", {}, {}};
+    train::PhotographView view;
+    view.camera = cameras[i];
+    view.source.file = cameras[i].name + ".png";
     for (const float value : renderer->render(cameras[i]).color.values)
       view.rgb.push_back(to_8bit(value));
     (i % 4 == 0 ? data.test : data.training).push_back(std::move(view));
@@ -82,7 +84,7 @@ void write_data_set(const train::DataSet& data, const std::filesystem::path& fol
   std::filesystem::create_directories(folder / "images");
   for (const auto* views : {&data.training, &data.test}) {
     for (const train::PhotographView& view : *views)
-      write_image(view.image(), folder / "images" / view.file);
+      write_image(view.image(), folder / "images" / view.source.file);
   }
   write_cameras(pinhole_cameras(data.cameras()), folder / "cameras.json");
 }

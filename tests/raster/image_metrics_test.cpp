@@ -18,18 +18,27 @@ Image noise(int width, int height, int channels, unsigned seed) {
   return image;
 }
 
-// SSIM with a square window of 121 weights at every pixel.
-double ssim_by_definition(const Image& a, const Image& b, int margin = 0) {
+// SSIM with a square window of 121 weights at every pixel that the mask leaves in; the others are
+// 0. The `margin` outermost pixels do not count.
+double ssim_by_definition(const Image& a, const Image& b, int margin = 0,
+                          const std::vector<std::uint8_t>& mask = {}) {
   double total = 0;
+  std::size_t counted = 0;
+  const auto is_out = [&](int x, int y) {
+    return x < 0 || x >= a.width || y < 0 || y >= a.height ||
+           (!mask.empty() && mask[static_cast<std::size_t>(y * a.width + x)] == 0);
+  };
   for (int c = 0; c < a.channels; ++c) {
     for (int y = margin; y < a.height - margin; ++y) {
       for (int x = margin; x < a.width - margin; ++x) {
+        if (is_out(x, y)) continue;
+        ++counted;
         double weights = 0, ma = 0, mb = 0, maa = 0, mbb = 0, mab = 0;
         for (int dy = -5; dy <= 5; ++dy) {
           for (int dx = -5; dx <= 5; ++dx) {
             const double w = std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5));
             weights += w;
-            if (x + dx < 0 || x + dx >= a.width || y + dy < 0 || y + dy >= a.height) continue;
+            if (is_out(x + dx, y + dy)) continue;
             const auto va = static_cast<double>(a.at(x + dx, y + dy, c));
             const auto vb = static_cast<double>(b.at(x + dx, y + dy, c));
             ma += w * va;
@@ -45,7 +54,14 @@ double ssim_by_definition(const Image& a, const Image& b, int margin = 0) {
       }
     }
   }
-  return total / (static_cast<double>(a.width - 2 * margin) * (a.height - 2 * margin) * a.channels);
+  return total / static_cast<double>(counted);
+}
+
+std::vector<std::uint8_t> random_mask(int width, int height, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(width * height), 1);
+  for (std::uint8_t& value : mask) value = random() % 3 == 0 ? 0 : 1;
+  return mask;
 }
 
 // Averages samples so fine that they represent every fraction of a pixel exactly.
@@ -85,6 +101,30 @@ TEST(ImageMetrics, ssim_is_its_definition) {
     if (width < 11 || height < 11) continue;
     EXPECT_NEAR(ssim(a, b, pool, SsimBorder::crop), ssim_by_definition(a, b, 5), 1e-9);
   }
+}
+
+TEST(ImageMetrics, masked_pixels_do_not_count_and_are_outside_for_ssim) {
+  ThreadPool pool(3);
+  const Image a = noise(37, 41, 3, 2), b = noise(37, 41, 3, 3);
+  const std::vector<std::uint8_t> mask = random_mask(37, 41, 7);
+  EXPECT_NEAR(ssim(a, b, pool, SsimBorder::zeros, mask), ssim_by_definition(a, b, 0, mask), 1e-9);
+  EXPECT_NEAR(ssim(a, b, pool, SsimBorder::crop, mask), ssim_by_definition(a, b, 5, mask), 1e-9);
+  const std::vector<std::uint8_t> all(37 * 41, 1);
+  EXPECT_EQ(ssim(a, b, pool, SsimBorder::zeros, all), ssim(a, b, pool));
+  double error = 0, counted = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    if (mask[i / 3] == 0) continue;
+    const double difference = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    error += difference * difference;
+    ++counted;
+  }
+  EXPECT_NEAR(psnr(a, b, pool, mask), -10 * std::log10(error / counted), 1e-9);
+  Image hidden = b;  // equal to a where it counts
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    if (mask[i / 3] != 0) hidden.values[i] = a.values[i];
+  }
+  EXPECT_EQ(psnr(a, hidden, pool, mask), INFINITY);
+  EXPECT_NEAR(ssim(a, hidden, pool, SsimBorder::zeros, mask), 1, 1e-12);
 }
 
 TEST(ImageMetrics, averaging_counts_parts_of_pixels_by_their_area) {

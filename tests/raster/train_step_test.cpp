@@ -39,9 +39,21 @@ Image image_of(int width, int height, const std::vector<glm::vec3>& picture) {
 template <class Real>
 Loss loss_of(int width, int height, const std::vector<glm::vec<3, Real>>& picture,
              const std::vector<glm::vec3>& target, std::vector<glm::vec<3, Real>>& gradient,
-             int threads = 2) {
+             int threads = 2, std::span<const std::uint8_t> mask = {}) {
   LossScratch<Real> scratch;
-  return compare<Real>(width, height, picture, target, pool(threads), scratch, gradient);
+  return compare<Real>(width, height, picture, target, pool(threads), scratch, gradient, mask);
+}
+
+// Masks out a rectangle, and single pixels.
+std::vector<std::uint8_t> some_mask(int width, int height) {
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(width * height), 1);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if ((x < width / 3 && y > height / 2) || (x + 5 * y) % 7 == 0)
+        mask[static_cast<std::size_t>(y * width + x)] = 0;
+    }
+  }
+  return mask;
 }
 
 TEST(TrainLoss, is_made_of_the_metrics_that_eval_reports) {
@@ -61,8 +73,11 @@ TEST(TrainLoss, is_made_of_the_metrics_that_eval_reports) {
   }
 }
 
-TEST(TrainLoss, gradient_equals_differences) {
+class TrainLossGradient : public testing::TestWithParam<bool> {};
+
+TEST_P(TrainLossGradient, equals_differences) {
   constexpr int kWidth = 14, kHeight = 13;  // wider than the window, so all weights matter
+  const auto mask = GetParam() ? some_mask(kWidth, kHeight) : std::vector<std::uint8_t>();
   const auto target = random_picture<float>(kWidth, kHeight, 3);
   const auto picture = random_picture<double>(kWidth, kHeight, 4, -0.2, 1.2);
   const std::vector<double> x(&picture[0][0], &picture[0][0] + 3 * picture.size());
@@ -74,16 +89,59 @@ TEST(TrainLoss, gradient_equals_differences) {
   std::vector<glm::dvec3> ignored;
   const auto expected = test::differences(
       [&](const auto& values) {
-        return loss_of(kWidth, kHeight, at(values), target, ignored, 1).total;
+        return loss_of(kWidth, kHeight, at(values), target, ignored, 1, mask).total;
       },
       x, 1e-6);
   const auto gradient = [&]<class Real>(const std::vector<Real>& values) {
     std::vector<glm::vec<3, Real>> result;
-    loss_of(kWidth, kHeight, at(values), target, result);
+    loss_of(kWidth, kHeight, at(values), target, result, 2, mask);
     return std::vector<Real>(&result[0][0], &result[0][0] + 3 * result.size());
   };
   test::expect_close(gradient(x), expected, 1e-6);
   test::expect_close(gradient(std::vector<float>(x.begin(), x.end())), expected, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(TrainLoss, TrainLossGradient, testing::Bool(),
+                         [](const auto& row) { return row.param ? "masked" : "whole"; });
+
+TEST(TrainLoss, of_masked_pictures_is_made_of_masked_metrics) {
+  constexpr int kWidth = 37, kHeight = 23;
+  const auto picture = random_picture<float>(kWidth, kHeight, 1);
+  const auto target = random_picture<float>(kWidth, kHeight, 2);
+  const auto mask = some_mask(kWidth, kHeight);
+  std::vector<glm::vec3> gradient;
+  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient, 2, mask);
+  const Image a = image_of(kWidth, kHeight, picture), b = image_of(kWidth, kHeight, target);
+  EXPECT_NEAR(loss.ssim, ssim(a, b, pool(), SsimBorder::zeros, mask), 1e-5);
+  EXPECT_NEAR(psnr_of(loss.squared_error), psnr(a, b, pool(), mask), 1e-9);
+  double l1 = 0, counted = 0;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i] == 0) continue;
+    for (int c = 0; c < 3; ++c, ++counted)
+      l1 += std::abs(static_cast<double>(picture[i][c]) - static_cast<double>(target[i][c]));
+  }
+  EXPECT_NEAR(loss.l1, l1 / counted, 1e-7);
+}
+
+TEST(TrainLoss, under_a_mask_nothing_matters_and_nothing_has_a_gradient) {
+  constexpr int kWidth = 37, kHeight = 23;
+  auto picture = random_picture<float>(kWidth, kHeight, 1);
+  auto target = random_picture<float>(kWidth, kHeight, 2);
+  const auto mask = some_mask(kWidth, kHeight);
+  std::vector<glm::vec3> gradient, other, whole;
+  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient, 2, mask);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i] != 0) continue;
+    EXPECT_EQ(gradient[i], glm::vec3(0));
+    picture[i] *= -3;
+    target[i] += glm::vec3(1, 0.5f, 0);
+  }
+  EXPECT_EQ(loss_of(kWidth, kHeight, picture, target, other, 2, mask).total, loss.total);
+  EXPECT_EQ(other, gradient);
+  const std::vector<std::uint8_t> all(mask.size(), 1);
+  EXPECT_EQ(loss_of(kWidth, kHeight, picture, target, other, 2, all).total,
+            loss_of(kWidth, kHeight, picture, target, whole).total);
+  EXPECT_EQ(other, whole);
 }
 
 TEST(TrainLoss, does_not_depend_on_the_number_of_threads) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/viewer/state/host.h"
+#include "app/viewer/state/training.h"
 
 namespace qs::test {
 
@@ -20,6 +21,7 @@ class RecordingHost : public Host {
   std::vector<std::filesystem::path> photographs, grabs;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
+  std::vector<TrainingCommand> training;
   int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
   std::string text;  ///< on the clipboard
 
@@ -30,6 +32,7 @@ class RecordingHost : public Host {
   void cancel_loading() override { ++cancelled; }
   void run(Job job) override { jobs.push_back(std::move(job)); }
   void stop_job() override { ++stopped; }
+  void train(TrainingCommand command) override { training.push_back(command); }
   void write_file(const std::filesystem::path& path, const std::string& content) override {
     written[path] = content;
   }

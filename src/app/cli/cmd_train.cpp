@@ -5,11 +5,13 @@
 #include <memory>
 
 #include "app/cli/command.h"
+#include "app/cli/train_in_window.h"
 #include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
 #include "app/session/session.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
+#include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -19,6 +21,9 @@ struct TrainCommand {
   train::DataOptions data;
   train::TrainSettings settings;
   train::RunOptions run;
+  ViewOptions view;
+  std::optional<std::filesystem::path> settings_file;
+  bool in_window = false;
   std::optional<std::filesystem::path> init;
   int threads = 0, max_gaussians = 0, random_points = 100'000;
 };
@@ -42,6 +47,11 @@ train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
   train::DataSet data = train::read_data_set(command.data, pool, bar.progress());
   bar.hide();
   if (data.skipped > 0) warn(skipped_sentence(data.skipped));
+  if (data.without_mask > 0) {
+    warn(fmt::format("{} of {} photographs have no mask in {} and count as a whole",
+                     data.without_mask, data.training.size() + data.test.size(),
+                     data.masks.string()));
+  }
   return data;
 }
 
@@ -54,6 +64,15 @@ int run(TrainCommand& command, Arguments arguments) {
   const train::DataSet data = read_data(command, pool);
   if (command.init && !command.run.resume)
     command.run.initial = read_initial(*command.init, command.settings.sh_degree, pool);
+  if (command.in_window) {
+    ViewOptions& view = command.view;
+    view.frame.modes = {command.settings.mode};
+    view.frame.threads = command.threads;
+    if (command.settings_file != "-")
+      view.settings = command.settings_file.value_or(preferences_file());
+    train_in_window(command.settings, data, command.run, pool, view);
+    return kExitOk;
+  }
   if (run_training(command.settings, data, command.run, pool) == train::RunEnd::interrupted) {
     std::string again = "quadsplat train";
     for (const std::string& word : arguments) {
@@ -72,6 +91,10 @@ void declare_data_options(Options& options, TrainCommand& command) {
   options.text("--images", "DIR", command.data.images,
                "folder of the photographs in DATA, named as the cameras (default: images)",
                {"images", "missing"});
+  options.text("--masks", "DIR", command.data.masks,
+               "folder of masks in DATA, named NAME.png or NAME.jpg.png: black pixels do not count "
+               "(default: masks, if it exists)",
+               {"covers", "missing"});
   options.integer("--resolution-scale", "N", 1, 64, command.data.resolution_scale,
                   "trains at 1/N of the photographs' size (default: 1, but at most 1600 pixels "
                   "wide)");
@@ -144,9 +167,24 @@ Action train_command(Options& options) {
                "opens them");
   options.integer("--save-every", "N", 1, 10'000'000, command->run.save_every,
                   "saves the model every N iterations (default: at the end)");
+  options.value(
+      "--photo-memory", "BYTES",
+      "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
+      "ahead of their use; the model does not depend on it (default: half of the "
+      "machine's memory)",
+      {"800M", "1"}, [&data = command->data](const std::string& text) {
+        data.photo_memory = parse_bytes("--photo-memory", text);
+      });
   options.integer("--threads", "N", 0, 1024, command->threads,
                   "CPU threads (default: 0, one per hardware thread); the model does not depend "
                   "on it");
+  options.flag("--view", command->in_window,
+               "shows the model in the window while it is trained; closing the window saves it");
+  options.text("--settings", "FILE", command->settings_file,
+               "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
+               {"-", "settings.json"});
+  options.text("--input", "FILE", command->view.script,
+               "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",

@@ -38,6 +38,18 @@ double parse_real(std::string_view what, std::string_view text, double low, doub
   return value;
 }
 
+std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
+  static constexpr std::string_view kUnits = "KMGT";
+  const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
+  const double factor = unit == kUnits.npos ? 1 : std::pow(1000.0, static_cast<double>(unit) + 1);
+  double value = 0;
+  if (!parse_all(text.substr(0, text.size() - (unit == kUnits.npos ? 0 : 1)), value) ||
+      !(value * factor >= 1 && value * factor <= 1e18)) {
+    fail(ErrorKind::usage, "{}: '{}' is not a number of bytes such as 800M or 1.5G", what, text);
+  }
+  return static_cast<std::uint64_t>(std::llround(value * factor));
+}
+
 glm::ivec2 parse_size(std::string_view what, std::string_view text) {
   constexpr int kMaxSide = 32768;
   const std::size_t cross = text.find('x');

@@ -2,63 +2,22 @@
 #include "app/train/data_set.h"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include <glm/geometric.hpp>
+#include <unistd.h>
 
 #include "app/session/photographs.h"
 #include "app/train/hash.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
-#include "raster/scene/image_metrics.h"
+#include "raster/kernel/random.h"
 
 namespace qs::train {
 namespace {
-
-constexpr int kMostWidth = 1600;
-
-int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
-
-// A photograph at the resolution of training.
-Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& pool) {
-  const int width = photograph.width, height = photograph.height;
-  if (scale) return area_average(photograph, divided(width, *scale), divided(height, *scale), pool);
-  if (width <= kMostWidth) return photograph;
-  const double factor = static_cast<double>(kMostWidth) / width;
-  return area_average(photograph, kMostWidth,
-                      std::max(1, static_cast<int>(std::lround(height * factor))), pool);
-}
-
-Image read_reduced(const LensCamera& taken, const std::filesystem::path& file, glm::vec3 background,
-                   const DataOptions& options, ThreadPool& pool) {
-  const Image photograph = read_photograph(file, background, 1, pool, taken);
-  require_same_shape(photograph, file, taken.camera);
-  for (const float value : photograph.values) {
-    if (!std::isfinite(value)) fail("{}: holds values that are not finite numbers", file.string());
-  }
-  return reduced(photograph, options.resolution_scale, pool);
-}
-
-PhotographView read_view(const LensCamera& taken, const std::filesystem::path& file,
-                         const DataOptions& options, ThreadPool& pool) {
-  const glm::vec3 background = options.keep_alpha ? glm::vec3(0) : options.background;
-  const Image image = read_reduced(taken, file, background, options, pool);
-  const LensCamera camera = taken.scaled(image.width, image.height);
-  PhotographView view{camera.camera, camera.lens, file, {}, {}};
-  view.rgb.resize(image.values.size());
-  std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
-  if (!options.keep_alpha) return view;
-  // Over white a pixel is brighter by 1 - alpha.
-  const Image white = read_reduced(taken, file, glm::vec3(1), options, pool);
-  for (std::size_t i = 0; i < image.values.size(); i += 3)
-    view.alpha.push_back(to_8bit(1 - (white.values[i] - image.values[i])));
-  if (std::all_of(view.alpha.begin(), view.alpha.end(), [](auto alpha) { return alpha == 255; }))
-    view.alpha.clear();
-  return view;
-}
 
 // The cameras of a file of Blender's data sets.
 std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
@@ -96,22 +55,40 @@ std::filesystem::path photographs_of(const DataOptions& options) {
   return std::filesystem::is_directory(usual, error) ? usual : options.data;
 }
 
-}  // namespace
-
-std::vector<glm::vec3> PhotographView::target(glm::vec3 background) const {
-  std::vector<glm::vec3> pixels(rgb.size() / 3);
-  for (std::size_t i = 0; i < rgb.size(); ++i)
-    pixels[i / 3][static_cast<int>(i % 3)] = static_cast<float>(rgb[i]) / 255;
-  for (std::size_t i = 0; i < alpha.size(); ++i)
-    pixels[i] += background * (1 - static_cast<float>(alpha[i]) / 255);
-  return pixels;
+// Empty: there are none.
+std::filesystem::path masks_of(const DataOptions& options) {
+  if (!options.masks.empty()) return options.data / options.masks;
+  std::error_code error;
+  const auto usual = options.data / "masks";
+  return std::filesystem::is_directory(usual, error) ? usual : std::filesystem::path();
 }
 
-Image PhotographView::image() const {
-  Image image(camera.width, camera.height, 3);
-  std::transform(rgb.begin(), rgb.end(), image.values.begin(),
-                 [](std::uint8_t value) { return static_cast<float>(value) / 255; });
-  return image;
+// Finds the masks of photographs.
+class Masks {
+ public:
+  Masks(const std::filesystem::path& masks, std::filesystem::path photographs)
+      : photographs_(std::move(photographs)) {
+    if (!masks.empty()) masks_.emplace(masks);
+  }
+
+  /// Empty: the photograph has none.
+  std::filesystem::path find(const std::filesystem::path& photograph) const {
+    if (!masks_) return {};
+    const std::string name = photograph.lexically_relative(photographs_).generic_string();
+    const auto found = masks_->find(name);  // NAME.jpg.png
+    return found ? *found : masks_->find(photograph_name(name)).value_or("");
+  }
+
+ private:
+  std::filesystem::path photographs_;
+  std::optional<Photographs> masks_;
+};
+
+}  // namespace
+
+std::uint64_t half_of_memory() {
+  return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
 }
 
 std::vector<LensCamera> DataSet::cameras() const {
@@ -125,17 +102,21 @@ std::vector<LensCamera> DataSet::cameras() const {
 
 std::string DataSet::fingerprint() const {
   std::uint64_t hash = 0;
-  const auto add = [&hash](const auto& bytes) {
-    hash = hash_of(std::as_bytes(std::span(bytes)), hash);
-  };
   for (const auto* views : {&training, &test}) {
     for (const PhotographView& view : *views) {
-      add(format_camera(view.camera));
-      add(view.rgb);
-      add(view.alpha);
+      const std::string camera = format_camera(view.camera);
+      hash = mix_bits(hash_of(std::as_bytes(std::span(camera)), hash) ^ view.content_hash());
     }
   }
   return fmt::format("{} training and {} test views, {:016x}", training.size(), test.size(), hash);
+}
+
+void DataSet::release_pixels() {
+  for (auto* views : {&training, &test}) {
+    for (PhotographView& view : *views) {
+      if (view.has_pixels()) view.release_pixels();
+    }
+  }
 }
 
 double DataSet::extent() const {
@@ -151,7 +132,11 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   set.folder = options.data;
   set.photographs = photographs_of(options);
   set.blender = first_test.has_value();
+  set.masks = masks_of(options);
+  set.photo_memory = options.photo_memory;
+  std::uint64_t bytes = 0;
   const Photographs photographs(set.photographs);
+  const Masks masks(set.masks, set.photographs);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     progress.update(static_cast<float>(i) / static_cast<float>(cameras.size()));
     const auto file = photographs.find(cameras[i].camera.name);
@@ -163,13 +148,24 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     const bool test =
         first_test ? i >= *first_test
                    : options.holdout > 0 && number % static_cast<std::size_t>(options.holdout) == 0;
-    (test ? set.test : set.training).push_back(read_view(cameras[i], *file, options, pool));
+    const PhotographSource source{cameras[i],         *file,
+                                  masks.find(*file),  options.resolution_scale,
+                                  options.background, options.keep_alpha};
+    if (!set.masks.empty() && source.mask.empty()) ++set.without_mask;
+    auto& views = test ? set.test : set.training;
+    views.push_back(read_view(source, pool));
+    bytes += views.back().bytes();
+    if (bytes > set.photo_memory) set.release_pixels();
   }
   if (set.training.empty() && set.test.empty()) {
     fail(
         "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "
         "--images",
         set.photographs.string(), cameras.size(), options.data.string());
+  }
+  if (!options.masks.empty() && set.without_mask == set.training.size() + set.test.size()) {
+    fail("{}: holds no mask named like one of the photographs of {}", set.masks.string(),
+         set.photographs.string());
   }
   if (set.training.empty()) {
     fail("{}: all {} photographs are test views: use --holdout 0 to train from them",

@@ -12,34 +12,24 @@
 
 #include <glm/vec3.hpp>
 
-#include "io/camera/lens.h"
+#include "app/train/photograph_view.h"
 #include "io/camera/points.h"
-#include "raster/base/parallel.h"
 #include "raster/base/progress.h"
-#include "raster/scene/camera.h"
-#include "raster/scene/image.h"
 
 namespace qs::train {
+
+/// Half of the machine's memory, in bytes.
+std::uint64_t half_of_memory();
 
 struct DataOptions {
   std::filesystem::path data;
   std::filesystem::path images;         ///< in `data`; empty: `images`, or `data` without one
+  std::filesystem::path masks;          ///< in `data`; empty: `masks` if there is one
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
   bool keep_alpha = false;  ///< photographs are blended by target()
-};
-
-struct PhotographView {
-  Camera camera;             ///< of the size of training, undistorted
-  std::optional<Lens> lens;  ///< of the photograph as it was taken, in this size
-  std::filesystem::path file;
-  std::vector<std::uint8_t> rgb;    ///< row by row, over the background of DataOptions
-  std::vector<std::uint8_t> alpha;  ///< per pixel; empty: opaque, or DataOptions::keep_alpha is off
-
-  /// Per pixel, 0..1. With alpha, `rgb` is over black and `background` is added.
-  std::vector<glm::vec3> target(glm::vec3 background) const;
-  Image image() const;
+  std::uint64_t photo_memory = half_of_memory();  ///< bytes for photographs
 };
 
 struct DataSet {
@@ -47,7 +37,15 @@ struct DataSet {
   std::vector<PhotographView> training, test;  ///< by name
   std::vector<ScenePoint> points;              ///< empty if the data set has none
   std::size_t skipped = 0;                     ///< cameras without a photograph
+  std::filesystem::path masks;                 ///< the folder; empty: no masks
+  std::size_t without_mask = 0;                ///< photographs that a folder of masks lacks
   bool blender = false;                        ///< has transforms_train.json
+  std::uint64_t photo_memory = 0;              ///< bytes that photograph_cache.h may use
+
+  /// The photographs need more than photo_memory, so all views are without pixels.
+  bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
+
+  void release_pixels();  ///< of all views
 
   std::vector<LensCamera> cameras() const;  ///< of all views, by name
 
@@ -59,8 +57,10 @@ struct DataSet {
 };
 
 /// Blender's data sets have transforms_train.json and transforms_test.json; then these are the
-/// training and the test views, and names begin with the photographs' folder: "train/r_0". Throws
-/// Error(input) naming the file, and Cancelled.
+/// training and the test views, and names begin with the photographs' folder: "train/r_0". The mask
+/// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. If all
+/// pixels together exceed DataOptions::photo_memory, no view has its pixels. Throws Error(input)
+/// naming the file, and Cancelled.
 DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progress& progress = {});
 
 /// 1.1 times the largest distance of a camera from their mean; 1 if all are in one place.

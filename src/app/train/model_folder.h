@@ -4,6 +4,7 @@
 //   point_cloud/iteration_N/point_cloud.ply   the Gaussians
 //   cameras.json, cfg_args, input.ply         as the published trainer writes them
 //   train.json, train.csv                     settings, environment and result; the log
+//   train.html, plots                         the log as plots, see train_page.h
 //   checkpoint                                continues the run, see checkpoint.h
 #pragma once
 

@@ -7,8 +7,10 @@
 
 #include "app/session/progress_bar.h"
 #include "app/session/quit_signals.h"
+#include "app/session/session.h"
 #include "app/session/text.h"
 #include "app/train/model_folder.h"
+#include "app/train/train_page.h"
 #include "app/train/trainer.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -64,8 +66,10 @@ class Run {
     const Progress progress = bar.progress();
     const int first = trainer_.model().iteration;
     const Clock::time_point begin = Clock::now();
+    bool stopped = !goes_on(0);
     try {
-      while (trainer_.model().iteration < settings_.iterations && !QuitSignals::arrived()) {
+      while (trainer_.model().iteration < settings_.iterations && !stopped &&
+             !QuitSignals::arrived()) {
         const StepResult step = trainer_.step();
         const cpu::train::Loss& loss = step.loss;
         log_.add(step);
@@ -76,6 +80,7 @@ class Run {
         progress.update(static_cast<float>(iteration - first) /
                         static_cast<float>(settings_.iterations - first));
         after(iteration, bar);
+        stopped = iteration < settings_.iterations && !goes_on(loss.total);
       }
     } catch (const std::bad_alloc&) {
       fail_without_memory();
@@ -83,7 +88,9 @@ class Run {
     bar.hide();
     const bool finished = trainer_.model().iteration >= settings_.iterations;
     if (finished && !is_evaluated()) evaluate();
+    if (finished) goes_on(log_.rows.empty() ? 0 : log_.rows.back().loss);
     const auto file = save();
+    warn(write_train_page(options_.out_dir, settings_, log_));
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.model().size()),
                grouped(static_cast<std::uint64_t>(trainer_.model().iteration)), log_.seconds);
@@ -96,6 +103,14 @@ class Run {
   }
 
  private:
+  // Does what the watcher wishes; false: the run should stop.
+  bool goes_on(double loss) const {
+    if (!options_.watch) return true;
+    RunWish wish = RunWish::go_on;
+    while ((wish = options_.watch({trainer_, log_, loss})) == RunWish::save) save();
+    return wish != RunWish::stop;
+  }
+
   [[noreturn]] void fail_without_memory() const {
     const ModelState& model = trainer_.model();
     const bool saved = model.is_whole();
@@ -157,7 +172,8 @@ class Run {
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
                     ThreadPool& pool) {
   Checkpoint checkpoint = start(settings, data, options, pool);
-  const QuitSignals signals;
+  std::optional<QuitSignals> signals;
+  if (!options.watch) signals.emplace();
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), pool).all_iterations();
 }

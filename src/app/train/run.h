@@ -14,6 +14,18 @@
 
 namespace qs::train {
 
+class Trainer;
+struct TrainLog;
+
+/// What a run shows to its watcher.
+struct RunStatus {
+  const Trainer& trainer;
+  const TrainLog& log;
+  double loss;  ///< of the last iteration; 0 before the first
+};
+
+enum class RunWish { go_on, save, stop };
+
 struct RunOptions {
   std::filesystem::path out_dir;
   int eval_every = 0;      ///< iterations; 0: only at the end
@@ -21,6 +33,9 @@ struct RunOptions {
   bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
+  /// Called before the first iteration, after every one, and after the last evaluation. After
+  /// `save` it is called again. A watched run notes no signals.
+  std::function<RunWish(const RunStatus&)> watch;
 };
 
 enum class RunEnd { finished, interrupted };

@@ -58,7 +58,8 @@ Trainer::Trainer(const TrainSettings& settings, const DataSet& data, ModelState 
       extent_(data.extent()),
       pool_(pool),
       model_(std::move(model)),
-      views_(data.training.size(), settings.seed) {}
+      views_(data.training.size(), settings.seed),
+      photographs_(data) {}
 
 RenderSettings Trainer::render_settings(int iteration) const {
   RenderSettings render;
@@ -67,6 +68,14 @@ RenderSettings Trainer::render_settings(int iteration) const {
   render.antialiased = settings_.antialiased;
   render.background = settings_.random_background ? glm::vec3(0) : settings_.background;
   return render;
+}
+
+const PhotographView& Trainer::view_of(int iteration) {
+  constexpr int kAhead = 4;
+  std::array<const PhotographView*, kAhead> next{};
+  for (int i = 0; i < kAhead; ++i)
+    next[static_cast<std::size_t>(i)] = &data_.training[views_.at(iteration + 1 + i)];
+  return photographs_.view(data_.training[views_.at(iteration)], next);
 }
 
 StepResult Trainer::step() {
@@ -81,7 +90,7 @@ StepResult Trainer::step() {
     fail("{}: no Gaussian is left in iteration {}: the photographs do not fit their cameras",
          data_.folder.string(), iteration);
   }
-  const PhotographView& view = data_.training[views_.at(iteration)];
+  const PhotographView& view = view_of(iteration);
   RenderSettings render = render_settings(iteration);
   if (settings_.random_background) {
     const Random random =
@@ -93,7 +102,7 @@ StepResult Trainer::step() {
   clock.next();
   const std::vector<glm::vec3> target = view.target(render.background);
   result.loss = cpu::train::compare<float>(view.camera.width, view.camera.height, frame_.color,
-                                           target, pool_, loss_, d_color_);
+                                           target, pool_, loss_, d_color_, view.mask);
   clock.next();
   cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);
   clock.next();
@@ -107,13 +116,15 @@ std::optional<Quality> Trainer::test_quality() {
   if (data_.test.empty()) return std::nullopt;
   const RenderSettings render = render_settings(model_.iteration);
   Quality sum;
-  for (const PhotographView& view : data_.test) {
+  for (std::size_t i = 0; i < data_.test.size(); ++i) {
+    const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
+    const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
     forward({view.camera, render, pool_}, model_.parameters, frame_);
     Image image = image_of(view.camera, frame_.color);
     clamp_to_unit(image);
     const Image photograph = view.image();
-    sum.psnr += psnr(image, photograph, pool_);
-    sum.ssim += ssim(image, photograph, pool_);
+    sum.psnr += psnr(image, photograph, pool_, view.mask);
+    sum.ssim += ssim(image, photograph, pool_, SsimBorder::zeros, view.mask);
   }
   const auto count = static_cast<double>(data_.test.size());
   return Quality{sum.psnr / count, sum.ssim / count};

@@ -9,6 +9,7 @@
 
 #include "app/train/data_set.h"
 #include "app/train/model_state.h"
+#include "app/train/photograph_cache.h"
 #include "app/train/schedule.h"
 #include "app/train/settings.h"
 #include "app/train/strategy.h"
@@ -49,6 +50,7 @@ class Trainer {
 
  private:
   RenderSettings render_settings(int iteration) const;
+  const PhotographView& view_of(int iteration);
 
   const TrainSettings settings_;
   const DataSet& data_;
@@ -57,6 +59,7 @@ class Trainer {
   ThreadPool& pool_;
   ModelState model_;
   ViewOrder views_;
+  PhotographCache photographs_;
 
   cpu::train::ForwardFrame<float> frame_;
   cpu::train::BackwardScratch<float> backward_;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/viewer/state/training_actions.h"
+
 namespace qs {
 namespace {
 
@@ -12,6 +14,7 @@ constexpr double kRestSeconds = 0.5;       ///< longest sleep
 constexpr double kUiSeconds = 0.35;        ///< panels are drawn this long after the last event
 constexpr double kPatienceSeconds = 0.03;  ///< longest wait for a frame
 constexpr double kLoadingSeconds = 0.06;   ///< from drawing to drawing while a scene is read
+constexpr double kTrainingSeconds = 0.2;   ///< the same while a model is trained and nothing moves
 constexpr double kPauseSeconds = 0.25;     ///< a longer gap between drawings is not a frame rate
 
 }  // namespace
@@ -32,6 +35,9 @@ bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) con
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {
   const bool shows_newest = frames_ == viewer.frames;
   if (viewer.loading) return shows_newest && around.now - last_draw_ < kLoadingSeconds;
+  // Drawing panels takes time from the trainer too.
+  if (is_training(viewer) && !viewer.moving() && around.now - around.last_event > kUiSeconds)
+    return shows_newest && around.now - last_draw_ < kTrainingSeconds;
   const bool waits = !viewer.on_demand || viewer.moving();
   return waits && shows_newest && around.render_busy && around.now - last_draw_ < kPatienceSeconds;
 }

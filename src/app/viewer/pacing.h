@@ -5,7 +5,7 @@
 // drawing takes time from the GPU or the CPU that is measured. While it draws continuously or the
 // camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
 // slow frame does not stop the window. While a scene is read, which may need every core, drawings
-// of its progress have a pause between them.
+// of its progress have a pause between them; so have drawings while a model is trained.
 #pragma once
 
 #include "app/viewer/state/viewer.h"

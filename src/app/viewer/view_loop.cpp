@@ -13,9 +13,11 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
+#include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/preferences.h"
+#include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
@@ -33,6 +35,7 @@ constexpr double kMemorySeconds = 2;  ///< between two measurements of memory
 glm::ivec2 size_of(const PixelBox& box) { return {box.x1 - box.x0, box.y1 - box.y0}; }
 
 std::filesystem::path first_scene(const ViewOptions& options) {
+  if (options.train) return "";
   if (!options.frame.scene.empty() || !first_start(options)) return options.frame.scene;
   return find_asset(kBundledScene).value_or("");
 }
@@ -56,6 +59,7 @@ class ViewLoop final : public Host {
     }
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
+    if (options.train) training_.emplace(Window::wake, options.train);
     window_.set_vsync(vsync_ = viewer_.vsync);
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
@@ -72,6 +76,7 @@ class ViewLoop final : public Host {
       window_.input().tick(actions);
       render_->take_reports(actions);
       loader_.take_reports(actions);
+      if (training_) training_->take_reports(actions);
       if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       measure_memory();
       turn_.now = now;
@@ -81,6 +86,7 @@ class ViewLoop final : public Host {
       apply_all(actions);
       prefer_desktop_dialog();
       fit_picture();
+      follow_training();
       take_frame();
       // The CPU draws the next frame while the window shows this one, a GPU after that.
       if (viewer_.moving() && viewer_.backend == Backend::cpu) request_frames();
@@ -114,6 +120,9 @@ class ViewLoop final : public Host {
   }
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
+  void train(TrainingCommand command) override {
+    if (training_) training_->command(command);
+  }
   void write_file(const std::filesystem::path& path, const std::string& text) override {
     write_stats(path, text);
   }
@@ -181,10 +190,27 @@ class ViewLoop final : public Host {
 
   void play_script(Actions& actions) {
     if (grab_.requested()) return;
-    const auto at_rest = [&] { return is_settled(viewer_) && !loader_.busy() && !render_->busy(); };
+    const auto at_rest = [&] {
+      return is_settled(viewer_) && !loader_.busy() && !render_->busy() &&
+             !(training_ && (training_->busy() || viewer_.training->folder.empty()));
+    };
     const auto step = script_.next(viewer_, *this, at_rest);
     if (step) window_.play(*step, viewer_.now, actions);
     if (step) pacing_.note_change(viewer_, glfwGetTime());
+  }
+
+  // Shows the trainer's models: the first opens as a scene, others replace it.
+  void follow_training() {
+    if (!training_ || !viewer_.training) return;
+    if (const std::optional<TrainedModel> model = training_->take_model()) {
+      if (training_shown_) return render_->run(show_model(*model));
+      training_shown_ = true;
+      return render_->run(open_trained(*model, viewer_.backend, viewer_.settings));
+    }
+    const bool shows_newest = viewer_.scene && viewer_.shown.version == viewer_.version;
+    if (is_training(viewer_) && shows_newest && may_draw(viewer_) && !render_->busy() &&
+        viewer_.scene->path == viewer_.training->folder)
+      training_->want_model();
   }
 
   void measure_memory() {
@@ -263,6 +289,8 @@ class ViewLoop final : public Host {
   FrameRequests requests_;
   WindowGrab grab_;
   std::optional<DesktopDialog> desktop_dialog_;
+  std::optional<TrainingThread> training_;  // it ends first, and saves the model
+  bool training_shown_ = false;
   bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
 };

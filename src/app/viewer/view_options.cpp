@@ -38,6 +38,7 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.split.other = *other;
   viewer.vsync = viewer.vsync && options.vsync;
   viewer.panels.split = options.beside.has_value();
+  if (options.train) viewer.training.emplace();
   return viewer;
 }
 

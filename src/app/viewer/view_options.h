@@ -4,12 +4,16 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 
 #include "app/session/session.h"
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
+
+class TrainingThread;
 
 struct ViewOptions {
   FrameOptions frame;                 ///< scene empty: an empty window
@@ -18,6 +22,9 @@ struct ViewOptions {
   std::filesystem::path settings;               ///< preferences file; empty: nothing is kept
   std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
   std::filesystem::path out_dir = ".";          ///< Viewer::out_dir
+  /// A training run beside the window, which gives it its scene; see TrainingThread::Work. May be
+  /// null.
+  std::function<std::string(TrainingThread&)> train;
 };
 
 /// True if the user has no preferences file yet: the bundled scene and hints are shown.

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::array kFormats = {
     PictureFormat{".png", read_png, write_png},
+    PictureFormat{".jpg", read_jpeg, write_with_module},
     PictureFormat{".ppm", read_ppm, write_ppm},
     PictureFormat{".pfm", read_pfm, write_pfm},
 };
@@ -27,7 +28,7 @@ std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return extension == ".jpeg" ? ".jpg" : extension;
 }
 
 const PictureFormat& format_of(const std::filesystem::path& path) {

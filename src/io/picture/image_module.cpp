@@ -39,7 +39,9 @@ const OiioModule& load(const std::filesystem::path& picture) {
     }
     return *entry();
   }
-  fail(ErrorKind::device, "{} ({}), which is not installed; .png, .ppm and .pfm work without it",
+  fail(ErrorKind::device,
+       "{} ({}), which is not installed; .png, .ppm and .pfm work without it, and "
+       "reading .jpg",
        wanted, kOiioModuleFile);
 }
 

@@ -19,8 +19,8 @@ struct PictureTarget {
   const std::filesystem::path& shown;
 };
 
-/// A built-in format; image_file.cpp has one row per format. To add one: write NAME.cpp with both
-/// functions, declare them here, add the row.
+/// A format that is read without the module; image_file.cpp has one row per format. To add one:
+/// write NAME.cpp with both functions, declare them here, add the row.
 struct PictureFormat {
   const char* extension;  ///< ".png", lower case
   Image (*read)(const std::filesystem::path& path);
@@ -32,12 +32,14 @@ std::span<const PictureFormat> picture_formats();
 Image read_png(const std::filesystem::path& path);
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
 
+Image read_jpeg(const std::filesystem::path& path);
+
 Image read_ppm(const std::filesystem::path& path);
 void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&);
 Image read_pfm(const std::filesystem::path& path);
 void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&);
 
-/// Every other format, with the OpenImageIO module.
+/// With the OpenImageIO module: every other format, and writing JPEG.
 Image read_with_module(const std::filesystem::path& path);
 void write_with_module(const Image& image, const PictureTarget& target,
                        const ImageMetadata& metadata);

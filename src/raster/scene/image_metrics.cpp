@@ -18,6 +18,26 @@ bool same_shape(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
 }
 
+// The pixels that a mask of image_metrics.h leaves in.
+struct Counted {
+  const Image& image;
+  std::span<const std::uint8_t> mask;
+
+  bool at(int x, int y) const {
+    return mask.empty() ||
+           mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                static_cast<std::size_t>(x)] != 0;
+  }
+  // Values of pixels that are at least `margin` pixels from the border.
+  double values(int margin) const {
+    std::int64_t pixels = 0;
+    for (int y = margin; y < image.height - margin; ++y) {
+      for (int x = margin; x < image.width - margin; ++x) pixels += at(x, y) ? 1 : 0;
+    }
+    return static_cast<double>(pixels * image.channels);
+  }
+};
+
 // Sum of row_sum(y) over rows 0 to rows - 1. The order of summing is fixed.
 template <class F>
 double sum_of_rows(int rows, ThreadPool& pool, F row_sum) {
@@ -79,18 +99,20 @@ double psnr_of(double mean_squared_error, double peak) {
   return 10 * std::log10(peak * peak / mean_squared_error);
 }
 
-double psnr(const Image& a, const Image& b, ThreadPool& pool) {
+double psnr(const Image& a, const Image& b, ThreadPool& pool, std::span<const std::uint8_t> mask) {
   assert(same_shape(a, b));
+  const Counted counted{a, mask};
   const int values = a.width * a.channels;
   const double error = sum_of_rows(a.height, pool, [&](int y) {
     double sum = 0;
     for (int i = 0; i < values; ++i) {
+      if (!counted.at(i / a.channels, y)) continue;
       const double difference = static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
       sum += difference * difference;
     }
     return sum;
   });
-  return psnr_of(error / static_cast<double>(a.values.size()));
+  return psnr_of(error / counted.values(0));
 }
 
 std::array<double, 2 * kSsimRadius + 1> ssim_window() {
@@ -103,8 +125,10 @@ std::array<double, 2 * kSsimRadius + 1> ssim_window() {
   return window;
 }
 
-double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border) {
+double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border,
+            std::span<const std::uint8_t> mask) {
   assert(same_shape(a, b));
+  const Counted counted{a, mask};
   const auto window = ssim_window();
   const int width = a.width, height = a.height, channels = a.channels;
   const int margin = border == SsimBorder::crop ? kRadius : 0;  // pixels that do not count
@@ -119,6 +143,7 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border)
       for (int row = std::max(0, y - kRadius); row <= std::min(height - 1, y + kRadius); ++row) {
         const double weight = window[static_cast<std::size_t>(row - y + kRadius)];
         for (int x = 0; x < width; ++x) {
+          if (!counted.at(x, row)) continue;
           const auto va = static_cast<double>(a.at(x, row, c));
           const auto vb = static_cast<double>(b.at(x, row, c));
           columns[static_cast<std::size_t>(x + kRadius)].add(weight,
@@ -126,6 +151,7 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border)
         }
       }
       for (int x = margin; x < width - margin; ++x) {
+        if (!counted.at(x, y)) continue;
         Moments moments;
         for (std::size_t k = 0; k < window.size(); ++k)
           moments.add(window[k], columns[static_cast<std::size_t>(x) + k]);
@@ -134,7 +160,7 @@ double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border)
     }
     return row_sum;
   });
-  return sum / (static_cast<double>(width - 2 * margin) * (height - 2 * margin) * channels);
+  return sum / counted.values(margin);
 }
 
 Image area_average(const Image& image, int width, int height, ThreadPool& pool) {

@@ -3,10 +3,14 @@
 // Image quality metrics as papers define them: PSNR and SSIM (Wang et al. 2004), and the resampling
 // that gives two images the same size first. Values are floats with a peak of 1 and all channels
 // weigh the same. Both images have the same width, height and channels. Sums are in double
-// precision and do not depend on the number of threads.
+// precision and do not depend on the number of threads. PSNR and SSIM take an optional mask, one
+// value per pixel: pixels of value 0 are left out of the means, and count as 0 in both images where
+// a window reaches them, like the pixels outside of the image.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <span>
 
 #include "raster/base/parallel.h"
 #include "raster/scene/image.h"
@@ -17,7 +21,8 @@ namespace qs {
 double psnr_of(double mean_squared_error, double peak = 1);
 
 /// psnr_of() the mean squared error of all values.
-double psnr(const Image& a, const Image& b, ThreadPool& pool);
+double psnr(const Image& a, const Image& b, ThreadPool& pool,
+            std::span<const std::uint8_t> mask = {});
 
 inline constexpr int kSsimRadius = 5;  ///< px, of the window
 inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
@@ -33,8 +38,8 @@ enum class SsimBorder {
 /// Mean over pixels and channels of the structural similarity in a Gaussian window of 11 x 11
 /// pixels with sigma 1.5, K = 0.01 and 0.03. 1 if equal. With SsimBorder::crop both sides are at
 /// least 11 pixels long.
-double ssim(const Image& a, const Image& b, ThreadPool& pool,
-            SsimBorder border = SsimBorder::zeros);
+double ssim(const Image& a, const Image& b, ThreadPool& pool, SsimBorder border = SsimBorder::zeros,
+            std::span<const std::uint8_t> mask = {});
 
 /// The image at another size: every new pixel is the mean of the old pixels that it covers,
 /// weighted by the covered area. Width and height are at least 1.

@@ -14,6 +14,7 @@
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "io/scene/axes.h"
 
@@ -171,6 +172,10 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
       panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
+      panel(GLFW_KEY_T, 0, view, "Training", &Panels::training),
+      row(GLFW_KEY_T, kShift, view, "Pause or resume training", toggle_training),
+      row(GLFW_KEY_T, kCtrl, view, "One iteration of training", command_training,
+          TrainingCommand::step),
       always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
       row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
       row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),

@@ -103,6 +103,7 @@ constexpr BarPanel kBarPanels[] = {
     {&Panels::hud, "Numbers of all modes", draw_hud},
     {&Panels::split, "Split", draw_split},
     {&Panels::recorder, "Zoom recorder", draw_recorder},
+    {&Panels::training, "Training", draw_training},
     {&Panels::inspector, "Inspector", draw_inspector},
     {&Panels::cameras, "Cameras and path", draw_cameras},
     {&Panels::info, "Scene and render settings", draw_info},

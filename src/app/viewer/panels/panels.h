@@ -71,6 +71,7 @@ void draw_hud(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_info(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_training(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_log(const Viewer& viewer, PanelState& state, Actions& actions);

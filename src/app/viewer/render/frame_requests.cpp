@@ -2,6 +2,7 @@
 #include "app/viewer/render/frame_requests.h"
 
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/training_actions.h"
 
 namespace qs {
 namespace {
@@ -16,8 +17,8 @@ bool shows_full_frame(const Viewer& viewer) {
 }
 
 bool can_measure(const Viewer& viewer) {
-  return shows_full_frame(viewer) && viewer.on_demand && !viewer.zoom.running &&
-         viewer.panels.hud && viewer.panels.all;
+  return shows_full_frame(viewer) && viewer.on_demand && !is_training(viewer) &&
+         !viewer.zoom.running && viewer.panels.hud && viewer.panels.all;
 }
 
 }  // namespace
@@ -46,7 +47,7 @@ bool numbers_are_wanted(const Viewer& viewer) {
 }
 
 bool is_settled(const Viewer& viewer) {
-  if (viewer.loading) return false;
+  if (viewer.loading || is_training(viewer)) return false;
   if (!viewer.scene) return true;
   return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !viewer.measuring &&
          !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
@@ -62,6 +63,7 @@ int FrameRequests::next_divisor(const Viewer& viewer) const {
 
 void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
   if (!viewer.scene || viewer.zoom.running) return;
+  if (!may_draw(viewer)) return;
   const int divisor = next_divisor(viewer);
   const bool continuous = !viewer.on_demand && !render.busy();
   if (!are_up_to_date(viewer) || divisor < divisor_ || continuous) {

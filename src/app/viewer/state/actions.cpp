@@ -9,6 +9,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
 
@@ -231,6 +232,10 @@ void photograph_opened(Viewer& v, const Photograph& photograph) {
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
   ++v.frames;
+  if (is_training(v)) {
+    v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,
+                             v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);
+  }
   if (frame.divisor > 1) return;
   v.frame_ms.push_back(frame.stats.frame_ms);
   if (v.frame_ms.size() > kMostFrames) v.frame_ms.pop_front();

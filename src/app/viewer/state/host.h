@@ -12,6 +12,7 @@
 namespace qs {
 
 struct RenderContext;
+enum class TrainingCommand;
 
 /// Work for the render thread, which owns the renderer and the scene.
 using Job = std::function<void(RenderContext&)>;
@@ -27,6 +28,8 @@ class Host {
 
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
   virtual void stop_job() = 0;    ///< the one that is running
+
+  virtual void train(TrainingCommand command) = 0;  ///< for the training run, if there is one
 
   /// Throws Error(input).
   virtual void write_file(const std::filesystem::path& path, const std::string& text) = 0;

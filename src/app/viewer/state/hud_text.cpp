@@ -10,6 +10,7 @@
 #include "app/inspect/inspection_text.h"
 #include "app/session/text.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
@@ -280,6 +281,10 @@ std::string state_json(const Viewer& viewer) {
   json["frames_behind"] = frames_behind(viewer.numbers);
   json["baseline"] = mode_name(viewer.baseline);
   json["status"] = viewer.drawn_status;
+  if (viewer.training) {
+    for (const Fact& fact : training_facts(viewer)) json["training"][fact.label] = fact.value;
+    json["training"]["shown"] = viewer.training->shown;
+  }
   json["open_dialog"] = viewer.panels.open;
   for (const HudRow& row : hud_rows(viewer)) {
     const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);

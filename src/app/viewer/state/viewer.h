@@ -24,6 +24,7 @@
 #include "app/session/depth_ahead.h"
 #include "app/session/first_view.h"
 #include "app/session/scene_box.h"
+#include "app/viewer/state/training.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -63,7 +64,7 @@ void use_cameras(ViewedScene& scene);
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
-       split = false, messages = false;
+       split = false, messages = false, training = false;
   bool all = true;  ///< false hides all of them
 };
 
@@ -252,6 +253,7 @@ struct Viewer : Turn {
   std::optional<InspectedView> inspected;
   int inspections = 0;  ///< counts changes of `inspected`
   std::optional<ReferenceComparison> comparison;
+  std::optional<Training> training;  ///< the run in the window, also after its end
   std::vector<Keyframe> keyframes;
   Playback playback;
 

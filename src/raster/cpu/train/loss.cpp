@@ -94,11 +94,14 @@ struct Similarity {
 template <class Real>
 Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
              std::span<const glm::vec3> target, ThreadPool& pool, LossScratch<Real>& scratch,
-             std::vector<glm::vec<3, Real>>& d_color) {
+             std::vector<glm::vec<3, Real>>& d_color, std::span<const std::uint8_t> mask) {
   const Shape shape{static_cast<std::size_t>(width) * kChannels, static_cast<std::size_t>(height),
                     pool};
   const std::size_t values = shape.values, count = values * shape.height;
   assert(color.size() * kChannels == count && target.size() == color.size());
+  assert(mask.empty() || mask.size() == color.size());
+  const auto is_masked = [&](std::size_t i) { return !mask.empty() && mask[i / kChannels] == 0; };
+  const auto masked = std::count(mask.begin(), mask.end(), std::uint8_t{0});
   d_color.resize(color.size());
   const Real* const a = &color[0][0];
   const float* const b = &target[0][0];
@@ -109,22 +112,27 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
 
   shape.for_rows([&](std::size_t y) {
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
-      const Real vb = b[i];
-      mean_a[i] = a[i];
+      const bool out = is_masked(i);
+      const Real va = out ? 0 : a[i], vb = out ? 0 : b[i];
+      mean_a[i] = va;
       mean_b[i] = vb;
-      mean_aa[i] = a[i] * a[i];
+      mean_aa[i] = va * va;
       mean_bb[i] = vb * vb;
-      mean_ab[i] = a[i] * vb;
+      mean_ab[i] = va * vb;
     }
   });
   for (auto& field : scratch.fields) blur(shape, field, scratch.rows);
 
   Loss loss;
-  const auto total = static_cast<double>(count);
+  const auto total = static_cast<double>(count - static_cast<std::size_t>(masked) * kChannels);
   // The derivatives replace the moments.
   loss.ssim = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      if (is_masked(i)) {
+        mean_a[i] = mean_aa[i] = mean_ab[i] = 0;
+        continue;
+      }
       const auto s = Similarity<Real>::of(mean_a[i], mean_b[i], mean_aa[i], mean_bb[i], mean_ab[i]);
       sum += static_cast<double>(s.value);
       mean_a[i] = s.by_a;
@@ -141,6 +149,10 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
   loss.l1 = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      if (is_masked(i)) {
+        d[i] = 0;
+        continue;
+      }
       const Real vb = b[i], difference = a[i] - vb;
       sum += std::abs(static_cast<double>(difference));
       const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
@@ -152,6 +164,7 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
   loss.squared_error = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
+      if (is_masked(i)) continue;
       const double difference =
           std::clamp(static_cast<double>(a[i]), 0.0, 1.0) - static_cast<double>(b[i]);
       sum += difference * difference;
@@ -164,8 +177,9 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
 }
 
 template Loss compare(int, int, std::span<const glm::vec3>, std::span<const glm::vec3>, ThreadPool&,
-                      LossScratch<float>&, std::vector<glm::vec3>&);
+                      LossScratch<float>&, std::vector<glm::vec3>&, std::span<const std::uint8_t>);
 template Loss compare(int, int, std::span<const glm::dvec3>, std::span<const glm::vec3>,
-                      ThreadPool&, LossScratch<double>&, std::vector<glm::dvec3>&);
+                      ThreadPool&, LossScratch<double>&, std::vector<glm::dvec3>&,
+                      std::span<const std::uint8_t>);
 
 }  // namespace qs::cpu::train

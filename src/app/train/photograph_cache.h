@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+//
+// The pixels of a data set's photographs in limited memory. A photograph that is not in memory is
+// read by a background thread, which also reads those that are used next. The least recently used
+// ones make room. Pixels that were read again are the same as before, or it is an error.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "app/train/data_set.h"
+#include "raster/base/parallel.h"
+
+namespace qs::train {
+
+class PhotographCache {
+ public:
+  /// Starts the thread if `data`, which must outlive the cache, is larger than its limit of memory.
+  /// The photographs of two views always find room: the one in use and the next one.
+  explicit PhotographCache(const DataSet& data);
+  ~PhotographCache();
+  PhotographCache(const PhotographCache&) = delete;
+  PhotographCache& operator=(const PhotographCache&) = delete;
+
+  /// The view of the data set with its pixels, valid until the next call. `next` are views of the
+  /// data set that are used afterwards, soonest first. Throws Error(input) as read_view() does, and
+  /// if the photograph was changed.
+  const PhotographView& view(const PhotographView& wanted,
+                             std::span<const PhotographView* const> next);
+
+  /// How many times a photograph was read.
+  std::size_t reads() const;
+
+ private:
+  struct Entry {
+    PhotographView view;
+    std::uint64_t last_use = 0;
+  };
+  using Wanted = std::vector<const PhotographView*>;
+
+  void read_ahead();
+  const PhotographView* next_to_read() const;
+  bool make_room(const PhotographView& view);
+
+  const std::uint64_t limit_;
+  ThreadPool pool_{1};  // of the thread, which works alone
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_. Views of the data set are keys.
+  std::map<const PhotographView*, Entry> held_;
+  std::map<const PhotographView*, std::exception_ptr> errors_;
+  Wanted wanted_;  // the view in use and those after it
+  std::uint64_t bytes_ = 0, uses_ = 0;
+  std::size_t reads_ = 0;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace qs::train

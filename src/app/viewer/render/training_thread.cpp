@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/training_thread.h"
+
+#include <new>
+#include <utility>
+
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/render/scene_loader.h"
+#include "app/viewer/state/actions.h"
+
+namespace qs {
+namespace {
+
+constexpr double kReportSeconds = 0.25;  // between two reports of progress
+constexpr double kSpeedSeconds = 1;      // over which the speed is measured
+
+double seconds_between(std::chrono::steady_clock::time_point begin,
+                       std::chrono::steady_clock::time_point end) {
+  return std::chrono::duration<double>(end - begin).count();
+}
+
+}  // namespace
+
+TrainingThread::TrainingThread(std::function<void()> wake, Work work)
+    : reports_(wake), wake_(std::move(wake)) {
+  thread_ = std::thread([this, work = std::move(work)] { run(work); });
+}
+
+TrainingThread::~TrainingThread() {
+  command(TrainingCommand::stop);
+  thread_.join();
+}
+
+void TrainingThread::run(const Work& work) {
+  std::string outcome;
+  bool failed = true;
+  try {
+    outcome = work(*this);
+    failed = false;
+  } catch (const std::bad_alloc&) {
+    outcome = "not enough memory for training";
+  } catch (const std::exception& error) {
+    outcome = error.what();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  reports_.report(action::training_ended, outcome, failed);
+}
+
+void TrainingThread::began(const std::filesystem::path& folder, const std::filesystem::path& data) {
+  folder_ = folder;
+  data_ = data;
+  reports_.report(action::training_began, folder);
+  reports_.report(action::show_progress, Loading{folder, "preparing", 0});
+}
+
+TrainingWish TrainingThread::after_iteration(TrainingProgress progress,
+                                             const std::function<GaussianCloud()>& model) {
+  if (handed_over_ < 0) hand_over(progress, model);
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return shown_first_ || stopping_; });
+  const bool last = progress.iteration >= progress.iterations;
+  bool waited = false, steps = false;
+  if (paused_ && !stopping_ && !last) {
+    lock.unlock();
+    hand_over(progress, model);
+    reports_.report(action::training_progressed, progress);
+    reports_.report(action::training_paused, true);
+    lock.lock();
+    obeying_ = false;
+    changed_.wait(lock, [&] { return !paused_ || steps_ > 0 || stopping_ || saving_; });
+    waited = true;
+    steps = paused_ && !saving_ && !stopping_;
+    if (steps) --steps_;
+    if (!paused_) reports_.report(action::training_paused, false);
+  }
+  const bool stops = stopping_, saves = std::exchange(saving_, false);
+  const bool shows = wanted_ || stops || last;
+  if (shows) wanted_ = false;
+  obeying_ = steps || saves || stops;
+  lock.unlock();
+  measure_speed(progress, waited);
+  if (shows) hand_over(progress, model);
+  if (shows || seconds_between(reported_, Clock::now()) >= kReportSeconds) {
+    reported_ = Clock::now();
+    reports_.report(action::training_progressed, progress);
+  }
+  return stops ? TrainingWish::stop : saves ? TrainingWish::save : TrainingWish::go_on;
+}
+
+void TrainingThread::measure_speed(TrainingProgress& progress, bool was_paused) {
+  const Clock::time_point now = Clock::now();
+  const double seconds = seconds_between(measured_, now);
+  const bool begins = measured_ == Clock::time_point() || was_paused;
+  if (begins || seconds >= kSpeedSeconds) {
+    if (!begins) speed_ = (progress.iteration - measured_iteration_) / seconds;
+    measured_ = now;
+    measured_iteration_ = progress.iteration;
+  }
+  progress.iterations_per_second = speed_;
+}
+
+void TrainingThread::hand_over(const TrainingProgress& progress,
+                               const std::function<GaussianCloud()>& model) {
+  if (progress.iteration == handed_over_) return;
+  handed_over_ = progress.iteration;
+  const Clock::time_point begin = Clock::now();
+  const auto scene = std::make_shared<Scene>();
+  scene->path = folder_;
+  scene->format = "in training";
+  scene->cloud = model();
+  {
+    const std::lock_guard lock(mutex_);
+    model_ = {scene, progress.iteration, seconds_between(begin, Clock::now()), data_};
+  }
+  wake_();
+}
+
+void TrainingThread::command(TrainingCommand command) {
+  {
+    const std::lock_guard lock(mutex_);
+    obeying_ = true;
+    switch (command) {
+      case TrainingCommand::pause:
+        paused_ = true;
+        break;
+      case TrainingCommand::resume:
+        paused_ = false;
+        steps_ = 0;
+        break;
+      case TrainingCommand::step:
+        if (paused_) ++steps_;
+        paused_ = true;
+        break;
+      case TrainingCommand::save:
+        saving_ = true;
+        break;
+      case TrainingCommand::stop:
+        stopping_ = true;
+        break;
+    }
+  }
+  changed_.notify_all();
+}
+
+void TrainingThread::want_model() {
+  const std::lock_guard lock(mutex_);
+  wanted_ = true;
+}
+
+std::optional<TrainedModel> TrainingThread::take_model() {
+  const std::lock_guard lock(mutex_);
+  if (model_ && !shown_first_) {
+    shown_first_ = true;
+    changed_.notify_all();
+  }
+  return std::exchange(model_, std::nullopt);
+}
+
+bool TrainingThread::busy() {
+  const std::lock_guard lock(mutex_);
+  return (obeying_ && !ended_) || model_ || !reports_.empty();
+}
+
+Job open_trained(const TrainedModel& model, Backend backend, const RenderSettings& settings) {
+  return [=](RenderContext& context) {
+    const auto end = hide_progress_at_end(context);
+    const std::filesystem::path cameras = model.scene->path / "cameras.json";
+    const auto loaded = std::make_shared<LoadedScene>();
+    loaded->scene = *model.scene;
+    loaded->facts = view_facts(loaded->scene, cameras, *context.session.pool);
+    loaded->facts.photographs =
+        find_photographs(model.data / "cameras.json", loaded->facts.cameras);
+    open_scene(loaded, backend, settings, false)(context);
+    context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
+                   model.seconds);
+  };
+}
+
+Job show_model(const TrainedModel& model) {
+  return [model](RenderContext& context) {
+    Session& session = context.session;
+    if (!session.scene || session.scene->path != model.scene->path) return;
+    const auto begin = std::chrono::steady_clock::now();
+    session.second.reset();
+    context.reference.reset();
+    session.renderer->upload(cloud_of(model.scene), {});
+    session.scene = model.scene;
+    context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
+                   model.seconds + seconds_between(begin, std::chrono::steady_clock::now()));
+  };
+}
+
+}  // namespace qs

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+//
+// Training in the window, as plain data: what the trainer reported last, and how much time drawing
+// may take from it. The trainer itself works on a thread of its own (render/training_thread.h).
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace qs {
+
+enum class TrainingPhase { running, paused, ended };
+
+enum class TrainingCommand { pause, resume, step, save, stop };
+
+struct TrainingProgress {
+  int iteration = 0, iterations = 0;  ///< done, planned
+  double loss = 0;                    ///< of the last iterations
+  std::uint64_t gaussians = 0;
+  double iterations_per_second = 0;            ///< 0: not known yet
+  std::optional<double> test_psnr, test_ssim;  ///< of the last evaluation
+  int evaluated = 0;                           ///< iteration of the last evaluation
+};
+
+/// Keeps drawing within a share of the time. Every piece of work, a frame or an upload, is followed
+/// by a pause, so that all work since the start takes at most the share, except for the last piece.
+class DrawingBudget {
+ public:
+  /// The largest share of the time: while the camera moves, and while it rests.
+  static constexpr double kMoving = 0.5, kResting = 0.2;
+  static constexpr double kWindow = 4;  ///< seconds that share() looks back
+
+  /// Work of `seconds` ended at `now`, and may have taken the share `most`.
+  void spent(double now, double seconds, double most);
+  bool allows(double now) const { return now >= free_at_; }
+
+  /// The share of the last kWindow seconds, 0 to 1.
+  double share(double now) const;
+
+ private:
+  struct Piece {
+    double end, seconds;
+  };
+  double free_at_ = -1e9;
+  std::deque<Piece> pieces_;
+};
+
+struct Training {
+  static constexpr std::size_t kMostLosses = 400;
+
+  std::filesystem::path folder;  ///< of the model; the path of its scene
+  TrainingPhase phase = TrainingPhase::running;
+  TrainingProgress progress;
+  std::deque<float> losses;  ///< of the last reports
+  int shown = 0;             ///< iteration of the model in the window
+  std::string outcome;       ///< one sentence after the end
+  DrawingBudget budget;
+};
+
+}  // namespace qs

@@ -94,7 +94,7 @@ void declare_axes_option(Options& options, std::string& axes) {
       "--axes", "XYZ",
       "directions of x, y, z, a letter each: Right/Left, Down/Up, Back/Forward; RFU has z "
       "up (default: what the file declares)",
-      {"RUB", "RFU", "LDF"}, [&axes](const std::string& text) {
+      {"LDF", "RFU", "RUF"}, [&axes](const std::string& text) {
         if (!is_axes(text)) {
           fail(ErrorKind::usage,
                "--axes: '{}' is no right-handed frame of three letters, such as RDF (y "

@@ -70,12 +70,16 @@ TEST(Colors, of_paper_and_dark_panels_are_gray_and_in_the_order_of_their_brightn
 
 TEST(Colors, of_modes_differ_and_black_and_blue_are_lighter_on_dark) {
   std::string light, dark;
-  for (CullMode mode = -1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = -1; mode <= kModeCount; ++mode) {
     light += hex_text(mode_color(mode)) + " ";
     dark += hex_text(on_dark::mode_color(mode)) + " ";
   }
-  EXPECT_EQ(light, "#808080 #009E73 #000000 #E69F00 #56B4E9 #CC79A7 #0072B2 #D55E00 ");
-  EXPECT_EQ(dark, "#808080 #009E73 #BBBBBB #E69F00 #56B4E9 #CC79A7 #268CD9 #D55E00 ");
+  EXPECT_EQ(light,
+            "#808080 #009E73 #000000 #E69F00 #56B4E9 #CC79A7 #0072B2 #D55E00 "
+            "#8FC9A0 #8C6D31 #A39BD0 #C9B458 #B5838D ");
+  EXPECT_EQ(dark,
+            "#808080 #009E73 #BBBBBB #E69F00 #56B4E9 #CC79A7 #268CD9 #D55E00 "
+            "#8FC9A0 #8C6D31 #A39BD0 #C9B458 #B5838D ");
 }
 
 TEST(RoundScale, takes_the_smallest_round_step_of_which_at_most_eight_reach_the_maximum) {

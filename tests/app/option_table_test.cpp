@@ -98,5 +98,31 @@ TEST(OptionTable, choices_set_what_they_name) {
   EXPECT_EQ(parsed({}).antialiased, std::nullopt);
 }
 
+TEST(Options, of_cull_add_the_peers_to_the_named_modes_or_to_the_usual_ones) {
+  const auto parsed = [](std::vector<CullMode> usual, const char* words) {
+    FrameOptions frame;
+    frame.modes = std::move(usual);
+    Options options("test", "");
+    declare_common_options(options, frame);
+    std::vector<std::string> arguments = {"--cull", words};
+    EXPECT_TRUE(options.parse(arguments));
+    return frame.modes;
+  };
+  const CullMode exact = find_culler("exact"), accutile = find_culler("accutile");
+  std::vector<CullMode> everything = all_modes();
+  EXPECT_EQ(parsed({exact}, "all"), everything);
+  std::vector<CullMode> usual_and_peers = {exact}, peers_and_adr = peer_modes();
+  for (const CullMode peer : peer_modes()) {
+    everything.push_back(peer);
+    usual_and_peers.push_back(peer);
+  }
+  EXPECT_EQ(parsed({exact}, "all,+peers"), everything);
+  EXPECT_EQ(parsed({exact}, "+peers"), usual_and_peers);
+  EXPECT_EQ(parsed({}, "+peers"), everything);
+  peers_and_adr.push_back(find_culler("adr"));
+  EXPECT_EQ(parsed({exact}, "+peers,accutile,adr"), peers_and_adr);
+  EXPECT_EQ(parsed({exact}, "accutile"), std::vector<CullMode>{accutile});
+}
+
 }  // namespace
 }  // namespace qs

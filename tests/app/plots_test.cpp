@@ -412,12 +412,12 @@ TEST(TrainPlots, curves_come_from_the_log_and_only_finite_evaluations_have_a_psn
 TEST(Plots, a_mode_has_a_colour_and_a_marker_of_its_own) {
   std::set<std::string> colors;
   std::set<int> markers;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= kModeCount; ++mode) {
     colors.insert(mode_color_option(mode_name(mode)));
     markers.insert(mode_marker(mode_name(mode)));
   }
-  EXPECT_EQ(colors.size(), std::size_t{kCullerCount});
-  EXPECT_EQ(markers.size(), std::size_t{kCullerCount});
+  EXPECT_EQ(colors.size(), std::size_t{kModeCount});
+  EXPECT_EQ(markers.size(), std::size_t{kModeCount});
   EXPECT_EQ(mode_color_option("quadbox"), "linecolor rgb \"#0072B2\"");
   EXPECT_EQ(mode_color_option("unknown"), "linecolor rgb \"#808080\"");
 }

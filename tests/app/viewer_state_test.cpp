@@ -277,10 +277,10 @@ TEST(State, modes_outside_of_the_table_and_the_same_mode_change_nothing) {
   DrivenScene driven(1);
   driven.apply(set_mode, 2);
   const int version = driven.viewer.version;
-  for (const CullMode mode : {0, -1, kCullerCount + 1, 2}) driven.apply(set_mode, mode);
+  for (const CullMode mode : {0, -1, kModeCount + 1, 2}) driven.apply(set_mode, mode);
   EXPECT_EQ(driven.viewer.version, version);
   EXPECT_EQ(driven.viewer.previous_mode, kDefaultMode);
-  for (const CullMode mode : {1, kCullerCount}) {
+  for (const CullMode mode : {1, kModeCount}) {
     driven.apply(set_mode, mode);
     EXPECT_EQ(driven.viewer.settings.mode, mode);
   }

@@ -82,7 +82,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
     for (RenderSettings settings : {plain, other}) {
       for (const auto& [width, height] :
            {std::pair{1, 1}, {17, 33}, {96, 64}, {161, 23}, {320, 200}}) {
-        for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode)
+        for (settings.mode = 1; settings.mode <= kModeCount; ++settings.mode)
           expect_equal(*renderer, test::front_camera(width, height), settings);
       }
     }

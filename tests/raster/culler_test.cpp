@@ -73,7 +73,7 @@ struct ModeNames {
   }
 };
 
-TYPED_TEST_SUITE(CullerTest, AsTypes<CullerList>::type, ModeNames);
+TYPED_TEST_SUITE(CullerTest, AsTypes<AllCullers>::type, ModeNames);
 
 TYPED_TEST(CullerTest, lists_each_tile_once_inside_the_grid_and_counts_what_it_lists) {
   for_each_footprint([](const Footprint& footprint, TileGrid grid, Size) {
@@ -150,9 +150,18 @@ TEST(Cullers, the_naive_loop_over_windows_lists_every_tile_once) {
   });
 }
 
+/// 3,000 times as long as wide: rounding makes every mode without a widened box lose tiles of it.
+bool loses_tiles_of_a_needle(const auto& listed_by) {
+  const Footprint needle = qs::make_footprint(
+      {226.500351f, 533.835144f}, {2151630.25f, -1031990.38f, 494975.812f}, 0.366540462f);
+  const Size size{1640, 640};
+  const TileGrid grid = TileGrid::of_image(size.width, size.height);
+  return !includes(listed_by(needle, grid), needed_tiles(needle, grid, size));
+}
+
 TYPED_TEST(CullerTest, loses_visible_pixels_exactly_when_the_table_says_so) {
   auto needed = needed_by_draw().begin();
-  int losses = 0;
+  int losses = loses_tiles_of_a_needle(tile_set<TypeParam>);
   for_each_footprint(
       [&](const Footprint& footprint, TileGrid grid, Size) {
         const bool loses = !includes(tile_set<TypeParam>(footprint, grid), *needed++);
@@ -239,7 +248,7 @@ TEST(Cullers, the_square_follows_the_integer_rule_of_3dgs) {
 }
 
 TEST(Cullers, the_table_finds_every_mode_by_its_name_and_nothing_else) {
-  for (int mode = 0; mode <= kCullerCount; ++mode) {
+  for (int mode = 0; mode <= kModeCount; ++mode) {
     EXPECT_EQ(find_culler(mode_name(mode)), mode);
   }
   EXPECT_EQ(find_culler("quad"), -1);

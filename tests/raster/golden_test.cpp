@@ -58,7 +58,12 @@ void expect_published_counts(const Json& set, const std::filesystem::path& scene
       EXPECT_NEAR(counted, published, 5e-4 * published) << ours << ", camera " << set["cameras"][k];
     }
     if (pairs.contains("accutile")) {
-      EXPECT_LE(count_pairs(renderer, camera, "exact"), pairs["accutile"][k].get<std::uint64_t>());
+      const auto published = pairs["accutile"][k].get<double>();
+      EXPECT_LE(static_cast<double>(count_pairs(renderer, camera, "exact")), published);
+      // The published program lists up to 0.5 % more than its paper's statement: docs/peers.md.
+      const auto accutile = static_cast<double>(count_pairs(renderer, camera, "accutile"));
+      EXPECT_LE(accutile, published);
+      EXPECT_GE(accutile, 0.995 * published);
     }
     EXPECT_EQ(count_pairs(renderer, camera, "quadbox"),
               count_pairs(renderer, camera, "quadbox-naive"));

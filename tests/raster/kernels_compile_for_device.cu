@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compile-only: uses every function of kernel/ once in device code, so that code which only g++
 // accepts fails the build.
+#include <array>
 #include <tuple>
 
 #include "raster/kernel/activation.h"
@@ -71,17 +72,11 @@ template __global__ void use_gradients<double>(View<double>, const Splat64*, con
                                                ShapeGradient<double>*, SplatGradient<double>*,
                                                glm::dvec3*);
 
-template __global__ void use_culler<Square>(View<float>, FootprintRules, const ActiveGaussian*,
-                                            TileGrid, unsigned*, int*);
-template __global__ void use_culler<AdrAabb>(View<float>, FootprintRules, const ActiveGaussian*,
-                                             TileGrid, unsigned*, int*);
-template __global__ void use_culler<DualBox>(View<float>, FootprintRules, const ActiveGaussian*,
-                                             TileGrid, unsigned*, int*);
-template __global__ void use_culler<QuadBox>(View<float>, FootprintRules, const ActiveGaussian*,
-                                             TileGrid, unsigned*, int*);
-template __global__ void use_culler<QuadBoxNaive>(View<float>, FootprintRules,
-                                                  const ActiveGaussian*, TileGrid, unsigned*, int*);
-template __global__ void use_culler<Exact>(View<float>, FootprintRules, const ActiveGaussian*,
-                                           TileGrid, unsigned*, int*);
+// Every mode of the table, by an array of the kernels' addresses.
+template <class... P>
+constexpr auto use_cullers(std::tuple<P...>) {
+  return std::array{&use_culler<P>...};
+}
+[[maybe_unused]] const auto kUsedCullers = use_cullers(AllCullers());
 
 }  // namespace qs

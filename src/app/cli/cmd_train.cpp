@@ -105,7 +105,7 @@ void declare_data_options(Options& options, TrainCommand& command) {
 
 void declare_model_options(Options& options, TrainCommand& command) {
   std::vector<std::string> modes, names;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.emplace_back(mode_name(mode));
+  for (CullMode mode = 1; mode <= kModeCount; ++mode) modes.emplace_back(mode_name(mode));
   for (const train::Strategy& strategy : train::strategies()) names.emplace_back(strategy.name);
   train::TrainSettings& settings = command.settings;
   options.choice(

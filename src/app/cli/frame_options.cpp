@@ -15,14 +15,27 @@ std::string mode_names() {
   return joined(names, ", ");
 }
 
-// "all" (modes 1 to 6), a name, or several names separated by commas.
-std::vector<CullMode> parse_modes(const std::string& text) {
-  if (text == "all") return all_modes();
+// Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (those of other papers).
+// Alone,
+// "+peers" adds to the `usual` modes of a command; empty: it decides later, and "all" is meant.
+std::vector<CullMode> parse_modes(const std::string& text, const std::vector<CullMode>& usual) {
   std::vector<CullMode> modes;
+  const auto add = [&modes](const std::vector<CullMode>& more) {
+    for (const CullMode mode : more)
+      if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+  };
+  if (text == "+peers") add(usual.empty() ? all_modes() : usual);
   for (const std::string& name : separated(text)) {
     const CullMode mode = find_culler(name);
-    if (mode < 0) fail(ErrorKind::usage, "--cull: '{}' is none of {}, all", name, mode_names());
-    if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+    if (name == "all") {
+      add(all_modes());
+    } else if (name == "+peers") {
+      add(peer_modes());
+    } else if (mode >= 0) {
+      add({mode});
+    } else {
+      fail(ErrorKind::usage, "--cull: '{}' is none of {}, all, +peers", name, mode_names());
+    }
   }
   return modes;
 }
@@ -52,9 +65,13 @@ void declare_common_options(Options& options, FrameOptions& frame) {
                 "picture size in pixels; keeps the vertical field of view (default: the camera's)",
                 {"48x32", "17x33"},
                 [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
-  options.value("--cull", "NAME", "tile culling modes, with commas: " + mode_names() + ", all",
-                {"3dgs", "all", "reference", "quadbox,dualbox"},
-                [&frame](const std::string& text) { frame.modes = parse_modes(text); });
+  options.value("--cull", "NAME",
+                "tile culling modes, with commas: " + mode_names() +
+                    "; all = 3dgs to exact, +peers = also those of other papers",
+                {"3dgs", "all", "reference", "quadbox,dualbox", "accutile"},
+                [&frame, usual = frame.modes](const std::string& text) {
+                  frame.modes = parse_modes(text, usual);
+                });
   options.choice(
       "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
       [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },

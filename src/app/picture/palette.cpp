@@ -12,9 +12,12 @@ std::string hex_text(glm::vec3 color) {
 }
 
 glm::vec3 mode_color(CullMode mode) {
-  constexpr glm::vec3 kColors[] = {kGreen,  glm::vec3(0), kOrange,    kSkyBlue,
-                                   kPurple, kBlue,        kVermillion};  // index = CullMode
-  return mode < 0 ? kGray : kColors[static_cast<std::size_t>(mode) % std::size(kColors)];
+  // Index = CullMode. Other papers' modes are paler than ours.
+  constexpr glm::vec3 kColors[] = {kGreen,        glm::vec3(0),  kOrange,       kSkyBlue,
+                                   kPurple,       kBlue,         kVermillion,   rgb(0x8FC9A0),
+                                   rgb(0x8C6D31), rgb(0xA39BD0), rgb(0xC9B458), rgb(0xB5838D)};
+  static_assert(std::size(kColors) == kModeCount + 1);
+  return mode < 0 ? kGray : kColors[static_cast<std::size_t>(mode)];
 }
 
 glm::vec3 plugin_color(std::size_t number) {

@@ -112,7 +112,9 @@ std::string mode_options(const std::string& mode, const std::string& title) {
 }
 
 int mode_marker(const std::string& mode) {
-  return 5 + 2 * (std::max(0, find_culler(mode)) % 6);  // 5, 7, .. 15 are six filled shapes
+  // 5, 7, .. 15 are six filled shapes, 4, 6, .. 14 their outlines.
+  const CullMode culler = std::max(0, find_culler(mode));
+  return 5 + 2 * (culler % 6) - (culler > kCullerCount ? 1 : 0);
 }
 
 std::string plugin_options(std::size_t number, const std::string& title) {

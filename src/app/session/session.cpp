@@ -37,13 +37,15 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
   return renderer;
 }
 
-}  // namespace
-
-std::vector<CullMode> all_modes() {
-  std::vector<CullMode> modes(kCullerCount);
-  std::iota(modes.begin(), modes.end(), 1);
+std::vector<CullMode> modes_from(CullMode first, CullMode last) {
+  std::vector<CullMode> modes(static_cast<std::size_t>(last - first + 1));
+  std::iota(modes.begin(), modes.end(), first);
   return modes;
 }
+}  // namespace
+
+std::vector<CullMode> all_modes() { return modes_from(1, kCullerCount); }
+std::vector<CullMode> peer_modes() { return modes_from(kCullerCount + 1, kModeCount); }
 
 const char* pipeline_name(const Session& session) {
   if (session.backend == Backend::cpu && session.settings.pipeline == kDefaultPipeline)

@@ -40,6 +40,8 @@ struct FrameOptions {
 
 /// Modes 1 to 6: the meaning of `--cull all`.
 std::vector<CullMode> all_modes();
+/// The modes of other papers: the meaning of `--cull +peers`.
+std::vector<CullMode> peer_modes();
 
 /// A scene and the renderers it was uploaded to, which share the scene and the pool.
 struct Session {

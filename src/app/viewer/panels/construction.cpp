@@ -158,7 +158,9 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   const Figure figure{*ImGui::GetWindowDrawList(), {left, at.y}, window.low, scale};
   figure.draw.PushClipRect(at, {at.x + size.x, at.y + size.y}, true);
   figure.draw.AddRectFilled(at, {at.x + size.x, at.y + size.y}, kFigure);
-  const auto index = static_cast<std::size_t>(std::max(mode, 1) - 1);
+  // Inspection has the tiles of the paper's modes; in place of another's it shows the default's.
+  const bool is_listed = mode >= 1 && mode <= kCullerCount;
+  const auto index = static_cast<std::size_t>((is_listed ? mode : kDefaultMode) - 1);
   const ModeTiles& listed = gaussian.modes[index];
   for (std::size_t i = 0; i < listed.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.55f, 0.3f, 0.14f};  // index = PairUse

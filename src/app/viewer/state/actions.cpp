@@ -71,7 +71,7 @@ void view_changed(Viewer& v) {
 }
 
 void set_mode(Viewer& v, CullMode mode) {
-  if (mode == v.settings.mode || mode < 1 || mode > kCullerCount) return;
+  if (mode == v.settings.mode || mode < 1 || mode > kModeCount) return;
   v.previous_mode = std::exchange(v.settings.mode, mode);
   v.hints.modes = false;
   picture_changed(v);

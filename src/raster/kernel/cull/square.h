@@ -14,12 +14,17 @@ struct Square {
   static constexpr bool kLossless = false;
   static constexpr bool kKeepsFaint = true;
 
-  /// Half side in pixels. The eigenvalue's root has a lower bound, as in 3DGS.
-  static QS_HD float radius(const Footprint& footprint) {
+  /// The covariance's larger eigenvalue, px^2. Its root has a lower bound, as in 3DGS.
+  static QS_HD float larger_variance(const Footprint& footprint) {
     const float mid = 0.5f * (footprint.covariance.xx + footprint.covariance.yy);
     const float discriminant = mid * mid - footprint.determinant;
     const float root = sqrtf(discriminant > kEigenvalueFloor ? discriminant : kEigenvalueFloor);
-    return ceilf(kSigmas * sqrtf(mid + root));
+    return mid + root;
+  }
+
+  /// Half side in pixels.
+  static QS_HD float radius(const Footprint& footprint) {
+    return ceilf(kSigmas * sqrtf(larger_variance(footprint)));
   }
 
   /// Tiles int((p - r) / n) .. int((p + r + n - 1) / n) - 1 along one axis, n = kTilePx.

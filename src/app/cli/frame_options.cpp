@@ -16,8 +16,8 @@ std::string mode_names() {
 }
 
 // Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (those of other papers).
-// Alone,
-// "+peers" adds to the `usual` modes of a command; empty: it decides later, and "all" is meant.
+// Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are empty because
+// the command chooses them later.
 std::vector<CullMode> parse_modes(const std::string& text, const std::vector<CullMode>& usual) {
   std::vector<CullMode> modes;
   const auto add = [&modes](const std::vector<CullMode>& more) {

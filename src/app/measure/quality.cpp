@@ -16,10 +16,10 @@ bool equal_bits(const Image& a, const Image& b) {
 
 }  // namespace
 
-Quality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                   const Image& truth, ThreadPool& pool) {
+FrameQuality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                        const Image& truth, ThreadPool& pool) {
   Image image = renderer.render(camera, settings).color;
-  Quality quality;
+  FrameQuality quality;
   quality.repeats = equal_bits(image, renderer.render(camera, settings).color);
   quality.psnr = psnr_8bit(image, truth);
   Image clamped_truth = truth;
@@ -30,7 +30,7 @@ Quality quality_of(Renderer& renderer, const Camera& camera, const RenderSetting
   return quality;
 }
 
-void set_quality(const Quality& quality, BenchRow& row) {
+void set_quality(const FrameQuality& quality, BenchRow& row) {
   row.psnr_vs_reference = quality.psnr;
   row.ssim_vs_reference = quality.ssim;
   row.flip_vs_reference = quality.flip;

@@ -8,7 +8,7 @@
 
 namespace qs {
 
-struct Quality {
+struct FrameQuality {
   double psnr = 0;       ///< dB, psnr_8bit()
   double ssim = 0;       ///< of values clamped to 0..1
   double flip = 0;       ///< of values clamped to 0..1
@@ -16,10 +16,10 @@ struct Quality {
 };
 
 /// Renders the view twice and compares the images. Throws what the renderer throws.
-Quality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
-                   const Image& truth, ThreadPool& pool);
+FrameQuality quality_of(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
+                        const Image& truth, ThreadPool& pool);
 
 /// Sets the columns of a row.
-void set_quality(const Quality& quality, BenchRow& row);
+void set_quality(const FrameQuality& quality, BenchRow& row);
 
 }  // namespace qs

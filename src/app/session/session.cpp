@@ -42,6 +42,7 @@ std::vector<CullMode> modes_from(CullMode first, CullMode last) {
   std::iota(modes.begin(), modes.end(), first);
   return modes;
 }
+
 }  // namespace
 
 std::vector<CullMode> all_modes() { return modes_from(1, kCullerCount); }

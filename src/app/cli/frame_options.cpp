@@ -68,7 +68,7 @@ void declare_common_options(Options& options, FrameOptions& frame) {
   options.value("--cull", "NAME",
                 "tile culling modes, with commas: " + mode_names() +
                     "; all = 3dgs to exact, +peers = also those of other papers",
-                {"3dgs", "all", "reference", "quadbox,dualbox", "accutile"},
+                {"3dgs", "all", "reference", "quadbox,dualbox", "accutile", "exact", "snugbox"},
                 [&frame, usual = frame.modes](const std::string& text) {
                   frame.modes = parse_modes(text, usual);
                 });
@@ -111,7 +111,7 @@ void declare_axes_option(Options& options, std::string& axes) {
       "--axes", "XYZ",
       "directions of x, y, z, a letter each: Right/Left, Down/Up, Back/Forward; RFU has z "
       "up (default: what the file declares)",
-      {"LDF", "RFU", "RUF"}, [&axes](const std::string& text) {
+      {"LDF", "RFU"}, [&axes](const std::string& text) {
         if (!is_axes(text)) {
           fail(ErrorKind::usage,
                "--axes: '{}' is no right-handed frame of three letters, such as RDF (y "

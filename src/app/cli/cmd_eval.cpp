@@ -109,18 +109,14 @@ class Run {
 
  private:
   nlohmann::ordered_json method(const Views& views) const {
-    return {
-        {"cameras", views.cameras.string()},
-        {"images", command_.images.string()},
-        {"holdout", command_.holdout},
-        {"images_scale", command_.images_scale},
-        {"views_without_photograph", views.skipped},
-        {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
-        {"ssim", fmt::format("Gaussian window 11 x 11, sigma 1.5, {}, K 0.01 and 0.03, per channel",
-                             command_.ssim_border == SsimBorder::zeros
-                                 ? "zeros outside"
-                                 : "without the 5 pixels at the border")},
-        {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
+    return {{"cameras", views.cameras.string()},
+            {"images", command_.images.string()},
+            {"holdout", command_.holdout},
+            {"images_scale", command_.images_scale},
+            {"views_without_photograph", views.skipped},
+            {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
+            {"ssim", ssim_method(command_.ssim_border)},
+            {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
   }
 
   void one_view(const View& view, std::size_t number) {

@@ -178,8 +178,7 @@ class Report {
     return fmt::format(
         "quadsplat {} (commit {}) on {}, {}, with {} threads. Scene file {}, {}. Counts do not "
         "depend on the machine; times do. 'quadsplat report' makes this page again; 'quadsplat "
-        "inspect' shows any other "
-        "pixel and Gaussian.",
+        "inspect' shows any other pixel and Gaussian.",
         environment.version, environment.commit, environment.cpu, environment.utc,
         session_.pool->size(), session_.scene->path.filename().string(),
         file_hash(session_.scene->path));

@@ -8,6 +8,7 @@
 
 #include "app/inspect/contact_sheet.h"
 #include "app/measure/scene_facts.h"
+#include "app/report/eval_report.h"
 #include "app/report/judgement.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
@@ -66,9 +67,12 @@ std::optional<std::filesystem::path> find_picture(const Photographs& pictures,
   return found;
 }
 
+using File = std::optional<std::filesystem::path>;  // unset for a scene
+
 struct View {
   std::string name;
-  std::optional<Camera> camera;  // unset if no side is a scene
+  std::optional<Camera> camera = {};  // unset if no side is a scene
+  File truth = {}, judged = {};
 };
 
 class Judging {
@@ -98,8 +102,10 @@ class Judging {
     std::vector<View> views;
     std::size_t missing = 0;
     const auto take = [&](View view) {
-      const bool found = (!truth_.pictures || find_picture(*truth_.pictures, view.name)) &&
-                         (!judged_.pictures || find_picture(*judged_.pictures, view.name));
+      if (truth_.pictures) view.truth = find_picture(*truth_.pictures, view.name);
+      if (judged_.pictures) view.judged = find_picture(*judged_.pictures, view.name);
+      const bool found = view.truth.has_value() == truth_.pictures.has_value() &&
+                         view.judged.has_value() == judged_.pictures.has_value();
       if (found) {
         views.push_back(std::move(view));
       } else {
@@ -112,7 +118,7 @@ class Judging {
         take({name.empty() ? shot.origin : name, shot.camera});
       }
     } else {
-      for (const std::string& name : truth_.pictures->names()) take({name, std::nullopt});
+      for (const std::string& name : truth_.pictures->names()) take({name});
     }
     if (views.empty()) {
       fail("{} and {}: no view has a picture in both", truth_.path.string(), judged_.path.string());
@@ -129,35 +135,45 @@ class Judging {
     return choose_shots(choice, frame, *side.session.scene, *side.session.pool);
   }
 
-  // The picture of a side. A scene is drawn in the size of the other side's picture.
-  Image picture(Side& side, const Side& other, const View& view) {
-    const glm::vec3 background = options_.frame.background.value_or(glm::vec3(0));
-    if (side.pictures)
-      return read_photograph(*find_picture(*side.pictures, view.name), background, 1, pool_);
-    Camera camera = *view.camera;
-    if (other.pictures) {
-      const std::filesystem::path file = *find_picture(*other.pictures, view.name);
-      const Image picture = read_photograph(file, background, 1, pool_);
-      require_same_shape(picture, file, camera);
-      camera = camera.resized(picture.width, picture.height);
-    }
+  Image read(const File& file) {
+    return read_photograph(*file, options_.frame.background.value_or(glm::vec3(0)), 1, pool_);
+  }
+
+  static Image draw(Side& side, const Camera& camera) {
     return side.session.renderer->render(camera, side.session.settings).color;
+  }
+
+  // A camera in the size of the other side's picture.
+  static Camera fitted(const Camera& camera, const Image& picture, const File& file) {
+    require_same_shape(picture, *file, camera);
+    return camera.resized(picture.width, picture.height);
+  }
+
+  PicturePair pair_of(const View& view) {
+    Image truth, judged;
+    if (view.truth) truth = read(view.truth);
+    if (view.judged) judged = read(view.judged);
+    if (!view.truth) {
+      truth = draw(truth_, view.judged ? fitted(*view.camera, judged, view.judged) : *view.camera);
+    }
+    if (!view.judged) {
+      judged = draw(judged_, view.truth ? fitted(*view.camera, truth, view.truth) : *view.camera);
+    }
+    if (truth.width != judged.width || truth.height != judged.height) {
+      fail(
+          "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "
+          "compared",
+          view.name, result_.truth, truth.width, truth.height, result_.judged, judged.width,
+          judged.height);
+    }
+    return judge_pictures(view.name, std::move(truth), std::move(judged), pool_);
   }
 
   void judge(const std::vector<View>& views) {
     ProgressBar bar("judging");
     const Progress progress = bar.progress();
     for (std::size_t i = 0; i < views.size(); ++i) {
-      Image truth = picture(truth_, judged_, views[i]), judged = picture(judged_, truth_, views[i]);
-      if (truth.width != judged.width || truth.height != judged.height) {
-        fail(
-            "{}: {} has {} x {} pixels and {} has {} x {}: only pictures of one size can be "
-            "compared",
-            views[i].name, result_.truth, truth.width, truth.height, result_.judged, judged.width,
-            judged.height);
-      }
-      const PicturePair pair =
-          judge_pictures(views[i].name, std::move(truth), std::move(judged), pool_);
+      const PicturePair pair = pair_of(views[i]);
       result_.views.push_back(pair.quality);
       if (draws_sheet()) keep_worst(sheet_row(pair, kSheetWidth, pool_));
       progress.update(static_cast<float>(i + 1) / static_cast<float>(views.size()));
@@ -181,7 +197,7 @@ class Judging {
         {"psnr",
          "-10 log10(mean squared error of all RGB values), peak 1; the mean is over the "
          "views that differ"},
-        {"ssim", "Gaussian window 11 x 11, sigma 1.5, zeros outside, K 0.01 and 0.03, per channel"},
+        {"ssim", ssim_method(SsimBorder::zeros)},
         {"flip", "LDR-FLIP at 67.02 pixels per degree, mean over pixels"}};
     if (const Side* side = scene()) result_.environment = environment_json(side->session);
     const bool to_stdout = options_.csv == "-" || options_.json == "-";

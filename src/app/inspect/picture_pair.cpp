@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,13 +17,9 @@ PicturePair judge_pictures(std::string view, Image truth, Image judged, ThreadPo
   clamp_to_unit(judged);
   PicturePair pair;
   pair.flip = flip_map(truth, judged, pool);
-  const double sum = std::accumulate(pair.flip.values.begin(), pair.flip.values.end(), 0.0);
-  pair.quality = {std::move(view),
-                  truth.width,
-                  truth.height,
-                  psnr(truth, judged, pool),
-                  ssim(truth, judged, pool),
-                  sum / static_cast<double>(pair.flip.values.size())};
+  pair.quality = {
+      std::move(view),           truth.width,         truth.height, psnr(truth, judged, pool),
+      ssim(truth, judged, pool), mean_flip(pair.flip)};
   pair.truth = std::move(truth);
   pair.judged = std::move(judged);
   return pair;

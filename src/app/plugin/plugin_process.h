@@ -18,8 +18,8 @@ namespace qs {
 class PluginProcess {
  public:
   /// Starts the process, which ends with the calling thread; the library is loaded by the first
-  /// request. `scene` and `image` are
-  /// descriptors that it inherits. Throws Error(device) if no process can be started.
+  /// request. `scene` and `image` are descriptors that it inherits. Throws Error(device) if no
+  /// process can be started.
   PluginProcess(const std::filesystem::path& library, int scene, int image);
   /// Ends the process.
   ~PluginProcess();

@@ -24,6 +24,12 @@ ordered_json finite_or_null(double value) {
 
 }  // namespace
 
+std::string ssim_method(SsimBorder border) {
+  return fmt::format(
+      "Gaussian window 11 x 11, sigma 1.5, {}, K 0.01 and 0.03, per channel",
+      border == SsimBorder::zeros ? "zeros outside" : "without the 5 pixels at the border");
+}
+
 std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows) {
   std::vector<MeanQuality> means;
   for (const Quality& row : rows) {

@@ -16,6 +16,7 @@
 
 #include "raster/kernel/cull/modes.h"
 #include "raster/scene/camera.h"
+#include "raster/scene/image_metrics.h"
 
 namespace qs {
 
@@ -42,6 +43,9 @@ struct MeanQuality {
   std::size_t views = 0;
   double psnr = 0, ssim = 0;
 };
+
+/// How SSIM is computed, for the method of a report.
+std::string ssim_method(SsimBorder border);
 
 /// One entry per mode, in the order of their first rows.
 std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows);

@@ -27,8 +27,6 @@ Image as_rgb(const Image& image, glm::vec3 background) {
   return rgb;
 }
 
-int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
-
 }  // namespace
 
 Photographs::Photographs(const std::filesystem::path& folder) {
@@ -62,8 +60,12 @@ std::optional<std::filesystem::path> Photographs::find(const std::string& camera
 
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool, const LensCamera& taken) {
-  const Image image = undistorted(as_rgb(read_image(path), background), taken, pool);
-  return area_average(image, divided(image.width, divisor), divided(image.height, divisor), pool);
+  return divided(undistorted(as_rgb(read_image(path), background), taken, pool), divisor, pool);
+}
+
+Image divided(const Image& photograph, int divisor, ThreadPool& pool) {
+  const auto side = [&](int pixels) { return std::max(1, (pixels + divisor / 2) / divisor); };
+  return area_average(photograph, side(photograph.width), side(photograph.height), pool);
 }
 
 std::vector<std::string> Photographs::names() const {

@@ -42,6 +42,9 @@ std::string skipped_sentence(std::size_t views);
 Image read_photograph(const std::filesystem::path& path, glm::vec3 background, int divisor,
                       ThreadPool& pool, const LensCamera& taken = {});
 
+/// The photograph area-averaged to 1 / `divisor` of its size, rounded.
+Image divided(const Image& photograph, int divisor, ThreadPool& pool);
+
 /// A photograph may be smaller or larger than its camera's image, but must have its aspect ratio,
 /// up to rounded sizes. Otherwise it was cropped or rotated: throws Error(input) naming `path`.
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,

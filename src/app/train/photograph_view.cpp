@@ -16,12 +16,10 @@ namespace {
 
 constexpr int kMostWidth = 1600;
 
-int divided(int side, int divisor) { return std::max(1, (side + divisor / 2) / divisor); }
-
 // A photograph at the resolution of training.
 Image reduced(const Image& photograph, std::optional<int> scale, ThreadPool& pool) {
+  if (scale) return divided(photograph, *scale, pool);
   const int width = photograph.width, height = photograph.height;
-  if (scale) return area_average(photograph, divided(width, *scale), divided(height, *scale), pool);
   if (width <= kMostWidth) return photograph;
   const double factor = static_cast<double>(kMostWidth) / width;
   return area_average(photograph, kMostWidth,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads and writes pictures. .png (libpng), .ppm and .pfm are built in, and reading .jpg
+// Reads and writes pictures. .png (libpng), .ppm and .pfm are built in, and so is reading .jpg
 // (libjpeg-turbo). Every other format is read and written by the OpenImageIO module, which is
-// loaded on first use because loading takes 0.2 s and 130 MB. 8-bit output is floor(255 * clamp(x,
-// 0, 1) + 0.5); values are stored without colour conversion.
+// loaded on first use because loading takes 0.2 s and 130 MB. Values are stored without colour
+// conversion; 8-bit output is
+//   floor(255 * clamp(x, 0, 1) + 0.5)
 #pragma once
 
 #include <filesystem>

@@ -205,16 +205,19 @@ std::span<const std::byte> GltfFile::view(int index) const {
   return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
-std::uint64_t GltfFile::count(int index, const std::string& what) const {
+const tinygltf::Accessor& GltfFile::accessor(int index, const std::string& what) const {
   if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
     fail("{}: {}: accessor {} does not exist", path_, what, index);
   }
-  return model_.accessors[static_cast<std::size_t>(index)].count;
+  return model_.accessors[static_cast<std::size_t>(index)];
+}
+
+std::uint64_t GltfFile::count(int index, const std::string& what) const {
+  return accessor(index, what).count;
 }
 
 GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
-  count(index, what);  // complains
-  const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
+  const tinygltf::Accessor& accessor = this->accessor(index, what);
   if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
   GltfNumbers numbers;
   numbers.component_bytes_ = bytes_of(accessor.componentType);

@@ -65,6 +65,8 @@ class GltfFile {
   GltfNumbers numbers(int index, std::size_t components, const std::string& what) const;
 
  private:
+  const tinygltf::Accessor& accessor(int index, const std::string& what) const;
+
   std::string path_;
   bool is_binary_ = false;
   tinygltf::Model model_;

@@ -239,10 +239,13 @@ Image flip_map(const Image& reference, const Image& test, ThreadPool& pool,
   return map;
 }
 
-double flip(const Image& reference, const Image& test, ThreadPool& pool, double pixels_per_degree) {
-  const Image map = flip_map(reference, test, pool, pixels_per_degree);
+double mean_flip(const Image& map) {
   return std::accumulate(map.values.begin(), map.values.end(), 0.0) /
          static_cast<double>(map.values.size());
+}
+
+double flip(const Image& reference, const Image& test, ThreadPool& pool, double pixels_per_degree) {
+  return mean_flip(flip_map(reference, test, pool, pixels_per_degree));
 }
 
 }  // namespace qs

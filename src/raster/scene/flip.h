@@ -20,7 +20,10 @@ inline constexpr double kFlipPixelsPerDegree = 67.02064327658226;
 Image flip_map(const Image& reference, const Image& test, ThreadPool& pool,
                double pixels_per_degree = kFlipPixelsPerDegree);
 
-/// The mean of flip_map(), in double precision. 0 if the images are equal.
+/// The mean of a map, in double precision.
+double mean_flip(const Image& map);
+
+/// The mean of flip_map(). 0 if the images are equal.
 double flip(const Image& reference, const Image& test, ThreadPool& pool,
             double pixels_per_degree = kFlipPixelsPerDegree);
 

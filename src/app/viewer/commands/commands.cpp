@@ -64,9 +64,8 @@ void next_axes(Viewer& v, Host& host) {
   v.axes.erase(path);
   v.ups.erase(path);  // in the axes so far
   if (!axes.empty()) v.axes[path] = axes;
-  notify(v, axes.empty()
-                ? "axes as the file declares them"
-                : fmt::format("read as if its axes were {}; {} again for others", axes, "Y"));
+  notify(v, axes.empty() ? "axes as the file declares them"
+                         : fmt::format("read as if its axes were {}; Y again for others", axes));
   host.open(v.scene->path, axes);
 }
 

@@ -9,14 +9,12 @@
 
 #include "raster/cpu/classic/preprocess.h"
 #include "raster/cpu/fast/preprocess.h"
-#include "raster/cpu/fast/spatial_order.h"
+#include "raster/scene/spatial_order.h"
 #include "support/scenes.h"
 
 namespace qs {
 namespace {
 
-using cpu::fast::BlockBounds;
-using cpu::fast::Frustum;
 using cpu::fast::kBlock;
 
 /// A scene in the pipeline's layout, and views of it.
@@ -56,7 +54,7 @@ TEST(SpatialOrder, has_every_gaussian_once_and_equal_ones_in_the_order_of_the_fi
     cloud.log_scales[i] = cloud.log_scales[17];
   }
   ThreadPool pool(3);
-  const auto order = cpu::fast::spatial_order(cloud, pool);
+  const auto order = spatial_order(cloud, pool);
   std::vector<std::uint32_t> sorted(order.begin(), order.end()), all(cloud.size());
   std::sort(sorted.begin(), sorted.end());
   std::iota(all.begin(), all.end(), 0u);
@@ -67,7 +65,7 @@ TEST(SpatialOrder, has_every_gaussian_once_and_equal_ones_in_the_order_of_the_fi
     EXPECT_GT(i, last);
     last = i;
   }
-  EXPECT_TRUE(cpu::fast::spatial_order(GaussianCloud(), pool).empty());
+  EXPECT_TRUE(spatial_order(GaussianCloud(), pool).empty());
 }
 
 TEST(SpatialOrder, makes_blocks_compact_also_when_a_few_gaussians_are_far_away) {

@@ -9,16 +9,13 @@
 
 #include "raster/base/error.h"
 #include "raster/cpu/fast/blend.h"
-#include "raster/cpu/fast/radix_sort.h"
 #include "raster/cpu/tile_lists.h"
+#include "raster/scene/radix_sort.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 
 namespace qs {
 namespace {
-
-using cpu::fast::KeyRange;
-using cpu::fast::SortItems;
 
 /// Random keys in [low, high]; values number the items.
 SortItems random_items(std::size_t count, std::uint32_t low, std::uint32_t high) {
@@ -46,7 +43,7 @@ TEST(RadixSort, is_stable_for_every_width_of_keys_and_number_of_threads) {
             expected.emplace_back(items.keys[i], items.values[i]);
           std::stable_sort(expected.begin(), expected.end(),
                            [](const auto& a, const auto& b) { return a.first < b.first; });
-          cpu::fast::radix_sort(items, {low, low + width}, test::pool(threads));
+          radix_sort(items, {low, low + width}, test::pool(threads));
           for (std::size_t i = 0; i < count; ++i) got.emplace_back(items.keys[i], items.values[i]);
           EXPECT_EQ(got, expected) << bits << " bits from " << low << ", " << threads << " threads";
         }
@@ -59,8 +56,7 @@ TEST(RadixSort, can_be_cancelled) {
   SortItems items = random_items(100, 0, ~0u);
   std::stop_source source;
   source.request_stop();
-  EXPECT_THROW(cpu::fast::radix_sort(items, {0, ~0u}, test::pool(2), source.get_token()),
-               Cancelled);
+  EXPECT_THROW(radix_sort(items, {0, ~0u}, test::pool(2), source.get_token()), Cancelled);
 }
 
 TEST(KeyRange, of_keys_is_their_smallest_and_largest) {

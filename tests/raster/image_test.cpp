@@ -232,6 +232,33 @@ TEST(Images, a_cancelled_frame_throws_and_the_next_one_is_right) {
   }
 }
 
+TEST(Images, a_frame_reports_how_much_of_it_is_done) {
+  const GaussianCloud cloud = test::random_cloud(300, 0, 4);
+  const Camera camera = test::front_camera(256, 256);
+  const auto renderer = make_renderer(Backend::cpu, test::pool(1));
+  renderer->upload(cloud, {});
+  std::vector<float> seen;
+  renderer->report_frames_to([&](float fraction) { seen.push_back(fraction); });
+  for (const CullMode mode : {kReferenceMode, kDefaultMode}) {
+    for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
+      seen.clear();
+      RenderSettings settings;
+      settings.mode = mode;
+      settings.pipeline = pipeline;
+      renderer->render(camera, settings);
+      EXPECT_GT(seen.size(), 20u);
+      EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+      EXPECT_EQ(seen.front(), 0);
+      EXPECT_GT(seen.back(), 0.9f);
+      EXPECT_LT(seen.back(), 1);
+    }
+  }
+  renderer->report_frames_to({});
+  seen.clear();
+  renderer->render(camera, {});
+  EXPECT_TRUE(seen.empty());
+}
+
 TEST(Images, eight_bit_output_rounds_half_up_and_clamps) {
   EXPECT_EQ(to_8bit(0.5f / 255), 1);
   EXPECT_EQ(to_8bit(0.499f / 255), 0);

@@ -27,6 +27,10 @@ class CpuRenderer final : public Renderer {
     classic_ = {};
   }
 
+  void report_frames_to(std::function<void(float fraction)> report) override {
+    report_ = std::move(report);
+  }
+
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
     assert(settings.mode >= 0 && settings.mode <= kModeCount);
@@ -47,7 +51,8 @@ class CpuRenderer final : public Renderer {
     const FrameContext frame{
         *cloud_,  camera,
         settings, TileGrid::of_image(camera.width, camera.height, settings.tile_px),
-        pool_,    std::move(stop)};
+        pool_,    std::move(stop),
+        report_};
     prepare_result(frame, outputs);
     if (reference) {
       render_reference(frame, outputs, result_);
@@ -81,6 +86,7 @@ class CpuRenderer final : public Renderer {
 
   ThreadPool& pool_;
   std::shared_ptr<const GaussianCloud> cloud_ = std::make_shared<const GaussianCloud>();
+  std::function<void(float fraction)> report_;
   Classic classic_;
   fast::Pipeline fast_;
   Frame result_;

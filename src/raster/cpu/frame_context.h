@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <stop_token>
 
 #include "raster/base/parallel.h"
@@ -18,6 +19,7 @@ struct FrameContext {
   TileGrid grid;
   ThreadPool& pool;
   std::stop_token stop;
+  std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
@@ -32,6 +34,15 @@ struct FrameContext {
   void for_chunks(std::size_t count, std::size_t grain, const Body& body) const {
     pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {
       if (stop.stop_requested()) throw Cancelled{};
+      body(begin, end, worker);
+    });
+  }
+
+  /// The same for the loop that takes most of the time, over what the frame consists of.
+  template <class Body>
+  void for_frame(std::size_t count, std::size_t grain, const Body& body) const {
+    for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {
+      if (worker == 0 && report) report(static_cast<float>(begin) / static_cast<float>(count));
       body(begin, end, worker);
     });
   }

@@ -166,22 +166,22 @@ void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& 
 
   // Rows of a band share one list, and each row uses the Gaussians whose boxes contain it.
   constexpr std::size_t kBand = 8;
-  frame.for_chunks(static_cast<std::size_t>(region.y1 - region.y0), kBand,
-                   [&](std::size_t first, std::size_t last, int) {
-                     const int begin = region.y0 + static_cast<int>(first);
-                     const int end = region.y0 + static_cast<int>(last);
-                     std::vector<const ReferenceSplat*> band, row;
-                     for (const ReferenceSplat* splat : order) {
-                       if (splat->box.y0 < end && splat->box.y1 > begin) band.push_back(splat);
-                     }
-                     for (int y = begin; y < end; ++y) {
-                       row.clear();
-                       for (const ReferenceSplat* splat : band) {
-                         if (splat->box.y0 <= y && y < splat->box.y1) row.push_back(splat);
-                       }
-                       blend_row(frame, region, row, y, outputs, result);
-                     }
-                   });
+  frame.for_frame(static_cast<std::size_t>(region.y1 - region.y0), kBand,
+                  [&](std::size_t first, std::size_t last, int) {
+                    const int begin = region.y0 + static_cast<int>(first);
+                    const int end = region.y0 + static_cast<int>(last);
+                    std::vector<const ReferenceSplat*> band, row;
+                    for (const ReferenceSplat* splat : order) {
+                      if (splat->box.y0 < end && splat->box.y1 > begin) band.push_back(splat);
+                    }
+                    for (int y = begin; y < end; ++y) {
+                      row.clear();
+                      for (const ReferenceSplat* splat : band) {
+                        if (splat->box.y0 <= y && y < splat->box.y1) row.push_back(splat);
+                      }
+                      blend_row(frame, region, row, y, outputs, result);
+                    }
+                  });
 }
 
 }  // namespace qs::cpu

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <cassert>
+#include <optional>
 
 #include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/cuda_renderer.h"
@@ -24,7 +26,10 @@ class CudaRenderer final : public Renderer {
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     select_device();
-    cuda::upload(*cloud, pool_, progress, stream_, cloud_);
+    scene_ = std::make_shared<const GaussianCloud>();
+    clouds_ = {};
+    upload_in(Order::space, *cloud, progress);
+    scene_ = std::move(cloud);
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -41,17 +46,22 @@ class CudaRenderer final : public Renderer {
     select_device();
     const auto* texture = outputs.color ? std::get_if<GlTexture>(&target) : nullptr;
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
-    const FrameContext frame{cloud_, camera, settings, grid, stream_, std::move(stop), [&] {
-                               if (texture != nullptr) present(camera);
-                             }};
+    const auto frame_of = [&](Order order) {
+      return FrameContext{cloud_in(order, stop), camera, settings, grid, stream_, stop, [&] {
+                            if (texture != nullptr) present(camera);
+                          }};
+    };
     prepare_result(grid);
     if (texture != nullptr) gl_target_.map(*texture);
     try {
-      const bool may_be_fast =
-          settings.pipeline == Pipeline::fast && settings.dilation >= fast::kLeastDilation;
-      if (may_be_fast && fast_.draw(frame, outputs, pixels_, clock_)) {
-        collect(fast_, frame, outputs, target);
-      } else {
+      bool is_drawn = false;
+      if (settings.pipeline == Pipeline::fast && fast::FastPipeline::can_draw(settings, grid)) {
+        const FrameContext frame = frame_of(Order::space);
+        is_drawn = fast_.draw(frame, outputs, pixels_, clock_);
+        if (is_drawn) collect(fast_, frame, outputs, target);
+      }
+      if (!is_drawn) {
+        const FrameContext frame = frame_of(Order::file);
         classic_.draw(frame, outputs, pixels_, clock_);
         collect(classic_, frame, outputs, target);
       }
@@ -84,11 +94,32 @@ class CudaRenderer final : public Renderer {
     result_.color = std::move(color);
     result_.color.channels = 3;
     result_.grid = grid;
-    result_.stats.gaussians = cloud_.count;
+    result_.stats.gaussians = static_cast<std::uint32_t>(scene_->size());
   }
 
   void present(const Camera& camera) {
     gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
+  }
+
+  /// The scene in one order. It is uploaded when a pipeline first needs it, and stays beside the
+  /// other order if memory is plentiful.
+  const DeviceCloud& cloud_in(Order order, const std::stop_token& stop) {
+    if (!cloud(order).has_value()) {
+      const std::uint64_t bytes = scene_bytes(*scene_, order);
+      if (bytes > DeviceMemory::now().free / 2) clouds_ = {};
+      upload_in(order, *scene_, {{}, stop});
+    }
+    return *cloud(order);
+  }
+
+  std::optional<DeviceCloud>& cloud(Order order) {
+    return clouds_[static_cast<std::size_t>(order)];
+  }
+
+  void upload_in(Order order, const GaussianCloud& scene, const Progress& progress) {
+    DeviceCloud uploaded;
+    cuda::upload(scene, order, pool_, progress, stream_, uploaded);
+    cloud(order) = std::move(uploaded);
   }
 
   /// Fills the result from a drawn frame.
@@ -119,7 +150,8 @@ class CudaRenderer final : public Renderer {
   int device_;
   Stream stream_;
   StageClock clock_;
-  DeviceCloud cloud_;
+  std::shared_ptr<const GaussianCloud> scene_ = std::make_shared<const GaussianCloud>();
+  std::array<std::optional<DeviceCloud>, 2> clouds_;  // by order, on the GPU
   Pixels pixels_;
   GlTarget gl_target_;
   classic::ClassicPipeline classic_;
@@ -131,17 +163,7 @@ class CudaRenderer final : public Renderer {
 }  // namespace cuda
 
 std::unique_ptr<Renderer> make_cuda_renderer(ThreadPool& pool, int device) {
-  const GpuReport report = cuda::gpu_report();
-  const auto refuse = [](const std::string& why) {
-    throw Error(ErrorKind::device, "backend cuda: " + why);
-  };
-  if (!report.problem.empty()) refuse(report.problem);
-  if (device < 0 || device >= static_cast<int>(report.gpus.size())) {
-    refuse("there is no GPU " + std::to_string(device) + ", they count from 0 to " +
-           std::to_string(report.gpus.size() - 1));
-  }
-  const Gpu& gpu = report.gpus[static_cast<std::size_t>(device)];
-  if (!gpu.problem.empty()) refuse(gpu.name + ": " + gpu.problem);
+  cuda::require_gpu(device);
   return std::make_unique<cuda::CudaRenderer>(pool, device);
 }
 

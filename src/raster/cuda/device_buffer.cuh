@@ -103,6 +103,7 @@ class PinnedValue {
   ~PinnedValue() { cudaFreeHost(value_); }
 
   T* operator->() { return value_; }
+  const T* operator->() const { return value_; }
   T& operator*() { return *value_; }
 
  private:

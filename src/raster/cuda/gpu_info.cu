@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cuda_runtime.h>
 
+#include "raster/base/error.h"
 #include "raster/cuda/gpu_info.h"
 
 namespace qs::cuda {
@@ -83,6 +84,20 @@ GpuReport gpu_report() {
   }
   report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
   return report;
+}
+
+void require_gpu(int device) {
+  const GpuReport report = gpu_report();
+  const auto refuse = [](const std::string& why) {
+    throw Error(ErrorKind::device, "backend cuda: " + why);
+  };
+  if (!report.problem.empty()) refuse(report.problem);
+  if (device < 0 || device >= static_cast<int>(report.gpus.size())) {
+    refuse("there is no GPU " + std::to_string(device) + ", they count from 0 to " +
+           std::to_string(report.gpus.size() - 1));
+  }
+  const Gpu& gpu = report.gpus[static_cast<std::size_t>(device)];
+  if (!gpu.problem.empty()) refuse(gpu.name + ": " + gpu.problem);
 }
 
 std::string pci_bus_id(int device) {

@@ -10,6 +10,9 @@ namespace qs::cuda {
 /// See qs::gpu_report().
 GpuReport gpu_report();
 
+/// Throws Error(device) with the reason if a GPU, an index into GpuReport::gpus, cannot be used.
+void require_gpu(int device);
+
 /// The PCI bus address of a GPU, such as "0000:1b:00.0"; empty if there is none with this index.
 std::string pci_bus_id(int device);
 

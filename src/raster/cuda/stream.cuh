@@ -31,7 +31,7 @@ class Stream {
   cudaStream_t stream_ = nullptr;
 };
 
-/// A point in one stream that other streams can wait for.
+/// A point in one stream that other streams and the host can wait for.
 class Event {
  public:
   Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "cudaEventCreate"); }
@@ -44,6 +44,8 @@ class Event {
   void make_wait(cudaStream_t stream) const {
     check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent");
   }
+  /// The host waits.
+  void wait() const { check(cudaEventSynchronize(event_), "cudaEventSynchronize"); }
 
  private:
   cudaEvent_t event_ = nullptr;

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <limits>
+#include <span>
 
+#include "raster/cuda/stream.cuh"
 #include "raster/cuda/upload.cuh"
 #include "raster/scene/activated_cloud.h"
+#include "raster/scene/spatial_order.h"
 
 namespace qs::cuda {
 namespace {
 
 constexpr std::size_t kChunk = 1 << 16;  // Gaussians per copy
+static_assert(kChunk % kBlockGaussians == 0);
 
 __global__ void split_gaussians(const ActiveGaussian* chunk, unsigned count, float4* positions,
                                 float4* covariances, float2* covariances_z) {
@@ -21,67 +25,180 @@ __global__ void split_gaussians(const ActiveGaussian* chunk, unsigned count, flo
   covariances_z[i] = {c.yz, c.zz};
 }
 
-/// Transposes: value k of row i of `chunk` becomes element `first + i` of array k. There are
-/// `width` arrays of `array_size` values each.
-__global__ void transpose_rows(const float* chunk, unsigned rows, unsigned width,
-                               std::size_t array_size, std::size_t first, float* arrays) {
+/// Rows of `width` values for consecutive Gaussians, the first of which has place `first`.
+struct Rows {
+  const float* values;
+  unsigned count, width;
+  std::size_t first;
+};
+
+/// Transposes: value k of row i becomes element `first + i` of array k, for k < `arrays`. An array
+/// has `size` values.
+__global__ void transpose_rows(Rows rows, unsigned arrays, std::size_t size, float* to) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= rows) return;
-  for (unsigned k = 0; k < width; ++k) {
-    arrays[k * array_size + first + i] = chunk[std::size_t{i} * width + k];
-  }
+  if (i >= rows.count) return;
+  const float* const row = rows.values + std::size_t{i} * rows.width;
+  for (unsigned k = 0; k < arrays; ++k) to[k * size + rows.first + i] = row[k];
 }
+
+/// The same for the values from 3 on, as halves. Sets *inexact unless halves equal all of them.
+__global__ void transpose_to_halves(Rows rows, std::size_t size, std::uint16_t* to,
+                                    std::uint32_t* inexact) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= rows.count) return;
+  const float* const row = rows.values + std::size_t{i} * rows.width;
+  bool exact = true;
+  for (unsigned k = 3; k < rows.width; ++k) {
+    std::uint16_t half = 0;
+    exact = to_half(row[k], half) && exact;
+    to[(k - 3) * size + rows.first + i] = half;
+  }
+  if (!exact) *inexact = 1;
+}
+
+/// A part of the scene on the host, in the order of the GPU.
+struct Staging {
+  Array<ActiveGaussian> gaussians;
+  Array<glm::vec3> sh;
+  Array<BlockBounds> bounds;
+
+  /// The Gaussians at places `first` ... `first + count - 1` of an order, see Upload.
+  void gather(const GaussianCloud& cloud, std::span<const std::uint32_t> order, std::size_t first,
+              std::size_t count, ThreadPool& pool) {
+    const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+    gaussians.resize(count);
+    sh.resize(count * coefficients);
+    bounds.assign(blocks_for(count), {});
+    pool.for_chunks(count, kBlockGaussians, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t from = order.empty() ? first + i : order[first + i];
+        const ActiveGaussian& g = gaussians[i] = activate(cloud, from).gaussian;
+        bounds[begin / kBlockGaussians].include(g.position, g.covariance);
+        std::copy_n(&cloud.sh[from * coefficients], coefficients, &sh[i * coefficients]);
+      }
+    });
+  }
+};
+
+template <class T>
+void copy_to_device(const T* from, std::size_t count, T* to, cudaStream_t stream) {
+  check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream), "upload");
+}
+
+/// Values of a Gaussian's colour.
+unsigned sh_width(const GaussianCloud& cloud) {
+  return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
+}
+
+/// Uploads a scene, with coefficients as halves if wanted.
+class Upload {
+ public:
+  Upload(const GaussianCloud& cloud, std::span<const std::uint32_t> order, ThreadPool& pool,
+         cudaStream_t stream, DeviceCloud& device)
+      : cloud_(cloud), order_(order), pool_(pool), stream_(stream), device_(device) {
+    const std::size_t chunk = std::min(kChunk, cloud.size());
+    device.positions.reserve(kScene, cloud.size());
+    device.covariances.reserve(kScene, cloud.size());
+    device.covariances_z.reserve(kScene, cloud.size());
+    gaussians_.reserve(kScene, chunk);
+    rows_.reserve(kScene, chunk * width_);
+    inexact_.reserve(kScene, 1);
+    if (order.empty()) return;
+    device.file_indices.reserve(kScene, cloud.size());
+    device.bounds.reserve(kScene, blocks_for(cloud.size()));
+    copy_to_device(order.data(), cloud.size(), device.file_indices.data(), stream);
+  }
+
+  /// Returns false at the first chunk with coefficients that halves do not equal. Waits for all
+  /// copies.
+  bool with_halves(const Progress& progress) {
+    device_.sh.reserve(kScene, cloud_.size() * 3);
+    device_.sh_halves.reserve(kScene, cloud_.size() * (width_ - 3));
+    check(cudaMemsetAsync(inexact_.data(), 0, sizeof(std::uint32_t), stream_), "upload");
+    for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
+      const Rows rows = copy_chunk(first, progress);
+      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, 3u,
+             cloud_.size(), device_.sh.data());
+      launch("transpose_to_halves", transpose_to_halves, blocks_for(rows.count), stream_, rows,
+             cloud_.size(), device_.sh_halves.data(), inexact_.data());
+      if (copied(inexact_.data(), 1, stream_)[0] != 0) return false;
+    }
+    return true;
+  }
+
+  void with_floats(const Progress& progress) {
+    device_.sh_halves.release();
+    require_memory(kScene, scene_bytes(cloud_, order_.empty() ? Order::file : Order::space),
+                   device_.bytes());
+    device_.sh.reserve(kScene, cloud_.size() * width_);
+    for (std::size_t first = 0; first < cloud_.size(); first += kChunk) {
+      const Rows rows = copy_chunk(first, progress);
+      launch("transpose_rows", transpose_rows, blocks_for(rows.count), stream_, rows, width_,
+             cloud_.size(), device_.sh.data());
+    }
+    check(cudaStreamSynchronize(stream_), "upload");
+  }
+
+ private:
+  /// Enqueues the copy of all but the coefficients, which the rows have.
+  Rows copy_chunk(std::size_t first, const Progress& progress) {
+    progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud_.size()));
+    const std::size_t count = std::min(kChunk, cloud_.size() - first);
+    const auto n = static_cast<unsigned>(count);
+    staging_.gather(cloud_, order_, first, count, pool_);
+    // Copies have left the staging memory when they return, because it is not pinned.
+    if (!order_.empty()) {
+      copy_to_device(staging_.bounds.data(), staging_.bounds.size(),
+                     device_.bounds.data() + first / kBlockGaussians, stream_);
+    }
+    copy_to_device(staging_.gaussians.data(), count, gaussians_.data(), stream_);
+    launch("split_gaussians", split_gaussians, blocks_for(count), stream_, gaussians_.data(), n,
+           device_.positions.data() + first, device_.covariances.data() + first,
+           device_.covariances_z.data() + first);
+    copy_to_device(&staging_.sh.data()->x, count * width_, rows_.data(), stream_);
+    return {rows_.data(), n, width_, first};
+  }
+
+  static constexpr const char* kScene = "the scene";
+
+  const GaussianCloud& cloud_;
+  std::span<const std::uint32_t> order_;  // empty: that of the file
+  ThreadPool& pool_;
+  cudaStream_t stream_;
+  DeviceCloud& device_;
+  unsigned width_ = sh_width(cloud_);
+  DeviceBuffer<ActiveGaussian> gaussians_;
+  DeviceBuffer<float> rows_;
+  DeviceBuffer<std::uint32_t> inexact_;
+  Staging staging_;
+};
 
 }  // namespace
 
-void upload(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+std::uint64_t scene_bytes(const GaussianCloud& cloud, Order order) {
+  constexpr std::uint64_t kGeometryBytes = 10 * sizeof(float);
+  const std::uint64_t each = kGeometryBytes + sh_width(cloud) * sizeof(float);
+  const std::uint64_t of_order =
+      order == Order::file
+          ? 0
+          : cloud.size() * sizeof(std::uint32_t) + blocks_for(cloud.size()) * sizeof(BlockBounds);
+  return cloud.size() * each + of_order;
+}
+
+void upload(const GaussianCloud& cloud, Order order, ThreadPool& pool, const Progress& progress,
             cudaStream_t stream, DeviceCloud& device) {
-  device.count = 0;
+  // The old scene is freed first, because both scenes together may not fit.
+  device = {};
   if (cloud.size() > std::numeric_limits<std::int32_t>::max()) {
     throw Error(ErrorKind::device, "cuda: the scene has " + std::to_string(cloud.size()) +
                                        " Gaussians, at most 2147483647 can be drawn");
   }
-  const auto width = static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
-  constexpr std::size_t kGeometryBytes = 10 * sizeof(float);
-  require_memory("the scene", cloud.size() * (kGeometryBytes + width * sizeof(float)),
-                 device.positions.bytes() + device.covariances.bytes() +
-                     device.covariances_z.bytes() + device.sh.bytes());
-  // The old scene is freed first, because both scenes together may not fit.
-  device = {};
-  device.positions.reserve("the scene", cloud.size());
-  device.covariances.reserve("the scene", cloud.size());
-  device.covariances_z.reserve("the scene", cloud.size());
-  device.sh.reserve("the scene", cloud.size() * width);
-
   progress.update(0);
-  const ActivatedCloud active = activate(cloud, pool);
-  const std::size_t chunk_size = std::min(kChunk, cloud.size());
-  DeviceBuffer<ActiveGaussian> gaussians;
-  DeviceBuffer<float> rows;
-  gaussians.reserve("the scene", chunk_size);
-  rows.reserve("the scene", chunk_size * width);
-  for (std::size_t first = 0; first < cloud.size(); first += kChunk) {
-    progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud.size()));
-    const std::size_t count = std::min(kChunk, cloud.size() - first);
-    const auto n = static_cast<unsigned>(count);
-    check(cudaMemcpyAsync(gaussians.data(), active.gaussians.data() + first,
-                          count * sizeof(ActiveGaussian), cudaMemcpyHostToDevice, stream),
-          "upload");
-    launch("split_gaussians", split_gaussians, blocks_for(count), stream, gaussians.data(), n,
-           device.positions.data() + first, device.covariances.data() + first,
-           device.covariances_z.data() + first);
-    check(cudaMemcpyAsync(rows.data(), cloud.sh.data() + first * (width / 3),
-                          count * width * sizeof(float), cudaMemcpyHostToDevice, stream),
-          "upload");
-    launch("transpose_rows", transpose_rows, blocks_for(count), stream, rows.data(), n, width,
-           cloud.size(), first, device.sh.data());
-  }
-  check(cudaStreamSynchronize(stream), "upload");
-  if (cloud.size() > 0) device.low = device.high = cloud.positions[0];
-  for (const glm::vec3& position : cloud.positions) {
-    device.low = glm::min(device.low, position);
-    device.high = glm::max(device.high, position);
-  }
+  Array<std::uint32_t> file_indices;
+  if (order == Order::space) file_indices = spatial_order(cloud, pool);
+  Upload upload(cloud, file_indices, pool, stream, device);
+  const bool may_have_halves = order == Order::space && cloud.sh_degree > 0;
+  if (!may_have_halves || !upload.with_halves(progress)) upload.with_floats(progress);
   device.sh_degree = cloud.sh_degree;
   device.antialiased = cloud.antialiased;
   device.count = static_cast<std::uint32_t>(cloud.size());

@@ -11,8 +11,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/footprint.h"
 #include "raster/kernel/hd.h"
-#include "raster/kernel/project.h"
 
 namespace qs {
 
@@ -33,6 +33,15 @@ QS_HD Covariance3<Real> covariance_of(const glm::vec<3, Real>& log_scale,
 template <class Real>
 QS_HD Real opacity_of(Real logit) {
   return 1 / (1 + std::exp(-logit));
+}
+
+/// Rounds a Gaussian's values to what footprints are made from.
+QS_HD ActiveGaussian active_gaussian(const glm::vec3& position, const Covariance3<double>& c,
+                                     double opacity) {
+  return {position,
+          {static_cast<float>(c.xx), static_cast<float>(c.xy), static_cast<float>(c.xz),
+           static_cast<float>(c.yy), static_cast<float>(c.yz), static_cast<float>(c.zz)},
+          static_cast<float>(std::log2(255 * opacity))};
 }
 
 }  // namespace qs

@@ -16,11 +16,7 @@ Covariance3<double> world_covariance(const GaussianCloud& cloud, std::size_t i) 
 }
 
 Activated activate(glm::vec3 position, const Covariance3<double>& c, double opacity) {
-  return {{position,
-           {static_cast<float>(c.xx), static_cast<float>(c.xy), static_cast<float>(c.xz),
-            static_cast<float>(c.yy), static_cast<float>(c.yz), static_cast<float>(c.zz)},
-           static_cast<float>(std::log2(255 * opacity))},
-          static_cast<float>(opacity)};
+  return {active_gaussian(position, c, opacity), static_cast<float>(opacity)};
 }
 
 Activated activate(const GaussianCloud& cloud, std::size_t i) {

@@ -115,9 +115,9 @@ double psnr(const Image& a, const Image& b, ThreadPool& pool, std::span<const st
   return psnr_of(error / counted.values(0));
 }
 
-std::array<double, 2 * kSsimRadius + 1> ssim_window() {
+std::array<double, kSsimSize> ssim_window() {
   constexpr double kSigma = 1.5;
-  std::array<double, 2 * kSsimRadius + 1> window{};
+  std::array<double, kSsimSize> window{};
   for (int i = -kSsimRadius; i <= kSsimRadius; ++i)
     window[static_cast<std::size_t>(i + kSsimRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
   const double sum = std::accumulate(window.begin(), window.end(), 0.0);

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "raster/base/parallel.h"
+#include "raster/kernel/ssim.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -24,11 +25,8 @@ double psnr_of(double mean_squared_error, double peak = 1);
 double psnr(const Image& a, const Image& b, ThreadPool& pool,
             std::span<const std::uint8_t> mask = {});
 
-inline constexpr int kSsimRadius = 5;  ///< px, of the window
-inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
-
 /// The weights of the window along one axis, sigma 1.5. Their sum is 1.
-std::array<double, 2 * kSsimRadius + 1> ssim_window();
+std::array<double, kSsimSize> ssim_window();
 
 enum class SsimBorder {
   zeros,  ///< every pixel counts; values outside of the image are 0

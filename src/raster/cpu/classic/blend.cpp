@@ -159,11 +159,11 @@ void blend_block(const FrameContext& frame, const Visible& visible, const TileLi
 
 void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
            const Outputs& outputs, Frame& result) {
-  frame.for_chunks(static_cast<std::size_t>(blocks_of(frame).count()), 4,
-                   [&](std::size_t begin, std::size_t end, int) {
-                     for (std::size_t block = begin; block < end; ++block)
-                       blend_block(frame, visible, lists, block, outputs, result);
-                   });
+  frame.for_frame(static_cast<std::size_t>(blocks_of(frame).count()), 4,
+                  [&](std::size_t begin, std::size_t end, int) {
+                    for (std::size_t block = begin; block < end; ++block)
+                      blend_block(frame, visible, lists, block, outputs, result);
+                  });
 }
 
 }  // namespace qs::cpu

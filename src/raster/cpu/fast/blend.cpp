@@ -30,7 +30,7 @@ void blend(const FrameContext& frame, const Visible& visible, const TileLists& l
            TileQueue& queue, const Outputs& outputs, Frame& result) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   queue_longest_first(lists, tiles, queue);
-  frame.for_chunks(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
+  frame.for_frame(tiles, 2, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t tile = queue.tiles[i];
       TileJob job;

@@ -4,13 +4,9 @@
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
-#include "raster/kernel/tile_grid.h"
+#include "raster/kernel/frustum.h"
 
 namespace qs::cpu::fast {
-
-/// No mode lists a tile further from the mean than k sqrt(level (Sxx + Syy)) + 2 tiles in pixels,
-/// with k = kReachK + kReachKPerF2 / f^2 (see Extents) and level = max(gamma, kSigmas^2).
-inline constexpr float kReachK = 1.01f, kReachKPerF2 = 3e-7f;
 
 /// Fills `out` with the Gaussians of `block` that have a footprint, except those that are too far
 /// outside of the image to have a tile in any mode.

@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/scene.h"
 
-#include "raster/cpu/fast/spatial_order.h"
+#include "raster/scene/spatial_order.h"
 
 namespace qs::cpu::fast {
+namespace {
+
+BlockBounds bounds_of(const Block& block) {
+  BlockBounds bounds;
+  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+    bounds.include({block.x[lane], block.y[lane], block.z[lane]},
+                   {block.xx[lane], block.xy[lane], block.xz[lane], block.yy[lane], block.yz[lane],
+                    block.zz[lane]});
+  }
+  return bounds;
+}
+
+}  // namespace
 
 Scene make_scene(const GaussianCloud& cloud, ThreadPool& pool) {
   const Array<std::uint32_t> order = spatial_order(cloud, pool);

@@ -4,7 +4,8 @@
 // view skip whole blocks.
 #pragma once
 
-#include "raster/cpu/fast/frustum.h"
+#include "raster/cpu/fast/blocks.h"
+#include "raster/kernel/frustum.h"
 
 namespace qs::cpu::fast {
 

@@ -3,8 +3,8 @@
 // Stage 2: sorts the visible Gaussians front to back on all threads.
 #pragma once
 
-#include "raster/cpu/fast/radix_sort.h"
 #include "raster/cpu/visible.h"
+#include "raster/scene/radix_sort.h"
 
 namespace qs::cpu::fast {
 

@@ -25,7 +25,7 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
+void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   const std::uint32_t gaussians = frame.cloud.count;
   pairs.count = 0;
   pairs.offsets.reserve("the frame's Gaussians", std::size_t{gaussians} + 1);
@@ -38,9 +38,13 @@ void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   frame.throw_if_cancelled();
   require_indexable(*pairs.total);
   pairs.count = static_cast<std::uint32_t>(*pairs.total);
-  if (pairs.count == 0) return;
+  if (pairs.count > 0) pairs.buffers.reserve("the frame's tile pairs", pairs.count);
+}
 
-  pairs.buffers.reserve("the frame's tile pairs", pairs.count);
+void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
+  count_pairs(frame, visible, pairs);
+  if (pairs.count == 0) return;
+  const std::uint32_t gaussians = frame.cloud.count;
   with_culler(frame.settings.mode, [&]<class P>(P) {
     launch("duplicate", duplicate<P>, blocks_for(gaussians), frame.stream, visible.view(),
            gaussians, frame.grid, pairs.offsets.data(), pairs.buffers.keys.data(),

@@ -7,10 +7,11 @@ namespace qs::cuda::classic {
 namespace {
 
 /// One thread per pair; the threads of the first and last pair of a tile write its range.
-__global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, uint2* ranges) {
+__global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, int depth_bits,
+                            uint2* ranges) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
-  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> 32; };
+  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> depth_bits; };
   const std::uint64_t tile = tile_of(i);
   if (i == 0 || tile_of(i - 1) != tile) ranges[tile].x = i;
   if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].y = i + 1;
@@ -26,9 +27,9 @@ void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists) {
   // The pairs are in ascending order of the Gaussian's index, and a Gaussian has at most one pair
   // per tile. The sort is stable, so pairs of equal depth stay in that order.
   const int tile_bits = std::bit_width(tiles - 1);
-  sort_pairs(pairs.buffers, pairs.count, 32 + tile_bits, frame.stream);
+  sort_pairs(pairs.buffers, pairs.count, pairs.depth_bits + tile_bits, frame.stream);
   launch("find_ranges", find_ranges, blocks_for(pairs.count), frame.stream,
-         pairs.buffers.keys.data(), pairs.count, lists.ranges.data());
+         pairs.buffers.keys.data(), pairs.count, pairs.depth_bits, lists.ranges.data());
 }
 
 }  // namespace qs::cuda::classic

@@ -117,12 +117,12 @@ struct Appended {
     return true;
   }
 
-  __device__ unsigned tiles_in(int column, int row, std::uint32_t gaussian,
-                               const VisibleView& visible, TileGrid grid) const {
+  __device__ unsigned tiles_in(int column, int row, std::uint32_t place, const VisibleView& visible,
+                               TileGrid grid) const {
     constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
     static_assert(kColumns == 4 && kRows == 2);
     if constexpr (!kWalks<P>) {
-      return fast::tiles_in<P>(visible.footprints[gaussian].footprint(), grid, column, row);
+      return fast::tiles_in<P>(visible.footprints[place].footprint(), grid, column, row);
     } else {
       const int along = column * kColumns, down = row * kRows;
       const int first = (by_rows ? down : along) - line_begin;
@@ -172,10 +172,11 @@ struct StagedEntry {
 };
 
 /// Calls visit(exists, macro-tile, owner, mask of tiles) for each macro-tile that one of 32
-/// Gaussians may meet; the owner is 0 to 31, and `exists` if it lists tiles there. All lanes of a
-/// warp call it together, share the work and call visit() together.
+/// Gaussians may meet; these have the places from `first_place` on, the owner is 0 to 31, and
+/// `exists` if it lists tiles there. All lanes of a warp call it together, share the work and call
+/// visit() together.
 template <class P, class Visit>
-__device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_gaussian,
+__device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_place,
                                     const VisibleView& visible, const MacroTiles& macro_tiles,
                                     TileGrid grid, const Visit& visit) {
   static_assert(sizeof(Appended<P>) / sizeof(std::uint32_t) % 2 == 1);
@@ -198,7 +199,7 @@ __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t 
       const unsigned column = gaussian.macro_column + place - down * width;
       const unsigned row = gaussian.macro_row + down;
       tiles = gaussian.tiles_in(static_cast<int>(column), static_cast<int>(row),
-                                first_gaussian + owner, visible, grid);
+                                first_place + owner, visible, grid);
       macro_tile = row * static_cast<unsigned>(macro_tiles.columns) + column;
     }
     visit(tiles != 0, macro_tile, owner, tiles);

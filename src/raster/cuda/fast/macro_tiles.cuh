@@ -16,7 +16,7 @@ namespace qs::cuda::fast {
 
 /// A Gaussian in a macro-tile.
 struct MacroEntry {
-  std::uint32_t depth_key, gaussian;
+  std::uint32_t depth_key, gaussian;  ///< the index in the file
 
   /// Entries are sorted by this key: by depth, then by index.
   QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
@@ -77,7 +77,7 @@ struct Slicing {
   }
 
   /// Stores the entry at `slot` of a macro-tile if it is a sample: one in every 2^log2_distance
-  /// slots, at a place that varies, so that the order of the file hardly matters.
+  /// slots, at a place that varies, so that the order of the scene hardly matters.
   __device__ void sample(unsigned macro_tile, std::uint32_t slot, MacroEntry entry) const {
     constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
     const std::uint32_t number = slot >> size.log2_distance;

@@ -87,10 +87,13 @@ FastPipeline::FastPipeline(int device)
   size_.segment_capacity = 1 << 5;
 }
 
+bool FastPipeline::can_draw(const RenderSettings& settings, TileGrid grid) {
+  return settings.dilation >= kLeastDilation && MacroTiles::count_of(grid) <= MacroTiles::kMost;
+}
+
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                         StageClock& clock) {
   frame.throw_if_cancelled();
-  if (MacroTiles::count_of(frame.grid) > MacroTiles::kMost) return false;
   pixels.reserve(frame.camera, outputs);
   FrameSize size = size_;
   size.gaussians = frame.cloud.count;
@@ -136,7 +139,7 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   project(frame, size, visible_, scratch_);
   projected_.record(frame.stream);
   projected_.make_wait(side_stream);
-  if (needs_color(outputs)) color(frame, visible_, side_stream);
+  if (needs_color(outputs)) color(frame, scratch_, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);
   const auto list_others = size.macro.has_slices()    ? list_sliced
@@ -189,12 +192,24 @@ std::vector<ListRange> FastPipeline::list_ranges(const FrameContext& frame) cons
 }
 
 void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {
-  const auto keys = copied(visible_.depth_keys.data(), frame.cloud.count, frame.stream);
-  const auto splats = copied(visible_.splats.data(), frame.cloud.count, frame.stream);
-  const auto footprints = copied(visible_.footprints.data(), frame.cloud.count, frame.stream);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (keys[i] == kInvisibleKey) continue;
-    append_visible(trace, i, footprints[i].footprint(), depth_of_key(keys[i], frame.camera),
+  const std::uint32_t count = frame.cloud.count;
+  const auto on_host = [&](const auto* values) { return copied(values, count, frame.stream); };
+  const auto keys = on_host(visible_.depth_keys.data());
+  const auto splats = on_host(visible_.splats.data());
+  const auto footprints = on_host(visible_.footprints.data());
+  const auto file_indices = on_host(frame.cloud.file_indices.data());
+  std::vector<std::uint32_t> places(count, count);  // by index in the file; `count`: invisible
+  for (const std::uint32_t block :
+       copied(visible_.blocks.data(), counters_->visible_blocks, frame.stream)) {
+    const std::uint32_t first = block * kBlockGaussians;
+    for (std::uint32_t place = first; place < std::min(first + kBlockGaussians, count); ++place) {
+      if (keys[place] != kInvisibleKey) places[file_indices[place]] = place;
+    }
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t place = places[i];
+    if (place == count) continue;
+    append_visible(trace, i, footprints[place].footprint(), depth_of_key(keys[place], frame.camera),
                    splats[i].splat());
   }
 }

@@ -44,9 +44,11 @@ class FastPipeline {
  public:
   explicit FastPipeline(int device);
 
-  /// Fills `pixels` and waits for the frame. Returns false if this pipeline cannot draw the view:
-  /// pictures of more than MacroTiles::kMost macro-tiles, or a macro-tile that samples fail to cut
-  /// into slices that fit. Throws Error and Cancelled.
+  /// False for pictures of more than MacroTiles::kMost macro-tiles, and below kLeastDilation.
+  static bool can_draw(const RenderSettings& settings, TileGrid grid);
+
+  /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if
+  /// samples fail to cut a macro-tile into slices that fit. Throws Error and Cancelled.
   bool draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
   /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cfloat>
 
 #include <glm/geometric.hpp>
@@ -21,29 +22,45 @@ struct ProjectInput {
   std::uint32_t nearest_bits;  // of the depth whose key is 0
 };
 
+/// Sets VisibleView::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
+__global__ void __launch_bounds__(kThreads)
+    find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
+                      std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
+  const unsigned thread = blockIdx.x * kThreads + threadIdx.x;
+  for (std::size_t word = thread; word < words; word += std::size_t{gridDim.x} * kThreads) {
+    to_clear[word] = 0;
+  }
+  if (thread < blocks) shown[thread] = frustum.misses(bounds[thread]) ? 0 : 1;
+}
+
 __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   const std::uint32_t bits = __float_as_uint(depth);
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
-constexpr unsigned kProjectBlocks = 4;          // per multiprocessor, to hide latency
+constexpr unsigned kProjectBlocks = 5;          // per multiprocessor, to hide latency
+constexpr unsigned kProjectGrid = 4096;         // blocks that share the Gaussians, at most
+constexpr unsigned kColorGrid = 16384;          // the same for `color`
+constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
 constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
 constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // share the large Gaussians
 
-/// Projects Gaussians and appends them to macro-tiles. A block counts its entries first, so that it
-/// reserves room once per macro-tile, and once for all that it spills: thousands of atomic
-/// additions to the same counter would take longer than everything else.
+/// Projects a block of Gaussians and appends them to macro-tiles. It counts their entries first, so
+/// that it reserves room once per macro-tile, and once for all that it spills: thousands of atomic
+/// additions to the same counter would take longer than everything else. All threads of a block
+/// call it together.
 template <class P>
-__global__ void __launch_bounds__(kThreads, kProjectBlocks)
-    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
-                       std::uint32_t* large, Counters* counters) {
+__device__ void project_block(const ProjectInput& in, const VisibleView& out,
+                              const MacroTiles& macro_tiles, std::uint32_t* large,
+                              Counters* counters, std::uint32_t block) {
   __shared__ Appended<P> appended[kThreads];
+  __shared__ std::uint32_t file_indices[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
   __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next one
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
-  const std::uint32_t first = blockIdx.x * kThreads, i = first + threadIdx.x;
+  const std::uint32_t first = block * kThreads, i = first + threadIdx.x;
   for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
   if (threadIdx.x == 0) staged_count = spilled = 0;
 
@@ -60,12 +77,14 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   if (visible) {
     const Footprint& footprint = projected.footprint;
     out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
+    file_indices[threadIdx.x] = in.cloud.file_indices[i];
   }
   const std::uint32_t slot = reserve_slot(is_large, &counters->large);
   if (is_large) large[slot] = i;
   const int visible_here = __syncthreads_count(visible);
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
+    out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
   }
 
   const unsigned first_owner = threadIdx.x / kWarp * kWarp;
@@ -79,7 +98,7 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
           staged[at] = StagedEntry(macro_tile, owner, tiles).word;
           atomicAdd(&counts[macro_tile], 1u);
         } else {
-          macro_tiles.append(macro_tile, {appended[owner].depth_key, first + owner}, tiles);
+          macro_tiles.append(macro_tile, {appended[owner].depth_key, file_indices[owner]}, tiles);
         }
       });
   __syncthreads();
@@ -106,8 +125,32 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     const std::uint32_t place =
         reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
     if (!exists) continue;
-    macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, first + owner},
+    macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, file_indices[owner]},
                       entry.mask());
+  }
+  __syncthreads();
+}
+
+/// Blocks of threads share the blocks of Gaussians. A thread looks at each first, to find those
+/// that the view may show.
+template <class P>
+__global__ void __launch_bounds__(kThreads, kProjectBlocks)
+    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
+                       std::uint32_t* large, Counters* counters) {
+  __shared__ std::uint32_t shown_count, shown[kThreads];
+  const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
+  for (std::uint32_t first = blockIdx.x; first < blocks; first += gridDim.x * kThreads) {
+    if (threadIdx.x == 0) shown_count = 0;
+    __syncthreads();
+    const std::uint32_t turn = first + threadIdx.x * gridDim.x;
+    const bool is_shown = turn < blocks && out.shown[blocks - 1 - turn] != 0;
+    const std::uint32_t slot = reserve_slot(is_shown, &shown_count);
+    if (is_shown) shown[slot] = blocks - 1 - turn;
+    __syncthreads();
+    for (std::uint32_t k = 0; k < shown_count; ++k) {
+      project_block<P>(in, out, macro_tiles, large, counters, shown[k]);
+    }
+    __syncthreads();
   }
 }
 
@@ -172,13 +215,14 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
 /// orders the macro-tiles.
 template <class P>
 __global__ void __launch_bounds__(kAppendThreads)
-    append_large(TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
+    append_large(CloudView cloud, TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
                  const std::uint32_t* large, Counters* counters) {
   __shared__ Span runs[kLargeLines];
   const std::uint32_t count = counters->large;
   for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
-    const MacroEntry entry{visible.depth_keys[large[l]], large[l]};
-    const Footprint footprint = visible.footprints[entry.gaussian].footprint();
+    const std::uint32_t place = large[l];
+    const MacroEntry entry{visible.depth_keys[place], cloud.file_indices[place]};
+    const Footprint footprint = visible.footprints[place].footprint();
     TileRect tiles_of_all;
     Span lines{0, 0};
     bool by_rows = true;
@@ -223,15 +267,6 @@ __global__ void __launch_bounds__(kAppendThreads)
   if (is_last) order_macro_tiles(macro_tiles, counters);
 }
 
-__device__ AlphaEllipse ellipse_of(const Footprint& footprint) {
-  if (!(footprint.gamma > 0.0f)) return {-1, 0, 0, 0, 0};
-  constexpr float kWider = 1.0005f, kMarginPx = 0.01f;
-  const glm::vec2 max = extents(footprint).max * kWider + kMarginPx;
-  const glm::vec3 conic = footprint.conic;
-  const float half2 = footprint.gamma / conic.x * (kWider * kWider);
-  return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
-}
-
 /// BoundedSplat::clamp_rows.
 __device__ float clamp_rows_of(const Footprint& footprint, float log2_opacity, float y_max) {
   constexpr float kLog2AlphaMax = -0.014499570f;
@@ -271,22 +306,33 @@ struct ColorInput {
   CloudView cloud;
   glm::vec3 camera;  // world
   int sh_degree;
+  const Counters* counters;
 };
 
-__global__ void __launch_bounds__(kThreads) color_gaussians(ColorInput in, VisibleView visible) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= in.cloud.count || visible.depth_keys[i] == kInvisibleKey) return;
-  const float4 position = in.cloud.positions[i];
-  const glm::vec3 direction =
-      glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
-  const glm::vec3 color =
-      sh_color<float>(in.sh_degree, direction, [&](int k) { return in.cloud.coefficient(i, k); });
-  visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
+/// kHalves: the scene has CloudView::sh_halves.
+template <bool kHalves>
+__global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
+    color_gaussians(ColorInput in, VisibleView visible) {
+  const std::uint32_t blocks = in.counters->visible_blocks;
+  for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {
+    const std::uint32_t i = visible.blocks[b] * kBlockGaussians + threadIdx.x;
+    if (i >= in.cloud.count || visible.depth_keys[i] == kInvisibleKey) continue;
+    const float4 position = in.cloud.positions[i];
+    const glm::vec3 direction =
+        glm::normalize(glm::vec3(position.x, position.y, position.z) - in.camera);
+    const glm::vec3 color = sh_color<float>(in.sh_degree, direction, [&](int k) {
+      if constexpr (kHalves) return in.cloud.coefficient_of_halves(i, k);
+      return in.cloud.coefficient(i, k);
+    });
+    visible.splats[in.cloud.file_indices[i]] = splat_of(visible.footprints[i].footprint(), color);
+  }
 }
 
 }  // namespace
 
 void Visible::reserve(std::size_t gaussians) {
+  shown.reserve("the frame's Gaussians", blocks_for(gaussians));
+  blocks.reserve("the frame's Gaussians", blocks_for(gaussians));
   depth_keys.reserve("the frame's Gaussians", gaussians);
   footprints.reserve("the frame's Gaussians", gaussians);
   splats.reserve("the frame's Gaussians", gaussians);
@@ -294,24 +340,32 @@ void Visible::reserve(std::size_t gaussians) {
 
 void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch) {
   const ToClear to_clear = scratch.begin_frame(size);
-  check(cudaMemsetAsync(to_clear.begin, 0, to_clear.bytes, frame.stream), "preprocess");
+  const CloudView cloud = frame.cloud.view();
+  const View<float> view = make_view<float>(frame.camera);
+  const unsigned blocks = blocks_for(cloud.count);
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const ProjectInput in{frame.cloud.view(), make_view<float>(frame.camera),
-                          frame.rules(P::kKeepsFaint), frame.grid, nearest_bits(frame.camera)};
-    const Blocks with_counts(blocks_for(std::max(1u, frame.cloud.count)), kThreads,
+    const FootprintRules rules = frame.rules(P::kKeepsFaint);
+    launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
+           Frustum(view, rules, frame.grid), cloud.bounds, blocks, visible.view().shown,
+           to_clear.begin, to_clear.words);
+    const ProjectInput in{cloud, view, rules, frame.grid, nearest_bits(frame.camera)};
+    const Blocks with_counts(std::clamp(blocks, 1u, kProjectGrid), kThreads,
                              size.macro_tiles() * sizeof(std::uint32_t));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
     launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
-           frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
+           cloud, frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
   });
 }
 
-void color(const FrameContext& frame, Visible& visible, cudaStream_t stream) {
+void color(const FrameContext& frame, const Scratch& scratch, Visible& visible,
+           cudaStream_t stream) {
   const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
-                      frame.sh_degree()};
-  launch("preprocess", color_gaussians, blocks_for(std::max(1u, frame.cloud.count)), stream, in,
-         visible.view());
+                      frame.sh_degree(), scratch.counters};
+  const auto kernel =
+      in.cloud.sh_halves != nullptr ? color_gaussians<true> : color_gaussians<false>;
+  launch("preprocess", kernel, std::clamp(blocks_for(frame.cloud.count), 1u, kColorGrid), stream,
+         in, visible.view());
 }
 
 }  // namespace qs::cuda::fast

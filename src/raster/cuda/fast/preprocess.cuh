@@ -3,12 +3,14 @@
 // Stage 1 of the fast pipeline: `project` computes visibility and footprints, and appends the
 // visible Gaussians to the macro-tiles that they meet. `color` evaluates the spherical harmonics
 // and writes the splats for blending. `color` reads most of the scene's bytes, but only blending
-// depends on it, so it runs concurrently with listing. Results are indexed as in the cloud.
+// depends on it, so it runs concurrently with listing. Blocks of Gaussians that the view cannot
+// show are skipped unread.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 
+#include "raster/cuda/fast/ellipse.cuh"
 #include "raster/cuda/fast/scratch.cuh"
 #include "raster/cuda/frame_context.cuh"
 
@@ -23,16 +25,6 @@ struct alignas(32) PackedFootprint {
   glm::vec2 unused;  ///< is written too: a sector that is written in part is read first
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
-};
-
-/// The ellipse in which alpha >= 1/255, relative to the mean. In the row v pixels below the mean it
-/// spans slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. It is enlarged by a margin for
-/// rounding, and does not depend on the culling mode, so lossless modes stay equal bit for bit.
-struct AlphaEllipse {
-  float y_max;      ///< < 0: the ellipse is empty
-  float slope;      ///< of the line through the centres of the rows' spans
-  float v_extreme;  ///< row of the rightmost point; -v_extreme is the row of the leftmost point
-  float half2, narrowing;
 };
 
 /// A Gaussian as the blend kernel reads it: 64 bytes, two memory sectors.
@@ -64,22 +56,29 @@ inline float depth_of_key(std::uint32_t key, const Camera& camera) {
 
 /// The pointers that kernels use. Passed by value.
 struct VisibleView {
-  std::uint32_t* depth_keys;  ///< kInvisibleKey = not visible, the other values are undefined
-  PackedFootprint* footprints;
-  BoundedSplat* splats;
+  std::uint8_t* shown;        ///< per block of Gaussians: 0 if the view cannot show any of them
+  std::uint32_t* blocks;      ///< those with visible Gaussians, in any order
+  std::uint32_t* depth_keys;  ///< per place in these blocks; kInvisibleKey = not visible, the other
+                              ///< values are undefined
+  PackedFootprint* footprints;  ///< per place
+  BoundedSplat* splats;         ///< by index in the file, as lists have it
 };
 
 struct Visible {
-  DeviceBuffer<std::uint32_t> depth_keys;
+  DeviceBuffer<std::uint8_t> shown;
+  DeviceBuffer<std::uint32_t> blocks, depth_keys;
   DeviceBuffer<PackedFootprint> footprints;
   DeviceBuffer<BoundedSplat> splats;
 
   void reserve(std::size_t gaussians);
-  VisibleView view() { return {depth_keys.data(), footprints.data(), splats.data()}; }
+  VisibleView view() {
+    return {shown.data(), blocks.data(), depth_keys.data(), footprints.data(), splats.data()};
+  }
 };
 
 /// The first work of a frame: also clears the frame's counters.
 void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch);
-void color(const FrameContext& frame, Visible& visible, cudaStream_t stream);
+void color(const FrameContext& frame, const Scratch& scratch, Visible& visible,
+           cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

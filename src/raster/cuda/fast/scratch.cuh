@@ -13,6 +13,7 @@ namespace qs::cuda::fast {
 struct Counters {
   std::uint64_t tile_pairs;  ///< all pairs of the frame
   std::uint32_t visible;
+  std::uint32_t visible_blocks;  ///< see VisibleView
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
   std::uint32_t segments;            ///< of all long lists
@@ -83,8 +84,8 @@ struct FrameSize {
 
 /// Memory that must be set to zero.
 struct ToClear {
-  void* begin;
-  std::size_t bytes;
+  std::uint64_t* begin;
+  std::size_t words;
 };
 
 struct Scratch {
@@ -95,7 +96,7 @@ struct Scratch {
   ListRange* ranges = nullptr;        ///< per tile: its list in the tile pairs
   std::uint32_t* schedule = nullptr;  ///< see ScheduleView
   SegmentsView segments{};
-  std::uint32_t* large = nullptr;  ///< Counters::large Gaussians
+  std::uint32_t* large = nullptr;  ///< places of Counters::large Gaussians
 
   /// Points the members into the reserved memory. Returns the memory that must be cleared first.
   ToClear begin_frame(const FrameSize& size) {
@@ -123,7 +124,7 @@ struct Scratch {
     slicing.list_begins = list_begins_.data();
     slicing.entries = slice_entries_.data();
     slicing.masks = slice_masks_.data();
-    return {memory_.data(), layout.cleared * sizeof(std::uint64_t)};
+    return {memory_.data(), layout.cleared};
   }
 
   /// Throws Error(device) if memory is short.

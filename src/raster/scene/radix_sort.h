@@ -10,7 +10,7 @@
 #include "raster/base/parallel.h"
 #include "raster/scene/gaussian_cloud.h"
 
-namespace qs::cpu::fast {
+namespace qs {
 
 /// Keys with one value each, and the sort's buffers.
 struct SortItems {
@@ -41,4 +41,4 @@ struct KeyRange {
 void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool,
                 const std::stop_token& stop = {});
 
-}  // namespace qs::cpu::fast
+}  // namespace qs

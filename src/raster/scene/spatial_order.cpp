@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/spatial_order.h"
+#include "raster/scene/spatial_order.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,10 @@
 #include <limits>
 
 #include "raster/base/morton.h"
-#include "raster/cpu/fast/radix_sort.h"
 #include "raster/kernel/constants.h"
+#include "raster/scene/radix_sort.h"
 
-namespace qs::cpu::fast {
+namespace qs {
 namespace {
 
 /// Cells along an axis. A key has three times as many bits and two for the size class, which the
@@ -19,7 +19,6 @@ constexpr int kCellBits = 10;
 constexpr std::uint32_t kCells = 1u << kCellBits;
 
 /// Size classes: up to 2, 4 and 8 times the median, and larger.
-/// ones.
 constexpr float kClasses = 4;
 
 constexpr auto kSpread = [] {
@@ -90,4 +89,4 @@ Array<std::uint32_t> spatial_order(const GaussianCloud& cloud, ThreadPool& pool)
   return std::move(items.values);
 }
 
-}  // namespace qs::cpu::fast
+}  // namespace qs

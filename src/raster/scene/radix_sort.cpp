@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/fast/radix_sort.h"
+#include "raster/scene/radix_sort.h"
 
 #include <bit>
 #include <functional>
@@ -7,7 +7,7 @@
 
 #include "raster/base/error.h"
 
-namespace qs::cpu::fast {
+namespace qs {
 namespace {
 
 /// Items [begin, end) of segment `i`, when `count` items are split into `segments`.
@@ -62,4 +62,4 @@ void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::s
   }
 }
 
-}  // namespace qs::cpu::fast
+}  // namespace qs

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+//
+// Finds the blocks of Gaussians that a view cannot show from a bounding box and a largest size per
+// block.
+//
+// A mode lists no tile of a Gaussian whose mean is further outside of the image than its reach. For
+// the left side:
+//   mean_x + reach < 0,   mean_x = fx x/z + cx,   reach = k sqrt(level (Sxx + Syy)) + 2 tiles.
+// The sum of the undilated variances is at most (spread sigma / z)^2 for every shape. Splitting the
+// root and multiplying by z > 0 shows that the condition holds if
+//   fx x + (cx + k sqrt(2 level dilation) + 2 tiles) z + k sqrt(level) spread sigma < 0.
+// This is linear in the position, so its largest value over a box is at a corner. It does not
+// divide by the depth, so blocks that cross the camera's plane need no special case.
+#pragma once
+
+#include <glm/geometric.hpp>
+
+#include "raster/kernel/footprint.h"
+#include "raster/kernel/tile_grid.h"
+
+namespace qs {
+
+/// No mode lists a tile further from the mean than k sqrt(level (Sxx + Syy)) + 2 tiles in pixels,
+/// with k = kReachK + kReachKPerF2 / f^2 (see Extents) and level = max(gamma, kSigmas^2).
+inline constexpr float kReachK = 1.01f, kReachKPerF2 = 3e-7f;
+
+/// Bounds of all Gaussians of a block that a view can show.
+struct BlockBounds {
+  glm::vec3 low{INFINITY}, high{-INFINITY};  ///< box around the centres, world
+  float sigma = 0;                           ///< upper bound of the standard deviations, world
+
+  /// A Gaussian with a NaN has no footprint, and min() and max() ignore it.
+  QS_HD void include(const glm::vec3& position, const Covariance3<float>& c) {
+    low = glm::min(low, position);
+    high = glm::max(high, position);
+    // The norm of a matrix is an upper bound of its largest eigenvalue.
+    const float norm = std::sqrt(c.xx * c.xx + c.yy * c.yy + c.zz * c.zz +
+                                 2 * (c.xy * c.xy + c.xz * c.xz + c.yz * c.yz));
+    sigma = glm::max(sigma, std::sqrt(norm));
+  }
+};
+
+/// The part of the world that a view shows, enlarged for footprints and for rounding.
+class Frustum {
+ public:
+  QS_HD Frustum(const View<float>& view, const FootprintRules& rules, TileGrid grid)
+      : near_depth_(static_cast<double>(view.near_depth)),
+        usual_spread_(kLargestSigmas * std::sqrt(static_cast<double>(rules.dilation))),
+        depth_(in_view(view, 0, 0, 1)) {
+    const glm::dvec2 focal(view.focal_px), center(view.center_px), limit(view.slope_limit);
+    spread_ = static_cast<double>(rules.splat_scale) *
+              std::sqrt(focal.x * focal.x * stretch2(view, 0, limit.x) +
+                        focal.y * focal.y * stretch2(view, 1, limit.y));
+    const double room =
+        kLargestK * std::sqrt(2 * kLevel * static_cast<double>(rules.dilation)) + 2 * kTileSize;
+    const glm::dvec2 size = static_cast<double>(kTileSize) * glm::dvec2(grid.columns, grid.rows);
+    for (int axis = 0; axis < 2; ++axis) {
+      sides_[2 * axis] = in_view(view, axis, focal[axis], center[axis] + room);
+      sides_[2 * axis + 1] = in_view(view, axis, -focal[axis], size[axis] - center[axis] + room);
+    }
+  }
+
+  /// True only if no mode lists a tile of a Gaussian in the block.
+  QS_HD bool misses(const BlockBounds& bounds) const {
+    if (depth_.largest(bounds) < near_depth_) return true;
+    const double spread = spread_ * static_cast<double>(bounds.sigma);  // in px times depth
+    const double nearest = glm::max(depth_.smallest(bounds), near_depth_);
+    const double k = spread < usual_spread_ * nearest ? kUsualK : kLargestK;
+    const double reach = k * kRootOfLevel * spread;
+    for (const Linear& inside : sides_) {
+      if (inside.largest(bounds) + reach < 0) return true;
+    }
+    return false;
+  }
+
+ private:
+  /// Upper bound of max(gamma, kSigmas^2) in project(), and of its root: gamma is at most 2 ln 255
+  /// = 11.08.
+  static constexpr double kLevel = 11.1, kRootOfLevel = 3.3317;
+  static_assert(kLevel > 2 * kLn2 * static_cast<double>(kLog2Of255));
+  static_assert(kRootOfLevel * kRootOfLevel > kLevel);
+
+  /// Upper bound of k = kReachK + kReachKPerF2 / f^2, f^2 = det / (Sxx Syy). In single precision a
+  /// determinant is at least 2^-24 of that product, or 0 and the Gaussian is dropped.
+  static constexpr double kLargestK = 7;
+  static_assert(kLargestK > static_cast<double>(kReachK + (1 << 24) * kReachKPerF2));
+
+  /// A smaller bound of k for standard deviations below kLargestSigmas roots of the dilation. There
+  /// the dilation keeps f^2 above (2/3) / 1.7e5 - 3 * 2^-24, all rounding errors (1e-6 of the
+  /// largest variance, or 1/3 of the dilation) included.
+  static constexpr double kLargestSigmas = 400, kUsualK = 1.2;
+
+  /// Bound of the relative error of a position in view axes and of its pixel in single precision:
+  /// about ten roundings of 2^-24, and a margin.
+  static constexpr double kError = 4e-6;
+
+  /// A linear function of the position p: dot(slope, p) + offset.
+  struct Linear {
+    glm::dvec3 slope;
+    double offset;
+    // Bound of the error in single precision: dot(slope_error, |p|) + offset_error.
+    glm::dvec3 slope_error;
+    double offset_error;
+
+    /// Upper bound in the box.
+    QS_HD double largest(const BlockBounds& bounds) const {
+      const glm::dvec3 low(bounds.low), high(bounds.high);
+      const glm::dvec3 farthest = glm::max(slope * low, slope * high) +
+                                  slope_error * glm::max(glm::abs(low), glm::abs(high));
+      return farthest.x + farthest.y + farthest.z + offset + offset_error;
+    }
+
+    /// Lower bound in the box.
+    QS_HD double smallest(const BlockBounds& bounds) const {
+      return -Linear{-slope, -offset, slope_error, offset_error}.largest(bounds);
+    }
+  };
+
+  /// Row `axis` of the view's rotation.
+  static QS_HD glm::dvec3 row(const View<float>& view, int axis) {
+    const auto& m = view.view_from_world;
+    return {m[0][axis], m[1][axis], m[2][axis]};
+  }
+
+  /// Upper bound of |row `axis` + s row 2|^2 of the view's rotation for |s| <= limit.
+  static QS_HD double stretch2(const View<float>& view, int axis, double limit) {
+    const glm::dvec3 across = row(view, axis), along = row(view, 2);
+    limit = glm::abs(limit);
+    return glm::dot(across, across) + 2 * limit * glm::abs(glm::dot(across, along)) +
+           limit * limit * glm::dot(along, along);
+  }
+
+  /// across * (x or y, by `axis`) + along * z of the position in view axes.
+  static QS_HD Linear in_view(const View<float>& view, int axis, double across, double along) {
+    const glm::dvec3 of_axis = row(view, axis), of_depth = row(view, 2);
+    const auto& m = view.view_from_world;
+    const double shift = static_cast<double>(m[3][axis]), depth = static_cast<double>(m[3][2]);
+    return {across * of_axis + along * of_depth, across * shift + along * depth,
+            kError * (glm::abs(across * of_axis) + glm::abs(along * of_depth)),
+            kError * (glm::abs(across * shift) + glm::abs(along * depth))};
+  }
+
+  double near_depth_;
+  double usual_spread_;  ///< px; smaller footprints reach only a little beyond their box
+  double spread_;        ///< upper bound of px per (sigma / depth)
+  Linear depth_;         ///< view z
+  Linear sides_[4];      ///< px inside of each side of the image, times depth
+};
+
+}  // namespace qs

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -171,6 +172,10 @@ class Renderer {
   /// while the GPU is busy with other work. The renderer owns a hinted GlTexture until it is drawn
   /// into or another hint is given; later frames may still use other targets. Throws Error(device).
   virtual void prepare_target(const Target&) {}
+
+  /// Optional hint for pictures that take seconds: from now on render() reports how much of a frame
+  /// is done, 0..1, from its own thread. Empty: no reports. Only the CPU backend does.
+  virtual void report_frames_to(std::function<void(float fraction)>) {}
 };
 
 /// Backends of this build that can run on this machine, best first. Always includes the CPU.

@@ -3,7 +3,6 @@
 #include "app/train/photograph_cache.h"
 
 #include <chrono>
-#include <cstring>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -131,9 +130,9 @@ TEST_F(Photos, model_is_the_same_to_the_bit_if_2_of_12_fit) {
   TrainSettings settings;
   settings.sh_degree = 0;
   const auto trained = [&](const DataSet& data) {
-    Trainer trainer(settings, data,
-                    ModelState::starting_with(test::perturbed(test::ball_of_gaussians(200, 1), 2)),
-                    pool());
+    Trainer trainer = test::trainer_on(
+        Backend::cpu, settings, data,
+        ModelState::starting_with(test::perturbed(test::ball_of_gaussians(200, 1), 2)));
     for (int i = 0; i < 30; ++i) trainer.step();
     const std::optional<Quality> quality = trainer.test_quality();
     trainer.step();
@@ -143,12 +142,7 @@ TEST_F(Photos, model_is_the_same_to_the_bit_if_2_of_12_fit) {
   const auto [b, b_quality] = trained(two);
   EXPECT_EQ(a_quality->psnr, b_quality->psnr);
   EXPECT_EQ(a_quality->ssim, b_quality->ssim);
-  cpu::train::for_each_array(
-      [](std::size_t, const auto& x, const auto& y) {
-        ASSERT_EQ(x.size(), y.size());
-        EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])), 0);
-      },
-      a.parameters, b.parameters);
+  test::expect_same(a, b);
 }
 
 }  // namespace

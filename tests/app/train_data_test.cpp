@@ -63,7 +63,7 @@ TEST_F(TrainData, every_nth_photograph_by_name_is_a_test_view) {
   EXPECT_THAT(names(data.training), ElementsAre("c", "d", "e", "g", "h", "i"));
   EXPECT_EQ(data.skipped, 1u);
   EXPECT_EQ(data.training[1].rgb[0], 77) << "0.3 of 255";
-  EXPECT_NEAR(data.training[1].target({})[7].y, 0.3, 0.002);
+  EXPECT_NEAR(data.training[1].photograph().over({})[7].y, 0.3, 0.002);
   EXPECT_EQ(data.cameras().size(), 9u);
   EXPECT_EQ(data.cameras()[1].camera.name, "c");
   options_.holdout = 0;
@@ -136,7 +136,7 @@ TEST_F(TrainData, alpha_can_be_kept_to_blend_over_another_background_in_every_it
   options_.keep_alpha = true;
   const DataSet data = read();
   EXPECT_TRUE(data.training[1].alpha.empty()) << "an opaque photograph";
-  const auto target = data.training[0].target({1, 0.5f, 0});
+  const auto target = data.training[0].photograph().over({1, 0.5f, 0});
   EXPECT_NEAR(target[3].x, 0, 0.003);
   EXPECT_NEAR(target[3].y, 0.6, 0.003);
   EXPECT_NEAR(target[33].x, 0.8, 0.003);

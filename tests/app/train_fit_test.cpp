@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Training on synthetic views: it finds the scene again, and repeats itself to the bit.
+#include <functional>
+#include <memory>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "app/train/checkpoint.h"
+#include "app/train/run.h"
 #include "app/train/trainer.h"
 #include "app/training.h"
+#include "raster/base/fail.h"
+#include "support/error_of.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
 
 namespace qs::train {
 namespace {
 
-using test::pool;
+using test::expect_same;
 
 constexpr std::size_t kGaussians = 200;
 constexpr int kViews = 16;  // 12 for training
@@ -26,7 +33,7 @@ Trainer perturbed_trainer(const TrainSettings& settings, int threads = 0, int la
   ModelState model =
       ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
   model.iteration = last;
-  return {settings, synthetic(), std::move(model), pool(threads)};
+  return test::trainer_on(Backend::cpu, settings, synthetic(), std::move(model), threads);
 }
 
 TrainSettings flat_colours() {
@@ -35,31 +42,14 @@ TrainSettings flat_colours() {
   return settings;
 }
 
-template <class T>
-void expect_same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(T)), 0);
-}
-
-void expect_same(const ModelState& a, const ModelState& b) {
-  EXPECT_EQ(a.iteration, b.iteration);
-  EXPECT_EQ(a.adam.steps, b.adam.steps);
-  const auto same = [](std::size_t, const auto& x, const auto& y) { expect_same_bits(x, y); };
-  cpu::train::for_each_array(same, a.parameters, b.parameters);
-  cpu::train::for_each_array(same, a.adam.first, b.adam.first);
-  cpu::train::for_each_array(same, a.adam.second, b.adam.second);
-  expect_same_bits(a.density.sums, b.density.sums);
-  expect_same_bits(a.density.views, b.density.views);
-}
-
 TEST(TrainFit, perturbed_gaussians_return_to_35_db_on_views_that_they_were_not_fitted_to) {
   ASSERT_EQ(synthetic().training.size(), 12u);
   TrainSettings settings = flat_colours();
   settings.max_gaussians = kGaussians;
   Trainer trainer = perturbed_trainer(settings);
   EXPECT_LE(trainer.test_quality()->psnr, 20);
-  while (trainer.model().iteration < 1400) trainer.step();
-  EXPECT_LE(trainer.model().size(), kGaussians);
+  while (trainer.iteration() < 1400) trainer.step();
+  EXPECT_LE(trainer.gaussians(), kGaussians);
   EXPECT_GE(trainer.test_quality()->psnr, 35);
 }
 
@@ -81,11 +71,85 @@ TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
   const auto start = [] {
     return ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
   };
-  Trainer a(flat_colours(), dark, start(), pool()), b(flat_colours(), bright, start(), pool());
+  Trainer a = test::trainer_on(Backend::cpu, flat_colours(), dark, start());
+  Trainer b = test::trainer_on(Backend::cpu, flat_colours(), bright, start());
   for (int i = 0; i < 20; ++i) EXPECT_EQ(a.step().loss.total, b.step().loss.total);
   expect_same(a.model(), b.model());
   EXPECT_EQ(a.test_quality()->psnr, b.test_quality()->psnr);
   EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
+}
+
+// Passes everything on, but has no memory for one iteration.
+class FailingModel final : public TrainingModel {
+ public:
+  FailingModel(int iteration, std::function<void()> fails)
+      : fails_in_(iteration), fails_(std::move(fails)) {}
+
+  std::string name() const override { return model_->name(); }
+  std::size_t size() const override { return model_->size(); }
+  int iteration() const override { return model_->iteration(); }
+  int changed_before() const override { return model_->changed_before(); }
+  void set_state(ModelState state) override { model_->set_state(std::move(state)); }
+  const ModelState& state() override { return model_->state(); }
+  const Parameters& parameters() override { return model_->parameters(); }
+  GaussianFacts facts() override { return model_->facts(); }
+  void apply(const Plan& plan) override { model_->apply(plan); }
+  void forward(const Camera& camera, const RenderSettings& settings,
+               std::stop_token stop) override {
+    if (iteration() + 1 == fails_in_) fails_();
+    model_->forward(camera, settings, std::move(stop));
+  }
+  Image picture() override { return model_->picture(); }
+  void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
+    model_->compare_with(number, photograph);
+  }
+  void backward() override { model_->backward(); }
+  void step(const StepOrder& order) override { model_->step(order); }
+  Loss recent_loss() override { return model_->recent_loss(); }
+  std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
+
+ private:
+  std::unique_ptr<TrainingModel> model_ = make_training_model(Backend::cpu, test::pool());
+  int fails_in_;
+  std::function<void()> fails_;
+};
+
+TEST(TrainRun, a_run_without_memory_is_saved_and_continues_to_the_same_bits) {
+  TrainSettings settings = flat_colours();
+  settings.iterations = 603;
+  settings.strategy = "mcmc";
+  RunOptions options;
+  options.initial = test::perturbed(test::ball_of_gaussians(20, 1), 2);
+  const auto run = [&](const std::filesystem::path& folder, bool resume,
+                       std::unique_ptr<TrainingModel> model) {
+    options.out_dir = folder;
+    options.resume = resume;
+    return run_training(settings, synthetic(), options, std::move(model), test::pool());
+  };
+  const auto usual = [] { return make_training_model(Backend::cpu, test::pool()); };
+  const TemporaryFolder folder;
+  run(folder / "whole", false, usual());
+  const Checkpoint whole = read_checkpoint(folder / "whole" / "checkpoint");
+  EXPECT_EQ(whole.model.size(), 21u) << "it grew before iteration 601";
+
+  // In iteration 601 the set of Gaussians has changed already.
+  const std::function<void()> failures[] = {
+      [] { throw std::bad_alloc(); },
+      [] { throw Error(ErrorKind::device, "cuda: the step's pairs: 9 MiB are needed"); }};
+  for (const int iteration : {40, 601}) {
+    for (const auto& failure : failures) {
+      const auto parts = folder / "parts";
+      EXPECT_THAT(
+          test::error_of(
+              [&] { run(parts, false, std::make_unique<FailingModel>(iteration, failure)); },
+              ErrorKind::device),
+          testing::AllOf(testing::HasSubstr("the run was saved in " + parts.string()),
+                         testing::HasSubstr(fmt::format("iteration {} ", iteration))));
+      EXPECT_EQ(read_checkpoint(parts / "checkpoint").model.iteration, iteration - 1);
+      run(parts, true, usual());
+      expect_same(read_checkpoint(parts / "checkpoint").model, whole.model);
+    }
+  }
 }
 
 class TrainStrategy : public testing::TestWithParam<const char*> {
@@ -105,17 +169,18 @@ constexpr int kStart = 580;
 TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
   constexpr int kBreak = 601, kEnd = 610;
   Trainer whole = perturbed_trainer(settings(), 1, kStart);
-  while (whole.model().iteration < kEnd) whole.step();
-  EXPECT_NE(whole.model().size(), kGaussians) << "the set of Gaussians changed";
+  while (whole.iteration() < kEnd) whole.step();
+  EXPECT_NE(whole.gaussians(), kGaussians) << "the set of Gaussians changed";
 
   Trainer first = perturbed_trainer(settings(), 3, kStart);
-  while (first.model().iteration < kBreak) first.step();
+  while (first.iteration() < kBreak) first.step();
   const TemporaryFolder folder;
   write_checkpoint({settings(), "data", {}, first.model()}, folder / "checkpoint");
   Checkpoint read = read_checkpoint(folder / "checkpoint");
   expect_same(read.model, first.model());
-  Trainer second(read.settings, synthetic(), std::move(read.model), pool(2));
-  while (second.model().iteration < kEnd) second.step();
+  Trainer second =
+      test::trainer_on(Backend::cpu, read.settings, synthetic(), std::move(read.model), 2);
+  while (second.iteration() < kEnd) second.step();
   expect_same(second.model(), whole.model());
 }
 
@@ -126,7 +191,7 @@ TEST_P(TrainStrategy, all_lossless_culling_modes_give_the_same_bits) {
     TrainSettings with_mode = settings();
     with_mode.mode = find_culler(mode);
     Trainer trainer = perturbed_trainer(with_mode, 0, kStart);
-    while (trainer.model().iteration < kEnd) trainer.step();
+    while (trainer.iteration() < kEnd) trainer.step();
     if (!expected) expected = trainer.model();
     expect_same(trainer.model(), *expected);
   }

@@ -13,6 +13,7 @@
 #include "app/training.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "raster/renderer.h"
 #include "support/scene_files.h"
 #include "support/temporary_folder.h"
 
@@ -130,6 +131,27 @@ TEST_F(TrainProgram, resume_refuses_other_settings_data_and_damage) {
     const ProgramRun run = train("model", {"--iterations", "6", "--resume"});
     EXPECT_EQ(run.exit_code, 2) << size;
     EXPECT_THAT(run.err, HasSubstr("model/checkpoint: "));
+  }
+}
+
+TEST_F(TrainProgram, says_which_backend_trains_and_that_it_can_continue_on_another) {
+  std::vector<std::string> words = start(2);
+  words.insert(words.end(), {"--backend", "cpu"});
+  EXPECT_THAT(train("model", words).out, HasSubstr("training on cpu\n"));
+  words = start(3);
+  words.insert(words.end(), {"--resume", "--backend"});
+  for (const char* backend : {"auto", "cuda"}) {
+    words.emplace_back(backend);
+    const ProgramRun run = train("model", words);
+    words.pop_back();
+    if (std::string(backend) == "auto" || available_backends().front() == Backend::cuda) {
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      const std::string name = kBackendNames[static_cast<int>(available_backends().front())];
+      EXPECT_THAT(run.out, HasSubstr("training on " + name));
+    } else {
+      EXPECT_EQ(run.exit_code, 3);
+      EXPECT_THAT(run.err, HasSubstr("backend cuda: " + gpu_report().problem));
+    }
   }
 }
 

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/train/initial.h"
-#include "app/train/model_state.h"
 #include "app/train/nearest.h"
 #include "app/train/schedule.h"
 #include "app/train/train_log.h"
@@ -129,8 +128,14 @@ TEST(TrainLog, finds_the_best_evaluation_and_survives_json) {
   log.loss_sum = 0.1;
   log.loss_count = 3;
   log.stage_seconds[2] = 7.25;
+  EXPECT_EQ(most_gpu_memory(log), std::nullopt);
+  EXPECT_EQ(most_gpu_memory(log_of(log_json(log))), std::nullopt);
+  log.rows[1].gpu_memory_bytes = 5'000'000'000;
+  log.rows[2].gpu_memory_bytes = 4'000'000'000;
   const TrainLog read = log_of(log_json(log));
   EXPECT_EQ(format_train_csv(read), format_train_csv(log));
+  EXPECT_EQ(most_gpu_memory(read), 5'000'000'000);
+  EXPECT_EQ(read.rows[2].gpu_memory_bytes, 4'000'000'000);
   EXPECT_EQ(read.rows[3].loss, 1.0 / 3);
   EXPECT_EQ(read.loss_sum, 0.1);
   EXPECT_EQ(read.loss_count, 3);

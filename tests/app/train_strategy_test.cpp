@@ -15,11 +15,10 @@ namespace {
 
 using test::pool;
 
-/// A model whose iteration `last` is over, and what prepare() then does with it.
+/// A model whose iteration `last` is over, and what the strategy's plan then makes of it.
 struct Case {
   TrainSettings settings;
   ModelState model;
-  cpu::train::Rates rates = rates_at(1, 1, 2.5e-2);
 
   explicit Case(std::size_t gaussians, const char* strategy = "adc") {
     settings.sh_degree = 0;
@@ -35,8 +34,10 @@ struct Case {
     }
   }
   void prepare_after(int last, double extent) {
-    const ModelContext context{settings, last + 1, extent, rates, pool(), model};
-    find_strategy(settings.strategy).prepare(context);
+    const Strategy& strategy = find_strategy(settings.strategy);
+    if (!strategy.changes_before(settings, last + 1)) return;
+    const GaussianFacts facts = facts_of(model);
+    model = changed(model, strategy.plan({settings, last + 1, extent, {}}, facts));
   }
   /// Gaussian i has this mean gradient on the image.
   void set_gradient(std::size_t i, float gradient) {
@@ -186,11 +187,11 @@ TEST(TrainMcmc, noise_moves_nearly_transparent_gaussians_only) {
   Case c(2, "mcmc");
   c.model.parameters.opacity_logits[1] = -8;
   const Parameters before = c.model.parameters;
-  Gradients gradients;
-  gradients.reset(c.model.parameters);
-  find_strategy("mcmc").step({{c.settings, 600, 1, c.rates, pool(), c.model}, 64, 48, gradients});
-  EXPECT_EQ(c.model.parameters.means[0], before.means[0]);
-  EXPECT_NE(c.model.parameters.means[1], before.means[1]);
+  const auto model = make_training_model(Backend::cpu, pool());
+  model->set_state(c.model);
+  model->step(find_strategy("mcmc").step({c.settings, 600, 1, rates_at(600, 1, 5e-2)}));
+  EXPECT_EQ(model->state().parameters.means[0], before.means[0]);
+  EXPECT_NE(model->state().parameters.means[1], before.means[1]);
 }
 
 TEST(TrainStrategies, have_names_and_others_are_refused) {

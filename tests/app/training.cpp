@@ -2,9 +2,11 @@
 #include "app/training.h"
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "io/picture/image_file.h"
 #include "raster/renderer.h"
@@ -13,13 +15,11 @@
 
 namespace qs::test {
 
-using cpu::train::Parameters;
-
-Parameters<float> ball_of_gaussians(std::size_t count, unsigned seed) {
+train::Parameters ball_of_gaussians(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(-1, 1);
-  Parameters<float> scene;
+  train::Parameters scene;
   scene.sh_degree = 0;
   scene.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -36,7 +36,7 @@ Parameters<float> ball_of_gaussians(std::size_t count, unsigned seed) {
   return scene;
 }
 
-Parameters<float> perturbed(Parameters<float> scene, unsigned seed) {
+train::Parameters perturbed(train::Parameters scene, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   const auto noise = [&] { return glm::vec3(normal(random), normal(random), normal(random)); };
@@ -63,7 +63,7 @@ std::vector<Camera> sphere_cameras(int count) {
   return cameras;
 }
 
-train::DataSet data_set_of(const Parameters<float>& scene, int views) {
+train::DataSet data_set_of(const train::Parameters& scene, int views) {
   const auto renderer = make_renderer(Backend::cpu, pool());
   renderer->upload(to_cloud(scene, false), {});
   train::DataSet data;
@@ -87,6 +87,29 @@ void write_data_set(const train::DataSet& data, const std::filesystem::path& fol
       write_image(view.image(), folder / "images" / view.source.file);
   }
   write_cameras(pinhole_cameras(data.cameras()), folder / "cameras.json");
+}
+
+train::Trainer trainer_on(Backend backend, const train::TrainSettings& settings,
+                          const train::DataSet& data, train::ModelState state, int threads) {
+  auto model = train::make_training_model(backend, pool(threads));
+  model->set_state(std::move(state));
+  return {settings, data, std::move(model), pool(threads)};
+}
+
+void expect_same(const train::ModelState& a, const train::ModelState& b) {
+  EXPECT_EQ(a.iteration, b.iteration);
+  EXPECT_EQ(a.changed_before, b.changed_before);
+  EXPECT_EQ(a.adam.steps, b.adam.steps);
+  const auto same_bits = [](const auto& x, const auto& y) {
+    ASSERT_EQ(x.size(), y.size());
+    EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]), 0);
+  };
+  const auto same = [&](std::size_t, const auto& x, const auto& y) { same_bits(x, y); };
+  train::for_each_array(same, a.parameters, b.parameters);
+  train::for_each_array(same, a.adam.first, b.adam.first);
+  train::for_each_array(same, a.adam.second, b.adam.second);
+  same_bits(a.density.sums, b.density.sums);
+  same_bits(a.density.views, b.density.views);
 }
 
 }  // namespace qs::test

@@ -82,6 +82,19 @@ TEST(TrainingState, commands_reach_the_host_in_the_phases_in_which_they_make_sen
   EXPECT_THAT(driven.training, ElementsAre(pause, step, resume, save, stop));
 }
 
+TEST(TrainingState, a_run_starts_unless_one_is_under_way) {
+  Driven driven;
+  const std::vector<std::string> words = {"garden", "--out-dir", "model"};
+  driven.apply(action::start_training, words);
+  EXPECT_THAT(driven.trained, ElementsAre(words));
+  driven.apply(action::start_training, words);
+  EXPECT_EQ(driven.trained.size(), 1u);
+  EXPECT_THAT(driven.viewer.log.back().text, HasSubstr("stop that run first"));
+  driven.apply(action::training_ended, std::string("finished and saved"), false);
+  driven.apply(action::start_training, words);
+  EXPECT_EQ(driven.trained.size(), 2u);
+}
+
 TEST(TrainingState, measuring_waits_and_scripts_wait_while_a_model_is_trained) {
   DrivenTraining driven;
   Viewer viewer = driven.viewer;
@@ -274,6 +287,42 @@ TEST(TrainingWindow, shows_pauses_steps_and_ends_with_the_bits_of_a_run_without_
     return read_text_file(folder / name / "point_cloud/iteration_100/point_cloud.ply", 1 << 26);
   };
   EXPECT_EQ(gaussians("window"), gaussians("terminal"));
+}
+
+TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), folder / "data");
+  // A shot waits until the window was drawn. Focus needs a few drawings, a key press one. A field
+  // keeps what was typed, and typing replaces it.
+  std::ofstream script(folder / "script");
+  const auto train_from = [&](const std::string& data) {
+    script << "key Ctrl+Shift+T\n";
+    for (int i = 0; i < 4; ++i) script << "shot " << path("dialog.png") << "\n";
+    script << "type " << path(data) << "\n";
+    for (int i = 0; i < 2; ++i) script << "shot " << path("typed.png") << "\n";
+    script << "key Enter\n";
+    for (int i = 0; i < 2; ++i) script << "shot " << path("started.png") << "\n";
+  };
+  train_from("nothing");
+  script << "wait\nstate " << path("refused.json") << "\n";
+  train_from("data");
+  script << "key Shift+T\nwait\nstate " << path("paused.json") << "\nquit\n";
+  script.close();
+  const auto run = test::run_quadsplat({"view", "--settings", path("settings.json"), "--threads",
+                                        "2", "--input", path("script"), "--size", "800x500"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto state = [&](const std::string& name) {
+    return parse_json(read_text_file(folder / (name + ".json"), 1 << 20), "test");
+  };
+  EXPECT_THAT(state("refused")["training"]["state"].get<std::string>(), HasSubstr("nothing"));
+  const nlohmann::json training = state("paused")["training"];
+  EXPECT_EQ(training["state"], "paused");
+  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 30,000"));
+  EXPECT_EQ(training["model"], path("data_model"));
+  EXPECT_EQ(state("paused")["scene"], "data_model");
+  EXPECT_TRUE(std::filesystem::exists(folder / "data_model/checkpoint")) << "closing saves it";
 }
 
 }  // namespace

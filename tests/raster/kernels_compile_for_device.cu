@@ -8,14 +8,17 @@
 #include "raster/kernel/adam.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/modes.h"
+#include "raster/kernel/density.h"
 #include "raster/kernel/footprint.h"
-#include "raster/kernel/gradient/activation.h"
-#include "raster/kernel/gradient/footprint.h"
-#include "raster/kernel/gradient/pixel.h"
-#include "raster/kernel/gradient/project.h"
-#include "raster/kernel/gradient/sh.h"
+#include "raster/kernel/frustum.h"
+#include "raster/kernel/gradient/gaussian.h"
+#include "raster/kernel/gradient/mcmc.h"
+#include "raster/kernel/half.h"
+#include "raster/kernel/loss.h"
+#include "raster/kernel/photograph.h"
 #include "raster/kernel/random.h"
 #include "raster/kernel/sh.h"
+#include "raster/kernel/ssim.h"
 
 namespace qs {
 
@@ -32,45 +35,69 @@ __global__ void use_sh(int degree, const glm::vec3* coefficients, glm::vec3* col
   colors[0] = sh_color<float>(degree, glm::vec3(0, 0, 1), [&](int i) { return coefficients[i]; });
 }
 
+__global__ void use_frustum(View<float> view, FootprintRules rules, TileGrid grid,
+                            BlockBounds* bounds, bool* missed) {
+  bounds[0].include(glm::vec3(1), {1, 0, 0, 1, 0, 1});
+  missed[0] = Frustum(view, rules, grid).misses(bounds[0]);
+}
+
+__global__ void use_half(const float* values, std::uint16_t* halves, float* back) {
+  if (to_half(values[0], halves[0])) back[0] = float_of_half(halves[0]);
+}
+
 template <class Real>
-__global__ void use_gradients(View<Real> view, const typename PixelMath<Real>::Splat* splats,
-                              const glm::vec<3, Real>* points, const glm::qua<Real>* rotations,
-                              GeometryGradient<Real>* geometry, ShapeGradient<Real>* shapes,
-                              SplatGradient<Real>* sums, glm::vec<3, Real>* sh) {
+__global__ void use_gradients(GradientRules<Real> rules,
+                              const typename PixelMath<Real>::Splat* splats,
+                              const GaussianValues<Real>* gaussians,
+                              const glm::vec<3, Real>* pixels, GaussianValues<Real>* gradients,
+                              glm::vec<3, Real>* sh) {
   Real transmittance = 1, alpha = 0;
   if (composite(splats[0], Real(1), Real(2), transmittance, alpha) != Step::blends) return;
-  PixelSums<Real> pixels;
-  add_pixel<Real>(splats[0], 1, 2, alpha, transmittance, points[0], points[1], pixels);
-  *sums = splat_gradient<Real>(splats[0], pixels);
-  const Covariance3<Real> sigma = covariance_of(points[2], unit_rotation(rotations[0]));
-  const Covariance2<Real> before = project_covariance(view, points[0], sigma);
-  const Covariance2<Real> after{before.xx + 1, before.xy, before.yy + 1};
-  Covariance2<Real> d = conic_gradient(after, sums->conic);
-  d.xx += compensation_gradient(before, after, sums->opacity).xx;
-  *geometry = project_covariance_gradient(view, points[0], sigma, d);
-  geometry->mean += view_gradient(view, pixel_gradient(view, points[0], sums->mean_px));
-  *shapes = covariance_gradient(points[2], rotations[0], geometry->covariance);
-  const glm::vec<3, Real> d_color = clamp_gradient(splats[0].color, sums->color);
-  geometry->mean += direction_gradient(
-      points[3], sh_gradient(
-                     3, points[3], [&](int i) { return points[i]; }, d_color,
-                     [&](int i, const glm::vec<3, Real>& gradient) { sh[i] = gradient; }));
-  sums->opacity = opacity_gradient(opacity_of(splats[0].opacity), sums->opacity);
+  PixelSums<Real> sums;
+  add_pixel<Real>(splats[0], 1, 2, alpha, transmittance, pixels[0], pixels[1], sums);
+  gradients[0] = gaussian_gradient<Real>(
+      rules, gaussians[0], [&](int i) { return pixels[i]; }, splat_gradient<Real>(splats[0], sums),
+      [&](int i, const glm::vec<3, Real>& gradient) { sh[i] = gradient; });
+}
+
+__global__ void use_activation(const GaussianValues<double>* gaussians, ActiveGaussian* active) {
+  const GaussianValues<double>& g = gaussians[0];
+  *active =
+      active_gaussian(glm::vec3(g.mean), covariance_of(g.log_scale, unit_rotation(g.rotation)),
+                      opacity_of(g.opacity_logit));
+}
+
+__global__ void use_mcmc(Sparsity sparsity, Noise noise, GaussianValues<float>* gaussians) {
+  GaussianValues<float>& g = gaussians[0];
+  sparsity.add_gradient(2, g.log_scale, g.opacity_logit, gaussians[1].log_scale,
+                        gaussians[1].opacity_logit);
+  g.mean = noise.moved(0, g.mean, g.log_scale, g.rotation, g.opacity_logit);
+}
+
+template <class Real>
+__global__ void use_loss(LossGradient<Real> gradient, Real* values) {
+  const auto s = Similarity<Real>::of(values[0], values[1], values[2], values[3], values[4]);
+  values[5] = gradient.by(values[0], values[1], s.by_a, s.by_aa, s.by_ab);
+}
+template __global__ void use_loss<float>(LossGradient<float>, float*);
+template __global__ void use_loss<double>(LossGradient<double>, double*);
+
+__global__ void use_photograph(const std::uint8_t* rgb, glm::vec3* color) {
+  *color = photograph_color(rgb) + background_behind(rgb[3], *color);
 }
 
 __global__ void use_optimizer(AdamStep step, float* values) {
   adam(step, 0.1f, values[0], values[1], values[2], values[3]);
+  add_movement(glm::vec2(1), glm::vec2(2), values[5]);
   values[4] = static_cast<float>(Random::of(1, RandomUse::noise, 2).normal3(threadIdx.x).x);
 }
 
-template __global__ void use_gradients<float>(View<float>, const Splat*, const glm::vec3*,
-                                              const glm::quat*, GeometryGradient<float>*,
-                                              ShapeGradient<float>*, SplatGradient<float>*,
-                                              glm::vec3*);
-template __global__ void use_gradients<double>(View<double>, const Splat64*, const glm::dvec3*,
-                                               const glm::dquat*, GeometryGradient<double>*,
-                                               ShapeGradient<double>*, SplatGradient<double>*,
-                                               glm::dvec3*);
+template __global__ void use_gradients<float>(GradientRules<float>, const Splat*,
+                                              const GaussianValues<float>*, const glm::vec3*,
+                                              GaussianValues<float>*, glm::vec3*);
+template __global__ void use_gradients<double>(GradientRules<double>, const Splat64*,
+                                               const GaussianValues<double>*, const glm::dvec3*,
+                                               GaussianValues<double>*, glm::dvec3*);
 
 // Every mode of the table, by an array of the kernels' addresses.
 template <class... P>

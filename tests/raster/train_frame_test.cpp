@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The forward and the backward pass of training: against the renderer, and against differences of
 // whole frames.
-#include <random>
-
 #include <gtest/gtest.h>
 
 #include "raster/cpu/cpu_renderer.h"
@@ -10,56 +8,19 @@
 #include "support/differences.h"
 #include "support/pool.h"
 #include "support/scenes.h"
+#include "support/train_scenes.h"
 
 namespace qs::cpu::train {
 namespace {
 
+using test::for_each_group;
+using test::groups_of;
+using test::kHeight;
+using test::kWidth;
+using test::pixel_weights;
 using test::pool;
-
-constexpr int kWidth = 45, kHeight = 35;  // tiles at the border are cut
-
-/// Gaussians of a few pixels each in front of test::front_camera(), with some beyond the edges.
-template <class Real>
-Parameters<Real> small_scene(std::size_t count, unsigned seed) {
-  std::mt19937 random(seed);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  Parameters<Real> scene;
-  scene.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double z = uniform(2, 5);
-    scene.means[i] = glm::dvec3(uniform(-0.65, 0.65) * z, uniform(-0.5, 0.5) * z, z);
-    scene.log_scales[i] = glm::dvec3(uniform(-2.5, -1), uniform(-2.5, -1), uniform(-2.5, -1));
-    scene.rotations[i] =
-        glm::qua<Real>(glm::dquat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
-    scene.opacity_logits[i] = static_cast<Real>(uniform(-2, 2));
-    for (std::size_t k = 0; k < scene.sh_stride(); ++k) {
-      const double size = k == 0 ? 1.5 : 0.3;
-      scene.sh[i * scene.sh_stride() + k] =
-          glm::dvec3(uniform(-size, size), uniform(-size, size), uniform(-size, size));
-    }
-  }
-  return scene;
-}
-
-template <class Real>
-std::vector<glm::vec<3, Real>> pixel_weights() {
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  std::vector<glm::vec<3, Real>> weights(kWidth * kHeight);
-  for (auto& weight : weights)
-    weight = glm::dvec3(uniform(random), uniform(random), uniform(random));
-  return weights;
-}
-
-RenderSettings settings_of(CullMode mode, bool antialiased) {
-  RenderSettings settings;
-  settings.mode = mode;
-  settings.antialiased = antialiased;
-  settings.background = {0.2f, 0.5f, 0.9f};
-  return settings;
-}
+using test::settings_of;
+using test::small_scene;
 
 template <class Real>
 Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings& settings,
@@ -72,26 +33,6 @@ Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings
   forward(view, scene, frame);
   backward<Real>(view, scene, frame, pixel_weights<Real>(), scratch, gradients);
   return gradients;
-}
-
-/// Calls visit(value pointer) for every group of parameters: name, values per Gaussian, first
-/// value.
-template <class Scene, class Visit>
-void for_each_group(Scene& scene, const Visit& visit) {
-  visit("mean", std::size_t{3}, &scene.means[0][0]);
-  visit("log scale", std::size_t{3}, &scene.log_scales[0][0]);
-  visit("rotation", std::size_t{4}, &scene.rotations[0][0]);
-  visit("opacity", std::size_t{1}, scene.opacity_logits.data());
-  visit("sh", 3 * scene.sh_stride(), &scene.sh[0][0]);
-}
-
-template <class Real>
-std::vector<std::vector<Real>> groups_of(const Parameters<Real>& scene) {
-  std::vector<std::vector<Real>> groups;
-  for_each_group(scene, [&](const char*, std::size_t values, const Real* first) {
-    groups.emplace_back(first, first + values * scene.size());
-  });
-  return groups;
 }
 
 TEST(TrainFrame, equals_the_renderers_picture) {

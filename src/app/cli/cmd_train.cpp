@@ -13,6 +13,7 @@
 #include "app/train/strategy.h"
 #include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
+#include "raster/training_model.h"
 
 namespace qs {
 namespace {
@@ -25,12 +26,13 @@ struct TrainCommand {
   std::optional<std::filesystem::path> settings_file;
   bool in_window = false;
   std::optional<std::filesystem::path> init;
-  int threads = 0, max_gaussians = 0, random_points = 100'000;
+  std::optional<Backend> backend;  // unset: the best one that works
+  int device = 0, threads = 0, max_gaussians = 0, random_points = 100'000;
 };
 
 // The model's Gaussians with the SH degree of the settings.
 train::Parameters read_initial(const std::filesystem::path& path, int sh_degree, ThreadPool& pool) {
-  const train::Parameters read = cpu::train::from_cloud(load_scene(path, pool).cloud);
+  const train::Parameters read = train::from_cloud(load_scene(path, pool).cloud);
   train::Parameters result = read;
   result.sh_degree = sh_degree;
   result.sh.assign(result.size() * result.sh_stride(), glm::vec3(0));
@@ -42,10 +44,8 @@ train::Parameters read_initial(const std::filesystem::path& path, int sh_degree,
   return result;
 }
 
-train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
-  ProgressBar bar("reading photographs");
-  train::DataSet data = train::read_data_set(command.data, pool, bar.progress());
-  bar.hide();
+train::DataSet read_data(const TrainCommand& command, ThreadPool& pool, const Progress& progress) {
+  train::DataSet data = train::read_data_set(command.data, pool, progress);
   if (data.skipped > 0) warn(skipped_sentence(data.skipped));
   if (data.without_mask > 0) {
     warn(fmt::format("{} of {} photographs have no mask in {} and count as a whole",
@@ -55,25 +55,44 @@ train::DataSet read_data(const TrainCommand& command, ThreadPool& pool) {
   return data;
 }
 
-int run(TrainCommand& command, Arguments arguments) {
+/// What a run needs.
+struct Prepared {
+  std::unique_ptr<train::TrainingModel> model;
+  train::DataSet data;
+};
+
+Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progress) {
   command.settings.max_gaussians = static_cast<std::size_t>(command.max_gaussians);
   command.settings.random_points = static_cast<std::size_t>(command.random_points);
   command.data.background = command.settings.background;
   command.data.keep_alpha = command.settings.random_background;
-  ThreadPool pool(command.threads);
-  const train::DataSet data = read_data(command, pool);
+  Prepared prepared;
+  prepared.model = train::make_training_model(
+      command.backend.value_or(available_backends().front()), pool, command.device);
+  prepared.data = read_data(command, pool, progress);
   if (command.init && !command.run.resume)
     command.run.initial = read_initial(*command.init, command.settings.sh_degree, pool);
+  return prepared;
+}
+
+int run(TrainCommand& command, Arguments arguments) {
+  ThreadPool pool(command.threads);
+  ProgressBar bar("reading photographs");
+  auto [model, data] = prepare(command, pool, bar.progress());
+  bar.hide();
   if (command.in_window) {
     ViewOptions& view = command.view;
     view.frame.modes = {command.settings.mode};
     view.frame.threads = command.threads;
     if (command.settings_file != "-")
       view.settings = command.settings_file.value_or(preferences_file());
-    train_in_window(command.settings, data, command.run, pool, view);
+    view.train_words = train_words_in_window;
+    train_in_window(command.settings, data, command.run, std::move(model), pool, view);
     return kExitOk;
   }
-  if (run_training(command.settings, data, command.run, pool) == train::RunEnd::interrupted) {
+  const train::RunEnd end =
+      run_training(command.settings, data, command.run, std::move(model), pool);
+  if (end == train::RunEnd::interrupted) {
     std::string again = "quadsplat train";
     for (const std::string& word : arguments) {
       if (word != "--resume") again += " " + word;
@@ -146,50 +165,73 @@ void declare_model_options(Options& options, TrainCommand& command) {
                 });
 }
 
-}  // namespace
-
-Action train_command(Options& options) {
-  const auto command = std::make_shared<TrainCommand>();
-  declare_data_options(options, *command);
-  options.text("--out-dir", "MODEL", command->run.out_dir,
+void declare_options(Options& options, TrainCommand& command) {
+  declare_data_options(options, command);
+  options.text("--out-dir", "MODEL", command.run.out_dir,
                "folder of the trained model, which every command opens", {"trained"});
   options.required();
-  declare_model_options(options, *command);
+  declare_model_options(options, command);
   options.flag(
-      "--resume", command->run.resume,
+      "--resume", command.run.resume,
       "continues the run that was saved in MODEL with the same options, to the same bits as "
       "without a break");
-  options.integer("--eval-every", "N", 1, 10'000'000, command->run.eval_every,
+  options.integer("--eval-every", "N", 1, 10'000'000, command.run.eval_every,
                   "measures PSNR and SSIM on the test views every N iterations (default: at the "
                   "end)");
-  options.flag("--keep-best", command->run.keep_best,
+  options.flag("--keep-best", command.run.keep_best,
                "also saves the Gaussians of the evaluation with the highest PSNR; --iteration N "
                "opens them");
-  options.integer("--save-every", "N", 1, 10'000'000, command->run.save_every,
+  options.integer("--save-every", "N", 1, 10'000'000, command.run.save_every,
                   "saves the model every N iterations (default: at the end)");
   options.value(
       "--photo-memory", "BYTES",
       "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "
       "ahead of their use; the model does not depend on it (default: half of the "
       "machine's memory)",
-      {"800M", "1"}, [&data = command->data](const std::string& text) {
+      {"800M", "1"}, [&data = command.data](const std::string& text) {
         data.photo_memory = parse_bytes("--photo-memory", text);
       });
-  options.integer("--threads", "N", 0, 1024, command->threads,
-                  "CPU threads (default: 0, one per hardware thread); the model does not depend "
+  options.choice(
+      "--backend", {"auto", kBackendNames[0], kBackendNames[1]},
+      [&command](int chosen) {
+        command.backend = chosen == 0 ? std::nullopt : std::optional(Backend(chosen - 1));
+      },
+      "what trains; another one may continue a run, to other bits (default: auto, cuda where it "
+      "works, else cpu)");
+  options.integer("--device", "N", 0, 1024, command.device,
+                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
+  options.integer("--threads", "N", 1, 1024, command.threads,
+                  "CPU threads (default: one per hardware thread); the model does not depend "
                   "on it");
-  options.flag("--view", command->in_window,
+  options.flag("--view", command.in_window,
                "shows the model in the window while it is trained; closing the window saves it");
-  options.text("--settings", "FILE", command->settings_file,
+  options.text("--settings", "FILE", command.settings_file,
                "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
                {"-", "settings.json"});
-  options.text("--input", "FILE", command->view.script,
+  options.text("--input", "FILE", command.view.script,
                "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",
                   "a quick look on the CPU");
+}
+
+}  // namespace
+
+Action train_command(Options& options) {
+  const auto command = std::make_shared<TrainCommand>();
+  declare_options(options, *command);
   return [command](Arguments arguments) { return run(*command, arguments); };
+}
+
+std::string train_words_in_window(TrainingThread& thread, const std::vector<std::string>& words) {
+  TrainCommand command;
+  Options options("train", "");
+  declare_options(options, command);
+  if (!options.parse(words)) fail(ErrorKind::usage, "train: --help is printed in the terminal");
+  ThreadPool pool(command.threads);
+  auto [model, data] = prepare(command, pool, reading_in_window(thread, command.data.data));
+  return train_beside_window(thread, command.settings, data, command.run, std::move(model), pool);
 }
 
 }  // namespace qs

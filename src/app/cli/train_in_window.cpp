@@ -2,6 +2,7 @@
 #include "app/cli/train_in_window.h"
 
 #include <exception>
+#include <utility>
 
 #include "app/train/trainer.h"
 #include "app/viewer/render/training_thread.h"
@@ -12,10 +13,10 @@ namespace {
 
 TrainingProgress progress_of(const train::RunStatus& status, int iterations) {
   TrainingProgress progress;
-  progress.iteration = status.trainer.model().iteration;
+  progress.iteration = status.trainer.iteration();
   progress.iterations = iterations;
   progress.loss = status.loss;
-  progress.gaussians = status.trainer.model().size();
+  progress.gaussians = status.trainer.gaussians();
   const auto& rows = status.log.rows;
   for (auto row = rows.rbegin(); row != rows.rend() && !progress.test_psnr; ++row) {
     if (!row->test) continue;
@@ -34,19 +35,29 @@ train::RunWish wish_of(TrainingWish wish) {
 
 }  // namespace
 
+Progress reading_in_window(TrainingThread& thread, const std::filesystem::path& data) {
+  return thread.reading(data);
+}
+
+std::string train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
+                                const train::DataSet& data, train::RunOptions options,
+                                std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
+  thread.began(options.out_dir, data.folder);
+  options.watch = [&](const train::RunStatus& status) {
+    return wish_of(thread.after_iteration(progress_of(status, settings.iterations),
+                                          [&] { return status.trainer.cloud(); }));
+  };
+  const train::RunEnd end = train::run_training(settings, data, options, std::move(model), pool);
+  return end == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
+}
+
 void train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
-                     train::RunOptions options, ThreadPool& pool, ViewOptions view) {
+                     train::RunOptions options, std::unique_ptr<train::TrainingModel> model,
+                     ThreadPool& pool, ViewOptions view) {
   std::exception_ptr error;
   view.train = [&](TrainingThread& thread) {
-    thread.began(options.out_dir, data.folder);
-    options.watch = [&](const train::RunStatus& status) {
-      return wish_of(thread.after_iteration(progress_of(status, settings.iterations),
-                                            [&] { return status.trainer.cloud(); }));
-    };
     try {
-      const train::RunEnd end = train::run_training(settings, data, options, pool);
-      return std::string(end == train::RunEnd::finished ? "finished and saved"
-                                                        : "stopped and saved");
+      return train_beside_window(thread, settings, data, options, std::move(model), pool);
     } catch (...) {
       error = std::current_exception();
       throw;

@@ -7,7 +7,6 @@
 // Gaussians larger than 20 pixels never acts in the published code, and is left out.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "app/train/strategy.h"
 #include "raster/kernel/gradient/activation.h"
@@ -28,98 +27,108 @@ bool changes_after(int iteration) {
   return iteration >= kFirst && iteration < kEnd && iteration % kInterval == 0;
 }
 
+// Whether opacities become small between this iteration and the next.
+bool resets_after(const TrainSettings& settings, int iteration) {
+  const bool usual = iteration > 0 && iteration < kEnd && iteration % kResetInterval == 0;
+  return usual || (settings.white() && iteration == kWhiteReset);
+}
+
 // The Gaussians to clone or split, ascending; the ones with the largest gradients if the limit does
 // not allow all.
-std::vector<std::uint32_t> chosen(const ModelContext& context) {
-  const ModelState& model = context.model;
+std::vector<std::uint32_t> chosen(const IterationContext& context, const GaussianFacts& facts) {
   std::vector<std::uint32_t> rows;
-  for (std::uint32_t i = 0; i < model.size(); ++i) {
-    if (model.density.mean(i) > kGradientThreshold) rows.push_back(i);
+  for (std::uint32_t i = 0; i < facts.size(); ++i) {
+    if (facts.density.mean(i) > kGradientThreshold) rows.push_back(i);
   }
   const std::size_t limit =
       find_strategy(context.settings.strategy).max_gaussians(context.settings);
   if (limit == 0) return rows;
-  const std::size_t room = limit > model.size() ? limit - model.size() : 0;
+  const std::size_t room = limit > facts.size() ? limit - facts.size() : 0;
   if (rows.size() <= room) return rows;
   std::stable_sort(rows.begin(), rows.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return model.density.mean(a) > model.density.mean(b);
+    return facts.density.mean(a) > facts.density.mean(b);
   });
   rows.resize(room);
   std::sort(rows.begin(), rows.end());
   return rows;
 }
 
-// Replaces Gaussian `child`, a copy, by a smaller one at a point drawn from it.
-void shrink_child(Parameters& parameters, std::size_t child, const glm::dvec3& normal) {
-  const glm::dmat3 rotation =
-      glm::mat3_cast(unit_rotation(glm::dquat(parameters.rotations[child])));
-  const glm::dvec3 scale = glm::exp(glm::dvec3(parameters.log_scales[child]));
-  parameters.means[child] += glm::vec3(rotation * (scale * normal));
-  parameters.log_scales[child] -= static_cast<float>(std::log(kSplitShrink));
+// Replaces Gaussian `child` of the plan, a copy, by a smaller one at a point drawn from it.
+void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
+                  const glm::dvec3& normal) {
+  const glm::dmat3 axes = glm::mat3_cast(unit_rotation(glm::dquat(rotation)));
+  const glm::dvec3 scale = glm::exp(glm::dvec3(plan.log_scales[child]));
+  plan.means[child] += glm::vec3(axes * (scale * normal));
+  plan.log_scales[child] -= static_cast<float>(std::log(kSplitShrink));
 }
 
-void clone_and_split(const ModelContext& context) {
-  ModelState& model = context.model;
+void clone_and_split(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   std::vector<std::uint32_t> clones, splits;
-  for (const std::uint32_t i : chosen(context)) {
-    const bool small = largest_scale(model.parameters, i) <= kSmall * context.extent;
+  for (const std::uint32_t i : chosen(context, facts)) {
+    const bool small = largest_scale(facts, i) <= kSmall * context.extent;
     (small ? clones : splits).push_back(i);
   }
-  model.duplicate(clones);
-  const std::size_t first_child = model.size();
-  model.duplicate(splits);
-  model.duplicate(splits);
+  for (const std::uint32_t i : clones) plan.add_copy_of(i);
+  const std::size_t first_child = plan.size();
+  for (int copy = 0; copy < 2; ++copy) {
+    for (const std::uint32_t i : splits) plan.add_copy_of(i);
+  }
   const Random random = Random::of(context.settings.seed, RandomUse::split,
                                    static_cast<std::uint64_t>(context.iteration));
-  for (std::size_t child = first_child; child < model.size(); ++child)
-    shrink_child(model.parameters, child, random.normal3(child - first_child));
-
-  // The children replace the Gaussians that were split.
-  std::vector<std::uint32_t> kept(model.size());
-  std::iota(kept.begin(), kept.end(), 0u);
-  kept.erase(std::remove_if(kept.begin(), kept.end(),
-                            [&](std::uint32_t i) {
-                              return std::binary_search(splits.begin(), splits.end(), i);
-                            }),
-             kept.end());
-  model.keep(kept);
-}
-
-void prune(const ModelContext& context, int last) {
-  ModelState& model = context.model;
-  const bool after_reset = last > kResetInterval;
-  std::vector<std::uint32_t> kept;
-  for (std::uint32_t i = 0; i < model.size(); ++i) {
-    const bool huge = after_reset && largest_scale(model.parameters, i) > kHuge * context.extent;
-    if (opacity(model.parameters, i) >= kLeastOpacity && !huge) kept.push_back(i);
+  for (std::size_t child = first_child; child < plan.size(); ++child) {
+    shrink_child(plan, child, facts.rotations[plan.sources[child]],
+                 random.normal3(child - first_child));
   }
-  model.keep(kept);
+  // The children replace the Gaussians that were split, which are in ascending order.
+  auto split = splits.begin();
+  plan.keep_if([&](std::size_t i) {
+    if (split == splits.end() || *split != i) return true;
+    ++split;
+    return false;
+  });
 }
 
-void reset_opacities(ModelState& model) {
-  const auto most = static_cast<float>(std::log(kResetOpacity / (1 - kResetOpacity)));
-  for (float& logit : model.parameters.opacity_logits) logit = std::min(logit, most);
-  auto& adam = model.adam;
-  std::fill(adam.first.opacity_logits.begin(), adam.first.opacity_logits.end(), 0.0f);
-  std::fill(adam.second.opacity_logits.begin(), adam.second.opacity_logits.end(), 0.0f);
+double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
+
+void prune(const IterationContext& context, Plan& plan) {
+  const bool after_reset = context.iteration - 1 > kResetInterval;
+  const double least_logit = logit_of(kLeastOpacity);
+  const double huge_log = std::log(kHuge * context.extent);
+  plan.keep_if([&](std::size_t i) {
+    const glm::vec3& s = plan.log_scales[i];
+    const bool huge = after_reset && std::max(s.x, std::max(s.y, s.z)) > huge_log;
+    return plan.opacity_logits[i] >= least_logit && !huge;
+  });
+}
+
+void reset_opacities(Plan& plan) {
+  const auto most = static_cast<float>(logit_of(kResetOpacity));
+  for (float& logit : plan.opacity_logits) logit = std::min(logit, most);
+  plan.clears_opacity_moments = true;
 }
 
 }  // namespace
 
-void adc_prepare(const ModelContext& context) {
-  const int last = context.iteration - 1;
-  if (changes_after(last)) {
-    clone_and_split(context);
-    prune(context, last);
-  }
-  const bool reset = last > 0 && last < kEnd && last % kResetInterval == 0;
-  if (reset || (context.settings.white() && last == kWhiteReset)) reset_opacities(context.model);
+bool adc_changes_before(const TrainSettings& settings, int iteration) {
+  return changes_after(iteration - 1) || resets_after(settings, iteration - 1);
 }
 
-void adc_step(const StepContext& context) {
-  if (context.iteration < kEnd)
-    context.model.density.add(context.gradients, context.width, context.height);
-  if (!changes_after(context.iteration)) context.take_step();
+Plan adc_plan(const IterationContext& context, const GaussianFacts& facts) {
+  Plan plan = Plan::keeping(facts, context.iteration);
+  if (changes_after(context.iteration - 1)) {
+    plan.resets_statistics = true;
+    clone_and_split(context, facts, plan);
+    prune(context, plan);
+  }
+  if (resets_after(context.settings, context.iteration - 1)) reset_opacities(plan);
+  return plan;
+}
+
+StepOrder adc_step(const IterationContext& context) {
+  StepOrder order = context.step();
+  order.counts_density = context.iteration < kEnd;
+  order.moves = !changes_after(context.iteration);
+  return order;
 }
 
 }  // namespace qs::train

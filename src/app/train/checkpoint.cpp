@@ -20,13 +20,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "QSTRAIN1";
+constexpr std::string_view kMagic = "QSTRAIN2";
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
 void for_each_stored(State& state, const Visit& visit) {
   for (auto* parameters : {&state.parameters, &state.adam.first, &state.adam.second})
-    cpu::train::for_each_array([&](std::size_t, auto& array) { visit(array); }, *parameters);
+    for_each_array([&](std::size_t, auto& array) { visit(array); }, *parameters);
   visit(state.density.sums);
   visit(state.density.views);
 }
@@ -56,11 +56,11 @@ void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, std
   Parameters parameters;
   parameters.sh_degree = sh_degree;
   parameters.resize(gaussians);
-  const int iteration = state.iteration;
-  const std::uint64_t steps = state.adam.steps;
-  state = ModelState::starting_with(std::move(parameters));
-  state.iteration = iteration;
-  state.adam.steps = steps;
+  ModelState sized = ModelState::starting_with(std::move(parameters));
+  sized.iteration = state.iteration;
+  sized.changed_before = state.changed_before;
+  sized.adam.steps = state.adam.steps;
+  state = std::move(sized);
 }
 
 }  // namespace
@@ -71,6 +71,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"data", checkpoint.data},
                                         {"log", log_json(checkpoint.log)},
                                         {"iteration", model.iteration},
+                                        {"changed_before", model.changed_before},
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
                                         {"adam_steps", model.adam.steps}});
@@ -107,6 +108,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     checkpoint.data = json.at("data").get<std::string>();
     checkpoint.log = log_of(json.at("log"));
     json_value(json.at("iteration"), model.iteration);
+    json_value(json.at("changed_before"), model.changed_before);
     json_value(json.at("adam_steps"), model.adam.steps);
     const auto degree = json_value<int>(json.at("sh_degree"));
     if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);

@@ -28,7 +28,7 @@ struct DataOptions {
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
-  bool keep_alpha = false;  ///< photographs are blended by target()
+  bool keep_alpha = false;  ///< photographs are blended when they are compared
   std::uint64_t photo_memory = half_of_memory();  ///< bytes for photographs
 };
 

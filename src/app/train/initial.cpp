@@ -10,10 +10,10 @@
 
 namespace qs::train {
 
-cpu::train::Parameters<float> gaussians_at(const std::vector<ScenePoint>& points,
-                                           const InitialGaussians& initial, ThreadPool& pool) {
+Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaussians& initial,
+                        ThreadPool& pool) {
   constexpr double kLeastDistance2 = 1e-7;
-  cpu::train::Parameters<float> gaussians;
+  Parameters gaussians;
   gaussians.sh_degree = initial.sh_degree;
   gaussians.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)

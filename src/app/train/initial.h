@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/train/data_set.h"
-#include "raster/cpu/train/parameters.h"
+#include "raster/train/parameters.h"
 
 namespace qs::train {
 
@@ -18,8 +18,8 @@ struct InitialGaussians {
 
 /// A round Gaussian of the point's colour at every point, as large as the root of the mean squared
 /// distance to the 3 nearest points, at least 1e-7 (Kerbl et al. 2023). `points` is not empty.
-cpu::train::Parameters<float> gaussians_at(const std::vector<ScenePoint>& points,
-                                           const InitialGaussians& initial, ThreadPool& pool);
+Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaussians& initial,
+                        ThreadPool& pool);
 
 /// `count` gray points, uniform in the cameras' bounding box enlarged 3 times around its middle, or
 /// in the cube from -1.3 to 1.3 of Blender's data sets.

@@ -51,12 +51,14 @@ void write_points(const std::vector<ScenePoint>& points, const std::filesystem::
   });
 }
 
-ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data, int threads) {
+ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
+                         const std::string& backend, int threads) {
   const Environment environment = read_environment();
   ordered_json result = {{"iteration", checkpoint.model.iteration},
                          {"gaussians", checkpoint.model.size()},
                          {"seconds", checkpoint.log.seconds},
                          {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]}};
+  if (const auto bytes = most_gpu_memory(checkpoint.log)) result["gpu_memory_bytes"] = *bytes;
   for (const LogRow& row : checkpoint.log.rows) {
     if (!row.test) continue;
     const ordered_json json = log_json({.rows = {row}})["rows"][0];
@@ -79,7 +81,7 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data, 
            {{"version", environment.version},
             {"commit", environment.commit},
             {"build_type", environment.build_type},
-            {"backend", "cpu"},
+            {"backend", backend},
             {"cpu", environment.cpu},
             {"threads", threads},
             {"utc", environment.utc}}},
@@ -113,12 +115,13 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
 
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
-                                        ThreadPool& pool) {
+                                        const std::string& backend, ThreadPool& pool) {
   // The checkpoint first: it needs no memory, and everything else can be made from it.
   write_checkpoint(checkpoint, checkpoint_path(folder));
   auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
-  write_stats(folder / "train.json", json_file_text(result_json(checkpoint, data, pool.size())));
+  write_stats(folder / "train.json",
+              json_file_text(result_json(checkpoint, data, backend, pool.size())));
   return file;
 }
 

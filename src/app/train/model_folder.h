@@ -9,6 +9,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
@@ -24,10 +25,11 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       const TrainSettings& settings, const ModelState& model,
                                       ThreadPool& pool);
 
-/// Writes the state: Gaussians, log and checkpoint. Returns the path of the Gaussians.
+/// Writes the state: Gaussians, log and checkpoint. `backend` is for the log. Returns the path of
+/// the Gaussians.
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
-                                        ThreadPool& pool);
+                                        const std::string& backend, ThreadPool& pool);
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& folder);
 

@@ -73,15 +73,6 @@ std::vector<std::uint8_t> read_mask(const PhotographSource& source, const Image&
 
 }  // namespace
 
-std::vector<glm::vec3> PhotographView::target(glm::vec3 background) const {
-  std::vector<glm::vec3> pixels(rgb.size() / 3);
-  for (std::size_t i = 0; i < rgb.size(); ++i)
-    pixels[i / 3][static_cast<int>(i % 3)] = static_cast<float>(rgb[i]) / 255;
-  for (std::size_t i = 0; i < alpha.size(); ++i)
-    pixels[i] += background * (1 - static_cast<float>(alpha[i]) / 255);
-  return pixels;
-}
-
 Image PhotographView::image() const {
   Image image(camera.width, camera.height, 3);
   std::transform(rgb.begin(), rgb.end(), image.values.begin(),

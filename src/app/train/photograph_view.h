@@ -14,6 +14,7 @@
 #include "raster/base/parallel.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/image.h"
+#include "raster/train/photograph.h"
 
 namespace qs::train {
 
@@ -23,7 +24,7 @@ struct PhotographSource {
   std::filesystem::path file, mask;     ///< `mask` empty: every pixel counts
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   glm::vec3 background{0};              ///< behind transparent photographs
-  bool keep_alpha = false;              ///< photographs are blended by target()
+  bool keep_alpha = false;              ///< photographs are blended when they are compared
 };
 
 struct PhotographView {
@@ -34,8 +35,7 @@ struct PhotographView {
   std::vector<std::uint8_t> alpha;  ///< per pixel; empty: opaque, or keep_alpha is off
   std::vector<std::uint8_t> mask;   ///< per pixel, 0: masked out, else 1; empty: all count
 
-  /// Per pixel, 0..1. With alpha, `rgb` is over black and `background` is added.
-  std::vector<glm::vec3> target(glm::vec3 background) const;
+  Photograph photograph() const { return {rgb, alpha, mask}; }
   Image image() const;
 
   /// Pixels may have been released to save memory; photograph_cache.h reads them again.

@@ -2,6 +2,8 @@
 #include "app/train/run.h"
 
 #include <chrono>
+#include <exception>
+#include <memory>
 #include <new>
 #include <utility>
 
@@ -50,50 +52,61 @@ Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOp
   return saved;
 }
 
+std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, ModelState state) {
+  model->set_state(std::move(state));
+  return model;
+}
+
 class Run {
  public:
-  Run(const DataSet& data, const RunOptions& options, Checkpoint checkpoint, ThreadPool& pool)
+  Run(const DataSet& data, const RunOptions& options, Checkpoint checkpoint,
+      std::unique_ptr<TrainingModel> model, ThreadPool& pool)
       : data_(data),
         options_(options),
         settings_(checkpoint.settings),
         fingerprint_(checkpoint.data),
         log_(std::move(checkpoint.log)),
-        trainer_(settings_, data, std::move(checkpoint.model), pool),
+        first_(checkpoint.model.iteration),
+        backend_(model->name()),
+        trainer_(settings_, data, with_state(std::move(model), std::move(checkpoint.model)), pool),
         pool_(pool) {}
 
   RunEnd all_iterations() {
+    fmt::print("training on {}\n", backend_);
+    std::fflush(stdout);
     ProgressBar bar("training");
     const Progress progress = bar.progress();
-    const int first = trainer_.model().iteration;
     const Clock::time_point begin = Clock::now();
     bool stopped = !goes_on(0);
     try {
-      while (trainer_.model().iteration < settings_.iterations && !stopped &&
-             !QuitSignals::arrived()) {
+      while (trainer_.iteration() < settings_.iterations && !stopped && !QuitSignals::arrived()) {
         const StepResult step = trainer_.step();
-        const cpu::train::Loss& loss = step.loss;
+        const Loss& loss = step.loss;
         log_.add(step);
-        const int iteration = trainer_.model().iteration;
+        const int iteration = trainer_.iteration();
         bar.relabel(fmt::format("loss {:.4f}, {:.1f} dB, {} Gaussians, {:.1f} it/s", loss.total,
-                                psnr_of(loss.squared_error), grouped(trainer_.model().size()),
-                                (iteration - first) / seconds_since(begin)));
-        progress.update(static_cast<float>(iteration - first) /
-                        static_cast<float>(settings_.iterations - first));
+                                psnr_of(loss.squared_error), grouped(trainer_.gaussians()),
+                                (iteration - first_) / seconds_since(begin)));
+        progress.update(static_cast<float>(iteration - first_) /
+                        static_cast<float>(settings_.iterations - first_));
         after(iteration, bar);
         stopped = iteration < settings_.iterations && !goes_on(loss.total);
       }
     } catch (const std::bad_alloc&) {
-      fail_without_memory();
+      fail_after_saving("not enough memory");
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::device) throw;
+      fail_after_saving(error.what());
     }
     bar.hide();
-    const bool finished = trainer_.model().iteration >= settings_.iterations;
+    const bool finished = trainer_.iteration() >= settings_.iterations;
     if (finished && !is_evaluated()) evaluate();
     if (finished) goes_on(log_.rows.empty() ? 0 : log_.rows.back().loss);
     const auto file = save();
     warn(write_train_page(options_.out_dir, settings_, log_));
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
-               grouped(trainer_.model().size()),
-               grouped(static_cast<std::uint64_t>(trainer_.model().iteration)), log_.seconds);
+               grouped(trainer_.gaussians()),
+               grouped(static_cast<std::uint64_t>(trainer_.iteration())), log_.seconds);
     const LogRow* const best = best_row(log_);
     if (options_.keep_best && best != nullptr) {
       fmt::print("best on the test views: iteration {}, {} dB\n",
@@ -104,21 +117,23 @@ class Run {
 
  private:
   // Does what the watcher wishes; false: the run should stop.
-  bool goes_on(double loss) const {
+  bool goes_on(double loss) {
     if (!options_.watch) return true;
     RunWish wish = RunWish::go_on;
     while ((wish = options_.watch({trainer_, log_, loss})) == RunWish::save) save();
     return wish != RunWish::stop;
   }
 
-  [[noreturn]] void fail_without_memory() const {
-    const ModelState& model = trainer_.model();
-    const bool saved = model.is_whole();
-    if (saved) write_checkpoint(checkpoint(), checkpoint_path(options_.out_dir));
+  [[noreturn]] void fail_after_saving(const std::string& why) {
+    bool saved = true;
+    try {
+      write_checkpoint(checkpoint(), checkpoint_path(options_.out_dir));
+    } catch (const std::exception&) {
+      saved = false;  // what happened first is reported
+    }
     fail(ErrorKind::device,
-         "not enough memory for iteration {} with {} Gaussians{}; a smaller --max-gaussians needs "
-         "less",
-         model.iteration + 1, grouped(model.size()),
+         "{}, for iteration {} with {} Gaussians{}; a smaller --max-gaussians needs less memory",
+         why, trainer_.iteration() + 1, grouped(trainer_.gaussians()),
          saved ? fmt::format("; the run was saved in {} and continues with --resume",
                              options_.out_dir.string())
                : "");
@@ -131,31 +146,30 @@ class Run {
       bar.hide();
       evaluate();
     } else if (due(iteration, kLogInterval) && iteration < settings_.iterations) {
-      log_.close_row(trainer_.model(), {});
+      log_.close_row(trainer_, {});
     }
     if (due(iteration, options_.save_every) && iteration < settings_.iterations) save();
   }
 
   bool is_evaluated() const {
-    return !log_.rows.empty() && log_.rows.back().iteration == trainer_.model().iteration &&
+    return !log_.rows.empty() && log_.rows.back().iteration == trainer_.iteration() &&
            (log_.rows.back().test || data_.test.empty());
   }
 
   void evaluate() {
     const std::optional<Quality> quality = trainer_.test_quality();
-    log_.close_row(trainer_.model(), quality);
+    log_.close_row(trainer_, quality);
     if (!quality) return;
     fmt::print("iteration {}: PSNR {} dB, SSIM {:.4f} on {} test views, {} Gaussians, {:.1f} s\n",
-               grouped(static_cast<std::uint64_t>(trainer_.model().iteration)),
-               decibels(quality->psnr), quality->ssim, data_.test.size(),
-               grouped(trainer_.model().size()), log_.seconds);
+               grouped(static_cast<std::uint64_t>(trainer_.iteration())), decibels(quality->psnr),
+               quality->ssim, data_.test.size(), grouped(trainer_.gaussians()), log_.seconds);
     std::fflush(stdout);
     if (options_.keep_best && best_row(log_) == &log_.rows.back())
       write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
   }
 
   std::filesystem::path save() const {
-    return write_model_state(options_.out_dir, checkpoint(), data_, pool_);
+    return write_model_state(options_.out_dir, checkpoint(), data_, backend_, pool_);
   }
 
   const DataSet& data_;
@@ -163,6 +177,8 @@ class Run {
   const TrainSettings settings_;
   const std::string fingerprint_;
   TrainLog log_;
+  const int first_;  // iterations of earlier runs
+  const std::string backend_;
   Trainer trainer_;
   ThreadPool& pool_;
 };
@@ -170,12 +186,12 @@ class Run {
 }  // namespace
 
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
-                    ThreadPool& pool) {
+                    std::unique_ptr<TrainingModel> model, ThreadPool& pool) {
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();
   write_model_start(options.out_dir, settings, data);
-  return Run(data, options, std::move(checkpoint), pool).all_iterations();
+  return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();
 }
 
 }  // namespace qs::train

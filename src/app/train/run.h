@@ -5,12 +5,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
+#include "raster/training_model.h"
 
 namespace qs::train {
 
@@ -40,10 +41,11 @@ struct RunOptions {
 
 enum class RunEnd { finished, interrupted };
 
-/// Trains until settings.iterations, or until a signal arrives (quit_signals.h), and saves the
-/// model in both cases. Prints one line per evaluation and one for the saved model to stdout.
-/// Throws Error; one for lack of memory is thrown after the model was saved, if that succeeded.
+/// `model` is new; its backend trains. Trains until settings.iterations, or until a signal arrives
+/// (quit_signals.h), and saves the model in both cases. Prints the backend, one line per evaluation
+/// and one for the saved model to stdout. Throws Error; one for lack of memory or of a device is
+/// thrown after the model was saved, if that succeeded.
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
-                    ThreadPool& pool);
+                    std::unique_ptr<TrainingModel> model, ThreadPool& pool);
 
 }  // namespace qs::train

@@ -17,7 +17,7 @@ constexpr int kShDegreeIterations = 1000;
 
 }  // namespace
 
-cpu::train::Rates rates_at(int iteration, double extent, double opacity_rate) {
+Rates rates_at(int iteration, double extent, double opacity_rate) {
   const double t = std::min(1.0, static_cast<double>(iteration) / kMeanRateIterations);
   const double mean = std::exp((1 - t) * std::log(kFirstMeanRate) + t * std::log(kLastMeanRate));
   return {.mean = mean * extent,

@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "raster/cpu/train/adam.h"
+#include "raster/kernel/adam.h"
 
 namespace qs::train {
 
 /// The rate of the means falls from 1.6e-4 to 1.6e-6 times `extent` in 30,000 iterations, however
 /// many are run. `opacity_rate` is the strategy's.
-cpu::train::Rates rates_at(int iteration, double extent, double opacity_rate);
+Rates rates_at(int iteration, double extent, double opacity_rate);
 
 /// 0, and one more every 1,000 iterations, up to `most`.
 int sh_degree_at(int iteration, int most);

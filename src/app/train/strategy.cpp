@@ -11,16 +11,12 @@ namespace {
 
 constexpr std::array kStrategies = {
     Strategy{"adc", "adaptive density control, as published with 3DGS", 2.5e-2, 0.1, 1, 0,
-             adc_prepare, adc_step},
+             adc_changes_before, adc_plan, adc_step},
     Strategy{"mcmc", "relocates nearly transparent Gaussians (3DGS as Markov Chain Monte Carlo)",
-             5e-2, 0.5, 0.1, 1'000'000, mcmc_prepare, mcmc_step},
+             5e-2, 0.5, 0.1, 1'000'000, mcmc_changes_before, mcmc_plan, mcmc_step},
 };
 
 }  // namespace
-
-void StepContext::take_step() const {
-  cpu::train::take_step(model.parameters, gradients.by, rates, model.adam, pool);
-}
 
 std::span<const Strategy> strategies() { return kStrategies; }
 

@@ -1,35 +1,32 @@
 // SPDX-License-Identifier: MIT
 //
-// Strategies: how the set of Gaussians changes while it is trained. To add one: a file with its
-// function, declared here, a row in strategy.cpp and a test.
+// Strategies: how the set of Gaussians changes while it is trained. They decide on the host, by a
+// few numbers per Gaussian, so every backend has all of them. To add one: a file with its
+// functions, declared here, a row in strategy.cpp and a test.
 #pragma once
 
 #include <span>
 #include <string_view>
 
-#include "app/train/model_state.h"
 #include "app/train/settings.h"
-#include "raster/base/parallel.h"
+#include "raster/training_model.h"
 
 namespace qs::train {
 
-/// A model in an iteration, which counts from 1.
-struct ModelContext {
+/// An iteration, which counts from 1.
+struct IterationContext {
   const TrainSettings& settings;
   int iteration;
   double extent;  ///< world units, see DataSet::extent()
-  const cpu::train::Rates& rates;
-  ThreadPool& pool;
-  ModelState& model;
-};
+  Rates rates;
 
-/// An iteration after its backward pass.
-struct StepContext : ModelContext {
-  int width, height;  ///< of the frame
-  Gradients& gradients;
-
-  /// Adam's step with these gradients.
-  void take_step() const;
+  /// Adam's step with these rates.
+  StepOrder step() const {
+    StepOrder order;
+    order.iteration = iteration;
+    order.rates = rates;
+    return order;
+  }
 };
 
 struct Strategy {
@@ -38,12 +35,13 @@ struct Strategy {
   double opacity_rate;                    ///< learning rate of opacity logits
   double initial_opacity, initial_scale;  ///< see InitialGaussians
   std::size_t default_max_gaussians;      ///< 0: no limit
-  /// Adds and removes Gaussians when it is time. Called before the forward pass, so that the model
-  /// is saved and evaluated before its Gaussians change, as in the published code.
-  void (*prepare)(const ModelContext& context);
-  /// Takes the optimizer's step. No step is taken in front of a change of Gaussians, as in the
-  /// published code.
-  void (*step)(const StepContext& context);
+  /// Whether the set of Gaussians changes in front of the iteration, by the plan. That is after the
+  /// model was saved and evaluated, as in the published code.
+  bool (*changes_before)(const TrainSettings& settings, int iteration);
+  Plan (*plan)(const IterationContext& context, const GaussianFacts& facts);
+  /// The optimizer's step. No step is taken in front of a change of Gaussians, as in the published
+  /// code.
+  StepOrder (*step)(const IterationContext& context);
 
   std::size_t max_gaussians(const TrainSettings& settings) const {
     return settings.max_gaussians > 0 ? settings.max_gaussians : default_max_gaussians;
@@ -55,9 +53,11 @@ std::span<const Strategy> strategies();
 /// Throws Error(usage) for another name.
 const Strategy& find_strategy(std::string_view name);
 
-void adc_prepare(const ModelContext& context);
-void adc_step(const StepContext& context);
-void mcmc_prepare(const ModelContext& context);
-void mcmc_step(const StepContext& context);
+bool adc_changes_before(const TrainSettings& settings, int iteration);
+Plan adc_plan(const IterationContext& context, const GaussianFacts& facts);
+StepOrder adc_step(const IterationContext& context);
+bool mcmc_changes_before(const TrainSettings& settings, int iteration);
+Plan mcmc_plan(const IterationContext& context, const GaussianFacts& facts);
+StepOrder mcmc_step(const IterationContext& context);
 
 }  // namespace qs::train

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/train/train_log.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -21,9 +22,9 @@ void TrainLog::add(const StepResult& step) {
   }
 }
 
-void TrainLog::close_row(const ModelState& model, const std::optional<Quality>& test) {
-  rows.push_back(
-      {model.iteration, seconds, loss_count > 0 ? loss_sum / loss_count : 0, model.size(), test});
+void TrainLog::close_row(const Trainer& trainer, const std::optional<Quality>& test) {
+  rows.push_back({trainer.iteration(), seconds, loss_count > 0 ? loss_sum / loss_count : 0,
+                  trainer.gaussians(), test, trainer.gpu_memory_bytes()});
   loss_sum = 0;
   loss_count = 0;
 }
@@ -34,6 +35,12 @@ const LogRow* best_row(const TrainLog& log) {
     if (row.test && (best == nullptr || row.test->psnr > best->test->psnr)) best = &row;
   }
   return best;
+}
+
+std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log) {
+  std::optional<std::uint64_t> most;
+  for (const LogRow& row : log.rows) most = std::max(most, row.gpu_memory_bytes);
+  return most;
 }
 
 std::string format_train_csv(const TrainLog& log) {
@@ -59,6 +66,7 @@ ordered_json log_json(const TrainLog& log) {
           std::isfinite(row.test->psnr) ? ordered_json(row.test->psnr) : ordered_json();
       object["test_ssim"] = row.test->ssim;
     }
+    if (row.gpu_memory_bytes) object["gpu_memory_bytes"] = *row.gpu_memory_bytes;
     rows.push_back(object);
   }
   ordered_json stages;
@@ -89,6 +97,8 @@ TrainLog log_of(const ordered_json& json) {
       row.test = Quality{psnr.is_null() ? INFINITY : json_value<double>(psnr),
                          json_value<double>(object.at("test_ssim"))};
     }
+    if (object.contains("gpu_memory_bytes"))
+      row.gpu_memory_bytes = json_value<std::uint64_t>(object.at("gpu_memory_bytes"));
     log.rows.push_back(row);
   }
   return log;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // What a training run reports: one row per interval, as train.csv and train.json hold it.
+// train.json alone has the memory.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +21,7 @@ struct LogRow {
   double loss = 0;     ///< mean since the row before
   std::size_t gaussians = 0;
   std::optional<Quality> test;
+  std::optional<std::uint64_t> gpu_memory_bytes = std::nullopt;  ///< see TrainingModel
 };
 
 struct TrainLog {
@@ -31,11 +34,14 @@ struct TrainLog {
   /// Also adds the step's time to `seconds`.
   void add(const StepResult& step);
   /// Appends a row for the state and starts the next interval.
-  void close_row(const ModelState& model, const std::optional<Quality>& test);
+  void close_row(const Trainer& trainer, const std::optional<Quality>& test);
 };
 
 /// The row with the highest PSNR on the test views, the first of equal ones; nullptr without any.
 const LogRow* best_row(const TrainLog& log);
+
+/// The most memory of the GPU in any row; unset if no row has it.
+std::optional<std::uint64_t> most_gpu_memory(const TrainLog& log);
 
 /// "iteration,seconds,loss,gaussians,test_psnr,test_ssim" and the rows.
 std::string format_train_csv(const TrainLog& log);

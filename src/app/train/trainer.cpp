@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "app/train/trainer.h"
 
+#include <algorithm>
 #include <chrono>
-#include <span>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "app/train/initial.h"
@@ -13,26 +15,33 @@
 namespace qs::train {
 namespace {
 
-Image image_of(const Camera& camera, const std::vector<glm::vec3>& pixels) {
-  Image image(camera.width, camera.height, 3);
-  std::copy_n(&pixels[0][0], image.values.size(), image.values.begin());
-  return image;
-}
-
 // Measures the stages one after another.
 class StageClock {
  public:
-  explicit StageClock(std::span<double> seconds) : seconds_(seconds) {}
+  using Seconds = std::array<double, kTrainStages.size()>;
 
   /// Ends a stage.
-  void next() {
-    const auto now = std::chrono::steady_clock::now();
-    seconds_[stage_++] = std::chrono::duration<double>(now - begin_).count();
-    begin_ = now;
+  void next() { seconds_[stage_++] = restart(); }
+
+  /// The times of all stages; `passes` replace those of the host.
+  Seconds finish(const std::optional<PassSeconds>& passes) {
+    const double rest = restart();
+    const double total = std::accumulate(seconds_.begin(), seconds_.end(), rest);
+    if (passes) {
+      const double on_gpu[] = {passes->forward, passes->loss, passes->backward, passes->step};
+      std::copy(std::begin(on_gpu), std::end(on_gpu), seconds_.begin() + 1);
+    }
+    seconds_.back() = total - std::accumulate(seconds_.begin(), seconds_.end() - 1, 0.0);
+    return seconds_;
   }
 
  private:
-  std::span<double> seconds_;
+  double restart() {
+    const auto now = std::chrono::steady_clock::now(), begin = std::exchange(begin_, now);
+    return std::chrono::duration<double>(now - begin).count();
+  }
+
+  Seconds seconds_{};
   std::size_t stage_ = 0;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
@@ -50,8 +59,8 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
                       initial, pool);
 }
 
-Trainer::Trainer(const TrainSettings& settings, const DataSet& data, ModelState model,
-                 ThreadPool& pool)
+Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
+                 std::unique_ptr<TrainingModel> model, ThreadPool& pool)
     : settings_(settings),
       data_(data),
       strategy_(find_strategy(settings.strategy)),
@@ -80,13 +89,15 @@ const PhotographView& Trainer::view_of(int iteration) {
 
 StepResult Trainer::step() {
   StepResult result;
-  StageClock clock(result.seconds);
-  const int iteration = model_.iteration + 1;
-  const cpu::train::Rates rates = rates_at(iteration, extent_, strategy_.opacity_rate);
-  const ModelContext context{settings_, iteration, extent_, rates, pool_, model_};
-  strategy_.prepare(context);
+  StageClock clock;
+  const int iteration = model_->iteration() + 1;
+  const IterationContext context{settings_, iteration, extent_,
+                                 rates_at(iteration, extent_, strategy_.opacity_rate)};
+  // The change was made already if the memory did not suffice for the iteration after it.
+  if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration)
+    model_->apply(strategy_.plan(context, model_->facts()));
   clock.next();
-  if (model_.size() == 0) {
+  if (model_->size() == 0) {
     fail("{}: no Gaussian is left in iteration {}: the photographs do not fit their cameras",
          data_.folder.string(), iteration);
   }
@@ -97,30 +108,31 @@ StepResult Trainer::step() {
         Random::of(settings_.seed, RandomUse::background, static_cast<std::uint64_t>(iteration));
     render.background = glm::vec3(random.uniform(0), random.uniform(1), random.uniform(2));
   }
-  const cpu::train::StepView step{view.camera, render, pool_};
-  forward(step, model_.parameters, frame_);
+  model_->forward(view.camera, render);
   clock.next();
-  const std::vector<glm::vec3> target = view.target(render.background);
-  result.loss = cpu::train::compare<float>(view.camera.width, view.camera.height, frame_.color,
-                                           target, pool_, loss_, d_color_, view.mask);
+  // The pixels of a data set that is too large for the memory are in the cache only.
+  const auto number =
+      data_.on_disk() ? std::nullopt : std::optional<std::size_t>(views_.at(iteration));
+  model_->compare_with(number, view.photograph());
   clock.next();
-  cpu::train::backward<float>(step, model_.parameters, frame_, d_color_, backward_, gradients_);
+  model_->backward();
   clock.next();
-  strategy_.step({context, view.camera.width, view.camera.height, gradients_});
+  model_->step(strategy_.step(context));
   clock.next();
-  model_.iteration = iteration;
+  result.loss = model_->recent_loss();
+  result.seconds = clock.finish(model_->pass_seconds());
   return result;
 }
 
 std::optional<Quality> Trainer::test_quality() {
   if (data_.test.empty()) return std::nullopt;
-  const RenderSettings render = render_settings(model_.iteration);
+  const RenderSettings render = render_settings(iteration());
   Quality sum;
   for (std::size_t i = 0; i < data_.test.size(); ++i) {
     const PhotographView* const next = &data_.test[(i + 1) % data_.test.size()];
     const PhotographView& view = photographs_.view(data_.test[i], {&next, 1});
-    forward({view.camera, render, pool_}, model_.parameters, frame_);
-    Image image = image_of(view.camera, frame_.color);
+    model_->forward(view.camera, render);
+    Image image = model_->picture();
     clamp_to_unit(image);
     const Image photograph = view.image();
     sum.psnr += psnr(image, photograph, pool_, view.mask);
@@ -130,6 +142,8 @@ std::optional<Quality> Trainer::test_quality() {
   return Quality{sum.psnr / count, sum.ssim / count};
 }
 
-GaussianCloud Trainer::cloud() const { return to_cloud(model_.parameters, settings_.antialiased); }
+GaussianCloud Trainer::cloud() const {
+  return to_cloud(model_->parameters(), settings_.antialiased);
+}
 
 }  // namespace qs::train

@@ -1,29 +1,33 @@
 // SPDX-License-Identifier: MIT
 //
-// Trains a scene from photographs on the CPU, one iteration at a time. The result depends on the
-// settings and the data only, not on the number of threads.
+// Trains a scene from photographs, one iteration at a time, with the model in the memory of a
+// backend. The result depends on the settings, the data and the backend only, not on the number of
+// threads.
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 
 #include "app/train/data_set.h"
-#include "app/train/model_state.h"
 #include "app/train/photograph_cache.h"
 #include "app/train/schedule.h"
 #include "app/train/settings.h"
 #include "app/train/strategy.h"
-#include "raster/cpu/train/backward.h"
-#include "raster/cpu/train/loss.h"
+#include "raster/training_model.h"
 
 namespace qs::train {
 
-/// The parts of an iteration: adding and removing Gaussians, the passes, and the optimizer's step.
-inline constexpr std::array kTrainStages = {"density", "forward", "loss", "backward", "optimizer"};
+/// The parts of an iteration: adding and removing Gaussians, the passes, the optimizer's step, and
+/// what remains: on a GPU the time in which it waits for the host.
+inline constexpr std::array kTrainStages = {"density",  "forward",   "loss",
+                                            "backward", "optimizer", "other"};
 
 struct StepResult {
-  cpu::train::Loss loss;                                 ///< before the step
-  std::array<double, kTrainStages.size()> seconds = {};  ///< by stage
+  Loss loss;  ///< before the step; on CUDA mostly of the step before, see recent_loss()
+  /// By stage; together the time of the step. On CUDA the passes are those of the step before, on
+  /// the GPU's clock.
+  std::array<double, kTrainStages.size()> seconds = {};
 };
 
 /// Means over the test views.
@@ -36,8 +40,9 @@ Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings
 
 class Trainer {
  public:
-  /// `data` and `pool` must outlive the trainer. The model may be one that was saved.
-  Trainer(const TrainSettings& settings, const DataSet& data, ModelState model, ThreadPool& pool);
+  /// `model` holds the state to start from. `data` and `pool` must outlive the trainer.
+  Trainer(const TrainSettings& settings, const DataSet& data, std::unique_ptr<TrainingModel> model,
+          ThreadPool& pool);
 
   /// One iteration. Throws Error(input) when no Gaussian is left.
   StepResult step();
@@ -45,7 +50,12 @@ class Trainer {
   /// Unset without test views.
   std::optional<Quality> test_quality();
 
-  const ModelState& model() const { return model_; }
+  int iteration() const { return model_->iteration(); }  ///< of the last step
+  std::size_t gaussians() const { return model_->size(); }
+  std::optional<std::uint64_t> gpu_memory_bytes() const { return model_->gpu_memory_bytes(); }
+  /// A reference to the model or to a copy of it, until the next call.
+  const ModelState& model() const { return model_->state(); }
+  /// The Gaussians as renderers have them. On CUDA this copies them from the GPU.
   GaussianCloud cloud() const;
 
  private:
@@ -57,15 +67,9 @@ class Trainer {
   const Strategy& strategy_;
   const double extent_;
   ThreadPool& pool_;
-  ModelState model_;
+  std::unique_ptr<TrainingModel> model_;
   ViewOrder views_;
   PhotographCache photographs_;
-
-  cpu::train::ForwardFrame<float> frame_;
-  cpu::train::BackwardScratch<float> backward_;
-  cpu::train::LossScratch<float> loss_;
-  std::vector<glm::vec3> d_color_;
-  Gradients gradients_;
 };
 
 }  // namespace qs::train

@@ -12,6 +12,11 @@ namespace qs {
 
 inline constexpr double kAdamBeta1 = 0.9, kAdamBeta2 = 0.999, kAdamEpsilon = 1e-15;
 
+/// The learning rate of each kind of parameter.
+struct Rates {
+  double mean = 0, log_scale = 0, rotation = 0, opacity = 0, sh_dc = 0, sh_rest = 0;
+};
+
 /// What a step has in common for all values: the corrections of the moments' start at 0.
 struct AdamStep {
   float first, second;  ///< 1 / (1 - beta1^t) and 1 / sqrt(1 - beta2^t) of step t = 1, 2, ...

@@ -129,6 +129,11 @@ T __shfl_up_sync(unsigned mask, T value, unsigned distance) {
   return __shfl_sync(mask, value, lane >= distance ? lane - distance : lane);
 }
 
+template <class T>
+T __shfl_xor_sync(unsigned mask, T value, unsigned difference) {
+  return __shfl_sync(mask, value, (threadIdx.x % emulator::kWarpSize) ^ difference);
+}
+
 // ---- the runtime -----------------------------------------------------------------------------
 enum cudaError_t {
   cudaSuccess = 0,
@@ -138,7 +143,7 @@ enum cudaError_t {
   cudaErrorNoDevice = 100,
   cudaErrorNoKernelImageForDevice = 209
 };
-enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
+enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost, cudaMemcpyDeviceToDevice };
 enum { cudaStreamNonBlocking = 1 };
 using cudaStream_t = void*;
 using cudaSurfaceObject_t = unsigned long long;

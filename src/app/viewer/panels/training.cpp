@@ -26,7 +26,7 @@ void draw_loss(const Training& training) {
 
 void draw_training(const Viewer& viewer, PanelState&, Actions& actions) {
   if (!viewer.training) {
-    ImGui::TextWrapped("Nothing is trained. Start with: quadsplat train DATA --view");
+    ImGui::TextWrapped("Nothing is trained. File > Train from photographs starts a run.");
     return;
   }
   const Training& training = *viewer.training;

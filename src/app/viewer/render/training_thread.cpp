@@ -37,6 +37,10 @@ void TrainingThread::run(const Work& work) {
   try {
     outcome = work(*this);
     failed = false;
+  } catch (const Cancelled&) {
+    outcome = "stopped before it began";
+    failed = false;
+    reports_.report(action::end_progress);
   } catch (const std::bad_alloc&) {
     outcome = "not enough memory for training";
   } catch (const std::exception& error) {
@@ -44,14 +48,30 @@ void TrainingThread::run(const Work& work) {
   }
   {
     const std::lock_guard lock(mutex_);
-    ended_ = true;
+    ended_ = began_ = true;
   }
   reports_.report(action::training_ended, outcome, failed);
+}
+
+Progress TrainingThread::reading(const std::filesystem::path& data) {
+  Progress progress;
+  progress.report = [this, data](float fraction) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) throw Cancelled{};
+    }
+    reports_.report(action::show_progress, Loading{data, "reading photographs", fraction});
+  };
+  return progress;
 }
 
 void TrainingThread::began(const std::filesystem::path& folder, const std::filesystem::path& data) {
   folder_ = folder;
   data_ = data;
+  {
+    const std::lock_guard lock(mutex_);
+    began_ = true;
+  }
   reports_.report(action::training_began, folder);
   reports_.report(action::show_progress, Loading{folder, "preparing", 0});
 }
@@ -157,6 +177,11 @@ std::optional<TrainedModel> TrainingThread::take_model() {
     changed_.notify_all();
   }
   return std::exchange(model_, std::nullopt);
+}
+
+bool TrainingThread::reads() {
+  const std::lock_guard lock(mutex_);
+  return !began_;
 }
 
 bool TrainingThread::busy() {

@@ -41,6 +41,9 @@ class TrainingThread {
   ~TrainingThread();
 
   // ---- for the trainer, on its thread -----------------------------------------------------------
+  /// Shows that photographs of `data` are read. Its reports throw Cancelled when the run is
+  /// stopped.
+  Progress reading(const std::filesystem::path& data);
   /// `folder`: of the model; `data`: that is trained from.
   void began(const std::filesystem::path& folder, const std::filesystem::path& data);
   /// Called before the first iteration, and then waits until the window takes the model, and after
@@ -54,6 +57,8 @@ class TrainingThread {
   void want_model();
   std::optional<TrainedModel> take_model();
   void take_reports(Actions& actions) { reports_.take(actions); }
+  /// True until began() was called.
+  bool reads();
   /// True while a report or a model waits to be taken, or a command was not carried out yet.
   bool busy();
 
@@ -76,7 +81,8 @@ class TrainingThread {
 
   std::mutex mutex_;  // guards everything below but the thread
   std::condition_variable changed_;
-  bool paused_ = false, stopping_ = false, saving_ = false, wanted_ = false, ended_ = false,
+  bool began_ = false, paused_ = false, stopping_ = false, saving_ = false, wanted_ = false,
+       ended_ = false,
        obeying_ = false;      // a command was not carried out yet
   bool shown_first_ = false;  // the first model was taken
   int steps_ = 0;             // that were asked for while paused

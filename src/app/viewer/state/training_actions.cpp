@@ -61,6 +61,13 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
 
 namespace action {
 
+void start_training(Viewer& v, Host& host, const std::vector<std::string>& words) {
+  if (v.training && v.training->phase != TrainingPhase::ended)
+    return notify_error(v, "a model is being trained: stop that run first");
+  v.training = Training();
+  host.start_training(words);
+}
+
 void command_training(Viewer& v, Host& host, TrainingCommand command) {
   if (!v.training || v.training->phase == TrainingPhase::ended) return;
   const bool paused = v.training->phase == TrainingPhase::paused;

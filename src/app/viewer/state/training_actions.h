@@ -20,6 +20,8 @@ std::vector<Fact> training_facts(const Viewer& viewer);
 namespace action {
 
 // ---- by the user -------------------------------------------------------------------------------
+/// Starts a run, unless one is under way. `words`: of a command line, after `quadsplat train`.
+void start_training(Viewer& viewer, Host& host, const std::vector<std::string>& words);
 /// Passes the command to the host if it makes sense in this phase.
 void command_training(Viewer& viewer, Host& host, TrainingCommand command);
 /// Pauses or resumes.

@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/train/adam.h"
 
-#include "raster/kernel/adam.h"
-
 namespace qs::cpu::train {
-
-AdamState AdamState::like(const Parameters<float>& parameters) {
-  AdamState state;
-  state.first.sh_degree = state.second.sh_degree = parameters.sh_degree;
-  state.first.resize(parameters.size());
-  state.second.resize(parameters.size());
-  return state;
-}
 
 void take_step(Parameters<float>& parameters, const Parameters<float>& gradient, const Rates& rates,
                AdamState& state, ThreadPool& pool) {

@@ -4,15 +4,8 @@
 #include <algorithm>
 #include <array>
 
-#include <glm/geometric.hpp>
-
-#include "raster/kernel/activation.h"
 #include "raster/kernel/composite.h"
-#include "raster/kernel/gradient/activation.h"
-#include "raster/kernel/gradient/footprint.h"
-#include "raster/kernel/gradient/project.h"
-#include "raster/kernel/gradient/sh.h"
-#include "raster/kernel/sh.h"
+#include "raster/kernel/gradient/gaussian.h"
 
 namespace qs::cpu::train {
 namespace {
@@ -80,49 +73,20 @@ void order_by_slot(const ForwardFrame<Real>& frame, BackwardScratch<Real>& scrat
 
 // From the values that pixels read of Gaussian i to its parameters.
 template <class Real>
-void gaussian_gradient(const StepView& step, const View<Real>& view, int degree,
-                       const Parameters<Real>& parameters, std::size_t i,
-                       const SplatGradient<Real>& splat, Gradients<Real>& gradients) {
-  using Vec3 = glm::vec<3, Real>;
-  const Vec3& mean = parameters.means[i];
-  const Vec3& log_scale = parameters.log_scales[i];
-  const glm::qua<Real>& rotation = parameters.rotations[i];
-  const Covariance3<Real> sigma = covariance_of(log_scale, unit_rotation(rotation));
-  const Vec3 point = to_view(view, mean);
-  const auto covariance = ImageCovariance<Real>::of(view, point, sigma, step.settings.dilation);
-
-  const Real opacity = opacity_of(parameters.opacity_logits[i]);
-  Real d_opacity = splat.opacity;
-  Covariance2<Real> d_covariance = conic_gradient(covariance.after, splat.conic);
-  if (step.antialiased()) {
-    const Real factor =
-        compensation(covariance.before.determinant(), covariance.after.determinant());
-    const Covariance2<Real> more =
-        compensation_gradient(covariance.before, covariance.after, splat.opacity * opacity);
-    d_covariance.xx += more.xx;
-    d_covariance.xy += more.xy;
-    d_covariance.yy += more.yy;
-    d_opacity *= factor;
-  }
-  gradients.by.opacity_logits[i] = opacity_gradient(opacity, d_opacity);
-
-  const GeometryGradient<Real> geometry =
-      project_covariance_gradient(view, point, sigma, d_covariance);
-  const ShapeGradient<Real> shape = covariance_gradient(log_scale, rotation, geometry.covariance);
-  gradients.by.log_scales[i] = shape.log_scale;
-  gradients.by.rotations[i] = shape.rotation;
-  Vec3 d_mean = view_gradient(view, geometry.mean + pixel_gradient(view, point, splat.mean_px));
-
-  const Vec3 offset = mean - view.position;
-  const Vec3 direction = glm::normalize(offset);
-  const Vec3* sh = &parameters.sh[i * parameters.sh_stride()];
-  Vec3* d_sh = &gradients.by.sh[i * parameters.sh_stride()];
-  const auto coefficients = [sh](int k) { return sh[k]; };
-  const Vec3 color = sh_color<Real>(degree, direction, coefficients);
-  const Vec3 d_direction =
-      sh_gradient(degree, direction, coefficients, clamp_gradient(color, splat.color),
-                  [d_sh](int k, const Vec3& gradient) { d_sh[k] = gradient; });
-  gradients.by.means[i] = d_mean + direction_gradient(offset, d_direction);
+void set_gradient(const GradientRules<Real>& rules, const Parameters<Real>& parameters,
+                  std::size_t i, const SplatGradient<Real>& splat, Gradients<Real>& gradients) {
+  const glm::vec<3, Real>* sh = &parameters.sh[i * parameters.sh_stride()];
+  glm::vec<3, Real>* d_sh = &gradients.by.sh[i * parameters.sh_stride()];
+  const GaussianValues<Real> gradient = gaussian_gradient<Real>(
+      rules,
+      {parameters.means[i], parameters.log_scales[i], parameters.rotations[i],
+       parameters.opacity_logits[i]},
+      [sh](int k) { return sh[k]; }, splat,
+      [d_sh](int k, const glm::vec<3, Real>& by) { d_sh[k] = by; });
+  gradients.by.means[i] = gradient.mean;
+  gradients.by.log_scales[i] = gradient.log_scale;
+  gradients.by.rotations[i] = gradient.rotation;
+  gradients.by.opacity_logits[i] = gradient.opacity_logit;
   gradients.mean_px[i] = splat.mean_px;
 }
 
@@ -145,8 +109,9 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
 
   gradients.reset(parameters);
   gradients.visible = frame.in_view;
-  const auto kernel_view = make_view<Real>(view.camera);
-  const int degree = std::min(view.settings.sh_degree, parameters.sh_degree);
+  const GradientRules<Real> rules{make_view<Real>(view.camera), view.settings.dilation,
+                                  view.antialiased(),
+                                  std::min(view.settings.sh_degree, parameters.sh_degree)};
   const VisibleSlots& visible = frame.visible;
   for_chunks(visible.chunk_counts.size(), 1, [&](std::size_t chunk) {
     for (std::uint32_t k = 0; k < visible.chunk_counts[chunk]; ++k) {
@@ -154,8 +119,8 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
       PixelSums<Real> sums;
       for (std::uint64_t at = scratch.begin[slot]; at < scratch.begin[slot + 1]; ++at)
         sums += scratch.pairs[scratch.order[at]];
-      gaussian_gradient(view, kernel_view, degree, parameters, visible.gaussians[slot],
-                        splat_gradient<Real>(frame.splats[slot], sums), gradients);
+      set_gradient(rules, parameters, visible.gaussians[slot],
+                   splat_gradient<Real>(frame.splats[slot], sums), gradients);
     }
   });
 }

@@ -9,7 +9,7 @@
 
 #include "raster/kernel/activation.h"
 #include "raster/kernel/composite.h"
-#include "raster/kernel/gradient/activation.h"
+#include "raster/kernel/gradient/gaussian.h"
 #include "raster/kernel/sh.h"
 #include "raster/scene/activated_cloud.h"
 

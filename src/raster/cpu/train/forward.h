@@ -92,16 +92,4 @@ struct ForwardFrame {
 template <class Real>
 void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame);
 
-/// A Gaussian's covariance on the image in px^2.
-template <class Real>
-struct ImageCovariance {
-  Covariance2<Real> before, after;  ///< without and with the dilation
-
-  static ImageCovariance of(const View<Real>& view, const glm::vec<3, Real>& point,
-                            const Covariance3<Real>& sigma, double dilation) {
-    const Covariance2<Real> c = project_covariance(view, point, sigma);
-    return {c, {c.xx + static_cast<Real>(dilation), c.xy, c.yy + static_cast<Real>(dilation)}};
-  }
-};
-
 }  // namespace qs::cpu::train

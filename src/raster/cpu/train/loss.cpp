@@ -7,12 +7,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "raster/kernel/ssim.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs::cpu::train {
 namespace {
 
-constexpr int kRadius = kSsimRadius;
 constexpr int kChannels = 3;
 constexpr std::size_t kRowGrain = 8;
 
@@ -47,7 +47,7 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
     for (std::size_t k = 0; k < window.size(); ++k) window[k] = static_cast<Real>(weights[k]);
     return window;
   }();
-  constexpr std::size_t kMargin = kRadius * kChannels;
+  constexpr std::size_t kMargin = kSsimRadius * kChannels;
   const std::size_t values = shape.values;
   rows.resize(field.size());
   shape.for_rows([&](std::size_t y) {
@@ -64,30 +64,14 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
   shape.for_rows([&](std::size_t y) {
     Real* const out = &field[y * values];
     std::fill_n(out, values, Real(0));
-    const std::size_t first = y < kRadius ? kRadius - y : 0;
-    const std::size_t last = std::min(kWindow.size(), shape.height + kRadius - y);
+    const std::size_t first = y < kSsimRadius ? kSsimRadius - y : 0;
+    const std::size_t last = std::min(kWindow.size(), shape.height + kSsimRadius - y);
     for (std::size_t k = first; k < last; ++k) {
-      const Real* const in = &rows[(y + k - kRadius) * values];
+      const Real* const in = &rows[(y + k - kSsimRadius) * values];
       for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
   });
 }
-
-// SSIM from the blurred moments, and its derivatives by those of the picture a.
-template <class Real>
-struct Similarity {
-  Real value, by_a, by_aa, by_ab;
-
-  static Similarity of(Real a, Real b, Real aa, Real bb, Real ab) {
-    constexpr Real kC1 = Real(kSsimC1), kC2 = Real(kSsimC2);
-    const Real top1 = 2 * a * b + kC1, top2 = 2 * (ab - a * b) + kC2;
-    const Real bottom1 = a * a + b * b + kC1, bottom2 = aa - a * a + bb - b * b + kC2;
-    const Real inverse = 1 / (bottom1 * bottom2);
-    const Real value = top1 * top2 * inverse;
-    return {value, 2 * b * (top2 - top1) * inverse + 2 * a * value * (1 / bottom2 - 1 / bottom1),
-            -value / bottom2, 2 * top1 * inverse};
-  }
-};
 
 }  // namespace
 
@@ -123,10 +107,9 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
   });
   for (auto& field : scratch.fields) blur(shape, field, scratch.rows);
 
-  Loss loss;
   const auto total = static_cast<double>(count - static_cast<std::size_t>(masked) * kChannels);
   // The derivatives replace the moments.
-  loss.ssim = shape.sum_of_rows([&](std::size_t y) {
+  const double ssim = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
       if (is_masked(i)) {
@@ -141,27 +124,23 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
     }
     return sum;
   });
-  loss.ssim /= total;
   for (auto* field : {&mean_a, &mean_aa, &mean_ab}) blur(shape, *field, scratch.rows);
 
-  const auto l1_weight = static_cast<Real>((1 - kSsimWeight) / total);
-  const auto ssim_weight = static_cast<Real>(kSsimWeight / total);
-  loss.l1 = shape.sum_of_rows([&](std::size_t y) {
+  const auto gradient = LossGradient<Real>::of(total);
+  const double l1 = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
       if (is_masked(i)) {
         d[i] = 0;
         continue;
       }
-      const Real vb = b[i], difference = a[i] - vb;
-      sum += std::abs(static_cast<double>(difference));
-      const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
-      d[i] = l1_weight * sign - ssim_weight * (mean_a[i] + 2 * a[i] * mean_aa[i] + vb * mean_ab[i]);
+      const Real vb = b[i];
+      sum += std::abs(static_cast<double>(a[i] - vb));
+      d[i] = gradient.by(a[i], vb, mean_a[i], mean_aa[i], mean_ab[i]);
     }
     return sum;
   });
-  loss.l1 /= total;
-  loss.squared_error = shape.sum_of_rows([&](std::size_t y) {
+  const double squared_error = shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
       if (is_masked(i)) continue;
@@ -171,9 +150,7 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
     }
     return sum;
   });
-  loss.squared_error /= total;
-  loss.total = (1 - kSsimWeight) * loss.l1 + kSsimWeight * (1 - loss.ssim);
-  return loss;
+  return Loss::of_sums(l1, ssim, squared_error, total);
 }
 
 template Loss compare(int, int, std::span<const glm::vec3>, std::span<const glm::vec3>, ThreadPool&,

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The loss of a picture against a photograph, with its gradient (Kerbl et al. 2023):
-//   (1 - w) L1 + w (1 - SSIM),   w = 0.2
-// L1 is the mean of absolute differences over pixels and channels. SSIM is that of
-// scene/image_metrics.h: window 11 x 11, sigma 1.5, zeros outside, mean over pixels and channels.
-// Masked pixels are not in the means and count as outside of both pictures.
+// The loss of kernel/loss.h, with its gradient.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +10,11 @@
 #include <glm/vec3.hpp>
 
 #include "raster/base/parallel.h"
+#include "raster/kernel/loss.h"
 
 namespace qs::cpu::train {
 
-inline constexpr double kSsimWeight = 0.2;
-
-struct Loss {
-  double total = 0;
-  double l1 = 0, ssim = 0;
-  double squared_error = 0;  ///< mean over pixels and channels, of the clamped picture
-};
+using qs::Loss;
 
 /// Memory of compare() that the next step uses again.
 template <class Real>

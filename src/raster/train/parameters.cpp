@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cpu/train/parameters.h"
+#include "raster/train/parameters.h"
 
 #include <algorithm>
 
 #include "raster/kernel/gradient/activation.h"
 
-namespace qs::cpu::train {
+namespace qs::train {
 
-GaussianCloud to_cloud(const Parameters<float>& parameters, bool antialiased) {
+GaussianCloud to_cloud(const Parameters& parameters, bool antialiased) {
   GaussianCloud cloud;
   cloud.resize(parameters.size(), parameters.sh_degree);
   cloud.antialiased = antialiased;
@@ -21,8 +21,8 @@ GaussianCloud to_cloud(const Parameters<float>& parameters, bool antialiased) {
   return cloud;
 }
 
-Parameters<float> from_cloud(const GaussianCloud& cloud) {
-  Parameters<float> parameters;
+Parameters from_cloud(const GaussianCloud& cloud) {
+  Parameters parameters;
   parameters.sh_degree = cloud.sh_degree;
   parameters.means.assign(cloud.positions.begin(), cloud.positions.end());
   parameters.log_scales.assign(cloud.log_scales.begin(), cloud.log_scales.end());
@@ -32,4 +32,4 @@ Parameters<float> from_cloud(const GaussianCloud& cloud) {
   return parameters;
 }
 
-}  // namespace qs::cpu::train
+}  // namespace qs::train

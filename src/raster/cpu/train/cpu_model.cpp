@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/train/cpu_model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "raster/cpu/train/adam.h"
+#include "raster/cpu/train/density.h"
+
+namespace qs::cpu::train {
+
+void CpuModel::forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) {
+  camera_ = camera;
+  settings_ = settings;
+  stop_ = std::move(stop);
+  train::forward(view(), state_.parameters, frame_);
+}
+
+Image CpuModel::picture() {
+  Image image(camera_.width, camera_.height, 3);
+  std::copy_n(&frame_.color[0][0], image.values.size(), image.values.begin());
+  return image;
+}
+
+void CpuModel::compare_with(std::optional<std::size_t> /*number*/, const Photograph& photograph) {
+  const std::vector<glm::vec3> target = photograph.over(settings_.background);
+  assert(target.size() == frame_.color.size());
+  result_ = compare<float>(camera_.width, camera_.height, frame_.color, target, pool_, loss_,
+                           d_color_, photograph.mask);
+}
+
+void CpuModel::backward() {
+  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_);
+}
+
+void CpuModel::step(const StepOrder& order) {
+  if (order.counts_density) add_view(gradients_, camera_.width, camera_.height, state_.density);
+  qs::train::Parameters& p = state_.parameters;
+  const auto for_gaussians = [&](const auto& each) {
+    pool_.for_chunks(p.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) each(i);
+    });
+  };
+  if (order.moves && order.sparsity) {
+    const auto count = static_cast<double>(p.size());
+    for_gaussians([&](std::size_t i) {
+      order.sparsity->add_gradient(count, p.log_scales[i], p.opacity_logits[i],
+                                   gradients_.by.log_scales[i], gradients_.by.opacity_logits[i]);
+    });
+  }
+  if (order.moves) take_step(p, gradients_.by, order.rates, state_.adam, pool_);
+  if (order.noise) {
+    for_gaussians([&](std::size_t i) {
+      p.means[i] =
+          order.noise->moved(i, p.means[i], p.log_scales[i], p.rotations[i], p.opacity_logits[i]);
+    });
+  }
+  state_.iteration = order.iteration;
+}
+
+}  // namespace qs::cpu::train

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+//
+// The CPU's model in training. Results do not depend on the number of threads.
+#pragma once
+
+#include <vector>
+
+#include "raster/cpu/train/backward.h"
+#include "raster/cpu/train/loss.h"
+#include "raster/training_model.h"
+
+namespace qs::cpu::train {
+
+using qs::train::GaussianFacts;
+using qs::train::ModelState;
+using qs::train::Photograph;
+using qs::train::Plan;
+using qs::train::StepOrder;
+
+class CpuModel final : public qs::train::TrainingModel {
+ public:
+  explicit CpuModel(ThreadPool& pool) : pool_(pool) {}
+
+  std::string name() const override { return kBackendNames[static_cast<int>(Backend::cpu)]; }
+
+  std::size_t size() const override { return state_.size(); }
+  int iteration() const override { return state_.iteration; }
+  int changed_before() const override { return state_.changed_before; }
+  void set_state(ModelState state) override { state_ = std::move(state); }
+  const ModelState& state() override { return state_; }
+  const qs::train::Parameters& parameters() override { return state_.parameters; }
+
+  GaussianFacts facts() override { return facts_of(state_); }
+  void apply(const Plan& plan) override { state_ = changed(state_, plan); }
+
+  void forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) override;
+  Image picture() override;
+  void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override;
+  void backward() override;
+  void step(const StepOrder& order) override;
+
+  Loss recent_loss() override { return result_; }
+  std::optional<qs::train::PassSeconds> pass_seconds() override { return std::nullopt; }
+
+ private:
+  StepView view() const { return {camera_, settings_, pool_, stop_}; }
+
+  ThreadPool& pool_;
+  ModelState state_;
+
+  // Of the drawn view.
+  Camera camera_;
+  RenderSettings settings_;
+  std::stop_token stop_;
+
+  ForwardFrame<float> frame_;
+  LossScratch<float> loss_;
+  Loss result_;
+  std::vector<glm::vec3> d_color_;
+  BackwardScratch<float> backward_;
+  Gradients<float> gradients_;
+};
+
+}  // namespace qs::cpu::train

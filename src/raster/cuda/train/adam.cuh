@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// The optimizer on the GPU: Adam for all parameters, with a learning rate for each kind, in one
+// kernel, and what strategy mcmc does before and after it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "raster/cuda/train/parameters.cuh"
+#include "raster/training_model.h"
+
+namespace qs::cuda::train {
+
+using qs::train::StepOrder;
+
+/// Adam's moments, for Gaussians like those of the parameters, and the number of steps so far.
+struct AdamState {
+  Parameters first, second;
+  std::uint64_t steps = 0;
+};
+
+/// One step, and the noise after it. All arguments have the same Gaussians. Sparsity adds its share
+/// to `gradient`.
+void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradient,
+               AdamState& state, cudaStream_t stream);
+
+}  // namespace qs::cuda::train

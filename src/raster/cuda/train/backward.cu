@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include "raster/cuda/train/backward.cuh"
+#include "raster/cuda/train/segment.cuh"
+
+namespace qs::cuda::train {
+namespace {
+
+using fast::kAllLanes;
+
+constexpr unsigned kWarps = kTilePixels / fast::kWarp;
+constexpr unsigned kSums = 9;  // numbers of PixelSums
+static_assert(sizeof(PixelSums<float>) == kSums * sizeof(float));
+
+struct PairInput {
+  TilesView tiles;
+  const std::uint32_t* segment_tiles;
+  const float4* states;
+  const glm::vec3* color;
+  const std::uint32_t* last;
+  const glm::vec3* d_color;
+};
+
+/// Adds the value of the lane that differs in bit `kDistance`. Of two values, the lanes with the
+/// bit get the second one.
+template <unsigned kDistance>
+__device__ float fold(float value) {
+  return value + __shfl_xor_sync(kAllLanes, value, kDistance);
+}
+template <unsigned kDistance>
+__device__ float fold(float without, float with) {
+  const bool bit = (fast::lane_index() & kDistance) != 0;
+  const float sent = bit ? without : with, kept = bit ? with : without;
+  return kept + __shfl_xor_sync(kAllLanes, sent, kDistance);
+}
+
+/// Sums over the lanes of a warp into `result`, of kSums numbers. Every exchange halves the numbers
+/// that a lane holds. All lanes call it.
+__device__ void sum_of_warp(const PixelSums<float>& sums, float* result) {
+  const float a[] = {fold<16>(sums.d, sums.dx), fold<16>(sums.dy, sums.dxx),
+                     fold<16>(sums.dxy, sums.dyy), fold<16>(sums.color.x, sums.color.y)};
+  const float b[] = {fold<8>(a[0], a[1]), fold<8>(a[2], a[3])};
+  const float blue = fold<4>(fold<8>(fold<16>(sums.color.z)));
+  const float total = fold<1>(fold<2>(fold<4>(b[0], b[1]), blue));
+  const unsigned lane = fast::lane_index();
+  if (lane % 4 == 0) result[lane / 4 % 2 * 4 + lane / 8 % 2 * 2 + lane / 16] = total;
+  if (lane == 2) result[kSums - 1] = total;
+}
+
+__device__ float dot(const glm::vec3& a, const glm::vec3& b) {
+  return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
+}
+
+/// The pixel of a thread, composited again with the operations of the forward pass. So it has the
+/// same values wherever segments begin, and all lossless modes give equal gradients.
+struct Pixel {
+  float x, y;
+  glm::vec3 d_color{0};
+  std::uint32_t end = 0;  ///< entries of the segment up to the last blended one
+  float product = 0;      ///< of dL/dC and the pixel's final colour
+  glm::vec3 so_far{0};    ///< colour, without the background
+  float transmittance = 1;
+
+  /// `first` is the segment's first entry in the tile's list.
+  __device__ Pixel(const PairInput& in, std::uint32_t tile, std::uint32_t first) {
+    const int px = in.tiles.x_of(tile, threadIdx.x), py = in.tiles.y_of(tile, threadIdx.x);
+    x = static_cast<float>(px);
+    y = static_cast<float>(py);
+    if (!in.tiles.contains(px, py)) return;
+    const std::size_t at = in.tiles.index_of(px, py);
+    end = max(in.last[at], first) - first;
+    d_color = in.d_color[at];
+    const float4 state = in.states[std::size_t{blockIdx.x} * kTilePixels + threadIdx.x];
+    product = dot(d_color, in.color[at]);
+    so_far = {state.x, state.y, state.z};
+    transmittance = state.w;
+  }
+
+  /// The sums of the Gaussian, as add_pixel() of the CPU; zeros if the pixel does not blend it,
+  /// then the result is false. Below `end`, a pixel never stops.
+  __device__ bool add(const Contribution& by, bool exists, PixelSums<float>& sums) {
+    const bool blends = exists && by.counts;
+    const float weight = by.alpha * transmittance;
+    const float by_color =
+        fmaf(d_color.x, by.light.z, fmaf(d_color.y, by.light.w, d_color.z * by.blue));
+    const glm::vec3 next(fmaf(weight, by.light.z, so_far.x), fmaf(weight, by.light.w, so_far.y),
+                         fmaf(weight, by.blue, so_far.z));
+    // A pixel knows its final colour, so what is behind is the difference to the colour so far.
+    const float after = product - dot(d_color, next);
+    const float d_alpha =
+        fmaf(by_color, transmittance, -(after * reciprocal_flush(1.0f - by.alpha)));
+    sums.d = blends ? by.unclamped * d_alpha : 0.0f;
+    sums.dx = sums.d * by.dx;
+    sums.dy = sums.d * by.dy;
+    sums.dxx = sums.dx * by.dx;
+    sums.dxy = sums.dx * by.dy;
+    sums.dyy = sums.dy * by.dy;
+    const float shown = blends ? weight : 0.0f;
+    sums.color = shown * d_color;
+    if (blends) {
+      so_far = next;
+      transmittance = by.behind(transmittance);
+    }
+    return blends;
+  }
+};
+
+/// One block per segment.
+__global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums<float>* pairs) {
+  __shared__ Segment segment;
+  __shared__ float sums_of_warps[kWarps][fast::kWarp * kSums];
+  const std::uint32_t tile = in.segment_tiles[blockIdx.x];
+  if (tile == kNoTile) return;
+  const uint2 range = in.tiles.ranges[tile];
+  const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
+  const std::uint32_t size = min(range.y - range.x - first, kSegment);
+  segment.load(in.tiles, tile, range.x + first, size);
+  Pixel pixel(in, tile, first);
+  const unsigned end_of_warp = fast::largest_of_warp(pixel.end);
+  float* const own = sums_of_warps[threadIdx.x / fast::kWarp];
+  for (std::uint32_t group = 0; group < size; group += fast::kWarp) {
+    if (__syncthreads_count(pixel.end > group) == 0) break;
+    for (unsigned k = 0; k < kSums; ++k) own[k * fast::kWarp + fast::lane_index()] = 0;
+    __syncwarp();
+    for (unsigned reaching = segment.reaching(group, min(size, end_of_warp)); reaching != 0;
+         reaching &= reaching - 1) {
+      const unsigned member = lowest_bit(reaching);
+      PixelSums<float> sums;
+      const Contribution by = segment.contribution(group + member, pixel.x, pixel.y);
+      const bool blends = pixel.add(by, group + member < pixel.end, sums);
+      if (__any_sync(kAllLanes, blends)) sum_of_warp(sums, own + member * kSums);
+    }
+    __syncthreads();
+    for (unsigned k = threadIdx.x; k < fast::kWarp * kSums; k += kTilePixels) {
+      const std::uint32_t entry = group + k / kSums;
+      if (entry >= size) break;
+      float sum = 0;
+      for (unsigned warp = 0; warp < kWarps; ++warp) sum += sums_of_warps[warp][k];
+      const std::uint32_t place = in.tiles.places[range.x + first + entry];
+      reinterpret_cast<float*>(pairs + place)[k % kSums] = sum;
+    }
+  }
+}
+
+/// The sum of values[k * kSums] for k in [begin, end), in this order. The loads of a group do not
+/// wait for each other.
+template <unsigned kGroup>
+__device__ void add_groups(const float* values, std::uint32_t& begin, std::uint32_t end,
+                           float& sum) {
+  for (; begin + kGroup <= end; begin += kGroup) {
+    float group[kGroup];
+#pragma unroll
+    for (unsigned k = 0; k < kGroup; ++k) group[k] = values[std::size_t{begin + k} * kSums];
+#pragma unroll
+    for (unsigned k = 0; k < kGroup; ++k) sum += group[k];
+  }
+}
+
+/// One thread per number of a Gaussian's sums: threads of a Gaussian read neighbouring addresses,
+/// and the lists of large Gaussians do not hold up the computation of the others' gradients.
+__global__ void __launch_bounds__(kThreads)
+    sum_gaussians(std::uint32_t count, const std::uint64_t* offsets, const float* pairs,
+                  float* sums) {
+  const std::uint64_t thread = std::uint64_t{blockIdx.x} * kThreads + threadIdx.x;
+  const auto gaussian = static_cast<std::uint32_t>(thread / kSums);
+  if (gaussian >= count) return;
+  const float* const values = pairs + thread % kSums;
+  auto begin = static_cast<std::uint32_t>(offsets[gaussian]);
+  const auto end = static_cast<std::uint32_t>(offsets[gaussian + 1]);
+  float sum = 0;
+  add_groups<32>(values, begin, end, sum);
+  add_groups<4>(values, begin, end, sum);
+  add_groups<1>(values, begin, end, sum);
+  sums[thread] = sum;
+}
+
+struct GaussianInput {
+  GradientRules<float> rules;
+  ParametersView parameters;
+  const std::uint32_t* tile_counts;  ///< 0: not visible
+  const PixelSums<float>* sums;      ///< per Gaussian
+  const ListedSplat* splats;
+};
+
+/// One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    gaussian_gradients(GaussianInput in, ParametersView out, glm::vec2* d_mean_px) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= in.parameters.count) return;
+  const auto set_coefficient = [&](int k, const glm::vec3& by) { out.set_coefficient(i, k, by); };
+  GaussianValues<float> gradient{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f};
+  glm::vec2 mean_px(0.0f);
+  int set = 0;  // coefficients
+  if (in.tile_counts[i] > 0) {
+    const SplatGradient<float> splat = splat_gradient<float>(in.splats[i].splat, in.sums[i]);
+    gradient = gaussian_gradient<float>(
+        in.rules, in.parameters.gaussian(i), [&](int k) { return in.parameters.coefficient(i, k); },
+        splat, set_coefficient);
+    mean_px = splat.mean_px;
+    set = (in.rules.sh_degree + 1) * (in.rules.sh_degree + 1);
+  }
+  for (int k = set; k < in.parameters.sh_coefficients; ++k) set_coefficient(k, glm::vec3(0.0f));
+  out.set_gaussian(i, gradient);
+  d_mean_px[i] = mean_px;
+}
+
+void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const glm::vec3* d_color,
+                        BackwardScratch& scratch) {
+  const std::uint32_t count = frame.pairs.count;
+  if (count == 0) return;
+  scratch.pairs.reserve("the step's pairs", frame.room());
+  // Pairs that no pixel reached keep 0.
+  check(cudaMemsetAsync(scratch.pairs.data(), 0, count * sizeof(PixelSums<float>), view.stream),
+        "backward");
+  launch("sum_pairs", sum_pairs, Blocks(frame.segments, kTilePixels), view.stream,
+         PairInput{frame.tiles(view), frame.segment_tiles.data(), frame.states.data(),
+                   frame.color.data(), frame.last.data(), d_color},
+         scratch.pairs.data());
+}
+
+}  // namespace
+
+void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+              const glm::vec3* d_color, BackwardScratch& scratch, Gradients& gradients) {
+  gradients.by.resize(parameters.count, parameters.sh_degree);
+  gradients.mean_px.reserve("the gradients", with_room(parameters.count));
+  scratch.sums.reserve("the gradients", with_room(parameters.count));
+  if (parameters.count == 0) return;
+  if (view.stop.stop_requested()) throw Cancelled{};
+  sum_pairs_of_tiles(view, frame, d_color, scratch);
+  const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
+                                   view.antialiased(),
+                                   std::min(view.settings.sh_degree, parameters.sh_degree)};
+  const GaussianInput in{rules, parameters.view(), frame.visible.tile_counts.data(),
+                         scratch.sums.data(), frame.splats.data()};
+  launch("sum_gaussians", sum_gaussians, blocks_for(std::uint64_t{kSums} * parameters.count),
+         view.stream, parameters.count, frame.pairs.offsets.data(),
+         reinterpret_cast<const float*>(scratch.pairs.data()),
+         reinterpret_cast<float*>(scratch.sums.data()));
+  launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,
+         gradients.by.view(), gradients.mean_px.data());
+}
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// The backward pass of training: from the loss's derivatives by the pixels to those by all
+// parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and a
+// Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on when a thread
+// runs, so two runs give the same bits.
+//
+// A block takes a segment of a tile's list, with one pixel per thread. It composites again, from
+// the front to the back. A warp sums its pixels for a Gaussian by exchanges between lanes, and the
+// block sums its warps in a fixed order. A list may have any length, because its segments do not
+// wait for each other.
+#pragma once
+
+#include "raster/cuda/train/forward.cuh"
+#include "raster/kernel/gradient/pixel.h"
+
+namespace qs::cuda::train {
+
+/// Memory of backward() that the next step uses again.
+struct BackwardScratch {
+  DeviceBuffer<PixelSums<float>> pairs;  ///< per place, see ForwardFrame::pairs
+  DeviceBuffer<PixelSums<float>> sums;   ///< per Gaussian
+};
+
+/// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+/// Does not wait. Throws Cancelled, and Error(device) if memory is short.
+void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+              const glm::vec3* d_color, BackwardScratch& scratch, Gradients& gradients);
+
+}  // namespace qs::cuda::train

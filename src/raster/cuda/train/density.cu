@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cuda/stream.cuh"
+#include "raster/cuda/train/density.cuh"
+#include "raster/kernel/density.h"
+
+namespace qs::cuda::train {
+namespace {
+
+/// One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    add_movements(glm::vec2 half_px, std::uint32_t count, const glm::vec2* d_mean_px,
+                  const std::uint8_t* in_view, float* sums, std::uint32_t* views) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= count || in_view[i] == 0) return;
+  add_movement(half_px, d_mean_px[i], sums[i]);
+  ++views[i];
+}
+
+}  // namespace
+
+void DensityStatistics::reset(std::uint32_t gaussians, cudaStream_t stream) {
+  count = gaussians;
+  sums.reserve("the statistics", with_room(count));
+  views.reserve("the statistics", with_room(count));
+  if (count == 0) return;
+  check(cudaMemsetAsync(sums.data(), 0, count * sizeof(float), stream), "reset");
+  check(cudaMemsetAsync(views.data(), 0, count * sizeof(std::uint32_t), stream), "reset");
+}
+
+void DensityStatistics::upload(const qs::train::DensityStatistics& host, cudaStream_t stream) {
+  count = static_cast<std::uint32_t>(host.sums.size());
+  copy_to_device(host.sums.data(), sums, count, stream);
+  copy_to_device(host.views.data(), views, count, stream);
+}
+
+qs::train::DensityStatistics DensityStatistics::download(cudaStream_t stream) const {
+  return {copied(sums.data(), count, stream), copied(views.data(), count, stream)};
+}
+
+void DensityStatistics::add(const Gradients& gradients, const std::uint8_t* in_view, int width,
+                            int height, cudaStream_t stream) {
+  if (count == 0) return;
+  const glm::vec2 half_px(0.5f * static_cast<float>(width), 0.5f * static_cast<float>(height));
+  launch("add_movements", add_movements, blocks_for(count), stream, half_px, count,
+         gradients.mean_px.data(), in_view, sums.data(), views.data());
+}
+
+}  // namespace qs::cuda::train

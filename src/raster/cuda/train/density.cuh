@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// What adaptive density control decides by, on the GPU.
+#pragma once
+
+#include <cstdint>
+
+#include "raster/cuda/train/parameters.cuh"
+
+namespace qs::cuda::train {
+
+struct DensityStatistics {
+  /// Per Gaussian: sum of |dL/d mean|, see add_movement(), and the number of views in it.
+  DeviceBuffer<float> sums;
+  DeviceBuffer<std::uint32_t> views;
+  std::uint32_t count = 0;
+
+  void reset(std::uint32_t gaussians, cudaStream_t stream);
+  void upload(const qs::train::DensityStatistics& host, cudaStream_t stream);
+  qs::train::DensityStatistics download(cudaStream_t stream) const;
+  /// `in_view` is 1 for the Gaussians in the view.
+  void add(const Gradients& gradients, const std::uint8_t* in_view, int width, int height,
+           cudaStream_t stream);
+};
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <glm/geometric.hpp>
+
+#include "raster/cuda/train/forward.cuh"
+#include "raster/cuda/train/list.cuh"
+#include "raster/cuda/train/segment.cuh"
+
+namespace qs::cuda::train {
+namespace {
+
+static_assert(kThreads == kTilePixels);
+
+struct ProjectInput {
+  ParametersView parameters;
+  View<float> view;
+  FootprintRules rules;
+  int sh_degree;
+  TileGrid grid;
+};
+
+struct ProjectOutput {
+  classic::VisibleView visible;
+  ListedSplat* splats;
+  std::uint8_t* in_view;
+};
+
+/// One thread per Gaussian, and one more that ends the array of tile counts with a 0. Activates in
+/// double precision, as every backend does before it decides.
+template <class P>
+__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i > in.parameters.count) return;
+  if (i == in.parameters.count) {
+    out.visible.tile_counts[i] = 0;
+    return;
+  }
+  const GaussianValues<float> gaussian = in.parameters.gaussian(i);
+  const Covariance3<double> sigma =
+      covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
+  const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
+  Projected projected;
+  const bool exists =
+      project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
+  const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
+  out.visible.tile_counts[i] = tiles;
+  out.in_view[i] = exists && count_tiles<Square>(projected.footprint, in.grid) > 0 ? 1 : 0;
+  if (tiles == 0) return;
+
+  const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);
+  const glm::vec3 color = sh_color<float>(in.sh_degree, direction,
+                                          [&](int k) { return in.parameters.coefficient(i, k); });
+  out.visible.depths[i] = projected.depth;
+  out.visible.footprints.store(i, projected.footprint);
+  out.splats[i] = {make_splat(projected.footprint,
+                              static_cast<float>(opacity) * projected.opacity_factor, color),
+                   fast::ellipse_of(projected.footprint)};
+}
+
+struct BlendTarget {
+  glm::vec3* color;
+  float* transmittance;
+  std::uint32_t* last;
+  std::uint32_t* segment_tiles;
+  float4* states;
+  glm::vec3 background;
+};
+
+/// A tile is one block with one thread per pixel.
+__global__ void __launch_bounds__(kThreads) blend_tiles(TilesView in, BlendTarget out) {
+  __shared__ Segment segment;
+  const std::uint32_t tile = blockIdx.x;
+  const unsigned thread = threadIdx.x;
+  const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
+  const auto px = static_cast<float>(x), py = static_cast<float>(y);
+  const bool inside = in.contains(x, y);
+  const uint2 range = in.ranges[tile];
+  std::size_t index = first_segment(range.x, tile);
+
+  glm::vec3 color(0.0f);
+  float transmittance = 1;
+  std::uint32_t last = 0;
+  bool live = inside;
+  for (std::uint32_t first = range.x; first < range.y; first += kSegment, ++index) {
+    if (__syncthreads_count(live) == 0) break;
+    const std::uint32_t size = min(range.y - first, kSegment);
+    segment.load(in, tile, first, size);
+    if (thread == 0) out.segment_tiles[index] = tile;
+    out.states[index * kTilePixels + thread] = {color.x, color.y, color.z, transmittance};
+    __syncthreads();
+    for (std::uint32_t group = 0; group < size; group += fast::kWarp) {
+      if (!__any_sync(fast::kAllLanes, live)) break;
+      for (unsigned reaching = segment.reaching(group, size); reaching != 0 && live;
+           reaching &= reaching - 1) {
+        const std::uint32_t entry = group + lowest_bit(reaching);
+        const Contribution by = segment.contribution(entry, px, py);
+        if (!by.counts) continue;
+        const float next = by.behind(transmittance);
+        if (next < kTransmittanceMin) {
+          live = false;
+          break;
+        }
+        const float weight = by.alpha * transmittance;
+        color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
+                 fmaf(weight, by.blue, color.z)};
+        transmittance = next;
+        last = first - range.x + entry + 1;
+      }
+    }
+  }
+
+  if (!inside) return;
+  const std::size_t at = in.index_of(x, y);
+  out.color[at] = color + transmittance * out.background;
+  out.transmittance[at] = transmittance;
+  out.last[at] = last;
+}
+
+void project(const StepView& view, const FrameContext& context, Parameters& parameters,
+             ForwardFrame& frame) {
+  constexpr const char* kWhat = "the step's Gaussians";
+  const std::size_t room = with_room(parameters.count);
+  classic::Visible& visible = frame.visible;
+  visible.tile_counts.reserve(kWhat, room + 1);
+  visible.depths.reserve(kWhat, room);
+  visible.means.reserve(kWhat, room);
+  visible.conics.reserve(kWhat, room);
+  visible.levels.reserve(kWhat, room);
+  frame.splats.reserve(kWhat, room);
+  frame.in_view.reserve(kWhat, room);
+  frame.pairs.offsets.reserve(kWhat, room + 1);
+  with_culler(view.settings.mode, [&]<class P>(P) {
+    const ProjectInput in{parameters.view(), make_view<float>(view.camera),
+                          context.rules(P::kKeepsFaint), context.sh_degree(), context.grid};
+    launch("project", project_gaussians<P>, blocks_for(std::uint64_t{parameters.count} + 1),
+           view.stream, in,
+           ProjectOutput{visible.view(), frame.splats.data(), frame.in_view.data()});
+  });
+}
+
+void blend(const StepView& view, ForwardFrame& frame) {
+  constexpr const char* kWhat = "the step's image";
+  const std::size_t pixels = view.pixels();
+  const auto tiles = static_cast<unsigned>(view.grid().count());
+  frame.segments = frame.pairs.count / kSegment + tiles;
+  const std::size_t room = std::max(frame.room() / kSegment + tiles, frame.segments);
+  frame.color.reserve(kWhat, pixels);
+  frame.transmittance.reserve(kWhat, pixels);
+  frame.last.reserve(kWhat, pixels);
+  frame.segment_tiles.reserve("the step's segments", room);
+  frame.states.reserve("the step's segments", room * kTilePixels);
+  check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
+                        view.stream),
+        "blend");
+  launch("blend", blend_tiles, tiles, view.stream, frame.tiles(view),
+         BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
+                     frame.segment_tiles.data(), frame.states.data(), view.settings.background});
+}
+
+}  // namespace
+
+void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+  // list_pairs() and the stages of `classic` read nothing of a cloud but these facts.
+  DeviceCloud facts;
+  facts.count = parameters.count;
+  facts.sh_degree = parameters.sh_degree;
+  facts.antialiased = view.antialiased();
+  const FrameContext context{facts,     view.camera, view.settings, view.grid(), view.stream,
+                             view.stop, {}};
+  context.throw_if_cancelled();
+  project(view, context, parameters, frame);
+  list_pairs(context, frame);
+  classic::sort(context, frame.pairs, frame.lists);
+  blend(view, frame);
+}
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+//
+// The forward pass of training: projects the parameters, lists them by list.cuh, sorts with the
+// stage of pipeline `classic`, and composites as the CPU's training does, with what the backward
+// pass needs of every pixel. Sums are in the same order as there; alphas differ by rounding.
+//
+// A warp composites 8x4 pixels of a tile, and of the tile's Gaussians those alone that reach them.
+// The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in front
+// of a segment is stored, so that the backward pass can start in the middle of a list.
+#pragma once
+
+#include <stop_token>
+
+#include "raster/cuda/classic/sort.cuh"
+#include "raster/cuda/fast/ellipse.cuh"
+#include "raster/cuda/train/parameters.cuh"
+
+namespace qs::cuda::train {
+
+/// The view of one training step.
+struct StepView {
+  const Camera& camera;
+  /// mode, sh_degree, background, antialiased (unset = no) and dilation are used.
+  const RenderSettings& settings;
+  cudaStream_t stream;
+  std::stop_token stop = {};
+
+  TileGrid grid() const { return TileGrid::of_image(camera.width, camera.height); }
+  bool antialiased() const { return settings.antialiased.value_or(false); }
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  }
+};
+
+inline constexpr unsigned kTilePixels = kTileSize * kTileSize;
+inline constexpr unsigned kSegment = kTilePixels;  ///< Gaussians: one per thread of a tile
+inline constexpr std::uint32_t kNoTile = 0xffffffffu;
+
+/// The first segment of a tile whose list begins at pair `begin`. Segments of different tiles never
+/// overlap, because a list that begins at b and has n pairs needs ceil(n / 256) segments, at most
+/// floor((b + n) / 256) - floor(b / 256) + 1. So the tiles need no prefix sum.
+QS_HD std::uint32_t first_segment(std::uint32_t begin, std::uint32_t tile) {
+  return begin / kSegment + tile;
+}
+
+/// A visible Gaussian.
+struct alignas(16) ListedSplat {
+  Splat splat;
+  fast::AlphaEllipse ellipse;
+};
+
+/// The pixels of the tiles and their lists, as kernels read them. Passed by value.
+struct TilesView {
+  const uint2* ranges;          ///< per tile: its list in `places`
+  const std::uint32_t* places;  ///< of the pairs in the lists of all tiles, front to back
+  const std::uint32_t* owners;  ///< per place: its Gaussian
+  const ListedSplat* splats;    ///< per Gaussian
+  int columns;                  ///< of the tile grid
+  int width, height;            ///< px
+
+  /// Coordinates of the first pixel of a tile.
+  __device__ int left_of(std::uint32_t tile) const {
+    return static_cast<int>(tile) % columns * kTileSize;
+  }
+  __device__ int top_of(std::uint32_t tile) const {
+    return static_cast<int>(tile) / columns * kTileSize;
+  }
+  /// Those of the pixel of a thread. A warp has 8x4 pixels.
+  __device__ int x_of(std::uint32_t tile, unsigned thread) const {
+    return left_of(tile) + static_cast<int>(thread / 32 % 2 * 8 + thread % 8);
+  }
+  __device__ int y_of(std::uint32_t tile, unsigned thread) const {
+    return top_of(tile) + static_cast<int>(thread / 64 * 4 + thread / 8 % 4);
+  }
+  __device__ bool contains(int x, int y) const { return x < width && y < height; }
+  __device__ std::size_t index_of(int x, int y) const {
+    return static_cast<std::size_t>(y) * width + x;
+  }
+};
+
+struct ForwardFrame {
+  classic::Visible visible;            ///< listed in a tile by the culling mode; without its splats
+  DeviceBuffer<ListedSplat> splats;    ///< per Gaussian
+  DeviceBuffer<std::uint8_t> in_view;  ///< per Gaussian, see the CPU's Gradients::visible
+  /// A pair has a place in the order of Gaussians, then of tiles. `values` are the tile lists, of
+  /// places.
+  classic::TilePairs pairs;
+  DeviceBuffer<std::uint32_t> owners;  ///< per place: its Gaussian
+  classic::TileLists lists;
+
+  // Per pixel, row by row.
+  DeviceBuffer<glm::vec3> color;      ///< over the background, not clamped
+  DeviceBuffer<float> transmittance;  ///< behind the last Gaussian
+  DeviceBuffer<std::uint32_t> last;   ///< entries of the tile's list up to the last blended one
+
+  // Per segment: its tile, or kNoTile if no pixel reached it, and the states of the tile's pixels
+  // in front of it, by thread: x, y, z = the colour so far, w = transmittance.
+  DeviceBuffer<std::uint32_t> segment_tiles;
+  DeviceBuffer<float4> states;
+  std::uint32_t segments = 0;
+
+  /// Pairs that the buffers have room for. It grows in larger steps than the number of pairs.
+  std::uint32_t room() const { return static_cast<std::uint32_t>(pairs.buffers.values.capacity()); }
+
+  TilesView tiles(const StepView& view) const {
+    return {lists.ranges.data(), pairs.buffers.values.data(), owners.data(),     splats.data(),
+            view.grid().columns, view.camera.width,           view.camera.height};
+  }
+};
+
+/// Waits once, for the number of pairs. Throws Cancelled, and Error(device) if memory is short.
+void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "raster/cuda/gpu_info.h"
+#include "raster/cuda/stream.cuh"
+#include "raster/cuda/train/adam.cuh"
+#include "raster/cuda/train/backward.cuh"
+#include "raster/cuda/train/density.cuh"
+#include "raster/cuda/train/gpu_model.h"
+#include "raster/cuda/train/loss.cuh"
+#include "raster/cuda/train/pass_clock.cuh"
+#include "raster/cuda/train/photograph.cuh"
+
+namespace qs::cuda::train {
+
+struct GpuModel::State {
+  explicit State(int device_index) : device(device_index), stream(device_index, true) {}
+
+  int device;
+  Stream stream;  // selects the GPU
+  std::size_t free_before = DeviceMemory::now().free;
+  int iteration = 0, changed_before = 0;
+  Parameters parameters;
+  AdamState adam;
+  DensityStatistics density;
+
+  /// Memory of apply(), exchanged with that of the model.
+  struct Next {
+    DeviceBuffer<std::uint32_t> sources, moment_sources;
+    Parameters parameters, first, second;
+    DensityStatistics density;
+  } next;
+  qs::train::ModelState host;  ///< the copy that state() returns
+
+  std::vector<Photograph> photographs;  ///< by number
+  std::uint64_t photograph_bytes = 0;
+  Photograph passing;  ///< the last one of those that are not kept
+
+  ForwardFrame frame;
+  LossScratch loss;
+  LossCopy losses[2];             ///< of comparisons with even and odd numbers
+  std::uint64_t comparisons = 0;  ///< since set_state()
+  DeviceBuffer<glm::vec3> target, d_color;
+  DeviceBuffer<std::uint8_t> mask;  ///< of compare()
+  BackwardScratch backward;
+  Gradients gradients;
+  PassClock clock;
+
+  // Of the drawn view.
+  Camera camera;
+  RenderSettings settings;
+  std::stop_token stop;
+
+  StepView view() const { return {camera, settings, stream, stop}; }
+  std::size_t pixels() const { return view().pixels(); }
+
+  /// `target_mask` may be null.
+  void compare_with_target(const std::uint8_t* target_mask, std::size_t counted) {
+    train::compare(camera.width, camera.height, frame.color.data(), {target.data(), target_mask},
+                   counted, stream, loss, d_color);
+    clock.end(1, stream);
+    losses[comparisons % 2].begin(loss, 3 * static_cast<double>(counted), stream);
+    ++comparisons;
+  }
+
+  /// The photograph in the memory of the GPU.
+  const Photograph& uploaded(std::optional<std::size_t> number,
+                             const qs::train::Photograph& host_photograph) {
+    if (number && *number >= photographs.size()) photographs.resize(*number + 1);
+    if (number && photographs[*number].pixels > 0) return photographs[*number];
+    const std::uint64_t bytes = Photograph::bytes_of(host_photograph);
+    const bool keeps = number && photograph_bytes + bytes < DeviceMemory::now().total / 2;
+    if (keeps) photograph_bytes += bytes;
+    Photograph& result = keeps ? photographs[*number] : passing;
+    result.upload(host_photograph, stream);
+    return result;
+  }
+
+  /// Waits, because the host's memory may go away.
+  template <class T>
+  void copy_pixels(std::span<const T> from, DeviceBuffer<T>& to) {
+    assert(from.size() == pixels());
+    copy_to_device(from.data(), to, from.size(), stream);
+  }
+};
+
+GpuModel::GpuModel(int device) {
+  require_gpu(device);
+  state_ = std::make_unique<State>(device);
+}
+
+GpuModel::~GpuModel() {
+  cudaSetDevice(state_->device);
+  cudaStreamSynchronize(state_->stream);  // passes may still run
+}
+
+GpuModel::State& GpuModel::gpu() const {
+  check(cudaSetDevice(state_->device), "cudaSetDevice");
+  return *state_;
+}
+
+std::string GpuModel::name() const {
+  return std::string(kBackendNames[static_cast<int>(Backend::cuda)]) + ", " +
+         gpu_report().gpus[static_cast<std::size_t>(state_->device)].name;
+}
+
+std::size_t GpuModel::size() const { return state_->parameters.count; }
+
+int GpuModel::iteration() const { return state_->iteration; }
+
+int GpuModel::changed_before() const { return state_->changed_before; }
+
+void GpuModel::set_state(qs::train::ModelState state) {
+  State& s = gpu();
+  s.iteration = state.iteration;
+  s.changed_before = state.changed_before;
+  s.adam.steps = state.adam.steps;
+  s.comparisons = 0;
+  upload(state.parameters, s.stream, s.parameters);
+  upload(state.adam.first, s.stream, s.adam.first);
+  upload(state.adam.second, s.stream, s.adam.second);
+  s.density.upload(state.density, s.stream);
+}
+
+const qs::train::Parameters& GpuModel::parameters() {
+  State& s = gpu();
+  s.host.parameters = download(s.parameters, s.stream);
+  return s.host.parameters;
+}
+
+const qs::train::ModelState& GpuModel::state() {
+  parameters();
+  State& s = gpu();
+  s.host.iteration = s.iteration;
+  s.host.changed_before = s.changed_before;
+  s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps};
+  s.host.density = s.density.download(s.stream);
+  return s.host;
+}
+
+qs::train::GaussianFacts GpuModel::facts() {
+  State& s = gpu();
+  const Parameters& p = s.parameters;
+  return {copied(p.means.data(), p.count, s.stream), copied(p.log_scales.data(), p.count, s.stream),
+          copied(p.rotations.data(), p.count, s.stream),
+          copied(p.opacity_logits.data(), p.count, s.stream), s.density.download(s.stream)};
+}
+
+// Everything is gathered before anything is replaced.
+void GpuModel::apply(const qs::train::Plan& plan) {
+  State& s = gpu();
+  const auto count = static_cast<std::uint32_t>(plan.size());
+  State::Next& next = s.next;
+  next.sources.reserve("the model", with_room(count));
+  next.moment_sources.reserve("the model", with_room(count));
+  copy_to_device(plan.sources.data(), next.sources, count, s.stream);
+  copy_to_device(plan.moment_sources.data(), next.moment_sources, count, s.stream);
+  gather(s.parameters, next.sources, count, s.stream, next.parameters);
+  gather(s.adam.first, next.moment_sources, count, s.stream, next.first);
+  gather(s.adam.second, next.moment_sources, count, s.stream, next.second);
+  copy_to_device(plan.means.data(), next.parameters.means, count, s.stream);
+  copy_to_device(plan.log_scales.data(), next.parameters.log_scales, count, s.stream);
+  copy_to_device(plan.opacity_logits.data(), next.parameters.opacity_logits, count, s.stream);
+  if (plan.clears_opacity_moments && count > 0) {
+    for (Parameters* moments : {&next.first, &next.second}) {
+      check(cudaMemsetAsync(moments->opacity_logits.data(), 0, count * sizeof(float), s.stream),
+            "clear moments");
+    }
+  }
+  if (plan.resets_statistics) {
+    next.density.reset(count, s.stream);
+    std::swap(s.density, next.density);
+  }
+  s.changed_before = plan.iteration;
+  std::swap(s.parameters, next.parameters);
+  std::swap(s.adam.first, next.first);
+  std::swap(s.adam.second, next.second);
+}
+
+void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) {
+  State& s = gpu();
+  s.camera = camera;
+  s.settings = settings;
+  s.stop = std::move(stop);
+  s.clock.begin(s.stream);
+  train::forward(s.view(), s.parameters, s.frame);
+  s.clock.end(0, s.stream);
+}
+
+Image GpuModel::picture() {
+  State& s = gpu();
+  Image image(s.camera.width, s.camera.height, 3);
+  const std::vector<glm::vec3> color = copied(s.frame.color.data(), s.pixels(), s.stream);
+  std::copy_n(&color[0][0], image.values.size(), image.values.begin());
+  return image;
+}
+
+void GpuModel::compare_with(std::optional<std::size_t> number,
+                            const qs::train::Photograph& photograph) {
+  State& s = gpu();
+  assert(photograph.rgb.size() == 3 * s.pixels());
+  const Photograph& uploaded = s.uploaded(number, photograph);
+  uploaded.over(s.settings.background, s.stream, s.target);
+  s.compare_with_target(uploaded.has_mask ? uploaded.mask.data() : nullptr, uploaded.counted);
+}
+
+void GpuModel::compare(std::span<const glm::vec3> target, std::span<const std::uint8_t> mask) {
+  State& s = gpu();
+  s.copy_pixels(target, s.target);
+  if (!mask.empty()) s.copy_pixels(mask, s.mask);
+  const auto masked = std::count(mask.begin(), mask.end(), std::uint8_t{0});
+  s.compare_with_target(mask.empty() ? nullptr : s.mask.data(),
+                        s.pixels() - static_cast<std::size_t>(masked));
+}
+
+void GpuModel::backward() {
+  State& s = gpu();
+  train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), s.backward, s.gradients);
+  s.clock.end(2, s.stream);
+}
+
+void GpuModel::set_pixel_gradients(std::span<const glm::vec3> d_color) {
+  State& s = gpu();
+  s.copy_pixels(d_color, s.d_color);
+}
+
+void GpuModel::step(const qs::train::StepOrder& order) {
+  State& s = gpu();
+  if (order.counts_density) {
+    s.density.add(s.gradients, s.frame.in_view.data(), s.camera.width, s.camera.height, s.stream);
+  }
+  take_step(order, s.parameters, s.gradients.by, s.adam, s.stream);
+  s.clock.end(3, s.stream);
+  s.iteration = order.iteration;
+}
+
+Loss GpuModel::recent_loss() {
+  State& s = gpu();
+  assert(s.comparisons > 0);
+  const std::uint64_t number = s.comparisons > 1 ? s.comparisons - 2 : 0;
+  return s.losses[number % 2].wait();
+}
+
+std::optional<qs::train::PassSeconds> GpuModel::pass_seconds() { return gpu().clock.seconds(); }
+
+std::optional<std::uint64_t> GpuModel::gpu_memory_bytes() {
+  const std::size_t before = gpu().free_before, free = DeviceMemory::now().free;
+  return before > free ? before - free : 0;
+}
+
+void GpuModel::wait() const { check(cudaStreamSynchronize(gpu().stream), "training"); }
+
+Loss GpuModel::loss() const {
+  State& s = gpu();
+  assert(s.comparisons > 0);
+  return s.losses[(s.comparisons - 1) % 2].wait();
+}
+
+PixelCopies GpuModel::pixels() const {
+  State& s = gpu();
+  return {copied(s.frame.color.data(), s.pixels(), s.stream),
+          copied(s.frame.transmittance.data(), s.pixels(), s.stream),
+          copied(s.frame.last.data(), s.pixels(), s.stream)};
+}
+
+std::vector<glm::vec3> GpuModel::pixel_gradients() const {
+  State& s = gpu();
+  return copied(s.d_color.data(), s.pixels(), s.stream);
+}
+
+GradientCopies GpuModel::gradients() const {
+  State& s = gpu();
+  return {download(s.gradients.by, s.stream),
+          copied(s.gradients.mean_px.data(), s.parameters.count, s.stream),
+          copied(s.frame.in_view.data(), s.parameters.count, s.stream)};
+}
+
+std::uint32_t GpuModel::pairs() const { return state_->frame.pairs.count; }
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include "raster/cuda/fast/warp.cuh"
+#include "raster/cuda/train/loss.cuh"
+#include "raster/kernel/ssim.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs::cuda::train {
+namespace {
+
+constexpr int kChannels = 3;
+
+constexpr int kSide = 16;                // of the pixels of a block
+constexpr int kRow = kSide * kChannels;  // values in a row of a block
+constexpr int kMargin = kSsimRadius * kChannels;
+constexpr int kWideRow = kRow + 2 * kMargin;  // with those that the window reaches
+constexpr int kHighSide = kSide + 2 * kSsimRadius;
+static_assert(kThreads % kSide == 0);
+
+/// A picture whose values lie in rows, with the channels of a pixel side by side.
+struct Shape {
+  int row;                  ///< values in a row
+  int height;               ///< rows
+  int columns;              ///< blocks side by side
+  float window[kSsimSize];  ///< weights along one axis
+
+  static Shape of_image(int width, int height) {
+    Shape shape{width * kChannels, height, (width + kSide - 1) / kSide, {}};
+    const auto weights = ssim_window();
+    std::copy(weights.begin(), weights.end(), shape.window);
+    return shape;
+  }
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(row * height); }
+  unsigned blocks() const {
+    return static_cast<unsigned>(columns * ((height + kSide - 1) / kSide));
+  }
+
+  // Of the first value of the running block.
+  __device__ int left() const { return static_cast<int>(blockIdx.x) % columns * kRow; }
+  __device__ int top() const { return static_cast<int>(blockIdx.x) / columns * kSide; }
+
+  __device__ bool contains(int x, int y) const { return x >= 0 && x < row && y >= 0 && y < height; }
+};
+
+/// Values of a block and those around them that the window reaches, zeros outside of the picture,
+/// in shared memory.
+template <int kFields>
+struct Surroundings {
+  float values[kFields][kHighSide][kWideRow];
+  float rows[kHighSide][kRow];  ///< a field, blurred along the rows
+
+  /// Sets every value of every field f: value_at(f, i) of the picture. A barrier must follow.
+  template <class ValueAt>
+  __device__ void load(const Shape& shape, const ValueAt& value_at) {
+    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kWideRow; n += kThreads) {
+      const int x = shape.left() + n % kWideRow - kMargin;
+      const int y = shape.top() + n / kWideRow - kSsimRadius;
+      const bool inside = shape.contains(x, y);
+      for (int f = 0; f < kFields; ++f) {
+        values[f][n / kWideRow][n % kWideRow] =
+            inside ? value_at(f, static_cast<std::uint32_t>(y * shape.row + x)) : 0.0f;
+      }
+    }
+  }
+
+  /// Convolves product_at(y, x), of indices of `values`, with the window; calls
+  /// result(k, sum) for the thread's k-th value. The order of the sums is the CPU's. All threads
+  /// call it.
+  template <class ProductAt, class Result>
+  __device__ void blur(const float* window, const ProductAt& product_at, const Result& result) {
+    __syncthreads();  // rows may be in use
+    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kRow; n += kThreads) {
+      const int y = n / kRow, x = n % kRow;
+      float sum = 0;
+#pragma unroll
+      for (int k = 0; k < kSsimSize; ++k) sum += window[k] * product_at(y, x + k * kChannels);
+      rows[y][x] = sum;
+    }
+    __syncthreads();
+#pragma unroll
+    for (int own = 0; own < kChannels; ++own) {
+      const int n = static_cast<int>(threadIdx.x) + own * static_cast<int>(kThreads);
+      float sum = 0;
+#pragma unroll
+      for (int k = 0; k < kSsimSize; ++k) sum += window[k] * rows[n / kRow + k][n % kRow];
+      result(own, sum);
+    }
+  }
+};
+
+/// Calls visit(k, i) for the thread's values inside the picture: k counts them, i is the index.
+template <class Visit>
+__device__ void for_own_values(const Shape& shape, const Visit& visit) {
+#pragma unroll
+  for (int own = 0; own < kChannels; ++own) {
+    const int n = static_cast<int>(threadIdx.x) + own * static_cast<int>(kThreads);
+    const int x = shape.left() + n % kRow, y = shape.top() + n / kRow;
+    if (shape.contains(x, y)) visit(own, static_cast<std::uint32_t>(y * shape.row + x));
+  }
+}
+
+__device__ bool is_masked(const std::uint8_t* mask, std::uint32_t i) {
+  return mask != nullptr && mask[i / kChannels] == 0;
+}
+
+/// One block per 16x16 pixels: SSIM, summed over the block, and its derivatives per value.
+__global__ void __launch_bounds__(kThreads)
+    measure_similarity(Shape shape, std::uint32_t field, const float* color, const float* target,
+                       const std::uint8_t* mask, float* derivatives, LossSums* sums) {
+  __shared__ Surroundings<2> pictures;
+  pictures.load(shape, [&](int f, std::uint32_t i) {
+    return is_masked(mask, i) ? 0.0f : (f == 0 ? color : target)[i];
+  });
+  float moments[5][kChannels];
+  const auto a = [&](int y, int x) { return pictures.values[0][y][x]; };
+  const auto b = [&](int y, int x) { return pictures.values[1][y][x]; };
+  const auto measure = [&](int moment, const auto& product_at) {
+    pictures.blur(shape.window, product_at,
+                  [&](int own, float sum) { moments[moment][own] = sum; });
+  };
+  measure(0, a);
+  measure(1, b);
+  measure(2, [&](int y, int x) { return a(y, x) * a(y, x); });
+  measure(3, [&](int y, int x) { return b(y, x) * b(y, x); });
+  measure(4, [&](int y, int x) { return a(y, x) * b(y, x); });
+  double value = 0;
+  for_own_values(shape, [&](int own, std::uint32_t i) {
+    Similarity<float> s{};
+    if (!is_masked(mask, i)) {
+      s = Similarity<float>::of(moments[0][own], moments[1][own], moments[2][own], moments[3][own],
+                                moments[4][own]);
+      value += static_cast<double>(s.value);
+    }
+    derivatives[i] = s.by_a;
+    derivatives[field + i] = s.by_aa;
+    derivatives[2 * field + i] = s.by_ab;
+  });
+  const double total = fast::sum_of_block<kThreads>(value).total;
+  if (threadIdx.x == 0) sums[blockIdx.x].ssim = total;
+}
+
+/// One block per 16x16 pixels: the gradient, and the differences of the pictures, summed over the
+/// block.
+__global__ void __launch_bounds__(kThreads)
+    loss_gradients(Shape shape, std::uint32_t field, LossGradient<float> gradient,
+                   const float* derivatives, const float* a, const float* b,
+                   const std::uint8_t* mask, float* d_color, LossSums* sums) {
+  __shared__ Surroundings<3> around;
+  around.load(shape, [&](int f, std::uint32_t i) { return derivatives[f * field + i]; });
+  float blurred[3][kChannels];
+#pragma unroll
+  for (int f = 0; f < 3; ++f) {
+    around.blur(
+        shape.window, [&](int y, int x) { return around.values[f][y][x]; },
+        [&](int own, float sum) { blurred[f][own] = sum; });
+  }
+  double l1 = 0, squared = 0;
+  for_own_values(shape, [&](int own, std::uint32_t i) {
+    d_color[i] = 0;
+    if (is_masked(mask, i)) return;
+    d_color[i] = gradient.by(a[i], b[i], blurred[0][own], blurred[1][own], blurred[2][own]);
+    l1 += fabs(static_cast<double>(a[i] - b[i]));
+    const double shown = fmin(fmax(static_cast<double>(a[i]), 0.0), 1.0);
+    const double difference = shown - static_cast<double>(b[i]);
+    squared += difference * difference;
+  });
+  const double l1_total = fast::sum_of_block<kThreads>(l1).total;
+  const double squared_total = fast::sum_of_block<kThreads>(squared).total;
+  if (threadIdx.x == 0) {
+    sums[blockIdx.x].l1 = l1_total;
+    sums[blockIdx.x].squared_error = squared_total;
+  }
+}
+
+/// One block.
+__global__ void __launch_bounds__(kThreads)
+    add_blocks(const LossSums* sums, std::uint32_t blocks, LossSums* result) {
+  LossSums own{0, 0, 0};
+  for (std::uint32_t k = threadIdx.x; k < blocks; k += kThreads) {
+    own.l1 += sums[k].l1;
+    own.ssim += sums[k].ssim;
+    own.squared_error += sums[k].squared_error;
+  }
+  const LossSums total{fast::sum_of_block<kThreads>(own.l1).total,
+                       fast::sum_of_block<kThreads>(own.ssim).total,
+                       fast::sum_of_block<kThreads>(own.squared_error).total};
+  if (threadIdx.x == 0) *result = total;
+}
+
+}  // namespace
+
+void compare(int width, int height, const glm::vec3* color, const Target& target,
+             std::size_t counted, cudaStream_t stream, LossScratch& scratch,
+             DeviceBuffer<glm::vec3>& d_color) {
+  const Shape shape = Shape::of_image(width, height);
+  const std::uint32_t count = shape.count();
+  const unsigned blocks = shape.blocks();
+  scratch.derivatives.reserve("the loss", std::size_t{3} * count);
+  scratch.of_blocks.reserve("the loss", blocks);
+  scratch.of_image.reserve("the loss", 1);
+  d_color.reserve("the loss", count / kChannels);
+  float* const derivatives = scratch.derivatives.data();
+  LossSums* const sums = scratch.of_blocks.data();
+  const auto* const a = reinterpret_cast<const float*>(color);
+  const auto* const b = reinterpret_cast<const float*>(target.color);
+  launch("measure_similarity", measure_similarity, blocks, stream, shape, count, a, b, target.mask,
+         derivatives, sums);
+  launch("loss_gradients", loss_gradients, blocks, stream, shape, count,
+         LossGradient<float>::of(kChannels * static_cast<double>(counted)), derivatives, a, b,
+         target.mask, reinterpret_cast<float*>(d_color.data()), sums);
+  launch("add_blocks", add_blocks, 1u, stream, sums, blocks, scratch.of_image.data());
+}
+
+void LossCopy::begin(const LossScratch& scratch, double values, cudaStream_t stream) {
+  values_ = values;
+  check(cudaMemcpyAsync(&*sums_, scratch.of_image.data(), sizeof(LossSums), cudaMemcpyDeviceToHost,
+                        stream),
+        "the loss");
+  arrived_.record(stream);
+}
+
+Loss LossCopy::wait() {
+  arrived_.wait();
+  return Loss::of_sums(sums_->l1, sums_->ssim, sums_->squared_error, values_);
+}
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+//
+// The loss of kernel/loss.h on the GPU, with its gradient. Gradients have the bits of the CPU's;
+// the sums of the loss are in another, fixed order.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/vec3.hpp>
+
+#include "raster/cuda/stream.cuh"
+#include "raster/kernel/loss.h"
+
+namespace qs::cuda::train {
+
+struct LossSums {
+  double l1, ssim, squared_error;
+};
+
+/// Memory of compare() that the next step uses again.
+struct LossScratch {
+  DeviceBuffer<float> derivatives;  ///< of SSIM, 3 fields
+  DeviceBuffer<LossSums> of_blocks, of_image;
+};
+
+/// A loss that is being copied to the host.
+class LossCopy {
+ public:
+  /// Enqueues the copy of the loss of `values` values that are not masked. The copy before it must
+  /// have arrived.
+  void begin(const LossScratch& scratch, double values, cudaStream_t stream);
+  /// Waits for the copy.
+  Loss wait();
+
+ private:
+  PinnedValue<LossSums> sums_;
+  double values_ = 0;
+  Event arrived_;
+};
+
+/// What a picture is compared with, per pixel, row by row.
+struct Target {
+  const glm::vec3* color;
+  const std::uint8_t* mask;  ///< 0: masked out; null: all count
+};
+
+/// Compares `color`, per pixel, row by row, with the target, of which `counted` pixels are not
+/// masked, and sets `d_color` to the derivatives of the total by `color`. Does not wait. Throws
+/// Error(device) if memory is short.
+void compare(int width, int height, const glm::vec3* color, const Target& target,
+             std::size_t counted, cudaStream_t stream, LossScratch& scratch,
+             DeviceBuffer<glm::vec3>& d_color);
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+//
+// The values of a scene that training changes, on the GPU, and the loss's gradient by them.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/cuda/device_buffer.cuh"
+#include "raster/kernel/gradient/gaussian.h"
+#include "raster/train/plan.h"
+
+namespace qs::cuda::train {
+
+/// At least `count`, in steps of up to a quarter, so that a growing set seldom allocates.
+inline std::size_t with_room(std::size_t count) {
+  const std::size_t step = std::bit_floor(std::max<std::size_t>(count, 4)) / 4;
+  return (count + step - 1) / step * step;
+}
+
+/// The pointers that kernels use. Passed by value.
+struct ParametersView {
+  glm::vec3 *means, *log_scales;
+  glm::quat* rotations;
+  float* opacity_logits;
+  float* sh;  ///< array 3 k + c, of `count` values: channel c of coefficient k, as in CloudView
+  std::uint32_t count;
+  int sh_coefficients;
+
+  __device__ GaussianValues<float> gaussian(std::uint32_t i) const {
+    return {means[i], log_scales[i], rotations[i], opacity_logits[i]};
+  }
+  __device__ void set_gaussian(std::uint32_t i, const GaussianValues<float>& values) const {
+    means[i] = values.mean;
+    log_scales[i] = values.log_scale;
+    rotations[i] = values.rotation;
+    opacity_logits[i] = values.opacity_logit;
+  }
+
+  __device__ glm::vec3 coefficient(std::uint32_t i, int k) const {
+    const float* red = sh + std::size_t{3} * k * count + i;
+    return {red[0], red[count], red[std::size_t{2} * count]};
+  }
+  __device__ void set_coefficient(std::uint32_t i, int k, const glm::vec3& value) const {
+    float* red = sh + std::size_t{3} * k * count + i;
+    red[0] = value.x;
+    red[count] = value.y;
+    red[std::size_t{2} * count] = value.z;
+  }
+};
+
+struct Parameters {
+  DeviceBuffer<glm::vec3> means, log_scales;
+  DeviceBuffer<glm::quat> rotations;
+  DeviceBuffer<float> opacity_logits, sh;
+  std::uint32_t count = 0;
+  int sh_degree = kMaxShDegree;
+
+  /// Undefined values. Throws Error(device).
+  void resize(std::uint32_t gaussians, int degree);
+
+  ParametersView view() {
+    return {means.data(),
+            log_scales.data(),
+            rotations.data(),
+            opacity_logits.data(),
+            sh.data(),
+            count,
+            sh_coefficient_count(sh_degree)};
+  }
+};
+
+/// The same arrays hold derivatives.
+struct Gradients {
+  Parameters by;
+  DeviceBuffer<glm::vec2> mean_px;  ///< by the means on the image
+};
+
+/// Copies `count` values to the GPU and waits.
+template <class T>
+void copy_to_device(const T* from, DeviceBuffer<T>& to, std::size_t count, cudaStream_t stream) {
+  to.reserve("the model", count);
+  if (count == 0) return;
+  check(cudaMemcpyAsync(to.data(), from, count * sizeof(T), cudaMemcpyHostToDevice, stream),
+        "copy to the GPU");
+  check(cudaStreamSynchronize(stream), "copy to the GPU");
+}
+
+/// Replaces `parameters` by the host's. Throws Error(device).
+void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& parameters);
+
+/// The inverse. Waits.
+qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream);
+
+/// Gaussian i of `to` becomes Gaussian sources[i] of `from`, or zeros where that is Plan::kZeros.
+void gather(Parameters& from, const DeviceBuffer<std::uint32_t>& sources, std::uint32_t count,
+            cudaStream_t stream, Parameters& to);
+
+}  // namespace qs::cuda::train

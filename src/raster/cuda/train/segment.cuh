@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+//
+// A part of a tile's list in the shared memory of a block, which of its Gaussians a warp has to
+// composite, and what a pixel gets from one. The forward and the backward pass must agree on it.
+#pragma once
+
+#include "raster/cuda/fast/reach.cuh"
+#include "raster/cuda/train/forward.cuh"
+
+namespace qs::cuda::train {
+
+/// Index of the lowest bit that is set.
+__device__ inline unsigned lowest_bit(unsigned bits) {
+  return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
+}
+
+/// 1 / x, relative error below 2^-22 (PTX ISA, rcp.approx); flushes to zero, see flush.cuh.
+__device__ inline float reciprocal_flush(float x) {
+#ifdef __CUDA_ARCH__
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+#else
+  return flushed(1.0 / double{x});
+#endif
+}
+
+/// What composite() of the CPU decides for a pixel, with fewer instructions: the backend is built
+/// without contraction, so multiplications and additions are fused by name.
+struct Contribution {
+  float dx, dy;     ///< from the mean to the pixel
+  float unclamped;  ///< alpha before the clamp at kAlphaMax
+  bool counts;      ///< alpha is at least 1/255
+
+  float4 light;  ///< z, w = red, green
+  float alpha, blue;
+
+  /// The transmittance behind the Gaussian.
+  __device__ float behind(float transmittance) const {
+    return fmaf(-alpha, transmittance, transmittance);
+  }
+};
+
+struct Segment {
+  // Records of 36 bytes, read in three instructions.
+  float4 shapes[kSegment];  ///< mean x, y; log2_conic x, y
+  float4 lights[kSegment];  ///< log2_conic z, opacity, red, green
+  float blues[kSegment];
+  std::uint8_t warps[kSegment];  ///< bit w: the Gaussian may reach a pixel of warp w
+
+  /// Loads the pairs [first, first + size) of a tile's list. All threads of the block call it; a
+  /// barrier must follow.
+  __device__ void load(const TilesView& in, std::uint32_t tile, std::uint32_t first,
+                       std::uint32_t size) {
+    const unsigned thread = threadIdx.x;
+    if (thread >= size) return;
+    const ListedSplat& listed = in.splats[in.owners[in.places[first + thread]]];
+    const Splat& splat = listed.splat;
+    shapes[thread] = {splat.mean_px.x, splat.mean_px.y, splat.log2_conic.x, splat.log2_conic.y};
+    lights[thread] = {splat.log2_conic.z, splat.opacity, splat.color.x, splat.color.y};
+    blues[thread] = splat.color.z;
+    unsigned bits = 0;
+#pragma unroll
+    for (unsigned half = 0; half < fast::kTileWarps; ++half) {
+      const fast::Reach reach(listed.ellipse,
+                              static_cast<float>(in.left_of(tile)) - listed.splat.mean_px.x,
+                              static_cast<float>(in.top_of(tile)) - listed.splat.mean_px.y +
+                                  static_cast<float>(half * fast::kWarpHeight));
+#pragma unroll
+      for (unsigned s = 0; s < fast::kSubTiles; ++s)
+        if (reach.reached[s]) bits |= 1u << (half * fast::kSubTiles + s);
+    }
+    warps[thread] = static_cast<std::uint8_t>(bits);
+  }
+
+  /// What pixel (x, y) gets from an entry. False for NaN.
+  __device__ Contribution contribution(std::uint32_t entry, float x, float y) const {
+    const float4 shape = shapes[entry], light = lights[entry];
+    const float dx = x - shape.x, dy = y - shape.y;
+    const float power = fmaf(fmaf(shape.z, dx, shape.w * dy), dx, light.x * dy * dy);
+    const float unclamped = light.y * exp2_flush(power);
+    const bool counts = power <= 0.0f && unclamped >= kAlphaMin;
+    return {dx, dy, unclamped, counts, light, fminf(unclamped, kAlphaMax), blues[entry]};
+  }
+
+  /// Bit k: entry group + k, below `size`, may reach a pixel of this warp. All lanes call it.
+  __device__ unsigned reaching(std::uint32_t group, std::uint32_t size) const {
+    const std::uint32_t entry = group + fast::lane_index();
+    const unsigned warp = threadIdx.x / fast::kWarp;
+    return __ballot_sync(fast::kAllLanes, entry < size && (warps[entry] >> warp & 1) != 0);
+  }
+};
+
+}  // namespace qs::cuda::train

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// The loss of a picture against a photograph (Kerbl et al. 2023), as both backends compute it:
+//   (1 - w) L1 + w (1 - SSIM),   w = 0.2
+// L1 is the mean of absolute differences over pixels and channels; SSIM is that of
+// scene/image_metrics.h. Masked pixels are not in the means and count as outside of both pictures.
+#pragma once
+
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+inline constexpr double kSsimWeight = 0.2;
+
+struct Loss {
+  double total = 0;
+  double l1 = 0, ssim = 0;
+  double squared_error = 0;  ///< mean over pixels and channels, of the clamped picture
+
+  /// From sums over the `count` values that are not masked.
+  static Loss of_sums(double l1, double ssim, double squared_error, double count) {
+    Loss loss{0, l1 / count, ssim / count, squared_error / count};
+    loss.total = (1 - kSsimWeight) * loss.l1 + kSsimWeight * (1 - loss.ssim);
+    return loss;
+  }
+};
+
+/// The derivative of the loss by a value of the picture.
+template <class Real>
+struct LossGradient {
+  Real l1_weight, ssim_weight;  ///< of one value
+
+  /// For a picture of `count` values that are not masked.
+  static LossGradient of(double count) {
+    return {static_cast<Real>((1 - kSsimWeight) / count), static_cast<Real>(kSsimWeight / count)};
+  }
+
+  /// `a` is the picture's value, `b` the photograph's; the others are Similarity's derivatives,
+  /// blurred. Equal values have no derivative of L1.
+  QS_HD Real by(Real a, Real b, Real by_a, Real by_aa, Real by_ab) const {
+    const Real difference = a - b;
+    const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
+    return l1_weight * sign - ssim_weight * (by_a + 2 * a * by_aa + b * by_ab);
+  }
+};
+
+}  // namespace qs

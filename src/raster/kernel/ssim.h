@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+//
+// Structural similarity (Wang et al. 2004) of one value of a picture, and its derivatives. The
+// weights of the window are ssim_window() of scene/image_metrics.h.
+#pragma once
+
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+inline constexpr int kSsimRadius = 5;  ///< px, of the window
+inline constexpr int kSsimSize = 2 * kSsimRadius + 1;
+inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
+
+/// SSIM from the means of a, b, a^2, b^2 and ab in the window, and its derivatives by those that
+/// contain the picture a.
+template <class Real>
+struct Similarity {
+  Real value, by_a, by_aa, by_ab;
+
+  static QS_HD Similarity of(Real a, Real b, Real aa, Real bb, Real ab) {
+    constexpr Real kC1 = Real(kSsimC1), kC2 = Real(kSsimC2);
+    const Real top1 = 2 * a * b + kC1, top2 = 2 * (ab - a * b) + kC2;
+    const Real bottom1 = a * a + b * b + kC1, bottom2 = aa - a * a + bb - b * b + kC2;
+    const Real inverse = 1 / (bottom1 * bottom2);
+    const Real value = top1 * top2 * inverse;
+    return {value, 2 * b * (top2 - top1) * inverse + 2 * a * value * (1 / bottom2 - 1 / bottom1),
+            -value / bottom2, 2 * top1 * inverse};
+  }
+};
+
+}  // namespace qs

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include "raster/train/model_state.h"
+
+#include <utility>
+
+namespace qs::train {
+
+AdamState AdamState::like(const Parameters& parameters) {
+  AdamState state;
+  state.first.sh_degree = state.second.sh_degree = parameters.sh_degree;
+  state.first.resize(parameters.size());
+  state.second.resize(parameters.size());
+  return state;
+}
+
+void DensityStatistics::reset(std::size_t gaussians) {
+  sums.assign(gaussians, 0);
+  views.assign(gaussians, 0);
+}
+
+float DensityStatistics::mean(std::size_t i) const {
+  return views[i] == 0 ? 0 : sums[i] / static_cast<float>(views[i]);
+}
+
+ModelState ModelState::starting_with(Parameters parameters) {
+  ModelState state;
+  state.adam = AdamState::like(parameters);
+  state.density.reset(parameters.size());
+  state.parameters = std::move(parameters);
+  return state;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+//
+// Everything that training changes, in the host's memory. A checkpoint holds exactly this, and
+// every backend can continue from it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raster/train/parameters.h"
+
+namespace qs::train {
+
+/// Adam's moments, for Gaussians like those of the parameters, and the number of steps so far.
+struct AdamState {
+  Parameters first, second;
+  std::uint64_t steps = 0;
+
+  /// Zero moments for the Gaussians of `parameters`.
+  static AdamState like(const Parameters& parameters);
+};
+
+/// What adaptive density control decides by: how much the loss wants to move a Gaussian on the
+/// image, as the mean over the views that showed it.
+struct DensityStatistics {
+  /// Per Gaussian: sum of |dL/d mean| in normalised device coordinates, where the image is 2 wide
+  /// and 2 high, and the number of views in it.
+  std::vector<float> sums;
+  std::vector<std::uint32_t> views;
+
+  void reset(std::size_t gaussians);
+  /// 0 for a Gaussian that no view showed.
+  float mean(std::size_t i) const;
+};
+
+struct ModelState {
+  int iteration = 0;       ///< of the last step; 0: none was taken
+  int changed_before = 0;  ///< the set of Gaussians changed last in front of this iteration
+  Parameters parameters;
+  AdamState adam;
+  DensityStatistics density;
+
+  static ModelState starting_with(Parameters parameters);
+
+  std::size_t size() const { return parameters.size(); }
+};
+
+}  // namespace qs::train

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "raster/train/plan.h"
+
+#include <numeric>
+#include <type_traits>
+
+namespace qs::train {
+namespace {
+
+// The rows `sources` of an array with `values` numbers per Gaussian; kZeros gives zeros.
+template <class T>
+std::vector<T> gathered(const std::vector<T>& array, std::size_t values,
+                        const std::vector<std::uint32_t>& sources) {
+  std::vector<T> result;
+  result.reserve(sources.size() * values);
+  for (const std::uint32_t source : sources) {
+    for (std::size_t k = 0; k < values; ++k)
+      result.push_back(source == Plan::kZeros ? T{} : array[source * values + k]);
+  }
+  return result;
+}
+
+Parameters gathered(const Parameters& parameters, const std::vector<std::uint32_t>& sources) {
+  Parameters result;
+  result.sh_degree = parameters.sh_degree;
+  for_each_array(
+      [&](std::size_t values, const auto& from, auto& to) { to = gathered(from, values, sources); },
+      parameters, result);
+  return result;
+}
+
+}  // namespace
+
+GaussianFacts facts_of(const ModelState& state) {
+  const Parameters& p = state.parameters;
+  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density};
+}
+
+Plan Plan::keeping(const GaussianFacts& facts, int iteration) {
+  Plan plan;
+  plan.iteration = iteration;
+  plan.means = facts.means;
+  plan.log_scales = facts.log_scales;
+  plan.opacity_logits = facts.opacity_logits;
+  plan.sources.resize(facts.size());
+  std::iota(plan.sources.begin(), plan.sources.end(), 0u);
+  plan.moment_sources = plan.sources;
+  return plan;
+}
+
+void Plan::add_copy_of(std::size_t i) {
+  means.push_back(means[i]);
+  log_scales.push_back(log_scales[i]);
+  opacity_logits.push_back(opacity_logits[i]);
+  sources.push_back(sources[i]);
+  moment_sources.push_back(kZeros);
+}
+
+void Plan::replace(std::size_t i, std::size_t source) {
+  means[i] = means[source];
+  log_scales[i] = log_scales[source];
+  opacity_logits[i] = opacity_logits[source];
+  sources[i] = sources[source];
+}
+
+void Plan::resize(std::size_t gaussians) {
+  means.resize(gaussians);
+  log_scales.resize(gaussians);
+  opacity_logits.resize(gaussians);
+  sources.resize(gaussians);
+  moment_sources.resize(gaussians);
+}
+
+ModelState changed(const ModelState& state, const Plan& plan) {
+  ModelState next;
+  next.iteration = state.iteration;
+  next.changed_before = plan.iteration;
+  next.parameters.sh_degree = state.parameters.sh_degree;
+  next.parameters.means = plan.means;
+  next.parameters.log_scales = plan.log_scales;
+  next.parameters.opacity_logits = plan.opacity_logits;
+  next.parameters.rotations = gathered(state.parameters.rotations, 1, plan.sources);
+  next.parameters.sh = gathered(state.parameters.sh, state.parameters.sh_stride(), plan.sources);
+  next.adam.first = gathered(state.adam.first, plan.moment_sources);
+  next.adam.second = gathered(state.adam.second, plan.moment_sources);
+  next.adam.steps = state.adam.steps;
+  if (plan.clears_opacity_moments) {
+    for (Parameters* moments : {&next.adam.first, &next.adam.second})
+      std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
+  }
+  next.density = state.density;
+  if (plan.resets_statistics) next.density.reset(plan.size());
+  return next;
+}
+
+}  // namespace qs::train

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+//
+// How a strategy changes the set of Gaussians. The strategy reads a few numbers per Gaussian, and
+// its plan names the old Gaussians that the new ones come from. The backend, which has the rest of
+// the model in its memory, gathers by the plan.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "raster/kernel/activation.h"
+#include "raster/train/model_state.h"
+
+namespace qs::train {
+
+/// What strategies decide by.
+struct GaussianFacts {
+  std::vector<glm::vec3> means, log_scales;
+  std::vector<glm::quat> rotations;
+  std::vector<float> opacity_logits;
+  DensityStatistics density;
+
+  std::size_t size() const { return means.size(); }
+};
+
+GaussianFacts facts_of(const ModelState& state);
+
+/// Opacity and largest standard deviation of Gaussian i of facts, a plan or parameters.
+template <class Gaussians>
+double opacity(const Gaussians& gaussians, std::size_t i) {
+  return opacity_of(static_cast<double>(gaussians.opacity_logits[i]));
+}
+template <class Gaussians>
+double largest_scale(const Gaussians& gaussians, std::size_t i) {
+  const glm::vec3& s = gaussians.log_scales[i];
+  return std::exp(static_cast<double>(std::max(s.x, std::max(s.y, s.z))));
+}
+
+struct Plan {
+  static constexpr std::uint32_t kZeros = std::numeric_limits<std::uint32_t>::max();
+
+  int iteration = 0;  ///< in front of this one the set changes
+
+  // Per new Gaussian.
+  std::vector<glm::vec3> means, log_scales;
+  std::vector<float> opacity_logits;
+  std::vector<std::uint32_t> sources;         ///< the old Gaussian whose rotation and SH it gets
+  std::vector<std::uint32_t> moment_sources;  ///< the one whose moments it gets; kZeros: none, 0
+
+  bool clears_opacity_moments = false;  ///< also of Gaussians that keep the others
+  bool resets_statistics = false;       ///< must be true if the set changes
+
+  /// Every Gaussian stays as it is.
+  static Plan keeping(const GaussianFacts& facts, int iteration);
+
+  std::size_t size() const { return means.size(); }
+
+  /// Appends a copy of new Gaussian i, without moments.
+  void add_copy_of(std::size_t i);
+
+  /// New Gaussian i becomes a copy of new Gaussian `source`, but keeps its moments.
+  void replace(std::size_t i, std::size_t source);
+
+  /// Keeps the new Gaussians with keeps(i), in their order.
+  template <class Keeps>
+  void keep_if(const Keeps& keeps) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (!keeps(i)) continue;
+      means[kept] = means[i];
+      log_scales[kept] = log_scales[i];
+      opacity_logits[kept] = opacity_logits[i];
+      sources[kept] = sources[i];
+      moment_sources[kept] = moment_sources[i];
+      ++kept;
+    }
+    resize(kept);
+  }
+
+ private:
+  void resize(std::size_t gaussians);
+};
+
+/// The state after the change. `state` stays as it is, so nothing is lost if memory runs out.
+ModelState changed(const ModelState& state, const Plan& plan);
+
+}  // namespace qs::train

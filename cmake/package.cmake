@@ -2,6 +2,7 @@
 # The culling modes as a header-only package: cmake --install BUILD --component cull --prefix FOLDER, then
 # find_package(quadsplat COMPONENTS cull) and the target quadsplat::cull. docs/package.md describes it.
 include(CMakePackageConfigHelpers)
+include(GNUInstallDirs)
 set(package ${PROJECT_BINARY_DIR}/package)
 
 add_library(quadsplat_cull INTERFACE)

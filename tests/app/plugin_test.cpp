@@ -16,6 +16,7 @@
 #include "app/report/bench_report.h"
 #include "app/run_program.h"
 #include "io/bytes/json_text.h"
+#include "raster/scene/image_metrics.h"
 #include "support/error_of.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
@@ -97,11 +98,13 @@ class Plugins : public testing::Test {
 };
 
 // Compares the images, pairs and visible Gaussians of a backend with those of its plugin.
-void expect_as_built_in(Backend backend, PluginRenderer& plugin, const GaussianCloud& cloud) {
+void expect_as_built_in(Backend backend, PluginRenderer& plugin, const GaussianCloud& cloud,
+                        Pipeline pipeline = kDefaultPipeline) {
   const auto own = make_renderer(backend, test::pool(2));
   own->upload(cloud, {});
   RenderSettings plain, every;
   plain.mode = every.mode = find_culler("quadbox");
+  plain.pipeline = every.pipeline = pipeline;
   every.background = {0.25f, 0.5f, 0.75f};
   every.splat_scale = 1.5f;
   every.sh_degree = 1;
@@ -135,10 +138,50 @@ TEST_F(Plugins, the_own_renderer_draws_the_same_bits_and_lists_the_same_pairs_as
 TEST_F(Plugins, the_own_cuda_renderer_draws_the_same_bits_and_lists_the_same_pairs_as_built_in) {
   const std::string problem = gpu_report().problem;
   if (!problem.empty()) GTEST_SKIP() << "no GPU: " << problem;
-  const auto plugin = opened(QS_OWN_CUDA_PLUGIN);
-  EXPECT_EQ(plugin->name(), "own-cuda");
-  expect_as_built_in(Backend::cuda, *plugin, cloud_);
-  plugin->close();
+  const struct {
+    const char *library, *name;
+    bool on_device;
+  } cases[] = {{QS_OWN_CUDA_PLUGIN, "own-cuda", false},
+               {QS_OWN_CUDA_DEVICE_PLUGIN, "own-cuda-device", true}};
+  for (const auto& each : cases) {
+    for (const Pipeline pipeline : pipelines_of(Backend::cuda)) {
+      const char* const pipeline_name = kPipelineNames[static_cast<int>(pipeline)];
+      SCOPED_TRACE(fmt::format("{}, {}", each.name, pipeline_name));
+      setenv("QS_OWN_PIPELINE", pipeline_name, 1);  // for the process of the plugin
+      const auto plugin = opened(each.library);
+      EXPECT_EQ(plugin->name(), each.name);
+      EXPECT_EQ(plugin->on_device(), each.on_device);
+      expect_as_built_in(Backend::cuda, *plugin, cloud_, pipeline);
+      EXPECT_TRUE(plugin->measures_itself());
+      plugin->close();
+    }
+  }
+  unsetenv("QS_OWN_PIPELINE");
+}
+#endif
+
+#if defined(QS_OWN_CUDA_DEVICE_PLUGIN) && !defined(QS_OWN_CUDA_PLUGIN)
+TEST_F(Plugins, the_own_renderer_on_an_emulated_device_agrees_with_the_cpu) {
+  const auto own = make_renderer(Backend::cpu, test::pool(2));
+  own->upload(cloud_, {});
+  RenderSettings settings;
+  settings.background = {0.25f, 0.5f, 0.75f};
+  const Camera camera = test::front_camera(70, 50);
+  const Frame& expected = own->render(camera, settings);
+  setenv("LD_LIBRARY_PATH", QS_FAKE_CUDA_FOLDER, 1);  // for the processes of the plugin
+  for (const char* pipeline : kPipelineNames) {
+    SCOPED_TRACE(pipeline);
+    setenv("QS_OWN_PIPELINE", pipeline, 1);
+    const auto plugin = opened(QS_OWN_CUDA_DEVICE_PLUGIN);
+    EXPECT_TRUE(plugin->on_device());
+    const Frame& frame = static_cast<Renderer&>(*plugin).render(camera, settings);
+    EXPECT_GT(psnr(frame.color, expected.color, test::pool(2)), 100);
+    EXPECT_EQ(frame.stats.tile_pairs, expected.stats.tile_pairs);
+    EXPECT_EQ(frame.stats.visible, expected.stats.visible);
+    plugin->close();
+  }
+  unsetenv("QS_OWN_PIPELINE");
+  unsetenv("LD_LIBRARY_PATH");
 }
 #endif
 

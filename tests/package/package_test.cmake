@@ -19,6 +19,17 @@ file(REMOVE_RECURSE ${WORK})
 set(tree ${WORK}/tree)
 run(${CMAKE_COMMAND} --install ${BUILD} --component cull --prefix ${tree})
 
+# The same without the program, whose libraries a machine may lack.
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/../.. -B ${WORK}/alone -DQUADSPLAT_PROGRAM=OFF -DCMAKE_CXX_COMPILER=${CXX})
+run(${CMAKE_COMMAND} --install ${WORK}/alone --component cull --prefix ${WORK}/tree_alone)
+foreach(folder tree tree_alone)
+  file(GLOB_RECURSE ${folder} RELATIVE ${WORK}/${folder} ${WORK}/${folder}/*)
+endforeach()
+if(NOT tree STREQUAL tree_alone)
+  message(FATAL_ERROR "without the program the package has other files:\n${tree_alone}\ninstead of\n${tree}")
+endif()
+set(tree ${WORK}/tree)
+
 # Nothing but the package, and no include of a header that it does not have.
 file(GLOB_RECURSE headers RELATIVE ${tree}/include ${tree}/include/*)
 foreach(header ${headers})

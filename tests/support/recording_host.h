@@ -18,20 +18,23 @@ class RecordingHost : public Host {
     std::string axes;
   };
   std::vector<Opened> opened;
-  std::vector<std::filesystem::path> photographs, grabs;
+  std::vector<std::filesystem::path> opened_beside, photographs, grabs;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
   std::vector<TrainingCommand> training;
+  std::vector<std::vector<std::string>> trained;  ///< words of start_training()
   int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
   std::string text;  ///< on the clipboard
 
   void open(const std::filesystem::path& path, const std::string& axes) override {
     opened.push_back({path, axes});
   }
+  void open_beside(const std::filesystem::path& path) override { opened_beside.push_back(path); }
   void read_photograph(const std::filesystem::path& path) override { photographs.push_back(path); }
   void cancel_loading() override { ++cancelled; }
   void run(Job job) override { jobs.push_back(std::move(job)); }
   void stop_job() override { ++stopped; }
+  void start_training(const std::vector<std::string>& words) override { trained.push_back(words); }
   void train(TrainingCommand command) override { training.push_back(command); }
   void write_file(const std::filesystem::path& path, const std::string& content) override {
     written[path] = content;

@@ -67,6 +67,11 @@ bool has_cameras(const FrameOptions& frame, const Scene& scene) {
   return frame.cameras || find_cameras_file(scene.path);
 }
 
+std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene) {
+  const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
+  return file ? read_cameras(*file) : std::vector<Camera>();
+}
+
 Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
   const glm::dvec3 up = declared_up(frame.up, scene.vertical_axis).value_or(world_up(""));

@@ -35,6 +35,9 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
 /// Whether the scene has a cameras file: given with --cameras or found beside it.
 bool has_cameras(const FrameOptions& frame, const Scene& scene);
 
+/// The cameras of that file; none without one. Throws Error.
+std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene);
+
 /// A view of the scene's whole core, at frame.size or 1280 x 720.
 Shot overview_shot(const FrameOptions& frame, const Scene& scene);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The split window: the divider between the view and another variant of it, and the panel that
-// chooses the variant and shows how the two differ.
+// The split window: the divider between the view and another variant of it or another scene, and
+// the panel that chooses what is beside and shows how the two differ.
 #include <algorithm>
 #include <iterator>
 
@@ -62,6 +62,22 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   Split split = viewer.split;
   split.other = other;
   actions.push_back(call(action::change_split, split));
+}
+
+// Another scene, which is closed here, or another variant, which is chosen here.
+void choose_what_is_beside(const Viewer& viewer, Actions& actions) {
+  if (viewer.beside) {
+    const auto [first, second] = names_of_scenes(viewer, *viewer.beside);
+    ImGui::TextWrapped("%s beside %s, both %s", first.c_str(), second.c_str(),
+                       full_name(viewer.variant()).c_str());
+    if (ImGui::Button("Close the scene beside")) actions.push_back(call(action::toggle_beside));
+    command_tooltip("Open or close a scene beside");
+    return;
+  }
+  ImGui::AlignTextToFramePadding();
+  ImGui::Text("%s beside", name_beside(viewer.variant(), viewer.split.other).c_str());
+  same_line_if_fits(10 * ImGui::GetFontSize());
+  choose_other(viewer, actions);
 }
 
 // Powers of two, or one that is chosen from the frames.
@@ -129,10 +145,7 @@ void draw_divider(const Viewer& viewer, Actions& actions) {
 }
 
 void draw_split(const Viewer& viewer, PanelState&, Actions& actions) {
-  ImGui::AlignTextToFramePadding();
-  ImGui::Text("%s beside", name_beside(viewer.variant(), viewer.split.other).c_str());
-  same_line_if_fits(10 * ImGui::GetFontSize());
-  choose_other(viewer, actions);
+  choose_what_is_beside(viewer, actions);
   choose_view(viewer, actions);
   ImGui::Separator();
   if (viewer.shown.other) {

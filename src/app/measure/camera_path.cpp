@@ -26,12 +26,20 @@ Pose pose_of(const Camera& camera) {
           glm::log(camera.focal_px), camera.center_px};
 }
 
-// The cubic through b (t = 0) and c (t = span) with the Catmull-Rom slopes of a, b, c, d. `before`
-// and `after` are the durations of the neighbouring intervals, 0 at an end of the path.
+// A piece of the path between two keyframes.
+struct Piece {
+  double before, span, after;  // durations of this interval and its neighbours, 0 beyond the ends
+  bool begins_still, ends_still;  // the camera rests at the keyframe
+};
+
+// The cubic through b (t = 0) and c (t = span) with the Catmull-Rom slopes of a, b, c, d.
 template <class V>
-V spline(V a, V b, V c, V d, double before, double span, double after, double t) {
-  const V slope_b = (before > 0 ? (c - a) / (before + span) : (c - b) / span) * span;
-  const V slope_c = (after > 0 ? (d - b) / (span + after) : (c - b) / span) * span;
+V spline(V a, V b, V c, V d, const Piece& piece, double t) {
+  const auto [before, span, after, begins_still, ends_still] = piece;
+  V slope_b = (before > 0 ? (c - a) / (before + span) : (c - b) / span) * span;
+  V slope_c = (after > 0 ? (d - b) / (span + after) : (c - b) / span) * span;
+  if (begins_still) slope_b *= 0.0;
+  if (ends_still) slope_c *= 0.0;
   const double u = t / span, u2 = u * u, u3 = u2 * u;
   return b * (2 * u3 - 3 * u2 + 1) + slope_b * (u3 - 2 * u2 + u) + c * (3 * u2 - 2 * u3) +
          slope_c * (u3 - u2);
@@ -63,7 +71,9 @@ std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
     if (!keyframes.empty() && !(time > keyframes.back().time)) {
       fail("{}: its time {} is not after the one before", where, time);
     }
-    keyframes.push_back({time, camera});
+    const bool marked = entry.contains("ease");
+    if (marked && !entry["ease"].is_boolean()) fail("{}: ease is neither true nor false", where);
+    keyframes.push_back({time, camera, marked && entry["ease"].get<bool>()});
   }
   return keyframes;
 }
@@ -73,6 +83,7 @@ std::string format_camera_path(const std::vector<Keyframe>& keyframes) {
   for (const Keyframe& keyframe : keyframes) {
     list.push_back(camera_json(keyframe.camera));
     list.back()["time"] = keyframe.time;
+    if (keyframe.eases) list.back()["ease"] = true;
   }
   return json_file_text(list);
 }
@@ -89,8 +100,10 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
     p[i] = pose_of(keyframes[places[i]].camera.resized(first.width, first.height));
   for (int i = 1; i < 4; ++i) p[i].rotation = near(p[i].rotation, p[i - 1].rotation);
   const auto at = [&](std::size_t i) { return keyframes[places[i]].time; };
+  const Piece piece{at(1) - at(0), at(2) - at(1), at(3) - at(2), keyframes[places[1]].eases,
+                    keyframes[places[2]].eases};
   const auto through = [&](auto a, auto b, auto c, auto d) {
-    return spline(a, b, c, d, at(1) - at(0), at(2) - at(1), at(3) - at(2), clamped - at(1));
+    return spline(a, b, c, d, piece, clamped - at(1));
   };
   const glm::dvec3 position = through(p[0].position, p[1].position, p[2].position, p[3].position);
   const glm::dvec4 q = glm::normalize(through(as_vector(p[0].rotation), as_vector(p[1].rotation),
@@ -104,6 +117,29 @@ Camera camera_at(const std::vector<Keyframe>& keyframes, double time) {
   camera.view_from_world =
       glm::dmat4x3(rotation[0], rotation[1], rotation[2], -(rotation * position));
   return camera;
+}
+
+double closed_length(const std::vector<Keyframe>& keyframes) {
+  const double length = keyframes.back().time - keyframes.front().time;
+  const auto intervals = static_cast<double>(keyframes.size() - 1);
+  return length + length / intervals;
+}
+
+std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes) {
+  const double length = closed_length(keyframes);
+  const auto shifted = [](Keyframe keyframe, double seconds) {
+    keyframe.time += seconds;
+    return keyframe;
+  };
+  std::vector<Keyframe> closed = {shifted(keyframes.back(), -length)};
+  closed.insert(closed.end(), keyframes.begin(), keyframes.end());
+  closed.push_back(shifted(keyframes[0], length));
+  closed.push_back(shifted(keyframes[1], length));
+  // camera_at() takes the size and the near plane of the front.
+  const Camera& first = keyframes.front().camera;
+  closed.front().camera = closed.front().camera.resized(first.width, first.height);
+  closed.front().camera.near_depth = first.near_depth;
+  return closed;
 }
 
 std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int count) {

@@ -3,7 +3,8 @@
 // A smooth camera path through keyframes: a Catmull-Rom spline in time for position, rotation and
 // the logarithm of the focal length. The path passes through every keyframe with continuous speed.
 // A path file is a list of cameras in the layout of cameras.json, each with an optional "time" in
-// seconds (default: one second apart), so every cameras.json is a path.
+// seconds (default: one second apart), so every cameras.json is a path. At a keyframe with
+// "ease": true the camera slows down to a stop.
 #pragma once
 
 #include <filesystem>
@@ -17,6 +18,7 @@ namespace qs {
 struct Keyframe {
   double time = 0;  ///< seconds
   Camera camera;
+  bool eases = false;  ///< the camera slows down to a stop here
 };
 
 /// Reads at least two keyframes with increasing times. Throws Error(input).
@@ -27,6 +29,14 @@ std::string format_camera_path(const std::vector<Keyframe>& keyframes);
 
 /// The camera at `time`, clamped to the path, with the size and near plane of the first keyframe.
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time);
+
+/// The path and its way back: after the last keyframe the camera returns to the first one in the
+/// mean time between keyframes, without a corner in the way. camera_at() is valid from the first
+/// keyframe's time to closed_length() later.
+std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes);
+
+/// The seconds from the first keyframe through all others back to it.
+double closed_length(const std::vector<Keyframe>& keyframes);
 
 /// `count` cameras at equal time steps from the first keyframe to the last, both included.
 std::vector<Camera> sample_path(const std::vector<Keyframe>& keyframes, int count);

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat film: a camera that moves round the scene or along a path -> a film.
+#include <memory>
+
+#include "app/cli/camera_choice.h"
+#include "app/cli/command.h"
+#include "app/film/film.h"
+#include "app/film/film_format.h"
+#include "app/session/camera_rig.h"
+#include "app/session/progress_bar.h"
+#include "app/session/quit_signals.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+struct FilmCommand {
+  FrameOptions frame;
+  std::filesystem::path output;
+  std::optional<std::filesystem::path> path;
+  std::optional<double> seconds, arc;
+  std::optional<bool> numbers;
+  double fps = 30;
+  Ease ease = Ease::none;
+  bool turntable = false, loop = false;
+};
+
+CameraTrack choose_track(const FilmCommand& command, const Session& session) {
+  if (!command.path) {
+    const Scene& scene = *session.scene;
+    const std::vector<Camera> cameras = cameras_of(command.frame, scene);
+    const auto up = declared_up(command.frame.up, scene.vertical_axis);
+    const Framing framing = subject_framing(
+        cameras, up, [&] { return choose_framing(scene.cloud, up, *session.pool); });
+    const Arc arc =
+        command.arc ? arc_of(*command.arc) : free_arc(cameras, scene.cloud, framing, *session.pool);
+    return turntable(framing, arc, command.ease);
+  }
+  const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
+  return command.loop ? along_and_back(keyframes, command.ease) : along(keyframes, command.ease);
+}
+
+// Throws Cancelled after Ctrl+C or SIGTERM.
+Progress until_signal(const Progress& progress) {
+  return {[report = progress.report](float fraction) {
+            if (QuitSignals::arrived()) throw Cancelled();
+            if (report) report(fraction);
+          },
+          progress.stop};
+}
+
+int film(const FilmCommand& command) {
+  if (command.turntable && command.path)
+    fail(ErrorKind::usage, "film: --turntable and --camera-path exclude each other");
+  if (command.arc && command.path)
+    fail(ErrorKind::usage, "film: --arc is the angle of a turntable, not of a --camera-path");
+  if (command.loop && !command.path)
+    fail(ErrorKind::usage, "film: --loop needs a --camera-path; a turntable is a loop already");
+  FilmPlan plan;
+  plan.size = command.frame.size.value_or(plan.size);
+  plan.fps = command.fps;
+  film_format(command.output, plan.size, plan.fps);  // complains before the scene is read
+  Session session = open_session(command.frame);
+  plan.track = choose_track(command, session);
+  plan.seconds = command.seconds.value_or(plan.track.seconds);
+  plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
+  for (const CullMode mode : command.frame.modes) {
+    plan.ways.push_back({session.renderer.get(), session.settings, mode_name(mode)});
+    plan.ways.back().settings.mode = mode;
+  }
+  std::vector<FilmedNumbers> numbers;
+  {
+    const QuitSignals signals;
+    ProgressBar bar("filming");
+    numbers = write_film(command.output, plan, until_signal(bar.progress()));
+  }
+  fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second)\n", command.output.string(),
+             plan.frames(), plan.size.x, plan.size.y, plan.fps);
+  if (plan.ways.size() > 1) {
+    fmt::print("{:16}{:>10}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      fmt::print("{:16}{:>10.3f}{:>10.1f}{:>14}\n", plan.ways[i].name, numbers[i].frame_ms,
+                 1000 / std::max(numbers[i].frame_ms, 1e-6),
+                 grouped(static_cast<std::uint64_t>(numbers[i].tile_pairs)));
+    }
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+Action film_command(Options& options) {
+  const auto command = std::make_shared<FilmCommand>();
+  declare_frame_options(options, command->frame);
+  options.text("--output", "FILE", command->output,
+               "the film: .mp4, .webm or .gif, which need ffmpeg, or a folder of PNG files",
+               {"frames", "film.mp4"});
+  options.required();
+  options.flag("--turntable", command->turntable,
+               "round what the scene is of (the default without --camera-path)");
+  options.real("--arc", "DEGREES", 0, 360, command->arc,
+               "angle of the turntable; below 360 the camera swings there and back (default: 360, "
+               "or the side that the cameras saw and no wall hides)");
+  options.text("--camera-path", "FILE", command->path,
+               "along the spline through the cameras of FILE, such as a path of the window",
+               {"cameras.json"});
+  options.value("--seconds", "S", "duration (default: 10 for a turntable, else that of the path)",
+                {"0.1", "0.25"}, [command = command.get()](const std::string& text) {
+                  command->seconds = parse_real("--seconds", text, 0.01, 36000);
+                });
+  options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
+  options.choice(
+      "--ease", {std::begin(kEaseNames), std::end(kEaseNames)},
+      [command = command.get()](int chosen) { command->ease = static_cast<Ease>(chosen); },
+      "where the camera slows down to a stop: at the ends of the film or at all keyframes "
+      "(default: none, or what the path says)");
+  options.flag("--loop", command->loop,
+               "the path returns to its first camera, so that the film can be repeated");
+  options.choice(
+      "--numbers", {"on", "off"},
+      [command = command.get()](int chosen) { command->numbers = chosen == 0; },
+      "shows name, FPS and tile pairs in the picture (default: with several modes)");
+  options.example("quadsplat film plush.spz --output plush.mp4", "once round the doll");
+  options.example("quadsplat film plush.spz --cull 3dgs,quadbox --output modes.mp4",
+                  "two modes side by side with their numbers");
+  options.example(
+      "quadsplat film garden/ --camera-path path.json --loop --size 1920x1080 --output g.webm",
+      "along the keyframes and back to the first one");
+  return [command](Arguments) { return film(*command); };
+}
+
+}  // namespace qs

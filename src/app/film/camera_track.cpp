@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "app/film/camera_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <glm/gtc/constants.hpp>
+
+#include "app/session/camera_control.h"
+
+namespace qs {
+namespace {
+
+constexpr double kTurn = 2 * glm::pi<double>();
+
+// Begins and ends with speed 0.
+double eased(double share) { return share * share * (3 - 2 * share); }
+
+CameraTrack track_from(std::vector<Keyframe> keyframes, double begin, double seconds, bool closed) {
+  const auto shared = std::make_shared<const std::vector<Keyframe>>(std::move(keyframes));
+  return {seconds, closed, [=](double share, glm::ivec2 size) {
+            return camera_at(*shared, begin + share * seconds).resized(size.x, size.y);
+          }};
+}
+
+void ease_all(std::vector<Keyframe>& keyframes) {
+  for (Keyframe& keyframe : keyframes) keyframe.eases = true;
+}
+
+}  // namespace
+
+CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease) {
+  const double middle = 0.5 * (arc.low + arc.high), half = 0.5 * (arc.high - arc.low);
+  const double phase = half > 0 ? std::asin(std::clamp(-middle / half, -1.0, 1.0)) : 0;
+  return {kTurntableSeconds, true, [=](double share, glm::ivec2 size) {
+            const double turn = kTurn * (ease == Ease::none ? share : eased(share));
+            const double angle = arc.whole() ? turn : middle + half * std::sin(phase + turn);
+            const Camera camera = framed_camera(framing, size.x, size.y);
+            return orbited(camera, framing.target, framing.up, angle, 0);
+          }};
+}
+
+CameraTrack along(std::vector<Keyframe> keyframes, Ease ease) {
+  if (ease == Ease::all) ease_all(keyframes);
+  if (ease == Ease::ends) keyframes.front().eases = keyframes.back().eases = true;
+  const double begin = keyframes.front().time, end = keyframes.back().time;
+  return track_from(std::move(keyframes), begin, end - begin, false);
+}
+
+CameraTrack along_and_back(std::vector<Keyframe> keyframes, Ease ease) {
+  if (ease == Ease::all) ease_all(keyframes);
+  if (ease == Ease::ends) keyframes.front().eases = true;
+  return track_from(closed_path(keyframes), keyframes.front().time, closed_length(keyframes), true);
+}
+
+Camera camera_of(const CameraTrack& track, int index, int count, glm::ivec2 size) {
+  const int steps = std::max(track.closed ? count : count - 1, 1);
+  return track.at(static_cast<double>(index) / steps, size);
+}
+
+}  // namespace qs

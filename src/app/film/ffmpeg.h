@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+//
+// An ffmpeg process that encodes pictures which it reads from this program.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <sys/types.h>
+
+#include "raster/scene/image.h"
+
+namespace qs {
+
+class Ffmpeg {
+ public:
+  /// Starts the process, which writes `output`; messages call it `name`. `options`:
+  /// FilmFormat::options. Signals of the terminal do not reach the process. Throws Error(device) if
+  /// it cannot be started.
+  Ffmpeg(const std::filesystem::path& output, std::string name, glm::ivec2 size, double fps,
+         const std::vector<std::string>& options);
+  /// Kills the process unless finish() was called.
+  ~Ffmpeg();
+  Ffmpeg(const Ffmpeg&) = delete;
+  Ffmpeg& operator=(const Ffmpeg&) = delete;
+
+  /// Passes on an RGB picture of the film's size. Throws Error(input) with what ffmpeg said if it
+  /// has ended.
+  void add(const Image& picture);
+
+  /// Waits until the file is complete. Throws as add().
+  void finish();
+
+ private:
+  int wait();  // the process's status
+  void close_pipe();
+  std::string first_message() const;
+
+  std::string name_;
+  int pipe_ = -1, messages_ = -1;
+  pid_t process_ = 0;
+  std::vector<std::uint8_t> bytes_;
+};
+
+}  // namespace qs

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// Films: a camera moves along a track, and every picture shows its view in one or several ways.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/film/camera_track.h"
+#include "raster/renderer.h"
+
+namespace qs {
+
+/// One way to draw the view. With several, each has a strip of the picture.
+struct FilmedBy {
+  Renderer* renderer = nullptr;
+  RenderSettings settings;
+  std::string name;
+};
+
+struct FilmPlan {
+  CameraTrack track;
+  glm::ivec2 size{1280, 720};
+  double seconds = 0, fps = 30;  ///< pictures per second
+  std::vector<FilmedBy> ways;    ///< at least one
+  bool numbers = false;          ///< name, FPS and tile pairs are part of the picture
+
+  /// Number of pictures, at least 1.
+  int frames() const;
+};
+
+/// Medians over a film.
+struct FilmedNumbers {
+  double frame_ms = 0, tile_pairs = 0;
+};
+
+/// Draws the film and writes it, see film_file.h. Returns the numbers of each way. The FPS in the
+/// picture are the median of the last second. Throws Error and Cancelled; nothing is left then.
+std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
+                                      const Progress& progress);
+
+}  // namespace qs

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes a film of the path, or of a turntable, to film/SCENE_NNNN.mp4 at the size of the picture;
+// without ffmpeg to a folder of PNG files.
+#include "app/film/film.h"
+
+#include <fmt/format.h>
+
+#include "app/film/film_format.h"
+#include "app/measure/scene_facts.h"
+#include "app/report/write_report.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/open_scene.h"
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
+
+namespace qs {
+namespace {
+
+CameraTrack track_of(const RenderContext& context, const Viewer& viewer) {
+  if (viewer.keyframes.size() < 2) {
+    const ViewedScene& scene = *viewer.scene;
+    const Session& session = context.session;
+    return turntable(scene.framing,
+                     free_arc(scene.cameras, session.scene->cloud, scene.framing, *session.pool),
+                     Ease::none);
+  }
+  return viewer.loops_path ? along_and_back(viewer.keyframes, Ease::none)
+                           : along(viewer.keyframes, Ease::none);
+}
+
+FilmedBy way_of(Renderer& renderer, RenderSettings settings, const Variant& variant,
+                const std::string& name) {
+  settings.mode = variant.mode;
+  settings.pipeline = variant.pipeline;
+  return {&renderer, settings, name};
+}
+
+// What the window shows: one way, or the two sides of a split.
+std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
+  const FrameRequest request = full_frame(viewer);
+  const Variant shown = viewer.variant();
+  Renderer& renderer = *context.session.renderer;
+  // A frame of the reference takes seconds.
+  if (!request.other || request.other->mode == kReferenceMode)
+    return {way_of(renderer, request.settings, shown, mode_name(shown.mode))};
+  if (request.beside && context.beside) {
+    const std::string other = scene_name(context.beside->facts.path);
+    return {way_of(renderer, request.settings, shown, viewer.scene->name),
+            way_of(renderer_beside(context), request.settings, shown, other)};
+  }
+  const Variant& other = *request.other;
+  return {way_of(renderer, request.settings, shown, name_beside(shown, other)),
+          way_of(renderer_on(context, other.backend), request.settings, other,
+                 name_beside(other, shown))};
+}
+
+void write(RenderContext& context, const Viewer& viewer) {
+  FilmPlan plan;
+  plan.track = track_of(context, viewer);
+  plan.seconds = plan.track.seconds;
+  // Videos need an even width and height.
+  plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
+  plan.ways = ways_of(context, viewer);
+  plan.numbers = plan.ways.size() > 1;
+
+  const bool encodes = ffmpeg_is_installed();
+  const std::filesystem::path folder = viewer.out_dir / "film";
+  make_folder(folder);
+  const std::filesystem::path path =
+      free_name(folder, scene_name(context.session.scene->path), encodes ? ".mp4" : "");
+  const auto end = hide_progress_at_end(context);
+  context.report(action::show_progress, Loading{path, "filming", 0});
+  try {
+    write_film(path, plan, shown_progress(path, "filming", context.stop, context.reports));
+  } catch (const Cancelled&) {
+    context.report(action::notify, "the film was stopped, nothing was saved");
+    throw;
+  }
+  context.report(action::notify,
+                 fmt::format("wrote {}{}", path.string(),
+                             encodes ? "" : ": PNG files, because ffmpeg is not installed"));
+}
+
+}  // namespace
+
+void action::film(Viewer& viewer, Host& host) {
+  if (!viewer.scene) return;
+  viewer.playback.running = false;
+  start_job(viewer, host, write);
+}
+
+}  // namespace qs

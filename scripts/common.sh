@@ -1,5 +1,6 @@
 # shellcheck shell=bash
-# Functions shared by several scripts, which source this file: root, say, fail, gpu_present, find_nvcc, nvcc_major.
+# Functions shared by several scripts, which source this file: root, say, fail, gpu_present, find_nvcc, nvcc_major,
+# debian_mirror.
 
 # shellcheck disable=SC2034  # used by the scripts that source this
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -32,4 +33,15 @@ nvcc_major() {
   local nvcc major=
   nvcc=$(find_nvcc) && major=$("$nvcc" --version 2>/dev/null | sed -n 's/.*release \([0-9]*\)\..*/\1/p')
   echo "${major:-0}"
+}
+
+# Prints the address from which debootstrap takes packages: MIRROR, or that of apt's sources for this machine's release.
+debian_mirror() {
+  local here mirror=${MIRROR:-}
+  here=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+  # shellcheck disable=SC2016  # apt-get replaces these names
+  [[ -n $mirror ]] || mirror=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE)' 'Created-By: Packages' |
+                               awk -v release="$here" '$2 == release { print $1; exit }')
+  [[ -n $mirror ]] || fail "apt's sources name no mirror for $here: set MIRROR"
+  echo "$mirror"
 }

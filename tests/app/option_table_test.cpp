@@ -61,6 +61,8 @@ TEST(OptionTable, values_are_taken_up_to_their_limits_and_no_further) {
       {"bench", "--camera-index", "0", "-1"},
       {"zoom", "--target", "-1000000000,0,1000000000", "0,0,1000000001"},
       {"zoom", "--target", "0,0,0", "0,-1000000001,0"},
+      {"render", "--threads", "1", "0"},
+      {"train", "--threads", "1", "0"},
       {"render", "--background", "0,1,1", "0,1,1.01"},
   };
   for (const Case& c : cases) {

@@ -14,6 +14,7 @@
 #include "app/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
 #include "io/picture/image_file.h"
+#include "support/pool.h"
 
 namespace qs {
 namespace {
@@ -61,6 +62,40 @@ TEST_F(RenderThreadTest, a_split_request_brings_both_frames_and_their_difference
             static_cast<std::int64_t>(alone->shown.stats.tile_pairs) -
                 static_cast<std::int64_t>(beside->shown.stats.tile_pairs));
   EXPECT_GT(both->shown.other->pixels.pixels, 0u);
+}
+
+TEST_F(RenderThreadTest, another_scene_is_drawn_beside_from_the_same_camera_in_the_same_mode) {
+  const auto alone = draw(request_);
+  auto scene = std::make_shared<Scene>();
+  scene->path = "other.ply";
+  scene->cloud = test::random_cloud(200, 2, 77);
+  apply(call(action::beside_read, std::shared_ptr<const Scene>(scene)));
+  settle();
+  ASSERT_TRUE(viewer().beside);
+  EXPECT_EQ(viewer().beside->gaussians, 200u);
+  EXPECT_FALSE(viewer().loading);
+  change([](Viewer& viewer) { viewer.settings.mode = find_culler("adr"); });
+  const FrameRequest request = full_frame(viewer());
+  const auto both = draw(request);
+  ASSERT_TRUE(both && both->shown.other && both->shown.other->scene && both->shown.other->pairs);
+  EXPECT_EQ(both->shown.other->variant, viewer().variant());
+
+  const auto renderer = make_renderer(Backend::cpu, test::pool(1));
+  renderer->upload(scene->cloud, {});
+  const Frame& expected = renderer->render(request.camera, request.settings);
+  EXPECT_EQ(both->shown.other->stats.tile_pairs, expected.stats.tile_pairs);
+  EXPECT_EQ(both->shown.other->pairs->total,
+            static_cast<std::int64_t>(both->shown.stats.tile_pairs) -
+                static_cast<std::int64_t>(expected.stats.tile_pairs));
+  for (std::size_t i = 0; i < expected.color.values.size(); ++i)
+    ASSERT_EQ(both->other[i / 3 * 4 + i % 3], to_8bit(expected.color.values[i])) << i;
+  for (std::size_t i = 0; i < alone->rgba.size(); ++i)  // lossless modes differ by rounding
+    ASSERT_NEAR(both->rgba[i], alone->rgba[i], 1) << i;
+
+  press("Ctrl+Shift+O");
+  EXPECT_FALSE(draw(full_frame(viewer()))->shown.other);
+  // A request from before the scene was closed still draws something.
+  EXPECT_FALSE(draw(request)->shown.other->scene);
 }
 
 TEST_F(RenderThreadTest, the_reference_is_beside_a_view_until_the_view_moves_on) {

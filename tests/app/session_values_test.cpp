@@ -148,6 +148,24 @@ class Terminal {
   int kept_, keyboard_ = -1;
 };
 
+TEST(ProgressBar, the_time_left_is_that_of_the_same_speed) {
+  const std::string empty = "a [" + std::string(32, ' ') + "]   0 %";
+  EXPECT_EQ(progress_line("a", 0, 100), empty);
+  EXPECT_EQ(progress_line("a", 1 / 1024.0f, 0.5), empty + ", 8:32 left");  // 511.5 s
+  EXPECT_EQ(progress_line("a", 1 / 8192.0f, 2), empty + ", 4:33:02 left");
+  EXPECT_EQ(progress_line("", 0.25f, 10),
+            " [" + std::string(8, '#') + std::string(24, ' ') + "]  25 %, 0:30 left");
+}
+
+TEST(ProgressBar, a_part_of_the_work_is_a_part_of_the_bar) {
+  std::vector<float> seen;
+  const Progress whole{[&](float fraction) { seen.push_back(fraction); }, {}};
+  const Progress part = part_of(part_of(whole, 0.5f, 1), 0, 0.5f);
+  for (const float fraction : {0.0f, 0.5f, 1.0f}) part.update(fraction);
+  EXPECT_EQ(seen, (std::vector<float>{0.5f, 0.625f, 0.75f}));
+  EXPECT_FALSE(part_of(Progress(), 0, 1).report);
+}
+
 TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) {
   const auto bar = [](std::size_t filled, const char* rest) {
     return "\rreading [" + std::string(filled, '#') + std::string(32 - filled, ' ') + "] " + rest;
@@ -163,7 +181,9 @@ TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) 
     std::this_thread::sleep_until(after + std::chrono::milliseconds(301));
     progress.update(0);
     EXPECT_EQ(terminal.shown(), bar(0, "  0 %\033[K"));
-    progress.update(0.005f);
+    progress.update(0.005f);  // from the first step on it says how long it takes
+    EXPECT_TRUE(terminal.shown().starts_with(bar(0, "  0 %, ")));
+    progress.update(0.006f);
     EXPECT_EQ(terminal.shown(), "");
     const auto seconds = [](auto from) {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();

@@ -231,6 +231,19 @@ TEST(FrameRequests, numbers_are_wanted_until_they_are_precise_but_a_settled_view
   EXPECT_FALSE(numbers_are_wanted(viewer));
 }
 
+TEST(FrameRequests, a_scene_beside_is_drawn_as_the_one_in_the_window) {
+  Viewer viewer;
+  viewer.panels.split = true;
+  viewer.settings.mode = find_culler("exact");
+  viewer.split.other.mode = find_culler("adr");
+  EXPECT_FALSE(full_frame(viewer).beside);
+  viewer.beside = SceneBeside{"/data/other.ply", 70};
+  EXPECT_TRUE(full_frame(viewer).beside);
+  EXPECT_EQ(full_frame(viewer).other, viewer.variant());
+  viewer.panels.split = false;
+  EXPECT_FALSE(full_frame(viewer).other);
+}
+
 TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_map) {
   Viewer viewer;
   viewer.heatmap = HeatQuantity::evaluated;

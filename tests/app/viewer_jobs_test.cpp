@@ -75,6 +75,112 @@ TEST_F(ViewerJobs, smaller_frames_round_both_sides_down_to_at_least_one) {
   EXPECT_EQ(draw(request_)->width, 1);
 }
 
+// Without ffmpeg, so that films are folders of pictures.
+class FilmJob : public ViewerJobs {
+ protected:
+  FilmJob() : path_variable_(std::getenv("PATH")) { setenv("PATH", "", 1); }
+  ~FilmJob() override { setenv("PATH", path_variable_.c_str(), 1); }
+  std::vector<std::filesystem::path> films() const {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "film"))
+      found.push_back(entry.path());
+    return found;
+  }
+
+ private:
+  std::string path_variable_;
+};
+
+TEST_F(FilmJob, films_the_path_of_the_window) {
+  const Camera first = viewer().camera;
+  press("K");
+  apply(call(action::orbit, glm::dvec2(40, 0)));
+  press("K");
+  apply(call(action::resize, 97, 65));
+  press("Ctrl+K");
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text,
+              HasSubstr(": PNG files, because ffmpeg is not installed"));
+  EXPECT_FALSE(viewer().loading);
+  ASSERT_THAT(films(), SizeIs(1));
+  const auto picture = [&](int number) {
+    return read_image(films()[0] / fmt::format("frame_{:05}.png", number));
+  };
+  EXPECT_FALSE(std::filesystem::exists(films()[0] / "frame_00030.png"));
+  const std::pair<int, Camera> ends[] = {{0, first}, {29, viewer().keyframes[1].camera}};
+  for (const auto& [number, camera] : ends) {
+    request_.camera = camera.resized(96, 64);
+    const auto frame = draw(request_);
+    const Image seen = picture(number);
+    ASSERT_EQ(seen.width, 96);
+    for (std::size_t i = 0; i < seen.values.size(); ++i)
+      ASSERT_EQ(to_8bit(seen.values[i]), frame->rgba[i / 3 * 4 + i % 3]) << number;
+  }
+}
+
+TEST_F(FilmJob, films_both_sides_of_a_split_window) {
+  press("K");
+  apply(call(action::orbit, glm::dvec2(40, 0)));
+  press("K");
+  apply(call(action::delay_keyframe, std::size_t{1}, 0.1));
+  apply(call(action::resize, 600, 300));
+  press("C");
+  settle();
+  press("Ctrl+K");
+  settle();
+  ASSERT_THAT(films(), SizeIs(1));
+  const Image seen = read_image(films()[0] / "frame_00000.png");
+  EXPECT_EQ(seen.width, 600);
+  EXPECT_GT(seen.at(300, 20, 0), 0.8f);  // the line between the strips
+}
+
+TEST_F(FilmJob, films_two_scenes_beside_each_other) {
+  auto scene = std::make_shared<Scene>();
+  scene->cloud = test::random_cloud(120, 1, 9);
+  scene->path = scenes_ / "other.ply";
+  apply(call(action::beside_read, std::shared_ptr<const Scene>(scene)));
+  settle();
+  ASSERT_TRUE(viewer().beside);
+  press("K");
+  press("K");
+  apply(call(action::delay_keyframe, std::size_t{1}, 0.1));
+  press("Ctrl+K");
+  settle();
+  ASSERT_THAT(films(), SizeIs(1)) << viewer().toasts.back().text;
+  const Image seen = read_image(films()[0] / "frame_00000.png");
+  const auto renderer = make_renderer(Backend::cpu, test::pool(1));
+  renderer->upload(scene->cloud, {});
+  const Image other = renderer->render(viewer().camera, request_.settings).color;
+  const auto frame = draw(request_);
+  // Above the labels; the line between the strips is at x = 48.
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 96; ++x) {
+      if (std::abs(x - 48) <= 1) continue;
+      const auto expected = x < 48 ? frame->rgba[static_cast<std::size_t>(4 * (y * 96 + x))]
+                                   : to_8bit(other.at(x, y, 0));
+      ASSERT_EQ(to_8bit(seen.at(x, y, 0)), expected) << x << " " << y;
+    }
+  }
+}
+
+TEST_F(FilmJob, a_film_can_be_stopped_and_leaves_nothing) {
+  press("K");
+  press("K");
+  apply(call(action::delay_keyframe, std::size_t{1}, 3600.0));
+  press("Ctrl+K");
+  while (!viewer().loading && thread_.busy()) {
+    take_reports();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_TRUE(viewer().loading);
+  EXPECT_EQ(viewer().loading->what, "filming");
+  stop_job();
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("the film was stopped, nothing was saved"));
+  EXPECT_FALSE(viewer().loading);
+  EXPECT_THAT(films(), testing::IsEmpty());
+}
+
 TEST_F(ViewerJobs, a_heat_map_is_scaled_to_its_values) {
   request_.heatmap = HeatQuantity::pairs;
   const auto frame = draw(request_);

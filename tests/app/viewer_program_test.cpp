@@ -299,6 +299,74 @@ TEST_F(ViewerProgram, the_split_window_shows_both_variants_and_tells_how_they_di
   EXPECT_LT(psnr_8bit(read_image(path("pairs.png")), first), 25);
 }
 
+TEST_F(ViewerProgram, another_scene_is_beside_the_first_from_the_same_camera) {
+  std::filesystem::create_directory(folder_ / "two");  // without cameras
+  GaussianCloud cloud = test::random_cloud(300, 1, 8);
+  test::append(cloud, test::single_gaussian({0, 0, 4}, 0.5f, {0.1f, 0.4f, 0.9f}, 5));
+  test::write_scene(cloud, path("two/other.ply"));
+  const ProgramRun alone = play("key Tab\nwait\nshot " + path("second.png") + "\nquit\n",
+                                {path("two/other.ply"), "--cameras", path("cameras.json")});
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  const ProgramRun run =
+      play("key Tab\nwait\nstate " + path("sides.json") + "\nshot " + path("sides.png") +
+               "\nmove 160 200\nsleep 0.1\ndrag -80 0 left\nwait\nshot " + path("dragged.png") +
+               "\nkey X\nwait\nstate " + path("flipped.json") + "\nshot " + path("flipped.png") +
+               "\nkey X\nkey ]\nkey 6\nwait\nstate " + path("moved.json") +
+               "\nkey [\nkey 5\nkey Ctrl+Shift+O\nwait\nstate " + path("closed.json") + "\nshot " +
+               path("first.png") + "\nkey Ctrl+Shift+O\nsleep 0.3\ntype " + path("two/other.ply") +
+               "\nkey Enter\nwait\nstate " + path("again.json") + "\nshot " + path("again.png") +
+               "\nquit\n",
+           {path("scene.ply"), "--beside", path("two/other.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json sides = state("sides.json"), closed = state("closed.json");
+  EXPECT_EQ(sides["scene"], "scene");
+  EXPECT_EQ(sides["split"]["scenes"], json({"scene", "other"}));
+  EXPECT_EQ(sides["split"]["other"], "quadbox, cpu");
+  EXPECT_THAT(sides["line"].get<std::string>(), StartsWith("scene | other"));
+  EXPECT_THAT(state("flipped.json")["line"].get<std::string>(), StartsWith("other | scene"));
+  EXPECT_EQ(state("moved.json")["split"]["other"], "exact, cpu");
+  EXPECT_NE(state("moved.json")["split"]["PSNR"], sides["split"]["PSNR"]);
+  EXPECT_FALSE(closed.contains("split"));
+  EXPECT_THAT(closed["line"].get<std::string>(), StartsWith("quadbox"));
+  EXPECT_EQ(state("again.json")["split"]["scenes"], sides["split"]["scenes"]);
+
+  const Image first = read_image(path("first.png")), second = read_image(path("second.png"));
+  EXPECT_LT(psnr_8bit(first, second), 25);
+  EXPECT_EQ(sides["split"]["PSNR"], decibels(psnr_8bit(first, second)) + " dB");
+  const struct {
+    const char* file;
+    int divider;
+    bool flipped;
+  } pictures[] = {{"sides.png", 160, false},
+                  {"dragged.png", 80, false},
+                  {"flipped.png", 80, true},
+                  {"again.png", 80, false}};
+  for (const auto& picture : pictures) {
+    const Image shown = read_image(path(picture.file));
+    for (int y = 0; y < 100; ++y) {  // rows that neither names nor the grip of the divider cover
+      for (const int x : {10, 60, 100, 140, 200, 300}) {
+        const Image& expected = (x < picture.divider) != picture.flipped ? first : second;
+        for (int c = 0; c < 3; ++c)
+          ASSERT_EQ(shown.at(x, y, c), expected.at(x, y, c))
+              << picture.file << " " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST_F(ViewerProgram, a_scene_beside_needs_a_scene_and_a_damaged_one_is_a_message) {
+  const ProgramRun none = play("quit\n", {"--beside", path("scene.ply")});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("name the scene to show it beside"));
+  std::ofstream(folder_ / "bad.ply") << "ply\n";
+  const ProgramRun bad = play("wait\nstate " + path("a.json") + "\nquit\n",
+                              {path("scene.ply"), "--beside", path("bad.ply")});
+  ASSERT_EQ(bad.exit_code, 0) << bad.err;
+  EXPECT_EQ(state("a.json")["scene"], "scene");
+  EXPECT_FALSE(state("a.json").contains("split"));
+  EXPECT_THAT(state("a.json")["toasts"].dump(), HasSubstr("bad.ply"));
+}
+
 TEST_F(ViewerProgram, the_reference_stands_beside_the_view_once_it_was_asked_for) {
   const ProgramRun run = play(
       "key Tab\nwait\nstate " + path("before.json") + "\nkey 0\nwait\nstate " + path("whole.json") +

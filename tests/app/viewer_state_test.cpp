@@ -35,6 +35,7 @@ namespace {
 using test::Driven;
 using test::DrivenScene;
 using test::some_scene;
+using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -533,6 +534,58 @@ TEST(State, a_path_is_played_from_its_start_to_its_end_and_again) {
   EXPECT_FALSE(driven.viewer.playback.running);
   driven.apply(set_keyframes, path);
   EXPECT_EQ(driven.viewer.playback.time, 0);
+}
+
+TEST(State, a_path_that_loops_returns_to_its_first_keyframe_and_goes_on) {
+  DrivenScene driven(0);
+  std::vector<Keyframe> path;
+  for (const double time : {2.0, 3.0, 5.0}) {
+    path.push_back({time, driven.viewer.camera});
+    driven.apply(roll, 1.0);
+  }
+  driven.apply(set_keyframes, path);
+  driven.apply(toggle_option, &Viewer::loops_path);
+  driven.apply(seek, 99.0);
+  EXPECT_EQ(driven.viewer.playback.time, 6.5);  // 3 s, and 1.5 s for the way back
+  const auto apart = [](const Camera& a, const Camera& b) {
+    double most = 0;
+    for (int i = 0; i < 4; ++i)
+      most = std::max(most, glm::distance(a.view_from_world[i], b.view_from_world[i]));
+    return most;
+  };
+  EXPECT_LT(apart(driven.viewer.camera, path[0].camera), 1e-12);
+  driven.press("Space");
+  driven.apply(tick, Turn{1}, 3.5);
+  EXPECT_EQ(driven.viewer.playback.time, 5.5);
+  EXPECT_EQ(text_of(driven.viewer.camera), text_of(camera_at(closed_path(path), 5.5)));
+  driven.apply(tick, Turn{2}, 1.5);
+  EXPECT_EQ(driven.viewer.playback.time, 2);
+  EXPECT_TRUE(driven.viewer.playback.running);
+}
+
+TEST(State, keyframes_ease_and_move_in_time) {
+  DrivenScene driven(0);
+  for (int i = 0; i < 4; ++i) driven.press("K");
+  const auto times = [&] {
+    std::vector<double> result;
+    for (const Keyframe& each : driven.viewer.keyframes) result.push_back(each.time);
+    return result;
+  };
+  driven.apply(ease_keyframe, std::size_t{2}, true);
+  driven.apply(ease_keyframe, std::size_t{9}, true);
+  EXPECT_TRUE(driven.viewer.keyframes[2].eases);
+  EXPECT_FALSE(driven.viewer.keyframes[1].eases);
+  driven.apply(ease_keyframe, std::size_t{2}, false);
+  EXPECT_FALSE(driven.viewer.keyframes[2].eases);
+  driven.apply(delay_keyframe, std::size_t{2}, 2.5);
+  EXPECT_THAT(times(), ElementsAre(0, 1, 3.5, 4.5));
+  driven.apply(delay_keyframe, std::size_t{1}, -1.0);
+  EXPECT_THAT(times(), ElementsAre(0, DoubleNear(0.05, 1e-12), DoubleNear(2.55, 1e-12),
+                                   DoubleNear(3.55, 1e-12)));
+  const std::vector<double> before = times();
+  driven.apply(delay_keyframe, std::size_t{0}, 2.0);
+  driven.apply(delay_keyframe, std::size_t{4}, 2.0);
+  EXPECT_EQ(times(), before);
 }
 
 TEST(State, a_zoom_s_rows_are_collected_until_the_next_one_begins) {

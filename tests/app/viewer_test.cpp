@@ -91,6 +91,39 @@ TEST(Viewer, splats_grow_by_a_tenth_and_come_back_to_exactly_one) {
   EXPECT_FLOAT_EQ(driven.viewer.settings.splat_scale, 0.01f);
 }
 
+TEST(Viewer, opens_a_scene_beside_and_closes_it_with_the_same_key) {
+  DrivenScene driven(0);
+  const Viewer& viewer = driven.viewer;
+  driven.press("Ctrl+Shift+O");
+  EXPECT_TRUE(viewer.panels.open);
+  driven.apply(file_chosen, std::filesystem::path("/data/other.ply"));
+  EXPECT_EQ(driven.opened_beside, std::vector<std::filesystem::path>{"/data/other.ply"});
+  EXPECT_TRUE(driven.opened.empty());
+  const int version = viewer.version;
+  driven.apply(beside_opened, SceneBeside{"/data/other.ply", 70});
+  EXPECT_TRUE(viewer.panels.split);
+  EXPECT_GT(viewer.version, version);
+  EXPECT_EQ(viewer.recent.front(), "/data/other.ply");
+  EXPECT_EQ(viewer.scene->name, "garden");
+  driven.press("Ctrl+Shift+O");
+  EXPECT_FALSE(viewer.beside);
+  EXPECT_FALSE(viewer.panels.split);
+  EXPECT_EQ(driven.jobs.size(), 1u) << "which frees the other scene";
+}
+
+TEST(Viewer, opens_dropped_files_and_those_of_the_usual_dialog_as_the_scene) {
+  DrivenScene driven(0);
+  driven.press("Ctrl+Shift+O");
+  driven.apply(open, std::filesystem::path("/data/dropped.ply"));  // the dialog is still open
+  driven.press("Ctrl+Shift+O");                                    // closes it
+  driven.press("Ctrl+O");
+  driven.apply(file_chosen, std::filesystem::path("/data/chosen.ply"));
+  ASSERT_EQ(driven.opened.size(), 2u);
+  EXPECT_EQ(driven.opened[0].path, "/data/dropped.ply");
+  EXPECT_EQ(driven.opened[1].path, "/data/chosen.ply");
+  EXPECT_TRUE(driven.opened_beside.empty());
+}
+
 TEST(Viewer, splits_the_window_with_a_variant_that_differs) {
   DrivenScene driven(0);
   const Viewer& viewer = driven.viewer;
@@ -373,8 +406,9 @@ TEST(Commands, menus_without_a_scene_offer_what_acts_without_one_and_files_end_w
     if (row.menu == Menu::file) files.push_back(row.help);
     EXPECT_EQ(row.line_above, row.help == "Quit") << row.help;
   }
-  EXPECT_THAT(without, testing::UnorderedElementsAre("Open a file", "Quit", "All windows",
-                                                     "Full screen", "Keys and mouse"));
+  EXPECT_THAT(without,
+              testing::UnorderedElementsAre("Open a file", "Train from photographs", "Quit",
+                                            "All windows", "Full screen", "Keys and mouse"));
   EXPECT_EQ(files.front(), "Open a file");
   EXPECT_EQ(files.back(), "Quit");
   EXPECT_EQ(std::string(kMenuNames[static_cast<int>(Menu::help)]), "Help");

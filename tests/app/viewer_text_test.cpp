@@ -312,6 +312,29 @@ TEST(PanelText, the_split_window_says_how_its_frames_differ) {
   EXPECT_EQ(value_of(facts, "largest error"), "0");
 }
 
+TEST(PanelText, a_scene_beside_is_named_with_the_numbers_of_both) {
+  Viewer viewer = known_viewer();
+  viewer.scene->path = "/data/one/garden.ply";
+  viewer.shown.stats.frame_ms = 4;
+  ShownOther other;
+  other.variant = viewer.variant();
+  other.scene = SceneBeside{"/data/two/house.spz", 1234};
+  other.stats.frame_ms = 2.5f;
+  other.stats.tile_pairs = 5678;
+  viewer.shown.other = other;
+  EXPECT_THAT(split_names(viewer), ElementsAre("garden", "house"));
+  EXPECT_EQ(
+      status_line(viewer).numbers,
+      "garden | house  \u00b7  quadbox  \u00b7  4.000 | 2.500 ms  \u00b7  1,796,342 | 5,678 pairs");
+  EXPECT_THAT(value_of(split_facts(viewer), "Gaussians"), testing::EndsWith(" and 1,234"));
+  viewer.split.flipped = true;
+  EXPECT_EQ(
+      status_line(viewer).numbers,
+      "house | garden  \u00b7  quadbox  \u00b7  2.500 | 4.000 ms  \u00b7  5,678 | 1,796,342 pairs");
+  viewer.shown.other->scene->path = "/data/two/garden.ply";
+  EXPECT_THAT(split_names(viewer), ElementsAre("/data/two/garden.ply", "/data/one/garden.ply"));
+}
+
 TEST(PanelText, differences_are_shown_by_the_chosen_factor_or_by_one_from_the_frames) {
   Viewer viewer = known_viewer();
   EXPECT_EQ(shown_amplification(viewer), 1);

@@ -153,6 +153,24 @@ TEST(Cameras, wrong_and_missing_fields_are_named_with_file_and_camera) {
   }
 }
 
+TEST(Cameras, what_single_precision_cannot_hold_is_refused) {
+  const auto with = [](const char* position, const char* fx) {
+    return fmt::format(R"({{"position":[0,{},0],"rotation":[[1,0,0],[0,1,0],[0,0,1]],)"
+                       R"("fx":{},"fy":50,"width":64,"height":48}})",
+                       position, fx);
+  };
+  EXPECT_EQ(error_of([&] { parse_camera(with("1e14", "1e14"), "x"); }), "no error");
+  EXPECT_EQ(error_of([&] { parse_camera(with("-1e40", "50"), "x"); }),
+            "x: its position -1e+40 is more than 1e+15 from the origin");
+  EXPECT_THAT(error_of([&] { parse_camera(with("0", "1e40"), "x"); }),
+              HasSubstr("x: 1e+40 for its focal length"));
+  const TemporaryFolder folder;
+  std::ofstream(folder / "cameras.json")
+      << "[" << with("0", "50") << "," << with("1e40", "50") << "]";
+  EXPECT_THAT(error_of([&] { read_cameras(folder / "cameras.json"); }),
+              HasSubstr("cameras.json: camera 1: its position 1e+40"));
+}
+
 TEST(Cameras, hostile_json_is_an_error_in_one_sentence) {
   const std::string deep(100000, '[');
   EXPECT_THAT(error_of([&] { parse_camera(deep, "--camera-json"); }),

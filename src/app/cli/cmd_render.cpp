@@ -13,6 +13,7 @@
 #include "app/picture/image_difference.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
+#include "app/session/progress_bar.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -84,8 +85,13 @@ class Run {
         choose_shots(command_.cameras, command_.frame, *session_.scene, *session_.pool);
     const Shard shard = command_.shard.value_or(Shard());
     for (std::size_t view = 0; view < shots.size(); ++view) {
+      const auto share = [&](std::size_t i) {
+        return static_cast<float>(i) / static_cast<float>(shots.size());
+      };
+      progress_ = part_of(bar_.progress(), share(view), share(view + 1));
       if (shard.takes(view)) one_shot(shots[view], view);
     }
+    bar_.hide();
     if (command_.stats) {
       write_stats(*command_.stats, format_stats(session_, records_, shots.size()));
     }
@@ -100,7 +106,12 @@ class Run {
     }
     const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : Outputs();
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
-    const MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
+    MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
+    if (command_.measures()) {
+      plan.progress = part_of(progress_, 0, 0.9f);
+    } else {
+      session_.renderer->report_frames_to(part_of(progress_, 0, kDrawn).report);
+    }
     const Image truth = command_.psnr ? reference_image(session_, shot.camera) : Image();
     const std::size_t first_record = records_.size();
     std::vector<double> psnrs;
@@ -120,6 +131,7 @@ class Run {
       records_[first_record + i].result = results[i];
     }
     if (command_.measures()) {
+      bar_.hide();
       fmt::print(report(), "{}, {} x {}, {} backend, median of {} frame{}\n{}", shot.origin,
                  shot.camera.width, shot.camera.height,
                  kBackendNames[static_cast<int>(session_.backend)], repeats,
@@ -146,8 +158,10 @@ class Run {
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
       write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
     } else {
-      write_image(frame.color, path, metadata);
+      const bool one = !command_.measures();
+      write_image(frame.color, path, metadata, one ? part_of(progress_, kDrawn, 1) : Progress());
     }
+    bar_.hide();
     fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, name,
                shot.camera.width, shot.camera.height);
     return path.string();
@@ -176,8 +190,12 @@ class Run {
   // Where tables go: stdout, unless --stats writes JSON there.
   std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
 
+  static constexpr float kDrawn = 0.3f;  // of a picture's progress, when a large one is encoded
+
   const RenderCommand& command_;
   Session session_;
+  ProgressBar bar_{"rendering"};
+  Progress progress_;                     // of the current view
   std::optional<HeatmapMaker> heatmaps_;  // of the current view
   std::optional<Scale> scale_;            // of the first heat map; all heat maps of a run share it
   std::vector<FrameRecord> records_;

@@ -6,6 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
+#include "app/cli/train_in_window.h"
 #include "app/viewer/state/preferences.h"
 #include "app/viewer/view_loop.h"
 #include "raster/base/fail.h"
@@ -19,6 +20,18 @@ struct ViewCommand {
   std::optional<std::filesystem::path> settings;
   bool no_vsync = false, no_interop = false;
 };
+
+// --beside names a variant, or else the file of a scene.
+void take_scene_beside(ViewOptions& view) {
+  std::error_code error;
+  if (!view.beside || find_variant(*view.beside, {}) ||
+      !std::filesystem::exists(*view.beside, error))
+    return;
+  if (view.frame.scene.empty())
+    fail(ErrorKind::usage, "view: --beside {}: name the scene to show it beside", *view.beside);
+  view.beside_scene = *view.beside;
+  view.beside.reset();
+}
 
 int run(ViewCommand& command) {
   ViewOptions& view = command.view;
@@ -36,8 +49,10 @@ int run(ViewCommand& command) {
     fail(ErrorKind::usage, "view: --tile-size {}: the window draws tiles of {} pixels only",
          view.frame.tile_px, kTileSize);
   }
+  take_scene_beside(view);
   view.vsync = !command.no_vsync;
   view.interop = !command.no_interop;
+  view.train_words = train_words_in_window;
   if (command.settings != "-") view.settings = command.settings.value_or(preferences_file());
   run_viewer(view);
   return kExitOk;
@@ -51,8 +66,8 @@ Action view_command(Options& options) {
   options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);
   declare_common_options(options, view.frame);
   options.text("--beside", "NAME", view.beside,
-               "splits the window and draws this beside the scene: a culling mode, reference, or "
-               "for example \"exact, cuda classic\"",
+               "splits the window and draws this beside the scene: a culling mode, reference, for "
+               "example \"exact, cuda classic\", or another scene's file",
                {"3dgs", "reference"});
   options.flag("--no-vsync", command->no_vsync, "draws without waiting for the display's refresh");
   options.flag("--no-interop", command->no_interop,

@@ -3,14 +3,18 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "app/cli/format_list.h"
+#include "app/cli/manual.h"
+#include "app/cli/suggestion.h"
 #include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
 #include "app/session/text.h"
+#include "raster/base/fail.h"
 #include "raster/renderer.h"
 #include "version.h"
 
@@ -18,6 +22,7 @@
 #define QS_COMMANDS(ROW)                                                      \
   ROW(view, "opens a scene in a window; the default command")                 \
   ROW(render, "renders a scene to picture files")                             \
+  ROW(film, "films a scene from a moving camera")                             \
   ROW(train, "trains a scene from photographs")                               \
   ROW(eval, "measures PSNR and SSIM against photographs")                     \
   ROW(inspect, "lists the Gaussians of a pixel and the tiles of one of them") \
@@ -54,7 +59,8 @@ std::string program_help() {
       "\n  quadsplat COMMAND --help   options and examples of a command\n"
       "  quadsplat --list-gpus      the GPUs that can render, or why none can\n"
       "  quadsplat --list-formats   scene formats that are read and written\n"
-      "  quadsplat --version        version, commit and build\n\n"
+      "  quadsplat --version        version, commit and build\n"
+      "  quadsplat --man-page       the manual page, and --bash-completion: for packages\n\n"
       "SCENE is a splat file or the folder of a trained model.\n"
       "Exit codes: 0 success, 1 wrong command line, 2 bad input, 3 no device or memory, 4 "
       "comparison "
@@ -84,6 +90,16 @@ std::string gpu_list() {
   return text;
 }
 
+// Throws Error(usage) for a mistyped command, which would be taken for a scene.
+void check_first_word(const std::string& word) {
+  std::error_code error;
+  if (word.starts_with('-') || std::filesystem::exists(word, error)) return;
+  std::vector<std::string> names;
+  for (const Command& command : kCommands) names.emplace_back(command.name);
+  const std::string meant = suggestion(word, names);
+  if (!meant.empty()) fail(ErrorKind::usage, "'{}' is neither a command nor a file{}", word, meant);
+}
+
 }  // namespace
 
 std::span<const Command> commands() { return kCommands; }
@@ -94,11 +110,14 @@ int run_program(Arguments arguments) {
     return kExitUsage;
   }
   const std::string& first = arguments.front();
-  constexpr std::pair<const char*, std::string (*)()> kTexts[] = {{"--help", program_help},
-                                                                  {"-h", program_help},
-                                                                  {"--list-gpus", gpu_list},
-                                                                  {"--list-formats", format_list},
-                                                                  {"--version", version_text}};
+  constexpr std::pair<const char*, std::string (*)()> kTexts[] = {
+      {"--help", program_help},
+      {"-h", program_help},
+      {"--list-gpus", gpu_list},
+      {"--man-page", man_page},
+      {"--bash-completion", bash_completion},
+      {"--list-formats", format_list},
+      {"--version", version_text}};
   for (const auto& [name, text] : kTexts) {
     if (first != name) continue;
     fmt::print("{}", text());
@@ -109,6 +128,7 @@ int run_program(Arguments arguments) {
   const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
                                         [&](const Command& row) { return first == row.name; });
   if (command == std::end(kCommands)) {
+    check_first_word(first);
     command = kCommands;  // view
   } else {
     arguments = arguments.subspan(1);

@@ -9,11 +9,13 @@
 namespace qs {
 namespace {
 
-std::string mode_names() {
+std::vector<std::string> mode_list() {
   std::vector<std::string> names;
   for (const CullerRow& row : kCullers) names.emplace_back(row.name);
-  return joined(names, ", ");
+  return names;
 }
+
+std::string mode_names() { return joined(mode_list(), ", "); }
 
 // Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (those of other papers).
 // Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are empty because
@@ -47,7 +49,9 @@ void declare_frame_options(Options& options, FrameOptions& frame) {
   declare_common_options(options, frame);
 }
 
-void declare_common_options(Options& options, FrameOptions& frame) {
+namespace {
+
+void declare_all(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
                   "reads point_cloud/iteration_N of a model folder (default: the highest N)");
   declare_axes_option(options, frame.axes);
@@ -72,6 +76,7 @@ void declare_common_options(Options& options, FrameOptions& frame) {
                 [&frame, usual = frame.modes](const std::string& text) {
                   frame.modes = parse_modes(text, usual);
                 });
+  options.offers(mode_list());
   options.choice(
       "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
       [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
@@ -84,8 +89,8 @@ void declare_common_options(Options& options, FrameOptions& frame) {
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
   options.integer("--device", "N", 0, 1024, frame.device,
                   "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
-  options.integer("--threads", "N", 0, 1024, frame.threads,
-                  "CPU threads (default: 0, one per hardware thread)");
+  options.integer("--threads", "N", 1, 1024, frame.threads,
+                  "CPU threads (default: one per hardware thread)");
   options.choice(
       "--tile-size", {"8", "16", "32"},
       [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
@@ -104,6 +109,12 @@ void declare_common_options(Options& options, FrameOptions& frame) {
         frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
       "opacity compensation of small Gaussians (default: auto, as the scene was trained)");
+}
+
+}  // namespace
+
+void declare_common_options(Options& options, FrameOptions& frame) {
+  options.common([&] { declare_all(options, frame); });
 }
 
 void declare_axes_option(Options& options, std::string& axes) {

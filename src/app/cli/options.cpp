@@ -5,14 +5,23 @@
 // as 8.
 #include "app/cli/options.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "app/cli/suggestion.h"
 #include "raster/base/fail.h"
 
 namespace qs {
+
+std::string Option::short_name() const { return name == "--output" ? "-o" : ""; }
+
+std::string Option::shown() const {
+  const std::string names = short_name().empty() ? name : short_name() + ", " + name;
+  return placeholder.empty() ? names : names + " " + placeholder;
+}
 
 Options::Options(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {}
@@ -51,6 +60,13 @@ void Options::choice(const std::string& name, const std::vector<std::string>& na
       fail(ErrorKind::usage, "{}: '{}' is none of {}", name, given, joined(names, ", "));
     chosen(static_cast<int>(found - names.begin()));
   });
+  offers(names);
+}
+
+void Options::common(const std::function<void()>& declare) {
+  const std::size_t before = options_.size();
+  declare();
+  for (std::size_t i = before; i < options_.size(); ++i) options_[i].common = true;
 }
 
 void Options::example(std::string command_line, std::string what) {
@@ -63,8 +79,10 @@ bool Options::parse(std::span<const std::string> arguments) const try {
   parser.allow_extras();
   std::vector<std::pair<CLI::Option*, const Option*>> added;
   for (const Option& option : options_) {
-    CLI::Option* row = option.most == 0 ? parser.add_flag(option.name)->take_last()
-                                        : parser.add_option(option.name);
+    const std::string short_name = option.short_name();
+    const std::string names = short_name.empty() ? option.name : short_name + "," + option.name;
+    CLI::Option* row =
+        option.most == 0 ? parser.add_flag(names)->take_last() : parser.add_option(names);
     if (option.most < 0) row->expected(option.least, 1 << 20)->allow_extra_args();
     if (option.most == 1) row->expected(1)->take_last();
     row->required(option.required);
@@ -73,8 +91,12 @@ bool Options::parse(std::span<const std::string> arguments) const try {
   parser.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   for (const std::string& word : parser.remaining()) {
     if (word == "--") continue;
-    complain(fmt::format("{} '{}'",
-                         word.starts_with('-') ? "unknown option" : "unexpected argument", word));
+    if (!word.starts_with('-')) complain(fmt::format("unexpected argument '{}'", word));
+    std::vector<std::string> names = {"--help"};
+    for (const Option& option : options_)
+      if (!option.positional()) names.push_back(option.name);
+    complain(fmt::format("unknown option '{}'{}", word,
+                         suggestion(word.substr(0, word.find('=')), names)));
   }
   for (const auto& [row, option] : added) {
     if (row->count() == 0 || (option->most == 0 && !row->as<bool>())) continue;
@@ -94,27 +116,36 @@ void Options::complain(const std::string& what) const {
   fail(ErrorKind::usage, "{}: {} (see 'quadsplat {} --help')", command_, what, command_);
 }
 
-std::string Options::help() const {
-  std::string text =
-      fmt::format("quadsplat {}: {}\n\nusage: quadsplat {}", command_, summary_, command_);
+std::string Options::usage() const {
+  std::string text;
   for (const Option& option : options_) {
     if (option.positional())
-      text += option.required ? fmt::format(" {}{}", option.name, option.most < 0 ? "..." : "")
-                              : fmt::format(" [{}]", option.name);
+      text += option.required ? fmt::format("{}{} ", option.name, option.most < 0 ? "..." : "")
+                              : fmt::format("[{}] ", option.name);
   }
-  text += " [options]\n\n";
+  return text + "[options]";
+}
+
+std::string Options::help() const {
+  std::string text = fmt::format("quadsplat {}: {}\n\nusage: quadsplat {} {}\n\n", command_,
+                                 summary_, command_, usage());
   const auto line = [&text](const std::string& left, const std::string& right) {
     text += left.size() <= 28 ? fmt::format("  {:28}  {}\n", left, right)
                               : fmt::format("  {}\n  {:28}  {}\n", left, "", right);
   };
-  for (const bool positional : {true, false}) {
+  const auto lines = [&](bool positional, bool common) {
     for (const Option& option : options_) {
-      if (option.positional() == positional)
-        line(option.placeholder.empty() ? option.name : option.name + " " + option.placeholder,
-             option.help);
+      if (option.positional() == positional && option.common == common)
+        line(option.shown(), option.help);
     }
-  }
+  };
+  lines(true, false);
+  lines(false, false);
   line("--help", "this text");
+  if (std::any_of(options_.begin(), options_.end(), [](const Option& o) { return o.common; })) {
+    text += "\nscene and rendering:\n";
+    lines(false, true);
+  }
   if (!examples_.empty()) text += "\nexamples:\n";
   for (const Example& example : examples_)
     text += fmt::format("  {}\n      {}\n", example.command_line, example.what);

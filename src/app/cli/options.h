@@ -25,8 +25,14 @@ struct Option {
   std::function<void(const std::vector<std::string>& values)> accept;  ///< throws Error(usage)
   std::vector<std::string> samples = {};  ///< valid values; files are relative to a folder
   bool required = false;
+  std::vector<std::string> choices = {};  ///< all valid values, or those to complete; may be empty
+  bool common = false;                    ///< see Options::common()
 
   bool positional() const { return !name.starts_with('-'); }
+  /// "-o" if the option has a short form, else "".
+  std::string short_name() const;
+  /// "-o, --output FILE": what the help shows.
+  std::string shown() const;
 };
 
 class Options {
@@ -75,6 +81,12 @@ class Options {
   void choice(const std::string& name, const std::vector<std::string>& names,
               const std::function<void(int index)>& chosen, const std::string& help);
 
+  /// Completion offers these values of the option declared last.
+  void offers(std::vector<std::string> values) { options_.back().choices = std::move(values); }
+
+  /// declare() declares options that many commands share: the help lists them after the others.
+  void common(const std::function<void()>& declare);
+
   /// The option declared last must be given.
   void required() { options_.back().required = true; }
 
@@ -89,14 +101,18 @@ class Options {
 
   const std::vector<Option>& table() const { return options_; }
 
+  struct Example {
+    std::string command_line, what;
+  };
+  const std::vector<Example>& examples() const { return examples_; }
+
+  /// "SCENE [MORE...] [options]": what follows the command's name.
+  std::string usage() const;
+
   /// Throws Error(usage): "COMMAND: WHAT".
   [[noreturn]] void complain(const std::string& what) const;
 
  private:
-  struct Example {
-    std::string command_line, what;
-  };
-
   std::string command_, summary_;
   std::vector<Option> options_;
   std::vector<Example> examples_;

@@ -100,12 +100,7 @@ void write_stats(const std::filesystem::path& path, const std::string& text) {
     fmt::print("{}", text);
     return;
   }
-  replace_file(path, [&](const std::filesystem::path& temporary) {
-    std::ofstream file(temporary, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) fail("{}: cannot be written", path.string());
-  });
+  write_file(path, [&](std::ostream& file) { file << text; });
 }
 
 }  // namespace qs

@@ -9,6 +9,7 @@
 
 #include "app/session/camera_control.h"
 #include "app/session/principal_axes.h"
+#include "app/session/up_axis.h"
 
 namespace qs {
 namespace {
@@ -87,6 +88,13 @@ std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3
     best = Framing{eye, seen, up, vertical_fov(camera), 0, 1, camera.near_depth};
   }
   return best;
+}
+
+Framing subject_framing(const std::vector<Camera>& cameras, const std::optional<glm::dvec3>& up,
+                        const std::function<Framing()>& choose) {
+  const glm::dvec3 upward = up.value_or(cameras_up(cameras, world_up("")));
+  const std::optional<Framing> framing = framing_of(cameras, upward);
+  return framing ? *framing : choose();
 }
 
 }  // namespace qs

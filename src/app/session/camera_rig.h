@@ -3,6 +3,7 @@
 // What the cameras of a data set have in common: their up direction and what they look at.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -22,5 +23,10 @@ std::optional<glm::dvec3> cameras_target(const std::vector<Camera>& cameras);
 /// What the cameras of a data set look at, from the place of one of them; without a common target
 /// what the camera in their middle sees. Empty without cameras, or if all look along `up`.
 std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3 up);
+
+/// What a scene is of: framing_of() its cameras, or else what choose() finds in its Gaussians. `up`
+/// is the declared up direction, if there is one; else the cameras tell it.
+Framing subject_framing(const std::vector<Camera>& cameras, const std::optional<glm::dvec3>& up,
+                        const std::function<Framing()>& choose);
 
 }  // namespace qs

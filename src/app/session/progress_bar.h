@@ -11,6 +11,13 @@
 
 namespace qs {
 
+/// The text of a bar: "LABEL [####    ]  50 %, 0:07 left". `seconds` have passed since the start.
+/// The time left is that of the same speed, and is shown from the first step on.
+std::string progress_line(const std::string& label, float fraction, double seconds);
+
+/// Reports 0..1 as begin..end of another progress.
+Progress part_of(const Progress& progress, float begin, float end);
+
 class ProgressBar {
  public:
   explicit ProgressBar(std::string label);
@@ -34,7 +41,7 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_;
   bool terminal_;
   int shown_percent_ = -1;
-  bool new_label_ = false;
+  bool shows_time_left_ = false;
   std::chrono::steady_clock::time_point shown_at_{};
 };
 

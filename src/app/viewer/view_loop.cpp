@@ -87,6 +87,7 @@ class ViewLoop final : public Host {
       prefer_desktop_dialog();
       fit_picture();
       follow_training();
+      begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this one, a GPU after that.
       if (viewer_.moving() && viewer_.backend == Backend::cpu) request_frames();
@@ -111,15 +112,29 @@ class ViewLoop final : public Host {
     }
     loader_.open(request);
   }
+  void open_beside(const std::filesystem::path& path) override {
+    OpenRequest request;
+    request.path = path;
+    request.axes = remembered_axes(viewer_, path);
+    request.beside = true;
+    loader_.open(request);
+  }
   void read_photograph(const std::filesystem::path& path) override {
     loader_.read_photograph(path);
   }
   void cancel_loading() override {
     loader_.cancel();
     render_->stop_job();
+    if (training_ && training_->reads()) training_->command(TrainingCommand::stop);
   }
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
+  void start_training(const std::vector<std::string>& words) override {
+    training_shown_ = false;
+    training_.emplace(Window::wake, [this, words](TrainingThread& thread) {
+      return options_.train_words(thread, words);
+    });
+  }
   void train(TrainingCommand command) override {
     if (training_) training_->command(command);
   }
@@ -191,8 +206,8 @@ class ViewLoop final : public Host {
   void play_script(Actions& actions) {
     if (grab_.requested()) return;
     const auto at_rest = [&] {
-      return is_settled(viewer_) && !loader_.busy() && !render_->busy() &&
-             !(training_ && (training_->busy() || viewer_.training->folder.empty()));
+      return is_settled(viewer_) && !loader_.busy() && !render_->busy() && beside_.empty() &&
+             !(training_ && (training_->busy() || training_->reads()));
     };
     const auto step = script_.next(viewer_, *this, at_rest);
     if (step) window_.play(*step, viewer_.now, actions);
@@ -211,6 +226,13 @@ class ViewLoop final : public Host {
     if (is_training(viewer_) && shows_newest && may_draw(viewer_) && !render_->busy() &&
         viewer_.scene->path == viewer_.training->folder)
       training_->want_model();
+  }
+
+  // The scene that the command line names beside the first one is read after it.
+  void begin_beside() {
+    if (beside_.empty() || loader_.busy() || render_->busy()) return;
+    const std::filesystem::path path = std::exchange(beside_, {});
+    if (viewer_.scene) open_beside(path);
   }
 
   void measure_memory() {
@@ -271,6 +293,7 @@ class ViewLoop final : public Host {
   }
 
   const ViewOptions& options_;
+  std::filesystem::path beside_ = options_.beside_scene;  // until it is being read
   const QuitSignals quit_signals_;
   glm::ivec2 first_size_{1280, 720};  // of the window
   ViewerStore store_;

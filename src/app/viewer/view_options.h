@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/session/session.h"
 #include "app/viewer/state/viewer.h"
@@ -16,8 +17,9 @@ namespace qs {
 class TrainingThread;
 
 struct ViewOptions {
-  FrameOptions frame;                 ///< scene empty: an empty window
-  std::optional<std::string> beside;  ///< find_variant(): splits the window from the start
+  FrameOptions frame;                  ///< scene empty: an empty window
+  std::optional<std::string> beside;   ///< find_variant(): splits the window from the start
+  std::filesystem::path beside_scene;  ///< the same with another scene; empty: none
   bool vsync = true, interop = true;
   std::filesystem::path settings;               ///< preferences file; empty: nothing is kept
   std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
@@ -25,6 +27,9 @@ struct ViewOptions {
   /// A training run beside the window, which gives it its scene; see TrainingThread::Work. May be
   /// null.
   std::function<std::string(TrainingThread&)> train;
+  /// The same for runs that the user starts in the window, from the words of a command line after
+  /// `quadsplat train`.
+  std::function<std::string(TrainingThread&, const std::vector<std::string>& words)> train_words;
 };
 
 /// True if the user has no preferences file yet: the bundled scene and hints are shown.

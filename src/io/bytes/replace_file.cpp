@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "io/bytes/replace_file.h"
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <system_error>
 
@@ -24,8 +26,12 @@ struct Temporary {
 
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && std::filesystem::is_other(status)) return write(path);
+  if (std::filesystem::is_symlink(path, error) && std::filesystem::is_regular_file(status))
+    return replace_file(std::filesystem::canonical(path), write);
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   if (!std::filesystem::is_directory(folder, error)) {
     fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
   }
@@ -45,10 +51,22 @@ void write_file(const std::filesystem::path& path,
   replace_file(path, [&](const std::filesystem::path& temporary) {
     std::ofstream file(temporary, std::ios::binary);
     if (!file) fail("{}: cannot be written: the folder does not allow it", path.string());
+    errno = 0;
     write(file);
     file.close();
-    if (!file) fail("{}: cannot be written; is the disk full?", path.string());
+    if (!file) fail_to_write(path, temporary);
   });
+}
+
+void fail_to_write(const std::filesystem::path& path, const std::filesystem::path& file) {
+  const int reason = errno;
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+  const std::string after = error ? "" : fmt::format(" after {} bytes", bytes);
+  if (reason == ENOSPC || reason == EDQUOT)
+    fail("{}: cannot be written: the disk is full{}", path.string(), after);
+  fail("{}: cannot be written: {}{}", path.string(),
+       reason == 0 ? "the file system refuses it" : std::strerror(reason), after);
 }
 
 }  // namespace qs

@@ -11,8 +11,10 @@
 
 namespace qs {
 
-/// Calls write(temporary) and moves what it wrote to `path`. Throws what `write` throws, and
-/// Error(input) when the folder does not exist or the file cannot be moved there.
+/// Calls write(temporary) and moves what it wrote to `path`. What is no regular file, such as
+/// /dev/stdout or a pipe, is written directly; a link stays, and the file that it leads to is
+/// replaced. Throws what `write` throws, and Error(input) when the folder does not exist or the
+/// file cannot be moved there.
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
@@ -20,5 +22,10 @@ void replace_file(const std::filesystem::path& path,
 /// full.
 void write_file(const std::filesystem::path& path,
                 const std::function<void(std::ostream& stream)>& write);
+
+/// Throws Error(input) "PATH: cannot be written: ..." with the reason that errno gives and the
+/// bytes that were written to `file`. `path` is the name to show.
+[[noreturn]] void fail_to_write(const std::filesystem::path& path,
+                                const std::filesystem::path& file);
 
 }  // namespace qs

@@ -65,7 +65,11 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
     return row.recognises(file, start);
   });
   // An unrecognised file is passed to the reader of cameras.json, whose message says what is wrong.
-  return format == kFormats.end() ? read_cameras_json(file) : format->read(file);
+  std::vector<LensCamera> cameras =
+      format == kFormats.end() ? read_cameras_json(file) : format->read(file);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    check_camera(cameras[i].camera, fmt::format("{}: camera {}", file.string(), i));
+  return cameras;
 }
 
 std::string photograph_name(const std::string& file_name) {
@@ -79,6 +83,22 @@ std::string photograph_name(const std::string& file_name) {
     if (ending == known) return file_name.substr(0, dot);
   }
   return file_name;
+}
+
+void check_camera(const Camera& camera, const std::string& where) {
+  // Frames are computed in single precision, in which squares end at 3e38.
+  constexpr double kMost = 1e15;
+  const glm::dvec3 position = camera.position();
+  for (const double value : {position.x, position.y, position.z}) {
+    if (!(std::abs(value) <= kMost))
+      fail("{}: its position {:.4g} is more than {:g} from the origin", where, value, kMost);
+  }
+  for (const double value : {camera.focal_px.x, camera.focal_px.y, camera.center_px.x,
+                             camera.center_px.y, camera.near_depth}) {
+    if (!(std::abs(value) <= kMost))
+      fail("{}: {:.4g} for its focal length, principal point or near plane is more than {:g}",
+           where, value, kMost);
+  }
 }
 
 double rotation_error(const glm::dmat3& matrix) {

@@ -106,7 +106,10 @@ std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
 }
 
 Camera parse_camera(std::string_view text, std::string_view source) {
-  return parse_object(parse_json(text, source), std::string(source));
+  const std::string where(source);
+  const Camera camera = parse_object(parse_json(text, source), where);
+  check_camera(camera, where);
+  return camera;
 }
 
 namespace {
@@ -160,7 +163,10 @@ std::string format_cameras(const std::vector<LensCamera>& cameras) {
 nlohmann::ordered_json camera_json(const Camera& camera) { return object_of(camera); }
 
 Camera camera_of(const nlohmann::ordered_json& object, std::string_view source) {
-  return parse_object(object, std::string(source));
+  const std::string where(source);
+  const Camera camera = parse_object(object, where);
+  check_camera(camera, where);
+  return camera;
 }
 
 }  // namespace qs

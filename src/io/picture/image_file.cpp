@@ -67,14 +67,14 @@ Image read_image(const std::filesystem::path& path) {
 }
 
 void write_image(const Image& image, const std::filesystem::path& path,
-                 const ImageMetadata& metadata) {
+                 const ImageMetadata& metadata, const Progress& progress) {
   assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
   if (path.extension().empty()) {
     fail(ErrorKind::usage, "{}: the name needs an ending such as .png that tells the format",
          path.string());
   }
   replace_file(path, [&](const std::filesystem::path& temporary) {
-    format_of(path).write(image, {temporary, path}, metadata);
+    format_of(path).write(image, {temporary, path, progress}, metadata);
   });
 }
 

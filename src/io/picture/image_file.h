@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 
+#include "raster/base/progress.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -25,8 +26,9 @@ Image read_image(const std::filesystem::path& path);
 /// The bytes of a PNG file, as write_image() writes it. Throws Error(device) when memory runs out.
 std::string encode_png(const Image& image, const ImageMetadata& metadata = {});
 
-/// The format follows the extension. The file appears whole or not at all. Throws like read_image.
+/// The format follows the extension. The file appears whole or not at all. Writing cannot be
+/// stopped, and the report must not throw. Throws like read_image.
 void write_image(const Image& image, const std::filesystem::path& path,
-                 const ImageMetadata& metadata = {});
+                 const ImageMetadata& metadata = {}, const Progress& progress = {});
 
 }  // namespace qs

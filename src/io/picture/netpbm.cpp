@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 #include "raster/base/fail.h"
 
@@ -78,6 +80,7 @@ Image make_image(const Header& header, std::string_view content, const std::file
 std::ofstream open_for_writing(const PictureTarget& target) {
   std::ofstream file(target.file, std::ios::binary);
   if (!file) fail("{}: cannot be written", target.shown.string());
+  errno = 0;
   return file;
 }
 
@@ -88,7 +91,7 @@ void require_opaque(const Image& image, const PictureTarget& target) {
 
 void finish(std::ofstream& file, const PictureTarget& target) {
   file.close();
-  if (!file) fail("{}: cannot be written: the disk may be full", target.shown.string());
+  if (!file) fail_to_write(target.shown, target.file);
 }
 
 template <class T>

@@ -17,6 +17,7 @@ namespace qs {
 struct PictureTarget {
   const std::filesystem::path& file;
   const std::filesystem::path& shown;
+  const Progress& progress;  ///< of formats that take long
 };
 
 /// A format that is read without the module; image_file.cpp has one row per format. To add one:

@@ -4,6 +4,7 @@
 // with destructors: resources are owned by structs of their callers.
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -13,6 +14,7 @@
 
 #include <png.h>
 
+#include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 #include "raster/base/fail.h"
 
@@ -70,10 +72,23 @@ bool read_pixels(Reader& reader, png_bytep* rows) {
 
 // ---- writing ------------------------------------------------------------------------------------
 
-struct Writer {
+/// What libpng's callbacks get. The message is first, as keep_message() expects it.
+struct WriterState {
   char message[kMessageSize] = "";
+  const Progress* progress = nullptr;
+  int height = 0;
+};
+
+extern "C" void report_row(png_structp png, png_uint_32 row, int) {
+  const auto& state = *static_cast<const WriterState*>(png_get_error_ptr(png));
+  if (state.progress->report)
+    state.progress->report(static_cast<float>(row) / static_cast<float>(state.height));
+}
+
+struct Writer {
+  WriterState state;
   png_structp png =
-      png_create_write_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
+      png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
   Writer() = default;
@@ -98,6 +113,7 @@ bool write_all(Writer& writer, std::FILE* file, Pixels& pixels) {
                static_cast<png_uint_32>(pixels.height), 8, kColorTypes[pixels.channels - 1],
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_text(writer.png, writer.info, pixels.texts.data(), static_cast<int>(pixels.texts.size()));
+  png_set_write_status_fn(writer.png, report_row);
   png_write_info(writer.png, writer.info);
   png_write_image(writer.png, pixels.rows.data());
   png_write_end(writer.png, nullptr);
@@ -117,7 +133,8 @@ png_text make_text(std::string& key, std::string& value) {
 }
 
 // Returns an error message, or an empty string.
-std::string encode(const Image& image, std::FILE* file, const ImageMetadata& metadata) {
+std::string encode(const Image& image, std::FILE* file, const ImageMetadata& metadata,
+                   const Progress& progress) {
   std::vector<png_byte> bytes(image.values.size());
   std::transform(image.values.begin(), image.values.end(), bytes.begin(), to_8bit);
   std::vector<std::pair<std::string, std::string>> entries(metadata.begin(), metadata.end());
@@ -129,7 +146,9 @@ std::string encode(const Image& image, std::FILE* file, const ImageMetadata& met
   for (auto& [key, value] : entries) pixels.texts.push_back(make_text(key, value));
   Writer writer;
   if (!writer.info) throw std::bad_alloc();
-  return write_all(writer, file, pixels) ? "" : writer.message;
+  writer.state.progress = &progress;
+  writer.state.height = image.height;
+  return write_all(writer, file, pixels) ? "" : writer.state.message;
 }
 
 }  // namespace
@@ -179,7 +198,7 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata) {
   std::size_t size = 0;
   File memory(open_memstream(&bytes, &size));
   if (!memory) throw std::bad_alloc();
-  const std::string problem = encode(image, memory.get(), metadata);
+  const std::string problem = encode(image, memory.get(), metadata, {});
   memory.reset();  // completes `bytes` and `size`
   const std::unique_ptr<char, void (*)(void*)> owner(bytes, std::free);
   if (!problem.empty()) fail(ErrorKind::device, "a PNG cannot be encoded: {}", problem);
@@ -189,9 +208,11 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata) {
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata) {
   const File file(std::fopen(target.file.c_str(), "wb"));
   if (!file) fail("{}: cannot be written", target.shown.string());
-  std::string problem = encode(image, file.get(), metadata);
-  if (problem.empty() && std::fflush(file.get()) != 0) problem = "the disk may be full";
-  if (!problem.empty()) fail("{}: cannot be written: {}", target.shown.string(), problem);
+  errno = 0;
+  const std::string problem = encode(image, file.get(), metadata, target.progress);
+  if (problem.empty() && std::fflush(file.get()) == 0) return;
+  if (errno != 0) fail_to_write(target.shown, target.file);
+  fail("{}: cannot be written: {}", target.shown.string(), problem);
 }
 
 }  // namespace qs

@@ -120,10 +120,14 @@ KeyCommand row(int key, int mods, Menu menu, const char* help, Function function
   return {key, mods, menu, help, call(function, std::move(arguments)...)};
 }
 
-KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
-  KeyCommand command = row(key, mods, menu, help, toggle_panel, panel);
-  command.is_checked = [panel](const Viewer& viewer) { return viewer.panels.*panel; };
+KeyCommand checked(KeyCommand command, std::function<bool(const Viewer&)> is_checked) {
+  command.is_checked = std::move(is_checked);
   return command;
+}
+
+KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
+  return checked(row(key, mods, menu, help, toggle_panel, panel),
+                 [panel](const Viewer& viewer) { return viewer.panels.*panel; });
 }
 
 KeyCommand always(KeyCommand command) {
@@ -160,7 +164,11 @@ KeyCommand mode_row(CullMode mode) {
 std::vector<KeyCommand> make_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
-      always(panel(GLFW_KEY_O, kCtrl, file, "Open a file", &Panels::open)),
+      always(checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, false),
+                     [](const Viewer& v) { return v.panels.open && !v.opens_beside; })),
+      checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
+              [](const Viewer& v) { return v.beside.has_value(); }),
+      always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
@@ -199,12 +207,13 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_V, kCtrl, camera, "Paste a camera", paste_camera),
       row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
       row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
+      row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
 
       held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode),
   };
   for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
   const std::vector<KeyCommand> last_rows = {
-      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode", &Panels::split),
+      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split),
       row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view),
       row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split),
 

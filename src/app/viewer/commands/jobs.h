@@ -29,8 +29,14 @@ void inspect_gaussian(Viewer& viewer, Host& host, std::uint32_t gaussian);
 /// Uploads the scene to another backend and shows it from there.
 void change_backend(Viewer& viewer, Host& host, Backend backend);
 
+/// Closes the scene beside the one in the window and the split, or opens the dialog to choose one.
+void toggle_beside(Viewer& viewer, Host& host);
+
 /// Records a zoom from this view to the point in its middle, or stops the recording.
 void toggle_zoom_recorder(Viewer& viewer, Host& host);
+
+/// Films the path, or round the scene if there is none. A split window makes a split film.
+void film(Viewer& viewer, Host& host);
 
 }  // namespace action
 }  // namespace qs

@@ -51,12 +51,27 @@ void draw_path(const Viewer& viewer, Actions& actions) {
     ImGui::PushID(static_cast<int>(i));
     if (ImGui::SmallButton("x")) actions.push_back(call(action::remove_keyframe, i));
     ImGui::SameLine();
+    bool eases = viewer.keyframes[i].eases;
+    if (ImGui::Checkbox("ease", &eases)) actions.push_back(call(action::ease_keyframe, i, eases));
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("the camera slows down to a stop here");
+    ImGui::SameLine();
+    if (i > 0) {
+      const double before = viewer.keyframes[i - 1].time;
+      auto seconds = static_cast<float>(viewer.keyframes[i].time - before);
+      ImGui::SetNextItemWidth(5 * ImGui::GetFontSize());
+      if (ImGui::DragFloat("##seconds", &seconds, 0.02f, 0.05f, 3600, "+%.2f s"))
+        actions.push_back(call(action::delay_keyframe, i, static_cast<double>(seconds)));
+      ImGui::SameLine();
+    }
     if (ImGui::Selectable(keyframe_label(viewer, i).c_str()))
       actions.push_back(call(action::set_camera, viewer.keyframes[i].camera));
     ImGui::PopID();
   }
   if (ImGui::Button("Set here")) actions.push_back(call(action::add_keyframe));
   command_tooltip("Set a keyframe");
+  ImGui::SameLine();
+  if (ImGui::Button("Film")) actions.push_back(call(action::film));
+  command_tooltip("Film of the path, or round the scene");
   if (viewer.keyframes.size() < 2) return;
   ImGui::SameLine();
   if (ImGui::Button(viewer.playback.running ? "Stop" : "Play"))
@@ -64,10 +79,14 @@ void draw_path(const Viewer& viewer, Actions& actions) {
   command_tooltip("Play the path");
   ImGui::SameLine();
   if (ImGui::Button("Save")) actions.push_back(call(action::save_keyframes));
+  ImGui::SameLine();
+  bool loop = viewer.loops_path;
+  if (ImGui::Checkbox("loop", &loop))
+    actions.push_back(call(action::toggle_option, &Viewer::loops_path));
   auto time = static_cast<float>(viewer.playback.time);
   ImGui::SetNextItemWidth(-1);
   if (ImGui::SliderFloat("##time", &time, static_cast<float>(viewer.keyframes.front().time),
-                         static_cast<float>(viewer.keyframes.back().time), "%.2f s"))
+                         static_cast<float>(viewer.path_end()), "%.2f s"))
     actions.push_back(call(action::seek, static_cast<double>(time)));
 }
 

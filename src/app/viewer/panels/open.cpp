@@ -134,7 +134,7 @@ void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (ImGui::Button("Open this folder as a model")) chosen = chooser.folder();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (chosen) actions.push_back(call(action::open, *chosen));
+  if (chosen) actions.push_back(call(action::file_chosen, *chosen));
   if (chosen || !open) {
     actions.push_back(call(action::toggle_panel, &Panels::open));
     ImGui::CloseCurrentPopup();

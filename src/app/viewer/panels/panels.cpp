@@ -174,6 +174,7 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   }
   draw_messages(viewer, actions);
   draw_open(viewer, state, actions);
+  draw_train(viewer, state, actions);
 }
 
 }  // namespace qs

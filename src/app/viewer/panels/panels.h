@@ -21,10 +21,14 @@ namespace qs {
 
 /// State of the panels themselves.
 struct PanelState {
-  FileChooser chooser;         ///< of the dialog Open
-  std::string typed_early;     ///< before its path field had the keyboard
-  bool focus_path = false;     ///< its path field asks for the keyboard
-  bool scroll_files = false;   ///< to the selected row
+  FileChooser chooser;        ///< of the dialog Open
+  std::string typed_early;    ///< before its path field had the keyboard
+  bool focus_path = false;    ///< its path field asks for the keyboard
+  bool scroll_files = false;  ///< to the selected row
+  struct {
+    std::string data, model, options;
+    bool focus = false;        ///< the first field asks for the keyboard
+  } train;                     ///< what is typed in the dialog Train
   int inspections = 0;         ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;     ///< GL texture of Viewer::photograph, 0 = none
   unsigned thumbnail = 0;      ///< GL texture of the bundled scene's picture, 0 = none
@@ -84,6 +88,7 @@ void draw_help(const Viewer& viewer, Actions& actions);
 void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
 void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
+void draw_train(const Viewer& viewer, PanelState& state, Actions& actions);  ///< modal
 void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);

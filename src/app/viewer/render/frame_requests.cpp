@@ -9,7 +9,7 @@ namespace {
 
 bool draws_on_the_cpu(const Viewer& viewer) {
   return viewer.backend == Backend::cpu ||
-         (viewer.panels.split && viewer.split.other.backend == Backend::cpu);
+         (viewer.panels.split && !viewer.beside && viewer.split.other.backend == Backend::cpu);
 }
 
 bool shows_full_frame(const Viewer& viewer) {
@@ -31,7 +31,8 @@ FrameRequest full_frame(const Viewer& viewer) {
   request.version = viewer.version;
   request.view_version = viewer.view_version;
   if (viewer.panels.split) {
-    request.other = viewer.split.other;
+    request.beside = viewer.beside.has_value();
+    request.other = request.beside ? viewer.variant() : viewer.split.other;
   } else {
     request.heatmap = viewer.heatmap;
   }

@@ -2,6 +2,7 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
+#include "app/viewer/render/open_scene.h"
 
 namespace qs {
 namespace {
@@ -41,7 +42,7 @@ void set_beside_reference(const RenderContext& context, const FrameRequest& requ
             to_8bit(reference->image.at(x, y, c));
     }
   }
-  rendered.shown.other = ShownOther{*request.other, {}, box, {}, std::nullopt};
+  rendered.shown.other = ShownOther{*request.other, {}, {}, box, {}, std::nullopt};
 }
 
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
@@ -60,10 +61,13 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
     RenderSettings settings = request.settings;
     settings.mode = request.other->mode;
     settings.pipeline = request.other->pipeline;
-    const Frame& other = renderer_on(context, request.other->backend)
-                             .render(camera, settings, outputs, HostImage{}, context.stop);
+    const bool beside = request.beside && context.beside;
+    Renderer& renderer =
+        beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
+    const Frame& other = renderer.render(camera, settings, outputs, HostImage{}, context.stop);
     rendered.other = to_rgba(other.color);
     rendered.shown.other = ShownOther{*request.other,
+                                      beside ? std::optional(context.beside->facts) : std::nullopt,
                                       other.stats,
                                       {0, 0, rendered.width, rendered.height},
                                       {},

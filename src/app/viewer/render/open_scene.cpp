@@ -55,6 +55,27 @@ Renderer& renderer_on(RenderContext& context, Backend backend) {
   return renderer_on(session, backend, upload_progress(context, *session.scene));
 }
 
+Renderer& renderer_beside(RenderContext& context) {
+  RenderedBeside& beside = *context.beside;
+  if (beside.renderer == nullptr || beside.backend != context.session.backend) {
+    const auto end = hide_progress_at_end(context);
+    beside.renderer.reset();  // both may not fit
+    beside.renderer = upload_to(context, beside.scene, context.session.backend);
+    beside.backend = context.session.backend;
+  }
+  return *beside.renderer;
+}
+
+Job open_beside(const std::shared_ptr<const Scene>& scene, Backend backend) {
+  return [=](RenderContext& context) {
+    const auto end = hide_progress_at_end(context);
+    auto renderer = upload_to(context, scene, backend);
+    const SceneBeside facts{scene->path, scene->cloud.size()};
+    context.beside = RenderedBeside{scene, facts, backend, std::move(renderer)};
+    context.report(action::beside_opened, facts);
+  };
+}
+
 Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, RenderSettings settings,
                bool keep_background) {
   return [=](RenderContext& context) mutable {
@@ -76,6 +97,10 @@ Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, Rend
 void action::scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& loaded,
                         bool keep_background) {
   host.run(open_scene(loaded, viewer.backend, viewer.settings, keep_background));
+}
+
+void action::beside_read(Viewer& viewer, Host& host, const std::shared_ptr<const Scene>& scene) {
+  host.run(open_beside(scene, viewer.backend));
 }
 
 void action::sample_read(Viewer& viewer, Host& host, const std::shared_ptr<ReadSample>& read,

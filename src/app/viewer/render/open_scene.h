@@ -26,6 +26,13 @@ struct ReadSample {
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend);
 
+/// The renderer of RenderContext::beside on the session's backend, to which it is uploaded again
+/// after a change of the backend. Throws Error and Cancelled.
+Renderer& renderer_beside(RenderContext& context);
+
+/// Uploads a scene to show beside the one in the window.
+Job open_beside(const std::shared_ptr<const Scene>& scene, Backend backend);
+
 /// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
 /// `settings` are used as they are, except that without `keep_background` the background is the
 /// model's.
@@ -37,6 +44,9 @@ namespace action {
 /// Runs open_scene() on the viewer's backend with its settings.
 void scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& loaded,
                 bool keep_background);
+
+/// Runs open_beside() on the viewer's backend.
+void beside_read(Viewer& viewer, Host& host, const std::shared_ptr<const Scene>& scene);
 
 /// Shows a picture of the sample in the view that the scene will open with, if no other scene is in
 /// the window. The viewer stays as it is.

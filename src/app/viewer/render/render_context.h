@@ -21,6 +21,7 @@ struct FrameRequest {
   bool moving = false;                  ///< a newer request does not cancel it
   std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
   std::optional<Variant> other;         ///< also drawn, for a split window
+  bool beside = false;                  ///< `other` draws RenderContext::beside
   int version = 0, view_version = 0;    ///< of Viewer
 };
 
@@ -40,12 +41,21 @@ struct ReferenceImage {
   Image image;
 };
 
+/// The scene beside the one in the window.
+struct RenderedBeside {
+  std::shared_ptr<const Scene> scene;
+  SceneBeside facts;
+  Backend backend = Backend::cpu;
+  std::unique_ptr<Renderer> renderer;  ///< of `backend`
+};
+
 struct RenderContext {
   ActionQueue& reports;
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
-  Session session = {};                          ///< scene and renderer are null at first
+  Session session = {};  ///< scene and renderer are null at first
+  std::optional<RenderedBeside> beside = {};
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;

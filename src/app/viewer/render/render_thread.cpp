@@ -142,6 +142,7 @@ void RenderThread::loop(const std::stop_token& stop) {
   }
   lock.unlock();
   context_.session.renderer.reset();
+  context_.beside.reset();
   if (frames_ != nullptr) frames_->unbind();
 }
 

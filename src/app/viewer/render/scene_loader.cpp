@@ -9,7 +9,6 @@
 #include "app/session/camera_rig.h"
 #include "app/session/framing.h"
 #include "app/session/photographs.h"
-#include "app/session/up_axis.h"
 #include "app/viewer/render/render_context.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -90,13 +89,8 @@ ViewedScene view_facts_with(const Scene& scene, const std::optional<fs::path>& c
   facts.landmarks = landmarks_of(scene.cloud);
   const std::optional<glm::dvec3> up = declared_up(given_up, scene.vertical_axis);
   facts.up_is_declared = up.has_value();
-  facts.up = up.value_or(cameras_up(facts.cameras, world_up("")));
-  if (const auto framing = framing_of(facts.cameras, facts.up)) {
-    facts.framing = *framing;
-  } else {
-    facts.framing = choose(up);
-    facts.up = facts.framing.up;
-  }
+  facts.framing = subject_framing(facts.cameras, up, [&] { return choose(up); });
+  facts.up = facts.framing.up;
   return facts;
 }
 
@@ -197,6 +191,16 @@ void SceneLoader::read_photograph(const fs::path& path) {
   });
 }
 
+void SceneLoader::read_beside(const fs::path& path, const ReadOptions& options,
+                              const std::stop_token& stop) {
+  ThreadPool pool(threads_);
+  const auto scene = std::make_shared<const Scene>(read_scene(path, pool, options));
+  for (const std::string& warning : scene->warnings) reports_.report(action::notify, warning);
+  if (stop.stop_requested()) throw Cancelled{};
+  reports_.report(action::show_progress, Loading{path, "uploading", 0});
+  reports_.report(action::beside_read, scene);
+}
+
 void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) {
   const fs::path& path = request.path;
   if (is_json(path) && is_camera_path(path)) {
@@ -212,6 +216,7 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   options.iteration = request.iteration;
   options.axes = request.axes;
   options.progress = shown_progress(path, "reading", stop, reports_);
+  if (request.beside) return read_beside(path, options, stop);
   EarlyView early(reports_, request);
   options.sampling = sampling_;
   options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };

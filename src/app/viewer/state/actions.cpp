@@ -128,6 +128,16 @@ void set_photograph_wipe(Viewer& v, float share) {
 
 void open(Viewer&, Host& host, const std::filesystem::path& path) { host.open(path, {}); }
 
+void toggle_open_dialog(Viewer& v, bool beside) {
+  v.opens_beside = beside;
+  toggle_panel(v, &Panels::open);
+}
+
+void file_chosen(Viewer& v, Host& host, const std::filesystem::path& path) {
+  if (std::exchange(v.opens_beside, false)) return host.open_beside(path);
+  open(v, host, path);
+}
+
 void cancel_loading(Viewer& v, Host& host) {
   host.cancel_loading();
   end_progress(v);
@@ -145,6 +155,19 @@ void remove_keyframe(Viewer& v, std::size_t index) {
   v.playback = {};
 }
 
+void ease_keyframe(Viewer& v, std::size_t index, bool eases) {
+  if (index < v.keyframes.size()) v.keyframes[index].eases = eases;
+}
+
+void delay_keyframe(Viewer& v, std::size_t index, double seconds) {
+  constexpr double kLeast = 0.05, kMost = 3600;
+  if (index == 0 || index >= v.keyframes.size()) return;
+  const double before = v.keyframes[index - 1].time;
+  const double later = before + std::clamp(seconds, kLeast, kMost) - v.keyframes[index].time;
+  for (std::size_t i = index; i < v.keyframes.size(); ++i) v.keyframes[i].time += later;
+  v.playback = {};
+}
+
 void set_keyframes(Viewer& v, const std::vector<Keyframe>& keyframes) {
   v.keyframes = keyframes;
   v.playback = {};
@@ -154,13 +177,15 @@ void set_keyframes(Viewer& v, const std::vector<Keyframe>& keyframes) {
 void toggle_playback(Viewer& v) {
   if (v.keyframes.size() < 2) return notify(v, "a path needs two keyframes: set them with K");
   v.playback.running = !v.playback.running;
-  if (v.playback.time >= v.keyframes.back().time) v.playback.time = v.keyframes.front().time;
+  if (v.playback.time >= v.path_end()) v.playback.time = v.keyframes.front().time;
 }
 
 void seek(Viewer& v, double time) {
   if (v.keyframes.size() < 2) return;
-  v.playback.time = std::clamp(time, v.keyframes.front().time, v.keyframes.back().time);
-  move(v, camera_at(v.keyframes, v.playback.time).resized(v.camera.width, v.camera.height));
+  v.playback.time = std::clamp(time, v.keyframes.front().time, v.path_end());
+  const Camera camera =
+      camera_at(v.loops_path ? closed_path(v.keyframes) : v.keyframes, v.playback.time);
+  move(v, camera.resized(v.camera.width, v.camera.height));
 }
 
 void save_keyframes(Viewer& v, Host& host) {
@@ -176,7 +201,9 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
   advance_motion(v, seconds);
   if (!v.playback.running || v.keyframes.size() < 2) return;
   seek(v, v.playback.time + seconds);
-  if (v.playback.time >= v.keyframes.back().time) v.playback.running = false;
+  if (v.playback.time < v.path_end()) return;
+  if (v.loops_path) v.playback.time = v.keyframes.front().time;
+  v.playback.running = v.loops_path;
 }
 
 void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
@@ -205,6 +232,14 @@ void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderS
   }
   view_changed(v);
   if (!turned) restore_view(v);  // the last view of a turned scene looks elsewhere
+}
+
+void beside_opened(Viewer& v, const SceneBeside& scene) {
+  v.beside = scene;
+  v.panels.split = true;
+  end_progress(v);
+  add_recent(v, scene.path);
+  picture_changed(v);
 }
 
 void backend_changed(Viewer& v, Backend backend) {

@@ -37,11 +37,17 @@ void set_photograph_wipe(Viewer& viewer, float share);
 
 // ---- files -------------------------------------------------------------------------------------
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);
+/// Opens or closes the dialog. The chosen file becomes the scene, or the one beside it.
+void toggle_open_dialog(Viewer& viewer, bool beside);
+void file_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path);
 void cancel_loading(Viewer& viewer, Host& host);
 
 // ---- camera path -------------------------------------------------------------------------------
 void add_keyframe(Viewer& viewer);
 void remove_keyframe(Viewer& viewer, std::size_t index);
+void ease_keyframe(Viewer& viewer, std::size_t index, bool eases);
+/// Moves a keyframe and all later ones in time, to `seconds` after the one before. Not the first.
+void delay_keyframe(Viewer& viewer, std::size_t index, double seconds);
 void set_keyframes(Viewer& viewer, const std::vector<Keyframe>& keyframes);
 void toggle_playback(Viewer& viewer);
 void seek(Viewer& viewer, double time);  ///< seconds on the path
@@ -55,6 +61,7 @@ void show_progress(Viewer& viewer, const Loading& loading);
 void end_progress(Viewer& viewer);
 void scene_opened(Viewer& viewer, Host& host, const ViewedScene& scene,
                   const RenderSettings& settings, Backend backend);
+void beside_opened(Viewer& viewer, const SceneBeside& scene);
 void backend_changed(Viewer& viewer, Backend backend);
 void cameras_opened(Viewer& viewer, Host& host, const std::vector<Camera>& cameras,
                     const std::filesystem::path& file,

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace qs {
 
@@ -23,12 +24,16 @@ class Host {
 
   /// Starts reading a scene, cameras or a camera path. `axes`: ReadOptions::axes.
   virtual void open(const std::filesystem::path& path, const std::string& axes) = 0;
+  /// Starts reading a scene to show beside the one in the window.
+  virtual void open_beside(const std::filesystem::path& path) = 0;
   virtual void read_photograph(const std::filesystem::path& path) = 0;
   virtual void cancel_loading() = 0;  ///< stops reading and the running job
 
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
   virtual void stop_job() = 0;    ///< the one that is running
 
+  /// Starts a training run. `words`: of a command line, after `quadsplat train`.
+  virtual void start_training(const std::vector<std::string>& words) = 0;
   virtual void train(TrainingCommand command) = 0;  ///< for the training run, if there is one
 
   /// Throws Error(input).

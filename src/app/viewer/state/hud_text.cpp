@@ -10,6 +10,7 @@
 #include "app/inspect/inspection_text.h"
 #include "app/session/text.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -177,20 +178,41 @@ std::string hud_caveat(const Viewer& viewer) {
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
 
-StatusLine status_line(const Viewer& viewer) {
+namespace {
+
+// Of two scenes beside each other, in the order of their names.
+std::vector<std::string> numbers_of_both(const Viewer& viewer) {
+  const RenderStats* stats[] = {&viewer.shown.stats, &viewer.shown.other->stats};
+  if (viewer.split.flipped) std::swap(stats[0], stats[1]);
+  const auto ms = [](const RenderStats* s) { return ms_text(static_cast<double>(s->frame_ms)); };
+  return {
+      fmt::format("{}", fmt::join(split_names(viewer), " | ")), mode_name(viewer.mode()),
+      fmt::format("{} | {} ms", ms(stats[0]), ms(stats[1])),
+      fmt::format("{} | {} pairs", grouped(stats[0]->tile_pairs), grouped(stats[1]->tile_pairs))};
+}
+
+std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   const double ms = static_cast<double>(stats.frame_ms);
+  std::vector<std::string> words = {mode_name(viewer.mode())};
+  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
+  words.push_back(grouped(stats.tile_pairs) + " pairs");
+  words.push_back(
+      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
+  return words;
+}
+
+}  // namespace
+
+StatusLine status_line(const Viewer& viewer) {
   StatusLine line;
   if (viewer.loading && !viewer.scene) {
     line.numbers = fmt::format("loading {}", viewer.loading->path.filename().string());
     if (viewer.frames > 0) line.note = "a coarse picture until the rest is read";
     return line;
   }
-  std::vector<std::string> words = {mode_name(viewer.mode())};
-  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
-  words.push_back(grouped(stats.tile_pairs) + " pairs");
-  words.push_back(
-      fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
+  const bool both = viewer.shown.other && viewer.shown.other->scene;
+  std::vector<std::string> words = both ? numbers_of_both(viewer) : numbers_of_frame(viewer);
   if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");
   line.numbers = joined(words, "  \u00b7  ");
   line.note = hud_caveat(viewer);
@@ -255,6 +277,10 @@ std::vector<Fact> split_facts(const Viewer& viewer) {
         {"tile pairs",
          fmt::format("{} and {}: {}", grouped(viewer.shown.stats.tile_pairs),
                      grouped(other.stats.tile_pairs), signed_text(other.pairs->total))});
+  if (other.scene) {
+    facts.push_back({"Gaussians", fmt::format("{} and {}", grouped(viewer.shown.stats.gaussians),
+                                              grouped(other.scene->gaussians))});
+  }
   return facts;
 }
 
@@ -276,6 +302,7 @@ std::string state_json(const Viewer& viewer) {
   json["interop"] = viewer.shown.interop;
   json["present_ms"] = {{"into_gl", viewer.shown.stats.present_ms}, {"draw", viewer.present_ms}};
   json["caveat"] = hud_caveat(viewer);
+  json["line"] = status_line(viewer).numbers;
   json["numbers_are_current"] = numbers_are_current(viewer);
   json["numbers_suffice"] = numbers_suffice(viewer);
   json["frames_behind"] = frames_behind(viewer.numbers);
@@ -315,6 +342,8 @@ std::string state_json(const Viewer& viewer) {
                      {"amplification", shown_amplification(viewer)},
                      {"flipped", viewer.split.flipped},
                      {"region", {region.x0, region.y0, region.x1, region.y1}}};
+    if (viewer.shown.other->scene)
+      json["split"]["scenes"] = names_of_scenes(viewer, *viewer.shown.other->scene);
     for (const Fact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
   }
   if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);

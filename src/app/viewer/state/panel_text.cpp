@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 
+#include "app/measure/scene_facts.h"
 #include "app/session/camera_control.h"
 #include "app/session/text.h"
 
@@ -85,10 +86,19 @@ std::string heat_text(const ShownFrame& shown, std::size_t cell) {
   return text;
 }
 
+std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside) {
+  const std::filesystem::path& first = viewer.scene->path;
+  const std::array<std::string, 2> names = {scene_name(first), scene_name(beside.path)};
+  if (names[0] != names[1]) return names;
+  return {first.string(), beside.path.string()};
+}
+
 std::array<std::string, 2> split_names(const Viewer& viewer) {
   const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
-  const Variant& second = viewer.shown.other->variant;
+  const ShownOther& other = *viewer.shown.other;
+  const Variant& second = other.variant;
   std::array<std::string, 2> names = {name_beside(first, second), name_beside(second, first)};
+  if (other.scene) names = names_of_scenes(viewer, *other.scene);
   if (viewer.split.flipped) std::swap(names[0], names[1]);
   return names;
 }

@@ -45,8 +45,11 @@ std::vector<BarTick> heat_ticks(const ShownFrame& shown);
 std::string heat_facts(const ShownFrame& shown);
 std::string heat_text(const ShownFrame& shown, std::size_t cell);
 
-/// Of a split window with frames of two variants: their names on the left and on the right; the
-/// ticks of the map of pair differences.
+/// The names of the scene and the one beside it: their paths if the names are equal.
+std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside);
+
+/// Of a split window with two frames: the names of their variants or scenes on the left and on the
+/// right; the ticks of the map of pair differences.
 std::array<std::string, 2> split_names(const Viewer& viewer);
 std::vector<BarTick> pair_ticks(const ShownFrame& shown);
 

@@ -57,6 +57,12 @@ struct ViewedScene {
   }
 };
 
+/// Another scene beside the one in the window: a split window shows both from the same camera.
+struct SceneBeside {
+  std::filesystem::path path;
+  std::uint64_t gaussians = 0;
+};
+
 /// Sets framing and, unless it is declared, up to those of the cameras. No effect without cameras.
 void use_cameras(ViewedScene& scene);
 
@@ -64,7 +70,7 @@ void use_cameras(ViewedScene& scene);
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
-       split = false, messages = false, training = false;
+       split = false, messages = false, training = false, train = false;
   bool all = true;  ///< false hides all of them
 };
 
@@ -98,7 +104,8 @@ enum class SplitView { sides, whole, difference, tile_pairs };
 inline constexpr const char* kSplitViews[] = {"side by side", "one at a time", "difference",
                                               "tile pairs"};
 
-/// The split window: the view as it is set, and another variant of it.
+/// The split window: the view as it is set, and another variant of it, or another scene drawn
+/// alike.
 struct Split {
   Variant other{find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
   SplitView view = SplitView::sides;
@@ -110,6 +117,7 @@ struct Split {
 /// The frame of Split::other.
 struct ShownOther {
   Variant variant;
+  std::optional<SceneBeside> scene;  ///< set if the frame shows another scene
   RenderStats stats;
   PixelBox region;         ///< drawn pixels: the reference may cover a part of the view only
   ImageDifference pixels;  ///< inside the region
@@ -209,6 +217,8 @@ struct Turn {
 struct Viewer : Turn {
   std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
   std::optional<ViewedScene> scene;
+  std::optional<SceneBeside> beside;  ///< the split window shows it instead of Split::other
+  bool opens_beside = false;          ///< what the dialog Open does with the chosen file
 
   Camera camera;  ///< at the window's size
   Camera home;
@@ -255,11 +265,17 @@ struct Viewer : Turn {
   std::optional<ReferenceComparison> comparison;
   std::optional<Training> training;  ///< the run in the window, also after its end
   std::vector<Keyframe> keyframes;
+  bool loops_path = false;  ///< after the last keyframe the path returns to the first
   Playback playback;
 
   /// `version` counts changes of the picture, `view_version` those of what the numbers of all modes
   /// depend on: everything but the mode.
   int version = 0, view_version = 0;
+
+  /// The time at which a path of at least two keyframes ends.
+  double path_end() const {
+    return loops_path ? keyframes.front().time + closed_length(keyframes) : keyframes.back().time;
+  }
 
   /// The mode of the next frame.
   CullMode mode() const { return peeking ? previous_mode : settings.mode; }

@@ -209,7 +209,7 @@ void DesktopDialog::serve(const std::stop_token& stop) {
     if (stop.stop_requested()) return close_request(bus.get(), request);
     if (response) {
       const std::filesystem::path file = chosen_file(response.get());
-      if (!file.empty()) reports_.report(action::open, file);
+      if (!file.empty()) reports_.report(action::file_chosen, file);
     } else {
       available_ = false;
       reports_.report(show_own_dialog);

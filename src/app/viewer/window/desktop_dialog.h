@@ -26,8 +26,8 @@ class DesktopDialog {
   /// True once a portal was found, until it fails.
   bool is_available() const { return available_; }
 
-  /// Shows the dialog in `folder` unless it is open. A chosen file is reported as action::open, a
-  /// failure of the portal by opening the viewer's own dialog.
+  /// Shows the dialog in `folder` unless it is open. A chosen file is reported as
+  /// action::file_chosen, a failure of the portal by opening the viewer's own dialog.
   void show(const std::filesystem::path& folder);
 
   void take_reports(Actions& actions) { reports_.take(actions); }

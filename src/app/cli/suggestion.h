@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+//
+// "Did you mean ...?" for mistyped words of a command line.
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace qs {
+
+/// "; did you mean 'WORD'?" with the candidate that is nearest to `typed`, or "" if none is near:
+/// at most two letters are missing, extra, wrong or exchanged, and fewer in short words.
+std::string suggestion(const std::string& typed, std::span<const std::string> candidates);
+
+}  // namespace qs

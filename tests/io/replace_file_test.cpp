@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+//
+// Files that replace others, devices that must not be replaced, and disks that are full.
+#include "io/bytes/replace_file.h"
+
+#include <csignal>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
+#include "raster/base/error.h"
+#include "support/error_of.h"
+#include "support/pool.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_of;
+using test::without_folder;
+
+std::string content_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::size_t entries_in(const fs::path& folder) {
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// No file of this process can grow beyond `bytes` while it lives: a disk that becomes full.
+class SmallDisk {
+ public:
+  explicit SmallDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &kept_);
+    const rlimit small = {bytes, kept_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~SmallDisk() {
+    setrlimit(RLIMIT_FSIZE, &kept_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+ private:
+  rlimit kept_{};
+  sighandler_t handler_;
+};
+
+TEST(ReplaceFile, a_disk_that_becomes_full_names_the_file_and_the_bytes) {
+  const TemporaryFolder folder;
+  const GaussianCloud cloud = test::random_cloud(2000, 3, 1);
+  Image noise(200, 200, 3);
+  std::mt19937 random(1);
+  for (float& value : noise.values) value = static_cast<float>(random() % 256) / 255;
+  const SmallDisk disk(8192);
+  const auto says = [&](const std::string& name,
+                        const std::function<void(const fs::path&)>& write) {
+    const std::string said = error_of([&] { write(folder / name); }, ErrorKind::input);
+    EXPECT_EQ(without_folder(said, folder.path()),
+              name + ": cannot be written: File too large after 8192 bytes");
+  };
+  const auto picture = [&](const fs::path& path) { write_image(noise, path); };
+  const auto scene = [&](const fs::path& path) { write_scene(cloud, path, test::pool(), {}); };
+  for (const char* name : {"a.png", "a.ppm", "a.pfm"}) says(name, picture);
+  for (const char* name : {"a.ply", "a.splat", "a.spz", "a.glb"}) says(name, scene);
+  says("a.txt", [](const fs::path& path) {
+    write_file(path, [](std::ostream& file) { file << std::string(100'000, 'x'); });
+  });
+  EXPECT_EQ(entries_in(folder.path()), 0u);
+}
+
+TEST(ReplaceFile, a_full_device_is_written_to_and_stays) {
+  const TemporaryFolder folder;
+  fs::create_symlink("/dev/full", folder / "full.png");
+  const std::string sentence = "full.png: cannot be written: the disk is full";
+  const auto said = [&](const std::function<void()>& work) {
+    return without_folder(error_of(work, ErrorKind::input), folder.path());
+  };
+  EXPECT_EQ(said([&] { write_image(Image(300, 300, 3), folder / "full.png"); }), sentence);
+  EXPECT_EQ(said([&] {
+              write_file(folder / "full.png",
+                         [](std::ostream& file) { file << std::string(100'000, 'x'); });
+            }),
+            sentence);
+  EXPECT_TRUE(fs::is_symlink(folder / "full.png"));
+  EXPECT_TRUE(fs::is_character_file(folder / "full.png"));
+  EXPECT_EQ(entries_in(folder.path()), 1u);
+}
+
+TEST(ReplaceFile, a_pipe_is_written_to) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::string got;
+  std::thread reader([&] { got = content_of(folder / "pipe"); });
+  write_file(folder / "pipe", [](std::ostream& file) { file << "through"; });
+  reader.join();
+  EXPECT_EQ(got, "through");
+  EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+}
+
+TEST(ReplaceFile, a_link_stays_and_its_file_is_replaced) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "old";
+  fs::create_directory(folder / "links");
+  fs::create_symlink("../file", folder / "links/link");
+  write_file(folder / "links/link", [](std::ostream& file) { file << "new"; });
+  EXPECT_TRUE(fs::is_symlink(folder / "links/link"));
+  EXPECT_EQ(content_of(folder / "file"), "new");
+  EXPECT_EQ(entries_in(folder / "links"), 1u);
+}
+
+TEST(ReplaceFile, a_picture_reports_how_much_of_it_is_written) {
+  const TemporaryFolder folder;
+  std::vector<float> seen;
+  const Progress progress{[&](float fraction) { seen.push_back(fraction); }, {}};
+  write_image(Image(10, 40, 3), folder / "a.png", {}, progress);
+  ASSERT_FALSE(seen.empty());
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_GT(seen.size(), 30u);
+  EXPECT_EQ(seen.back(), 1);
+}
+
+}  // namespace
+}  // namespace qs

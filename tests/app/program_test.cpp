@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The program as users run it: exit codes, what goes to stdout and stderr, files that appear.
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
@@ -13,9 +14,11 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "io/scene/axes.h"
 #include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "raster/renderer.h"
+#include "support/built_scenes.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -29,6 +32,7 @@ using test::ProgramRun;
 using test::run_quadsplat;
 using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 class Program : public testing::Test {
@@ -73,6 +77,47 @@ TEST_F(Program, every_command_answers_help_on_stdout) {
     EXPECT_EQ(run.err, "");
     EXPECT_THAT(run_quadsplat({"--help"}).out, HasSubstr(command.summary));
   }
+}
+
+TEST_F(Program, what_is_larger_than_the_scene_is_counted_and_left_out_on_request) {
+  GaussianCloud cloud = test::random_cloud(500, 0, 11);
+  cloud.log_scales[3] = cloud.log_scales[7] = glm::vec3(std::log(270.0f));
+  cloud.opacity_logits[3] = cloud.opacity_logits[7] = 5;
+  test::write_scene(cloud, path("covered.ply"));
+  const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"render", path("covered.ply"), "-o", path(name)};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramRun run = run_quadsplat(words);
+    EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(draw("all.png", {}),
+              HasSubstr("2 Gaussians are larger than the scene; --skip-huge draws without"));
+  EXPECT_THAT(draw("fewer.png", {"--skip-huge"}),
+              HasSubstr("2 Gaussians are larger than the scene: left out"));
+  EXPECT_NE(read_image(path("all.png")).values, read_image(path("fewer.png")).values);
+  EXPECT_THAT(run_quadsplat({"info", path("covered.ply")}).out,
+              HasSubstr("2 Gaussians are larger than the scene"));
+}
+
+TEST_F(Program, a_scene_that_hangs_from_its_floor_gets_a_hint) {
+  test::SceneBuilder builder(3);
+  builder.disc(3000, {0, 0, 0}, {0, -1, 0}, 2);
+  builder.ball(2000, {0, -0.5f, 0}, 0.5f);
+  const TemporaryFolder folder;  // without cameras
+  test::write_scene(builder.cloud, folder / "upright.ply");
+  flip_axes(builder.cloud, 0, builder.cloud.size(), kTurnAboutX);
+  test::write_scene(builder.cloud, folder / "hanging.ply");
+  const auto said = [&](const char* name, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"render", (folder / name).string(),   "--size", "64x48",
+                                      "-o",     (folder / "a.png").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_quadsplat(words).err;
+  };
+  EXPECT_THAT(said("hanging.ply", {}),
+              HasSubstr("hanging.ply seems to be upside down: try --axes RUB"));
+  EXPECT_THAT(said("hanging.ply", {"--axes", "RUB"}), Not(HasSubstr("upside down")));
+  EXPECT_THAT(said("upright.ply", {}), Not(HasSubstr("upside down")));
 }
 
 TEST_F(Program, version_names_version_and_commit) {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "app/session/principal_axes.h"
+#include "io/scene/axes.h"
 #include "io/scene/reader.h"
 #include "support/built_scenes.h"
 #include "support/pool.h"
@@ -94,6 +95,61 @@ TEST(UpAxis, of_clouds_without_surfaces_is_the_convention_s) {
   GaussianCloud equal = test::random_cloud(500, 0, 1);
   for (glm::vec3& p : equal.positions) p = glm::vec3(1, 2, 3);
   EXPECT_EQ(up_of(equal), kConvention);
+}
+
+bool upside_down(const GaussianCloud& cloud) {
+  const CloudSample sample = sample_of(cloud, 50'000);
+  const Subject subject = find_subject(sample, kSceneDensity);
+  return seems_upside_down(sample, subject, estimate_up(sample, subject, kConvention));
+}
+
+GaussianCloud turned_over(GaussianCloud cloud) {
+  flip_axes(cloud, 0, cloud.size(), kTurnAboutX);
+  return cloud;
+}
+
+TEST(UpsideDown, is_a_scene_that_hangs_from_its_floor) {
+  test::SceneBuilder things(3);
+  things.disc(6000, {0, 0, 0}, {0, -1, 0}, 2);
+  things.ball(4000, {0, -0.5f, 0}, 0.5f);
+  things.floaters(300, {0, 0, 0}, 8, 0.2f);
+  EXPECT_FALSE(upside_down(things.cloud));
+  EXPECT_TRUE(upside_down(turned_over(things.cloud)));
+  test::SceneBuilder garden(3);
+  garden.disc(6000, {0, 0, 0}, {0, -1, 0}, 5);
+  garden.trees(8, 3.5f, 0.8f);
+  EXPECT_FALSE(upside_down(garden.cloud));
+  EXPECT_TRUE(upside_down(turned_over(garden.cloud)));
+}
+
+TEST(UpsideDown, is_not_said_of_rooms_walls_and_balls) {
+  for (const bool closed : {false, true}) {
+    test::SceneBuilder room(3);
+    room.room({2.5f, 1.3f, 3}, closed);
+    EXPECT_FALSE(upside_down(room.cloud)) << closed;
+    room.box(3000, {0, -0.4f, 0}, {0.6f, 0.4f, 0.9f});
+    EXPECT_FALSE(upside_down(room.cloud)) << closed;
+  }
+  test::SceneBuilder wall(4);
+  wall.rectangle(5000, {0, 0, 3}, {2, 0, 0}, {0, 1, 0});
+  EXPECT_FALSE(upside_down(wall.cloud));
+  test::SceneBuilder ball(5);
+  ball.ball(5000, {1, 2, 3}, 1);
+  EXPECT_FALSE(upside_down(ball.cloud));
+  EXPECT_FALSE(upside_down(GaussianCloud()));
+}
+
+TEST(UpsideDown, is_seen_in_trained_scenes) {
+  const auto check = [](const std::filesystem::path& path) {
+    const GaussianCloud cloud = read_scene(path, test::pool()).cloud;
+    EXPECT_FALSE(upside_down(cloud)) << path;
+    EXPECT_TRUE(upside_down(turned_over(cloud))) << path;
+  };
+  check(test::source_path("assets/plush.ply"));
+  for (const char* name : {"scenes/plush.spz", "scenes/plush_big.spz"}) {
+    QS_NEEDS_SHARED(name);
+    check(test::shared_path(name));
+  }
 }
 
 TEST(PrincipalAxes, rebuild_the_matrix) {

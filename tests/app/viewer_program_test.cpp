@@ -21,8 +21,10 @@
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "io/scene/axes.h"
 #include "io/scene/writer.h"
 #include "raster/kernel/cull/modes.h"
+#include "support/built_scenes.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -445,6 +447,29 @@ TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {
   EXPECT_EQ(state("b.json")["axes"], "RFU");
   EXPECT_EQ(state("c.json")["axes"], "RFU");
   EXPECT_NE(state("b.json")["facts"]["tile pairs"], state("a.json")["facts"]["tile pairs"]);
+}
+
+TEST_F(ViewerProgram, a_file_that_seems_upside_down_is_turned_by_one_key_for_good) {
+  test::SceneBuilder builder(3);
+  builder.disc(3000, {0, 0, 0}, {0, -1, 0}, 2);
+  builder.ball(2000, {0, -0.5f, 0}, 0.5f);
+  flip_axes(builder.cloud, 0, builder.cloud.size(), kTurnAboutX);
+  const TemporaryFolder folder;  // without cameras
+  const std::string scene = (folder / "hanging.ply").string(), settings = path("settings.json");
+  test::write_scene(builder.cloud, scene);
+  const std::string states = "wait\nstate " + path("a.json") + "\n";
+  ASSERT_EQ(play(states + "key Y\nwait\nstate " + path("b.json") + "\nquit\n",
+                 {scene, "--settings", settings})
+                .exit_code,
+            0);
+  const auto says = [](const json& state) {
+    return state["toasts"].dump().find("upside down") != std::string::npos;
+  };
+  EXPECT_TRUE(says(state("a.json")));
+  EXPECT_EQ(state("b.json")["axes"], "RUB");
+  ASSERT_EQ(play(states + "quit\n", {scene, "--settings", settings}).exit_code, 0);
+  EXPECT_EQ(state("a.json")["axes"], "RUB");
+  EXPECT_FALSE(says(state("a.json")));
 }
 
 TEST_F(ViewerProgram, a_file_that_was_turned_upright_stays_so_after_a_restart) {

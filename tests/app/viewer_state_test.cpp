@@ -346,6 +346,40 @@ TEST(State, turned_scenes_are_remembered_and_start_at_their_first_view) {
   EXPECT_EQ(remembered_axes(driven.viewer, path), "") << "the settings were edited by hand";
 }
 
+TEST(State, a_scene_that_seems_upside_down_is_turned_over_first) {
+  DrivenScene driven(2);
+  ViewedScene scene = some_scene(2);
+  scene.path = "/data/hanging.ply";
+  scene.framing.upside_down = true;
+  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  EXPECT_EQ(driven.viewer.toasts.back().text,
+            "The scene seems to be upside down: press Y to turn it");
+  std::vector<std::string> tried;
+  for (int press = 0; press < 11; ++press) {
+    driven.press("Y");
+    tried.push_back(driven.opened.back().axes);
+    driven.apply([&](Viewer& viewer) {
+      viewer.scene->axes = tried.back();
+      viewer.scene->framing.upside_down = tried.back().empty();
+    });
+  }
+  EXPECT_THAT(
+      tried, ElementsAre("RUB", "RFU", "RBD", "LUF", "LDB", "LDF", "RUF", "RDB", "LUB", "", "RUB"));
+}
+
+TEST(State, what_is_larger_than_the_scene_is_said_and_left_out_on_request) {
+  DrivenScene driven(2);
+  ViewedScene scene = some_scene(2);
+  scene.path = "/data/covered.ply";
+  scene.huge = 3;
+  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  EXPECT_THAT(driven.viewer.toasts.back().text,
+              testing::StartsWith("3 Gaussians are larger than the scene and may cover it"));
+  driven.apply(skip_huge, true);
+  EXPECT_TRUE(driven.viewer.skips_huge);
+  EXPECT_EQ(driven.opened.back().path, "/data/covered.ply");
+}
+
 TEST(State, a_scene_with_other_axes_is_another_one) {
   DrivenScene driven(2);
   const auto open = [&](const char* path, const char* axes) {

@@ -6,6 +6,7 @@
 #include "app/session/framing.h"
 #include "app/session/up_axis.h"
 #include "io/camera/cameras.h"
+#include "io/scene/axes.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -57,6 +58,10 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
   }
   const Framing framing =
       choose_framing(scene.cloud, declared_up(frame.up, scene.vertical_axis), pool);
+  if (framing.upside_down) {
+    warn(fmt::format("{} seems to be upside down: try --axes {}", scene.path.filename().string(),
+                     turned_over(scene.axes)));
+  }
   const glm::ivec2 size = frame.size.value_or(kFramingSize);
   return {{framed_camera(framing, size.x, size.y), -1, "framing"}};
 }

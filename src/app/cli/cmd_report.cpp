@@ -15,6 +15,7 @@
 #include "app/report/study_page.h"
 #include "app/report/write_report.h"
 #include "app/session/environment.h"
+#include "app/session/huge_gaussians.h"
 #include "app/session/progress_bar.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -66,8 +67,9 @@ class Report {
     std::vector<Camera> cameras;
     for (const Shot& shot : shots_) cameras.push_back(shot.camera);
     ProgressBar bar("studying");
-    const SceneStudy study =
+    SceneStudy study =
         study_scene(*session_.renderer, cameras, session_.settings, *session_.pool, bar.progress());
+    study.huge = count_huge(session_.scene->cloud);
     const std::string name = scene_name(session_.scene->path);
     const StudyPage page{study,      name,           view_names(), plots_caption(name),
                          pictures(), example(study), made_with()};

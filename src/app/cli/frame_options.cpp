@@ -109,6 +109,8 @@ void declare_all(Options& options, FrameOptions& frame) {
         frame.antialiased = chosen == 2 ? std::nullopt : std::optional(chosen == 0);
       },
       "opacity compensation of small Gaussians (default: auto, as the scene was trained)");
+  options.flag("--skip-huge", frame.skip_huge,
+               "leaves out Gaussians that are larger than the whole scene");
 }
 
 }  // namespace

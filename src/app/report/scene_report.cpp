@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/session/huge_gaussians.h"
 #include "app/session/text.h"
 
 namespace qs {
@@ -32,7 +33,7 @@ nlohmann::ordered_json box_json(const SceneBox& box) {
 }  // namespace
 
 SceneReport make_report(const GaussianCloud& cloud) {
-  SceneReport report{scene_box(cloud), core_box(cloud), {}, {}};
+  SceneReport report{scene_box(cloud), core_box(cloud), {}, {}, count_huge(cloud)};
   if (cloud.empty()) return report;
   const auto [faint, dense] =
       std::minmax_element(cloud.opacity_logits.begin(), cloud.opacity_logits.end());
@@ -62,6 +63,7 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("extents 5-95 %", box_text(report.core));
   line("opacities", fmt::format("{:.4g} to {:.4g}", report.opacity.low, report.opacity.high));
   line("scales", fmt::format("{:.4g} to {:.4g}", report.scale.low, report.scale.high));
+  if (report.huge > 0) line("too large", huge_text(report.huge));
   for (const std::string& warning : scene.warnings) line("warning", warning);
   return text;
 }
@@ -77,6 +79,7 @@ nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report
           {"vertical_axis", scene.vertical_axis},
           {"extents", box_json(report.all)},
           {"extents_5_95", box_json(report.core)},
+          {"larger_than_the_scene", report.huge},
           {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
           {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
           {"warnings", scene.warnings}};

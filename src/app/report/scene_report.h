@@ -20,6 +20,7 @@ struct SceneReport {
   SceneBox all, core;  ///< of the centres; core: 5th to 95th percentile of each axis
   Range opacity;       ///< 0..1
   Range scale;         ///< standard deviations, world units
+  std::size_t huge;    ///< count_huge()
 };
 
 SceneReport make_report(const GaussianCloud& cloud);

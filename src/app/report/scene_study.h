@@ -54,6 +54,7 @@ struct ModeStudy {
 struct SceneStudy {
   std::size_t views = 0;
   std::uint64_t gaussians = 0;      ///< in the cloud
+  std::uint64_t huge = 0;           ///< of these, larger than the scene
   std::uint64_t visible = 0;        ///< in mode 3dgs, summed over the views
   std::vector<BinnedPairs> binned;  ///< parallel to quantities()
   std::array<std::array<ModeStudy, kCullerCount>, kTileSizes.size()> modes;  ///< [size][mode - 1]

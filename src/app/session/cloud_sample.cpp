@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "app/session/huge_gaussians.h"
+
 namespace qs {
 namespace {
 
@@ -39,8 +41,10 @@ CloudSample sample_of(const GaussianCloud& cloud, std::size_t most) {
     kept.rotations.push_back(cloud.rotations[i]);
     kept.opacity_logits.push_back(cloud.opacity_logits[i]);
     kept.sh.push_back(is_finite(color) ? color : glm::vec3(0));
-    sample.opacities.push_back(1 / (1 + std::exp(-cloud.opacity_logits[i])));
   }
+  drop_huge(kept);
+  for (const float logit : kept.opacity_logits)
+    sample.opacities.push_back(1 / (1 + std::exp(-logit)));
   std::vector<float>& opacities = sample.opacities;
   if (std::none_of(opacities.begin(), opacities.end(), [](float o) { return o > 0; }))
     std::fill(opacities.begin(), opacities.end(), 1.0f);

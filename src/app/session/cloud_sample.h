@@ -20,7 +20,7 @@ struct CloudSample {
 };
 
 /// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out those with
-/// values that are not numbers, infinite positions or infinite sizes.
+/// values that are not numbers, infinite positions or infinite sizes, and those of drop_huge().
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
 
 /// The same from a sample that a reader took with `most` as its Sampling::most.

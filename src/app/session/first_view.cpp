@@ -122,17 +122,23 @@ Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
   const glm::dvec3 upward = up ? *up : estimate_up(sample, whole, {0, -1, 0});
+  const bool upside_down = seems_upside_down(sample, whole, upward);
+  const auto chosen = [upside_down](const std::vector<Candidate>& candidates) {
+    Framing framing = best_of(candidates);
+    framing.upside_down = upside_down;
+    return framing;
+  };
   const Ground ground(whole, upward);
   const Shape whole_shape = shape_of(whole, smallest);
   CandidateViews whole_views(sample, whole, ground, whole_shape, pool);
   if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))
-    return best_of(views_inside(*height, ground, whole_views));
+    return chosen(views_inside(*height, ground, whole_views));
   const Subject dense = find_subject(sample, kSubjectDensity);
   if (longest_side(dense) >= kMostOfScene * longest_side(whole))
-    return best_of(views_around(whole_shape, ground, whole_views));
+    return chosen(views_around(whole_shape, ground, whole_views));
   const Shape shape = shape_of(dense, smallest);
   CandidateViews views(sample, dense, ground, shape, pool);
-  return best_of(views_around(shape, ground, views));
+  return chosen(views_around(shape, ground, views));
 }
 
 std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,

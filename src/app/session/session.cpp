@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/session/huge_gaussians.h"
 #include "app/session/progress_bar.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
@@ -35,6 +36,16 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
   auto renderer = make_renderer(backend, *session.pool, session.device);
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
   return renderer;
+}
+
+// Leaves out the Gaussians that are larger than the scene, or counts them.
+void look_for_huge(Scene& scene, bool skips) {
+  if (skips) {
+    const std::size_t dropped = drop_huge(scene.cloud);
+    if (dropped > 0) warn(huge_text(dropped) + ": left out");
+  } else if (const std::size_t count = count_huge(scene.cloud); count > 0) {
+    warn(huge_text(count) + "; --skip-huge draws without");
+  }
 }
 
 std::vector<CullMode> modes_from(CullMode first, CullMode last) {
@@ -76,6 +87,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.pool = std::make_unique<ThreadPool>(frame.threads);
   session.device = frame.device;
   Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
+  look_for_huge(scene, frame.skip_huge);
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
   session.renderer = upload(session, session.backend, {});

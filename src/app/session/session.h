@@ -36,6 +36,7 @@ struct FrameOptions {
   std::optional<glm::vec3> background;  ///< unset: white if the model was trained so, else black
   std::optional<bool> antialiased;      ///< unset: as the scene was trained
   int tile_px = kTileSize;
+  bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
 };
 
 /// Modes 1 to 6: the meaning of `--cull all`.

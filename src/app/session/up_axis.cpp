@@ -22,6 +22,7 @@ constexpr double kLargeSize = 0.01, kThickness = 0.015;  ///< of the subject's d
 constexpr std::size_t kMostPieces = 10'000;              ///< examined Gaussians
 constexpr std::size_t kLeastPieces = 60;                 ///< fewer are no plane
 constexpr double kLeastShare = 0.1;                      ///< of the plane in all Gaussians
+constexpr double kUpsideDown = 1.25;                     ///< times the score of the floor below
 
 /// A Gaussian as a piece of a surface.
 struct Piece {
@@ -156,6 +157,23 @@ class PlaneFinder {
   double thickness_;
 };
 
+/// The surfaces of a subject; no pieces if it has no extent.
+struct Surfaces {
+  Surfaces(const Surfaces&) = delete;  // `finder` refers to `pieces`
+  Surfaces(const CloudSample& sample, const Subject& subject)
+      : Surfaces(sample, subject, glm::length(glm::dvec3(subject.box.size()))) {}
+
+  std::vector<Piece> pieces;
+  PlaneFinder finder;
+
+ private:
+  Surfaces(const CloudSample& sample, const Subject& subject, double diagonal)
+      : pieces(diagonal > 0 && std::isfinite(diagonal)
+                   ? pieces_of(sample, subject, kLargeSize * diagonal)
+                   : std::vector<Piece>()),
+        finder(pieces, glm::dvec3(subject.box.center()), kThickness * diagonal) {}
+};
+
 // Directions spread evenly over the cap around `pole`: a Fibonacci spiral.
 std::vector<glm::dvec3> directions_around(glm::dvec3 pole, double angle, int count) {
   const glm::dvec3 other = std::abs(pole.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1);
@@ -189,8 +207,14 @@ double support(const Plane& plane, const std::vector<Piece>& pieces) {
   return 0.5 + 0.5 * above / all;
 }
 
-std::optional<glm::dvec3> floor_normal(const std::vector<Piece>& pieces, const PlaneFinder& finder,
-                                       glm::dvec3 convention) {
+// The likeliest floor. Its weight counts by how likely it is, for comparisons.
+struct Floor {
+  Plane plane;
+  double score = 0;
+};
+
+std::optional<Floor> find_floor(const Surfaces& surfaces, glm::dvec3 convention) {
+  const auto& [pieces, finder] = surfaces;
   constexpr int kDirections = 500, kRefined = 4;
   std::vector<std::pair<double, glm::dvec3>> candidates;
   for (const glm::dvec3 normal : directions_around(convention, kFarthestTilt, kDirections)) {
@@ -199,8 +223,7 @@ std::optional<glm::dvec3> floor_normal(const std::vector<Piece>& pieces, const P
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
-  Plane best;
-  double most = 0;
+  Floor best;
   std::vector<glm::dvec3> tried;
   for (const auto& [unused, normal] : candidates) {
     const auto close = [&n = normal](glm::dvec3 other) { return glm::dot(n, other) > 0.97; };
@@ -209,14 +232,13 @@ std::optional<glm::dvec3> floor_normal(const std::vector<Piece>& pieces, const P
     tried.push_back(normal);
     const Plane plane = finder.plane_near(normal);
     const double score = likelihood(plane, convention) * support(plane, pieces);
-    if (tilt(plane.normal, convention) > kFarthestTilt || score <= most) continue;
-    most = score;
-    best = plane;
+    if (tilt(plane.normal, convention) > kFarthestTilt || score <= best.score) continue;
+    best = {plane, score};
   }
   double all = 0;
   for (const Piece& piece : pieces) all += piece.size;
-  if (best.pieces < kLeastPieces || !(best.weight > kLeastShare * all)) return {};
-  return best.normal;
+  if (best.plane.pieces < kLeastPieces || !(best.plane.weight > kLeastShare * all)) return {};
+  return best;
 }
 
 // The axis to which the pieces are perpendicular, of walls without a floor.
@@ -244,13 +266,17 @@ glm::dvec3 world_up(std::string_view vertical_axis) {
 }
 
 glm::dvec3 estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention) {
-  const auto diagonal = static_cast<double>(glm::length(subject.box.size()));
-  if (!(diagonal > 0) || !std::isfinite(diagonal)) return convention;
-  const std::vector<Piece> pieces = pieces_of(sample, subject, kLargeSize * diagonal);
-  if (pieces.size() < kLeastPieces) return convention;
-  const PlaneFinder finder(pieces, glm::dvec3(subject.box.center()), kThickness * diagonal);
-  if (const auto normal = floor_normal(pieces, finder, convention)) return *normal;
-  return axis_of_walls(pieces, convention).value_or(convention);
+  const Surfaces surfaces(sample, subject);
+  if (surfaces.pieces.size() < kLeastPieces) return convention;
+  if (const auto floor = find_floor(surfaces, convention)) return floor->plane.normal;
+  return axis_of_walls(surfaces.pieces, convention).value_or(convention);
+}
+
+bool seems_upside_down(const CloudSample& sample, const Subject& subject, glm::dvec3 up) {
+  const Surfaces surfaces(sample, subject);
+  if (surfaces.pieces.size() < kLeastPieces) return false;
+  const std::optional<Floor> below = find_floor(surfaces, up), above = find_floor(surfaces, -up);
+  return above && (!below || above->score > kUpsideDown * below->score);
 }
 
 }  // namespace qs

@@ -19,4 +19,8 @@ glm::dvec3 world_up(std::string_view vertical_axis);
 /// plane the axis perpendicular to the normals of flat Gaussians, walls. Else `convention`.
 glm::dvec3 estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention);
 
+/// Whether the subject hangs from its floor if `up` is up, as in a file that states the wrong axes:
+/// the likeliest floor is found overhead.
+bool seems_upside_down(const CloudSample& sample, const Subject& subject, glm::dvec3 up);
+
 }  // namespace qs

@@ -106,6 +106,7 @@ class ViewLoop final : public Host {
     request.axes = axes.empty() ? remembered_axes(viewer_, path) : axes;
     request.keep_background = frame.background.has_value();
     request.up = frame.up ? frame.up : remembered_up(viewer_, path);
+    request.skip_huge = viewer_.skips_huge;
     if (path == frame.scene) {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;
@@ -116,6 +117,7 @@ class ViewLoop final : public Host {
     OpenRequest request;
     request.path = path;
     request.axes = remembered_axes(viewer_, path);
+    request.skip_huge = viewer_.skips_huge;
     request.beside = true;
     loader_.open(request);
   }

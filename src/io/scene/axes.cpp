@@ -36,6 +36,15 @@ bool is_axes(std::string_view name) {
   return name.size() == 3 && glm::determinant(rdf_from(name)) == 1;
 }
 
+std::string turned_over(std::string_view name) {
+  constexpr std::string_view kLetters = "DUFB", kOpposite = "UDBF";
+  std::string turned(name);
+  for (char& letter : turned) {
+    if (const auto at = kLetters.find(letter); at != kLetters.npos) letter = kOpposite[at];
+  }
+  return turned;
+}
+
 glm::dmat3 rdf_from(std::string_view name) {
   return {direction_of(name[0]), direction_of(name[1]), direction_of(name[2])};
 }

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 #include <glm/mat3x3.hpp>
@@ -42,6 +43,9 @@ constexpr AxisSigns signs_to_rdf(std::size_t number) {
 
 /// Whether `name` is one of kAxes or of the other right-handed frames, 28 in all.
 bool is_axes(std::string_view name);
+
+/// The frame whose values are upside down in `name`: turned by half about its Left-Right axis.
+std::string turned_over(std::string_view name);
 
 /// Turns vectors of the frame into RDF. is_axes(name) must hold.
 glm::dmat3 rdf_from(std::string_view name);

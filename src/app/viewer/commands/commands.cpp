@@ -41,22 +41,31 @@ void reload(Viewer& v, Host& host) {
 
 // The frames that Y goes through after the one that the file declares. Files with y down may have z
 // up, as tools for maps and games do; those whose format has y up may hold values as trained. Then
-// the other turns about the vertical axis, and mirrored ones.
-std::vector<std::string> frames_to_try(const std::string& declared) {
+// the other turns about the vertical axis, and mirrored ones. A scene that seems to be upside down
+// is turned over first.
+std::vector<std::string> frames_to_try(const std::string& declared, bool upside_down) {
   const bool y_up = declared.size() == 3 && declared[1] == 'U';
   std::vector<std::string> frames = {"RFU", "RUB", "RDF", "RBD", "LUF",
                                      "LDB", "LDF", "RUF", "RDB", "LUB"};
   if (y_up) std::swap(frames[0], frames[2]);
+  if (upside_down) {
+    const std::string first = turned_over(declared);
+    std::erase(frames, first);
+    frames.insert(frames.begin(), first);
+  }
   std::erase(frames, declared);
   return frames;
 }
 
 void next_axes(Viewer& v, Host& host) {
   if (!v.scene) return;
-  const std::vector<std::string> frames = frames_to_try(v.scene->declared_axes);
+  std::vector<std::string>& frames = v.axes_to_try;
+  const std::string& now = v.scene->axes;
+  if (now.empty() || std::find(frames.begin(), frames.end(), now) == frames.end())
+    frames = frames_to_try(v.scene->declared_axes, now.empty() && v.scene->framing.upside_down);
   auto next = frames.begin();
-  if (!v.scene->axes.empty()) {
-    next = std::find(frames.begin(), frames.end(), v.scene->axes);
+  if (!now.empty()) {
+    next = std::find(frames.begin(), frames.end(), now);
     if (next != frames.end()) ++next;
   }
   const std::string axes(next == frames.end() ? "" : *next);

@@ -46,6 +46,10 @@ void draw_settings(const Viewer& viewer, Actions& actions) {
     }
   }
   ImGui::PopItemWidth();
+  bool skips_huge = viewer.skips_huge;
+  if (viewer.scene->huge + viewer.scene->skipped_huge > 0 &&
+      ImGui::Checkbox("leave out what is larger than the scene", &skips_huge))
+    actions.push_back(call(action::skip_huge, skips_huge));
   if (changed) actions.push_back(call(action::change_settings, settings));
 }
 

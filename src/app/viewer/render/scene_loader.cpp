@@ -8,6 +8,7 @@
 #include "app/measure/scene_facts.h"
 #include "app/session/camera_rig.h"
 #include "app/session/framing.h"
+#include "app/session/huge_gaussians.h"
 #include "app/session/photographs.h"
 #include "app/viewer/render/render_context.h"
 #include "io/bytes/json_text.h"
@@ -81,6 +82,7 @@ ViewedScene view_facts_with(const Scene& scene, const std::optional<fs::path>& c
   facts.white_background = model_wants_white_background(scene.path);
   facts.core = core_box(scene.cloud);
   facts.smallest_radius = smallest_framing(scene.cloud);
+  facts.huge = count_huge(scene.cloud, scene_length(facts.core, facts.smallest_radius));
   if (const auto file = cameras_file ? cameras_file : find_cameras_file(scene.path)) {
     facts.cameras_file = *file;
     facts.cameras = read_cameras(*file);
@@ -130,6 +132,7 @@ class EarlyView {
  private:
   void work(SceneSample sample, const std::stop_token& stop) {
     ThreadPool pool(1);
+    if (request_.skip_huge) drop_huge(sample.scene.cloud);
     const auto read = std::make_shared<ReadSample>();
     read->facts = view_facts_with(
         sample.scene, request_.cameras_file, request_.up,
@@ -191,10 +194,12 @@ void SceneLoader::read_photograph(const fs::path& path) {
   });
 }
 
-void SceneLoader::read_beside(const fs::path& path, const ReadOptions& options,
+void SceneLoader::read_beside(const fs::path& path, const ReadOptions& options, bool skip_huge,
                               const std::stop_token& stop) {
   ThreadPool pool(threads_);
-  const auto scene = std::make_shared<const Scene>(read_scene(path, pool, options));
+  Scene read = read_scene(path, pool, options);
+  if (skip_huge) drop_huge(read.cloud);
+  const auto scene = std::make_shared<const Scene>(std::move(read));
   for (const std::string& warning : scene->warnings) reports_.report(action::notify, warning);
   if (stop.stop_requested()) throw Cancelled{};
   reports_.report(action::show_progress, Loading{path, "uploading", 0});
@@ -216,14 +221,16 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   options.iteration = request.iteration;
   options.axes = request.axes;
   options.progress = shown_progress(path, "reading", stop, reports_);
-  if (request.beside) return read_beside(path, options, stop);
+  if (request.beside) return read_beside(path, options, request.skip_huge, stop);
   EarlyView early(reports_, request);
   options.sampling = sampling_;
   options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
   const auto loaded = std::make_shared<LoadedScene>();
   ThreadPool pool(threads_);
   loaded->scene = read_scene(path, pool, options);
-  if (const auto framing = early.framing_of(loaded->scene)) {
+  const std::optional<Framing> framing = early.framing_of(loaded->scene);
+  const std::size_t skipped = request.skip_huge ? drop_huge(loaded->scene.cloud) : 0;
+  if (framing) {
     loaded->facts = view_facts_with(loaded->scene, request.cameras_file, request.up,
                                     [&](const auto&) { return *framing; });
   } else {
@@ -231,6 +238,7 @@ void SceneLoader::read(const OpenRequest& request, const std::stop_token& stop) 
   }
   loaded->facts.axes = request.axes;
   loaded->facts.declared_axes = loaded->scene.declared_axes;
+  loaded->facts.skipped_huge = skipped;
   for (const std::string& warning : loaded->scene.warnings)
     reports_.report(action::notify, warning);
   if (stop.stop_requested()) throw Cancelled{};

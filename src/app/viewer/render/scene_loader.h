@@ -35,6 +35,7 @@ struct OpenRequest {
   std::optional<std::filesystem::path> cameras_file;  ///< unset: found beside the scene
   std::optional<glm::dvec3> up;                       ///< FrameOptions::up
   bool keep_background = false;                       ///< open_scene()
+  bool skip_huge = false;                             ///< FrameOptions::skip_huge
   bool beside = false;                                ///< open_beside(), not open_scene()
 };
 
@@ -58,7 +59,7 @@ class SceneLoader {
 
  private:
   void read(const OpenRequest& request, const std::stop_token& stop);
-  void read_beside(const std::filesystem::path& path, const ReadOptions& options,
+  void read_beside(const std::filesystem::path& path, const ReadOptions& options, bool skip_huge,
                    const std::stop_token& stop);
 
   ActionQueue reports_;

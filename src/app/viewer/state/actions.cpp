@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "app/session/huge_gaussians.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
@@ -128,6 +129,11 @@ void set_photograph_wipe(Viewer& v, float share) {
 
 void open(Viewer&, Host& host, const std::filesystem::path& path) { host.open(path, {}); }
 
+void skip_huge(Viewer& v, Host& host, bool skips) {
+  v.skips_huge = skips;
+  if (v.scene) host.open(v.scene->path, v.scene->axes);
+}
+
 void toggle_open_dialog(Viewer& v, bool beside) {
   v.opens_beside = beside;
   toggle_panel(v, &Panels::open);
@@ -209,6 +215,20 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
 void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
 void end_progress(Viewer& v) { v.loading.reset(); }
 
+namespace {
+
+// What a user can change by a key or a switch.
+void say_what_is_odd(Viewer& v) {
+  if (v.scene->framing.upside_down)
+    notify(v, "The scene seems to be upside down: press Y to turn it");
+  if (v.scene->huge > 0) {
+    notify(v, huge_text(v.scene->huge) +
+                  " and may cover it: the panel Scene and render settings (I) leaves them out");
+  }
+}
+
+}  // namespace
+
 void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderSettings& settings,
                   Backend backend) {
   const bool other_file = !v.scene || v.scene->path != scene.path;
@@ -229,6 +249,7 @@ void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderS
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
+    say_what_is_odd(v);
   }
   view_changed(v);
   if (!turned) restore_view(v);  // the last view of a turned scene looks elsewhere

@@ -39,6 +39,8 @@ void set_photograph_wipe(Viewer& viewer, float share);
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);
 /// Opens or closes the dialog. The chosen file becomes the scene, or the one beside it.
 void toggle_open_dialog(Viewer& viewer, bool beside);
+/// Reads the scene again, with FrameOptions::skip_huge or without.
+void skip_huge(Viewer& viewer, Host& host, bool skips);
 void file_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path);
 void cancel_loading(Viewer& viewer, Host& host);
 

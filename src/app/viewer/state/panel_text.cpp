@@ -8,6 +8,7 @@
 
 #include "app/measure/scene_facts.h"
 #include "app/session/camera_control.h"
+#include "app/session/huge_gaussians.h"
 #include "app/session/text.h"
 
 namespace qs {
@@ -21,7 +22,7 @@ std::string scene_summary(const Viewer& viewer) {
 std::vector<Fact> scene_facts_of(const Viewer& viewer) {
   const ViewedScene& scene = *viewer.scene;
   const glm::dvec3 at = viewer.camera.position();
-  return {
+  std::vector<Fact> facts = {
       {"file", scene.path.string()},
       {"format", scene.format},
       {"Gaussians", grouped(scene.gaussians)},
@@ -37,6 +38,10 @@ std::vector<Fact> scene_facts_of(const Viewer& viewer) {
       {"lens", fmt::format("{:.1f} degrees, near plane {:.3g}",
                            glm::degrees(vertical_fov(viewer.camera)), viewer.camera.near_depth)},
   };
+  if (scene.huge > 0) facts.push_back({"too large", huge_text(scene.huge)});
+  if (scene.skipped_huge > 0)
+    facts.push_back({"too large", huge_text(scene.skipped_huge) + ": left out"});
+  return facts;
 }
 
 std::string camera_label(const ViewedScene& scene, std::size_t index) {

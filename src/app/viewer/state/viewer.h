@@ -40,6 +40,8 @@ struct ViewedScene {
   bool antialiased = false, white_background = false;
   SceneBox core;                      ///< core_box()
   float smallest_radius = 0;          ///< smallest_framing(), world units
+  std::uint64_t huge = 0;             ///< Gaussians that are larger than the scene
+  std::uint64_t skipped_huge = 0;     ///< those that were left out
   glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
   bool up_is_declared = false;        ///< `up` was given by the user or the file
   Framing framing;                    ///< what F shows
@@ -232,8 +234,10 @@ struct Viewer : Turn {
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
   std::map<std::string, std::string> ups;         ///< scene file -> up direction X,Y,Z
   std::map<std::string, std::string> axes;        ///< scene file -> ReadOptions::axes, if chosen
+  std::vector<std::string> axes_to_try;           ///< the frames that Y goes through, in order
   bool restores_views = true;                     ///< a scene opens at its last view
 
+  bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
   RenderSettings settings;
   CullMode previous_mode = kDefaultMode;
   bool peeking = false;  ///< shows the previous mode while a key is held

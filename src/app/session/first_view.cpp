@@ -122,7 +122,7 @@ Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
   const glm::dvec3 upward = up ? *up : estimate_up(sample, whole, {0, -1, 0});
-  const bool upside_down = seems_upside_down(sample, whole, upward);
+  const bool upside_down = !up && seems_upside_down(sample, whole, upward);
   const auto chosen = [upside_down](const std::vector<Candidate>& candidates) {
     Framing framing = best_of(candidates);
     framing.upside_down = upside_down;

@@ -54,7 +54,8 @@ struct RenderContext {
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
-  Session session = {};  ///< scene and renderer are null at first
+  Session session = {};                     ///< scene and renderer are null at first
+  std::shared_ptr<const Scene> whole = {};  ///< set while session.scene is a part of it
   std::optional<RenderedBeside> beside = {};
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
   std::stop_token stop = {};                     ///< of the running job

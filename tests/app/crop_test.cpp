@@ -291,8 +291,13 @@ TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing is cropped"));
   EXPECT_FALSE(std::filesystem::exists(scenes_ / "early.ply"));
 
+  press("R");
   apply(call(action::change_crop, boxed(box_)));
+  follow();
   press("Shift+R");
+  press("Ctrl+R");  // while the picture is still tinted
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("does not show a cropped scene"));
   follow();
   press("Ctrl+R");
   settle();

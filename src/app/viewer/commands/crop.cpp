@@ -18,6 +18,10 @@ namespace qs {
 namespace {
 
 void write(RenderContext& context, const std::filesystem::path& path) {
+  // The key may come before the crop was carried out.
+  if (!context.cropped || context.cropped->tinted)
+    fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
+         path.string());
   std::error_code error;
   if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
     fail(ErrorKind::usage, "{}: this file exists already: choose another name", path.string());

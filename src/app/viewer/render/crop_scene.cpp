@@ -41,10 +41,11 @@ void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
 
 std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest& request) {
   Session& session = context.session;
-  const std::shared_ptr<const Scene> whole = context.whole ? context.whole : session.scene;
+  const std::shared_ptr<const Scene> whole =
+      context.cropped ? context.cropped->whole : session.scene;
   if (request.view == CropView::whole) {
     show(context, whole);
-    context.whole.reset();
+    context.cropped.reset();
     return std::nullopt;
   }
   const GaussianCloud& cloud = whole->cloud;
@@ -52,15 +53,14 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
       find_removal(cloud, request.wish.used_box(), request.wish.used_floaters());
   if (request.view == CropView::rest && removal.counts[0] == 0)
     fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
-  const bool differs = removal.going() > 0 && request.view != CropView::counted;
-  if (!differs) {
+  if (removal.going() == 0 || request.view == CropView::counted) {
     show(context, whole);
-  } else if (request.view == CropView::rest) {
-    show(context, with_cloud(*whole, keep_rest(cloud, removal)));
+    context.cropped.reset();
   } else {
-    show(context, with_cloud(*whole, tinted(cloud, removal)));
+    const bool tints = request.view == CropView::marked;
+    show(context, with_cloud(*whole, tints ? tinted(cloud, removal) : keep_rest(cloud, removal)));
+    context.cropped = CroppedScene{whole, tints};
   }
-  context.whole = differs ? whole : nullptr;
   return removal;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Shows a part of the scene in the window. The whole scene stays in RenderContext::whole meanwhile.
+// Shows a part of the scene in the window. The whole scene stays in RenderContext::cropped
+// meanwhile.
 #pragma once
 
 #include "app/viewer/state/crop_actions.h"

@@ -84,6 +84,53 @@ TEST_F(PanelsTest, the_dialog_open_takes_what_is_typed_from_its_first_frame_on) 
   EXPECT_FALSE(ImGui::GetIO().WantTextInput);
 }
 
+TEST_F(PanelsTest, drawing_crop_and_clean_changes_nothing) {
+  CropWish wish;
+  wish.boxed = wish.cleans = true;
+  wish.box = {{-0.123456789f, -1, -1}, {1, 1, 1.5f}};
+  driven_.press("R");
+  driven_.apply(action::change_crop, wish);
+  for (const bool applied : {false, true}) {
+    driven_.apply([applied](Viewer& viewer) { viewer.crop.applied = applied; });
+    for (int i = 0; i < 3; ++i) draw();
+    EXPECT_TRUE(shows("right bar"));
+    EXPECT_EQ(shows("crop handle 0"), !applied);
+    EXPECT_EQ(driven_.viewer.crop.wish, wish);
+    EXPECT_EQ(driven_.viewer.crop.applied, applied);
+  }
+}
+
+TEST_F(PanelsTest, a_handle_of_the_box_follows_the_mouse_until_it_is_let_go) {
+  CropWish wish;
+  wish.boxed = true;
+  wish.box = {glm::vec3(-1), glm::vec3(1)};
+  driven_.press("R");
+  driven_.apply(action::change_crop, wish);
+  draw();
+  const ImGuiWindow* handle = ImGui::FindWindowByName("crop handle 1");
+  ASSERT_NE(handle, nullptr);
+  ImGuiIO& io = ImGui::GetIO();
+  io.MousePos = handle->Rect().GetCenter();
+  draw();
+  draw();
+  io.MouseDown[0] = true;
+  draw();
+  EXPECT_NEAR(driven_.viewer.crop.wish.box.high.x, 1, 0.05);
+  const float before = driven_.viewer.crop.wish.box.high.x;
+  for (int i = 0; i < 5; ++i) {
+    io.MousePos.x += 4;
+    draw();
+  }
+  io.MouseDown[0] = false;
+  draw();
+  EXPECT_NE(driven_.viewer.crop.wish.box.high.x, before);
+  EXPECT_EQ(driven_.viewer.crop.wish.box.low, wish.box.low);
+  const float after = driven_.viewer.crop.wish.box.high.x;
+  io.MousePos.x += 40;
+  draw();
+  EXPECT_EQ(driven_.viewer.crop.wish.box.high.x, after) << "once it was let go";
+}
+
 TEST_F(PanelsTest, enter_right_after_the_text_opens_it) {
   driven_.press("Ctrl+O");
   draw("scene.ply", ImGuiKey_Enter);

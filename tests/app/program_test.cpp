@@ -358,6 +358,51 @@ TEST_F(Program, convert_writes_a_scene_of_the_degree_asked_for) {
   EXPECT_EQ(run_quadsplat({"convert", scene_, path("x.unknown")}).exit_code, kExitUsage);
 }
 
+TEST_F(Program, convert_crops_and_drops_floaters_and_counts_them) {
+  GaussianCloud cloud = test::random_cloud(200, 0, 3);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {  // a grid with 0.1 units from one to the next
+    cloud.positions[i] = 0.1f * glm::vec3(i % 10, i / 10 % 10, i / 100);
+    cloud.log_scales[i] = glm::vec3(std::log(0.1f));
+    cloud.opacity_logits[i] = 2;
+  }
+  cloud.opacity_logits[7] = -9;
+  cloud.log_scales[8] = glm::vec3(5);
+  test::append(cloud, test::single_gaussian({0.5f, 0.5f, 5}, 0.05f, {1, 0, 0}, 2));
+  test::write_scene(cloud, path("room.ply"));
+
+  const ProgramRun floaters =
+      run_quadsplat({"convert", path("room.ply"), path("clean.ply"), "--drop-floaters"});
+  EXPECT_EQ(floaters.exit_code, kExitOk);
+  EXPECT_THAT(floaters.err, HasSubstr("3 of 201 Gaussians dropped: 1 too faint, 1 too large, "
+                                      "1 isolated\n"));
+  EXPECT_EQ(test::read_scene(folder_ / "clean.ply").cloud.size(), 198u);
+
+  const ProgramRun both = run_quadsplat({"convert", path("room.ply"), path("crop.ply"), "--crop",
+                                         "-1,-1,-1,0.45,2,0.15", "--drop-floaters"});
+  EXPECT_THAT(both.err, HasSubstr("101 of 201 Gaussians dropped: 101 outside of the box\n"));
+  EXPECT_EQ(test::read_scene(folder_ / "crop.ply").cloud.positions[5], cloud.positions[10]);
+}
+
+TEST_F(Program, convert_refuses_boxes_that_leave_nothing_and_to_replace_the_scene) {
+  const std::string before = read_text_file(scene_, 1 << 24);
+  const auto refused = [&](const std::string& output, const std::string& box) {
+    const ProgramRun run = run_quadsplat({"convert", scene_, output, "--crop", box});
+    EXPECT_EQ(run.exit_code, kExitUsage) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(refused(path("x.ply"), "0,0,1,1,1,0.5"),
+              HasSubstr("--crop: '0,0,1,1,1,0.5' begins at z 1 and ends before it at 0.5"));
+  EXPECT_THAT(refused(path("x.ply"), "0,0,1,1,1"), HasSubstr("is not X0,Y0,Z0,X1,Y1,Z1"));
+  EXPECT_THAT(refused(path("x.ply"), "900,900,900,901,901,901"),
+              HasSubstr("500 of 500 Gaussians would be dropped: 500 outside of the box; the "
+                        "centres are in the box "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.ply"));
+  EXPECT_THAT(refused(scene_, "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  std::filesystem::create_symlink(scene_, folder_ / "link.ply");
+  EXPECT_THAT(refused(path("link.ply"), "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  EXPECT_EQ(read_text_file(scene_, 1 << 24), before);
+}
+
 TEST_F(Program, without_cameras_the_scene_is_framed) {
   std::filesystem::remove(folder_ / "cameras.json");
   const ProgramRun run = render({"--output", path("f.png"), "--size", "80x60"});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat convert: a scene in another format, with fewer SH degrees or fewer Gaussians.
+// quadsplat convert: a scene in another format, with fewer SH degrees or fewer Gaussians, cropped,
+// without floaters.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -12,9 +13,12 @@
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
 #include "app/session/progress_bar.h"
+#include "app/session/removal_text.h"
+#include "app/session/scene_box.h"
 #include "io/scene/cloud_order.h"
 #include "io/scene/sh_degree.h"
 #include "io/scene/writer.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -23,7 +27,32 @@ struct ConvertCommand {
   std::filesystem::path input, output;
   std::string axes, format;
   int degree = kMaxShDegree, largest = 0;
+  std::optional<CropBox> crop;
+  bool drops_floaters = false;
+
+  bool removes() const { return crop || drops_floaters; }
 };
+
+void refuse_to_replace_input(const ConvertCommand& command) {
+  std::error_code error;
+  if (std::filesystem::equivalent(find_scene_file(command.input), command.output, error))
+    fail(ErrorKind::usage,
+         "convert: {} is the scene itself: write to another file, so that what is dropped is not "
+         "lost",
+         command.output.string());
+}
+
+GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud& cloud) {
+  const Removal removal = find_removal(
+      cloud, command.crop, command.drops_floaters ? std::optional(Floaters()) : std::nullopt);
+  if (removal.counts[0] == 0) {
+    const SceneBox box = scene_box(cloud);
+    fail(ErrorKind::usage, "convert: {}: {}; the centres are in the box {}", command.input.string(),
+         removal_text(removal, "would be dropped"), format_crop_box({box.low, box.high}));
+  }
+  fmt::print(stderr, "{}\n", removal_text(removal, "dropped"));
+  return keep_rest(cloud, removal);
+}
 
 // The different values of a column of the table of writers.
 std::vector<std::string> written(const char* WriterRow::*column) {
@@ -37,7 +66,9 @@ std::vector<std::string> written(const char* WriterRow::*column) {
 
 int run(const ConvertCommand& command) {
   ThreadPool pool(0);
+  if (command.removes()) refuse_to_replace_input(command);
   Scene scene = load_scene(command.input, pool, -1, command.axes);
+  if (command.removes()) scene.cloud = without_removed(command, scene.cloud);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
   if (command.largest > 0) {
     scene.cloud = keep_largest(std::move(scene.cloud), static_cast<std::size_t>(command.largest));
@@ -70,12 +101,22 @@ Action convert_command(Options& options) {
                   "highest degree of view-dependent colour to keep (default: all)");
   options.integer("--keep-largest", "N", 1, 2'000'000'000, command->largest,
                   "keeps the N Gaussians with the largest opacity times area (default: all)");
+  options.value(
+      "--crop", "X0,Y0,Z0,X1,Y1,Z1",
+      "keeps the Gaussians with centres in this box; x right, y down, z forward, as info "
+      "prints extents",
+      {"-100,-100,-100,100,100,100", "-0.5,-0.5,0,0.5,0.5,9"},
+      [command](const std::string& text) { command->crop = parse_crop_box("--crop", text); });
+  options.flag("--drop-floaters", command->drops_floaters,
+               "drops Gaussians that are very faint, very large or isolated");
   options.text("--format", "NAME", command->format,
                "one of " + joined(formats, ", ") + " (default: by the ending)", formats);
   declare_axes_option(options, command->axes);
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");
   options.example("quadsplat convert garden/ small.spz --keep-largest 300000 --sh-degree 1",
                   "a small file of a large model");
+  options.example("quadsplat convert garden/ table.ply --crop -1,-1,-1,1,0.5,1 --drop-floaters",
+                  "what is in a box, without floaters");
   return [command](Arguments) { return run(*command); };
 }
 

@@ -11,6 +11,7 @@
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/render/crop_scene.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/scene_loader.h"
 #include "app/viewer/render/training_thread.h"
@@ -87,6 +88,7 @@ class ViewLoop final : public Host {
       prefer_desktop_dialog();
       fit_picture();
       follow_training();
+      apply(action::follow_crop);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this one, a GPU after that.

@@ -14,6 +14,7 @@
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "io/scene/axes.h"
@@ -178,6 +179,7 @@ std::vector<KeyCommand> make_commands() {
       checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
               [](const Viewer& v) { return v.beside.has_value(); }),
       always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
+      row(GLFW_KEY_R, kCtrl, file, "Save the cropped scene", save_crop, std::filesystem::path()),
       row(GLFW_KEY_F5, 0, file, "Reload", reload),
       row(GLFW_KEY_Y, 0, file, "Turn upright: read with other axes", next_axes),
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
@@ -187,6 +189,9 @@ std::vector<KeyCommand> make_commands() {
       panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
+      panel(GLFW_KEY_R, 0, view, "Crop and clean", &Panels::crop),
+      checked(row(GLFW_KEY_R, kShift, view, "Apply or undo the crop", toggle_crop),
+              [](const Viewer& v) { return v.crop.applied; }),
       panel(GLFW_KEY_M, 0, view, "Messages", &Panels::messages),
       panel(GLFW_KEY_T, 0, view, "Training", &Panels::training),
       row(GLFW_KEY_T, kShift, view, "Pause or resume training", toggle_training),

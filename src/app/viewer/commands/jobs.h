@@ -38,5 +38,9 @@ void toggle_zoom_recorder(Viewer& viewer, Host& host);
 /// Films the path, or round the scene if there is none. A split window makes a split film.
 void film(Viewer& viewer, Host& host);
 
+/// Writes the rest of a cropped scene to a new file, by its ending; a relative `name` is below
+/// Viewer::out_dir, an empty one is SCENE_cropped_NNNN.ply. Refuses a file that exists.
+void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name);
+
 }  // namespace action
 }  // namespace qs

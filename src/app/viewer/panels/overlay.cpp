@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Drawings in the picture: the camera's photograph, the data set's cameras, the pivot, the
-// inspected Gaussian, the verdict of the reference.
+// inspected Gaussian, the box of the crop, the verdict of the reference.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,11 +30,21 @@ struct Screen {
     return {place.x, place.y};
   }
 
+  // The pixel at a place in the window.
+  glm::dvec2 pixel_at(glm::vec2 place) const {
+    const glm::dvec2 share = glm::dvec2(place - area.low) / glm::dvec2(area.size());
+    return share * glm::dvec2(camera.width, camera.height) - 0.5;
+  }
+
   // The place of a point in view space, in front of the camera.
   ImVec2 projected(glm::dvec3 point) const {
     return at(glm::dvec2(point) / point.z * camera.focal_px + camera.center_px);
   }
 };
+
+ImU32 color_of(glm::vec3 color, float opacity = 1) {
+  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
+}
 
 // A line between two points of the world, clipped at the near plane.
 void draw_line(const Screen& screen, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
@@ -84,6 +94,43 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
     actions.push_back(call(action::set_photograph_wipe, (*mouse - left) / width));
 }
 
+// The box of the crop, with handles in the middle of its faces.
+void draw_crop_box(const Viewer& viewer, const Screen& screen, Actions& actions) {
+  const CropWish& wish = viewer.crop.wish;
+  const glm::dvec3 ends[] = {glm::dvec3(wish.box.low), glm::dvec3(wish.box.high)};
+  const auto corner = [&](int bits) {
+    return glm::dvec3(ends[bits & 1].x, ends[bits >> 1 & 1].y, ends[bits >> 2].z);
+  };
+  for (int from = 0; from < 8; ++from) {
+    for (const int axis : {1, 2, 4}) {
+      if ((from & axis) != 0) continue;
+      draw_line(screen, corner(from), corner(from | axis), IM_COL32(0, 0, 0, 160), 3);
+      draw_line(screen, corner(from), corner(from | axis), color_of(kSkyBlue), 1.5f);
+    }
+  }
+  for (int face = 0; face < kBoxFaces; ++face) {
+    const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(handle_of(wish.box, face), 1);
+    if (at.z <= viewer.camera.near_depth) continue;
+    const ImVec2 place = screen.projected(at);
+    const float radius = 6 * screen.scale;
+    if (!(place.x > screen.area.low.x && place.x < screen.area.high.x &&
+          place.y > screen.area.low.y && place.y < screen.area.high.y))
+      continue;
+    screen.draw.AddCircleFilled(place, radius, color_of(kSkyBlue), 24);
+    screen.draw.AddCircle(place, radius, IM_COL32(0, 0, 0, 200), 24, 1.5f * screen.scale);
+    const glm::vec2 middle(place.x, place.y);
+    const std::string name = "crop handle " + std::to_string(face);
+    const auto mouse = draw_handle(name.c_str(), {middle - 1.5f * radius, middle + 1.5f * radius},
+                                   ImGuiMouseCursor_Hand);
+    if (!mouse) continue;
+    if (const auto box = dragged(wish.box, face, viewer.camera, screen.pixel_at(*mouse))) {
+      CropWish moved = wish;
+      moved.box = *box;
+      actions.push_back(call(action::change_crop, moved));
+    }
+  }
+}
+
 void draw_pivot(const Viewer& viewer, const Screen& screen) {
   const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(viewer.pivot, 1);
   if (at.z <= viewer.camera.near_depth) return;
@@ -91,10 +138,6 @@ void draw_pivot(const Viewer& viewer, const Screen& screen) {
   screen.draw.AddCircle(place, 7 * screen.scale, IM_COL32(0, 0, 0, 160), 24, 3.5f * screen.scale);
   screen.draw.AddCircle(place, 7 * screen.scale, IM_COL32(255, 255, 255, 220), 24,
                         1.5f * screen.scale);
-}
-
-ImU32 color_of(glm::vec3 color, float opacity = 1) {
-  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
 }
 
 // The picked Gaussian's ellipse, square and boxes, and the inspected pixel.
@@ -156,6 +199,8 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& action
   }
   if (viewer.panels.inspector && viewer.inspected && viewer.inspected->version == viewer.version)
     draw_inspected(viewer, screen);
+  if (viewer.panels.crop && viewer.crop.wish.boxed && !viewer.crop.applied)
+    draw_crop_box(viewer, screen, actions);
   if (verdict_is_current(viewer)) draw_verdict_marks(viewer, screen);
   if (viewer.moving() && viewer.navigation == Navigation::orbit) draw_pivot(viewer, screen);
   screen.draw.PopClipRect();

@@ -49,6 +49,11 @@ Layout current_layout(const Viewer& viewer) {
 }
 
 std::optional<float> draw_grip(const char* name, const Rect& area) {
+  const auto mouse = draw_handle(name, area, ImGuiMouseCursor_ResizeEW);
+  return mouse ? std::optional(mouse->x) : std::nullopt;
+}
+
+std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cursor) {
   // A window of its own captures the mouse, so that dragging does not turn the camera.
   ImGui::SetNextWindowPos({area.low.x, area.low.y});
   ImGui::SetNextWindowSize({area.size().x, std::max(area.size().y, 1.0f)});
@@ -60,10 +65,11 @@ std::optional<float> draw_grip(const char* name, const Rect& area) {
                    ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::InvisibleButton("grip", ImGui::GetContentRegionAvail());
   const bool active = ImGui::IsItemActive();
-  if (active || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  if (active || ImGui::IsItemHovered()) ImGui::SetMouseCursor(cursor);
   ImGui::End();
   ImGui::PopStyleVar(2);
-  return active ? std::optional(ImGui::GetIO().MousePos.x) : std::nullopt;
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  return active ? std::optional(glm::vec2(mouse.x, mouse.y)) : std::nullopt;
 }
 
 void draw_plate(const std::string& text, float x, float y, float align) {
@@ -104,6 +110,7 @@ constexpr BarPanel kBarPanels[] = {
     {&Panels::split, "Split", draw_split},
     {&Panels::recorder, "Zoom recorder", draw_recorder},
     {&Panels::training, "Training", draw_training},
+    {&Panels::crop, "Crop and clean", draw_crop},
     {&Panels::inspector, "Inspector", draw_inspector},
     {&Panels::cameras, "Cameras and path", draw_cameras},
     {&Panels::info, "Scene and render settings", draw_info},

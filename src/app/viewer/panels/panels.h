@@ -14,6 +14,7 @@
 #include "app/viewer/panels/file_chooser.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
 
@@ -29,6 +30,7 @@ struct PanelState {
     std::string data, model, options;
     bool focus = false;        ///< the first field asks for the keyboard
   } train;                     ///< what is typed in the dialog Train
+  std::string crop_file;       ///< typed name of the cropped scene
   int inspections = 0;         ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;     ///< GL texture of Viewer::photograph, 0 = none
   unsigned thumbnail = 0;      ///< GL texture of the bundled scene's picture, 0 = none
@@ -49,6 +51,9 @@ Layout current_layout(const Viewer& viewer);
 /// An invisible handle over `area` that is dragged to the left and right. Returns the mouse's x
 /// while it is dragged.
 std::optional<float> draw_grip(const char* name, const Rect& area);
+
+/// The same for any direction; `cursor`: an ImGuiMouseCursor. Returns the mouse's place.
+std::optional<glm::vec2> draw_handle(const char* name, const Rect& area, int cursor);
 
 /// A vertical line at `x` over the picture, with arrows to drag it by. Returns the mouse's x while
 /// it is dragged.
@@ -76,6 +81,7 @@ void draw_info(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_training(const Viewer& viewer, PanelState& state, Actions& actions);
+void draw_crop(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_log(const Viewer& viewer, PanelState& state, Actions& actions);

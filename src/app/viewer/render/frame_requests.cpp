@@ -48,7 +48,7 @@ bool numbers_are_wanted(const Viewer& viewer) {
 }
 
 bool is_settled(const Viewer& viewer) {
-  if (viewer.loading || is_training(viewer)) return false;
+  if (viewer.loading || viewer.crop.busy || is_training(viewer)) return false;
   if (!viewer.scene) return true;
   return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !viewer.measuring &&
          !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;

@@ -86,6 +86,7 @@ Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, Rend
     Session& session = context.session;
     session.second.reset();
     context.reference.reset();
+    context.cropped.reset();
     session.renderer = std::move(renderer);
     session.scene = scene;
     session.backend = backend;

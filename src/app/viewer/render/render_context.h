@@ -49,12 +49,19 @@ struct RenderedBeside {
   std::unique_ptr<Renderer> renderer;  ///< of `backend`
 };
 
+/// What session.scene was made of by crop and clean.
+struct CroppedScene {
+  std::shared_ptr<const Scene> whole;
+  bool tinted = false;  ///< it has all Gaussians, with what would go tinted; else the rest
+};
+
 struct RenderContext {
   ActionQueue& reports;
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
-  Session session = {};  ///< scene and renderer are null at first
+  Session session = {};                      ///< scene and renderer are null at first
+  std::optional<CroppedScene> cropped = {};  ///< set while session.scene is one
   std::optional<RenderedBeside> beside = {};
   std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
   std::stop_token stop = {};                     ///< of the running job

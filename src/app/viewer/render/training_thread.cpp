@@ -211,6 +211,7 @@ Job show_model(const TrainedModel& model) {
     const auto begin = std::chrono::steady_clock::now();
     session.second.reset();
     context.reference.reset();
+    context.cropped.reset();
     session.renderer->upload(cloud_of(model.scene), {});
     session.scene = model.scene;
     context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},

@@ -242,6 +242,7 @@ void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderS
   v.backend = backend;
   end_progress(v);
   add_recent(v, scene.path);
+  v.crop = {};
   if (another) {
     v.keyframes.clear();
     v.playback = {};

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/inspect/inspection_text.h"
+#include "app/session/removal_text.h"
 #include "app/session/text.h"
+#include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
@@ -345,6 +347,11 @@ std::string state_json(const Viewer& viewer) {
     if (viewer.shown.other->scene)
       json["split"]["scenes"] = names_of_scenes(viewer, *viewer.shown.other->scene);
     for (const Fact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
+  }
+  if (viewer.crop.wish.removes()) {
+    json["crop"] = {{"text", crop_text(viewer)},
+                    {"applied", viewer.crop.applied},
+                    {"box", format_crop_box(viewer.crop.wish.box)}};
   }
   if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
   if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;

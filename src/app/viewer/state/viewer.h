@@ -24,6 +24,7 @@
 #include "app/session/depth_ahead.h"
 #include "app/session/first_view.h"
 #include "app/session/scene_box.h"
+#include "app/viewer/state/crop.h"
 #include "app/viewer/state/training.h"
 #include "raster/renderer.h"
 
@@ -72,7 +73,7 @@ void use_cameras(ViewedScene& scene);
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
-       split = false, messages = false, training = false, train = false;
+       split = false, messages = false, training = false, train = false, crop = false;
   bool all = true;  ///< false hides all of them
 };
 
@@ -268,6 +269,7 @@ struct Viewer : Turn {
   int inspections = 0;  ///< counts changes of `inspected`
   std::optional<ReferenceComparison> comparison;
   std::optional<Training> training;  ///< the run in the window, also after its end
+  Crop crop;
   std::vector<Keyframe> keyframes;
   bool loops_path = false;  ///< after the last keyframe the path returns to the first
   Playback playback;

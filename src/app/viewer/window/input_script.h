@@ -40,6 +40,7 @@ inline constexpr std::array kScriptCommands = {
     ScriptCommand{"type", "TEXT", 1},
     ScriptCommand{"drop", "PATH", 1},
     ScriptCommand{"paste", "TEXT", 1},
+    ScriptCommand{"crop", "BOX|floaters|nothing", 1},
     ScriptCommand{"sleep", "SECONDS", 1},
     ScriptCommand{"shot", "FILE.png", 1},
     ScriptCommand{"state", "FILE.json", 1},

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes the rest of a cropped scene to a new file.
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "app/report/write_report.h"
+#include "app/session/text.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
+#include "io/scene/writer.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+void write(RenderContext& context, const std::filesystem::path& path) {
+  // The key may come before the crop was carried out.
+  if (!context.cropped || context.cropped->tinted)
+    fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
+         path.string());
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
+    fail(ErrorKind::usage, "{}: this file exists already: choose another name", path.string());
+  const auto end = hide_progress_at_end(context);
+  context.report(action::show_progress, Loading{path, "writing", 0});
+  try {
+    const GaussianCloud& cloud = context.session.scene->cloud;
+    write_scene(cloud, path, *context.session.pool,
+                shown_progress(path, "writing", context.stop, context.reports));
+    context.report(action::notify,
+                   fmt::format("wrote {} ({} Gaussians)", path.string(), grouped(cloud.size())));
+  } catch (const Cancelled&) {
+    context.report(action::notify, std::string("writing was cancelled, nothing was saved"));
+    throw;
+  }
+}
+
+}  // namespace
+
+void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name) {
+  if (!viewer.scene) return;
+  if (!viewer.crop.applied)
+    return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
+  const std::filesystem::path folder = viewer.out_dir;
+  const std::string stem = viewer.scene->name + "_cropped";
+  host.run([=](RenderContext& context) {
+    make_folder(folder);
+    write(context, name.empty() ? free_name(folder, stem, ".ply") : folder / name);
+  });
+}
+
+}  // namespace qs

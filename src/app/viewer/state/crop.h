@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+//
+// Crop and clean, as plain data: what the user removes from the scene, and what the window shows of
+// it. The scene as it was read stays whole; render/crop_scene.h shows parts of it.
+#pragma once
+
+#include <optional>
+
+#include "io/scene/removal.h"
+
+namespace qs {
+
+/// What the user removes. Numbers stay while their switch is off.
+struct CropWish {
+  bool boxed = false, cleans = false;
+  CropBox box;
+  Floaters floaters;
+
+  bool removes() const { return boxed || cleans; }
+  std::optional<CropBox> used_box() const { return boxed ? std::optional(box) : std::nullopt; }
+  std::optional<Floaters> used_floaters() const {
+    return cleans ? std::optional(floaters) : std::nullopt;
+  }
+  bool operator==(const CropWish&) const = default;
+};
+
+/// The whole scene; the same with a count of what goes; with that tinted; or only the rest.
+enum class CropView { whole, counted, marked, rest };
+
+/// What the render thread is to show.
+struct CropRequest {
+  CropWish wish;  ///< nothing for CropView::whole
+  CropView view = CropView::whole;
+  bool operator==(const CropRequest&) const = default;
+};
+
+struct Crop {
+  CropWish wish;
+  bool marks = true;                    ///< while the panel is open, the picture tints what goes
+  bool applied = false;                 ///< the window shows the rest
+  CropRequest asked;                    ///< the last one
+  bool busy = false;                    ///< the render thread has not answered it yet
+  std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
+};
+
+}  // namespace qs

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/crop_actions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "app/session/camera_control.h"
+#include "app/session/removal_text.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/training_actions.h"
+
+namespace qs {
+
+CropRequest wanted_crop(const Viewer& viewer) {
+  const Crop& crop = viewer.crop;
+  if (!viewer.scene || !crop.wish.removes() || is_training(viewer)) return {};
+  if (crop.applied) return {crop.wish, CropView::rest};
+  if (!viewer.panels.crop) return {};
+  return {crop.wish, crop.marks ? CropView::marked : CropView::counted};
+}
+
+CropBox first_box(const ViewedScene& scene) {
+  const glm::vec3 more = 0.25f * glm::max(scene.core.size(), glm::vec3(2 * scene.smallest_radius));
+  return {scene.core.low - more, scene.core.high + more};
+}
+
+std::string crop_text(const Viewer& viewer) {
+  const Crop& crop = viewer.crop;
+  if (!crop.wish.removes()) return "Choose a box, floaters or both.";
+  if (!crop.counts || crop.asked.wish != crop.wish) return crop.busy ? "counting" : "not counted";
+  return removal_text(*crop.counts, crop.applied ? "removed" : "would go");
+}
+
+glm::dvec3 handle_of(const CropBox& box, int face) {
+  glm::dvec3 place = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
+  const int axis = face / 2;
+  place[axis] = static_cast<double>(face % 2 == 0 ? box.low[axis] : box.high[axis]);
+  return place;
+}
+
+std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::dvec3 direction,
+                                  glm::dvec2 pixel) {
+  constexpr double kLeastSine2 = 1e-6;
+  const glm::dvec3 eye = camera.position();
+  const glm::dvec3 ray = glm::normalize(point_at(camera, pixel, 1) - eye);
+  const glm::dvec3 from_eye = point - eye;
+  const double cosine = glm::dot(direction, ray), sine2 = 1 - cosine * cosine;
+  if (!(sine2 > kLeastSine2)) return std::nullopt;
+  const double along = glm::dot(direction, from_eye), ahead = glm::dot(ray, from_eye);
+  if ((ahead - cosine * along) / sine2 <= 0) return std::nullopt;
+  return (cosine * ahead - along) / sine2;
+}
+
+std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camera,
+                               glm::dvec2 pixel) {
+  const int axis = face / 2;
+  const bool low = face % 2 == 0;
+  glm::dvec3 direction(0.0);
+  direction[axis] = 1;
+  const glm::dvec3 handle = handle_of(box, face);
+  const auto by = slide_along(camera, handle, direction, pixel);
+  if (!by) return std::nullopt;
+  const auto at = static_cast<float>(handle[axis] + *by);
+  CropBox moved = box;
+  (low ? moved.low : moved.high)[axis] =
+      low ? std::min(at, box.high[axis]) : std::max(at, box.low[axis]);
+  return moved;
+}
+
+namespace action {
+
+void change_crop(Viewer& v, const CropWish& wish) {
+  if (!v.scene || wish == v.crop.wish) return;
+  const CropWish before = std::exchange(v.crop.wish, wish);
+  CropBox& box = v.crop.wish.box;
+  if (wish.boxed && box == CropBox{}) box = first_box(*v.scene);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (box.low[axis] <= box.high[axis]) continue;
+    if (box.low[axis] != before.box.low[axis]) {
+      box.low[axis] = box.high[axis];
+    } else {
+      box.high[axis] = box.low[axis];
+    }
+  }
+  v.crop.applied = false;
+}
+
+void choose_crop(Viewer& v, const std::string& words) {
+  CropWish wish = v.crop.wish;
+  if (words == "floaters") {
+    wish.cleans = true;
+  } else if (words == "nothing") {
+    wish.boxed = wish.cleans = false;
+  } else {
+    wish.boxed = true;
+    wish.box = parse_crop_box("crop", words);
+  }
+  change_crop(v, wish);
+}
+
+void mark_removed(Viewer& v, bool marks) { v.crop.marks = marks; }
+
+void apply_crop(Viewer& v) {
+  Crop& crop = v.crop;
+  if (!v.scene || crop.applied) return;
+  if (is_training(v)) return notify(v, "the model is being trained: stop that run before cropping");
+  if (!crop.wish.removes()) {
+    v.panels.crop = true;
+    return notify(v, "choose a box or floaters first");
+  }
+  if (crop.counts && crop.asked.wish == crop.wish) {
+    if (crop.counts->going() == 0) return notify(v, "nothing would go");
+    if (crop.counts->counts[0] == 0)
+      return notify_error(v, removal_text(*crop.counts, "would go") + "; choose a larger box");
+  }
+  crop.applied = true;
+}
+
+void undo_crop(Viewer& v) {
+  if (!v.crop.applied) return;
+  v.crop.applied = v.crop.wish.boxed = v.crop.wish.cleans = false;
+  notify(v, "the whole scene again");
+}
+
+void toggle_crop(Viewer& v) { v.crop.applied ? undo_crop(v) : apply_crop(v); }
+
+void crop_shown(Viewer& v, const CropRequest& request, const std::optional<RemovalCounts>& counts,
+                std::uint64_t gaussians) {
+  Crop& crop = v.crop;
+  crop.busy = false;
+  crop.counts = counts;
+  crop.asked = request;
+  if (!v.scene) return;
+  v.scene->gaussians = gaussians;
+  v.inspected.reset();  // it names Gaussians by their numbers
+  view_changed(v);
+  if (request.view == CropView::rest && counts) notify(v, removal_text(*counts, "removed"));
+}
+
+void crop_failed(Viewer& v, const std::string& sentence) {
+  v.crop.busy = v.crop.applied = false;
+  v.crop.counts.reset();
+  notify_error(v, sentence);
+}
+
+}  // namespace action
+}  // namespace qs

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+//
+// Actions of the panel "Crop and clean", its words, and the mathematics of the box's handles.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "app/viewer/state/action.h"
+
+namespace qs {
+
+/// What the window should show now: while the panel is open what goes is counted and tinted. The
+/// whole scene during training.
+CropRequest wanted_crop(const Viewer& viewer);
+
+/// The box that the user starts from: the scene's core and a quarter of its size on all sides.
+CropBox first_box(const ViewedScene& scene);
+
+/// "3 of 500 Gaussians would go: 3 outside of the box", or what to do.
+std::string crop_text(const Viewer& viewer);
+
+/// A handle is in the middle of a face of the box: face 0..5 is low x, high x, low y, ...
+inline constexpr int kBoxFaces = 6;
+glm::dvec3 handle_of(const CropBox& box, int face);
+
+/// The box with a face at the place on its axis that is nearest to the ray through `pixel`, but no
+/// farther than the opposite face. Empty if the ray is parallel to the axis or that place is behind
+/// the camera.
+std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camera,
+                               glm::dvec2 pixel);
+
+/// How far along `direction`, a unit vector, the line from `point` is nearest to the ray through
+/// `pixel`, world units. Empty if they are parallel or the ray's nearest point is behind the
+/// camera.
+std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::dvec3 direction,
+                                  glm::dvec2 pixel);
+
+namespace action {
+
+/// Another wish. The whole scene is back if the rest was shown. A side of the box that would pass
+/// the opposite one stays at it.
+void change_crop(Viewer& viewer, const CropWish& wish);
+/// The wish in words: X0,Y0,Z0,X1,Y1,Z1 crops to a box, "floaters" drops them too, "nothing"
+/// switches both off. Throws Error(usage).
+void choose_crop(Viewer& viewer, const std::string& words);
+void mark_removed(Viewer& viewer, bool marks);
+
+/// Shows the rest only. Refused with a message if nothing would go or nothing would stay.
+void apply_crop(Viewer& viewer);
+/// Shows the whole scene and switches box and floaters off.
+void undo_crop(Viewer& viewer);
+void toggle_crop(Viewer& viewer);
+
+// ---- reports of the render thread --------------------------------------------------------------
+/// `gaussians`: of the scene in the window now.
+void crop_shown(Viewer& viewer, const CropRequest& request,
+                const std::optional<RemovalCounts>& counts, std::uint64_t gaussians);
+void crop_failed(Viewer& viewer, const std::string& sentence);
+
+}  // namespace action
+}  // namespace qs

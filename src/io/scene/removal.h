@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Which Gaussians a crop box and a search for floaters remove from a cloud. Nothing depends on
+// threads or chance; the time is n log n in the number of Gaussians.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// A box along the axes of the cloud in memory (RDF), world units; low <= high. Centres on its
+/// border are inside.
+struct CropBox {
+  glm::vec3 low{0.0f}, high{0.0f};
+  bool operator==(const CropBox&) const = default;
+};
+
+/// Criteria of floaters, which can be switched off one by one.
+struct Floaters {
+  bool faint = true, large = true, isolated = true;
+  float least_opacity = 0.02f;  ///< 0..1: fainter ones go
+  /// Those with a longer standard deviation go; a factor on the longest side of the box that holds
+  /// the middle 90 % of the centres per axis.
+  float largest_size = 0.5f;
+  /// Those with fewer neighbours go. Neighbours are in the 27 cells around the centre. The cells of
+  /// a grid are kCellSigmas standard deviations of the median Gaussian long; larger Gaussians use
+  /// grids with cells 4, 16, ... times as long.
+  int fewest_neighbours = 8;
+
+  static constexpr float kCellSigmas = 4;
+  bool operator==(const Floaters&) const = default;
+};
+
+/// Why a Gaussian goes: the first reason that applies.
+enum class Removed : std::uint8_t { no, outside, faint, large, isolated };
+inline constexpr std::size_t kRemovedReasons = 5;
+
+struct RemovalCounts {
+  std::array<std::size_t, kRemovedReasons> counts{};  ///< index = Removed; `no`: how many stay
+  std::size_t all() const { return std::accumulate(counts.begin(), counts.end(), std::size_t{0}); }
+  std::size_t going() const { return all() - counts[0]; }
+  bool operator==(const RemovalCounts&) const = default;
+};
+
+struct Removal : RemovalCounts {
+  std::vector<Removed> marks;  ///< per Gaussian
+};
+
+/// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to these.
+/// Values that are not numbers fail every criterion.
+Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
+                     const std::optional<Floaters>& floaters);
+
+/// The Gaussians that stay, in their order. `removal` is of this cloud.
+GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal);
+
+}  // namespace qs

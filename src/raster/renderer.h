@@ -76,8 +76,8 @@ struct PixelBox {
 };
 
 /// The parts of a frame to compute besides its statistics. Without color, evaluated and used the
-/// blend stage is skipped, which makes counting pairs fast. Depth is a pass of its own behind the
-/// frame, which the frame's times do not include.
+/// blend stage is skipped, which makes counting pairs fast. Depth is a pass of its own after that
+/// stage; the times of a frame on CUDA do not include it.
 struct Outputs {
   bool color = true;
   bool pairs = false;              ///< Frame::pairs

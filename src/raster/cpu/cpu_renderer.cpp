@@ -64,8 +64,12 @@ class CpuRenderer final : public Renderer {
       if (outputs.used || outputs.depth) classic_.list(frame);
       if (outputs.used) classic_.count_used(frame, result_);
     }
+    if (outputs.depth && !reference) {
+      const Stopwatch depth_clock;
+      classic_.draw_depth(frame, result_);
+      result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
+    }
     result_.stats.frame_ms = frame_clock.ms();
-    if (outputs.depth && !reference) classic_.draw_depth(frame, result_);
     return result_;
   }
 

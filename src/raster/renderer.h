@@ -76,12 +76,14 @@ struct PixelBox {
 };
 
 /// The parts of a frame to compute besides its statistics. Without color, evaluated and used the
-/// blend stage is skipped, which makes counting pairs fast.
+/// blend stage is skipped, which makes counting pairs fast. Depth is a pass of its own after that
+/// stage; the times of a frame on CUDA do not include it.
 struct Outputs {
   bool color = true;
   bool pairs = false;              ///< Frame::pairs
   bool evaluated = false;          ///< Frame::evaluated
   bool used = false;               ///< Frame::used and RenderStats::used_pairs
+  bool depth = false;              ///< Frame::depth
   bool trace = false;              ///< Frame::trace
   std::optional<PixelBox> region;  ///< mode reference draws only these pixels, the rest is 0
   bool stage_times = false;        ///< RenderStats::stage_ms; measuring them may slow the frame
@@ -132,12 +134,22 @@ struct RenderStats {
   int threads = 0;  ///< of the CPU backend's pool; 0 for other backends
 };
 
+/// Alpha and depth per pixel, row by row. z is the depth of a Gaussian's centre in view space, in
+/// units of the scene; its weight is its alpha times the transmittance in front of it.
+struct DepthMaps {
+  std::vector<float> alpha;     ///< 1 - transmittance behind the last Gaussian, 0..1
+  std::vector<float> expected;  ///< mean of z by weight; 0 where alpha is 0
+  std::vector<float> median;    ///< z of the first Gaussian with a transmittance <= 1/2 behind it;
+                                ///< 0 where there is none
+};
+
 struct Frame {
   Image color;  ///< height x width x 3, not clamped; empty if the target is not a HostImage
   TileGrid grid;
   std::vector<std::uint32_t> pairs;      ///< per tile, row by row: pairs listed
   std::vector<std::uint32_t> evaluated;  ///< per pixel: list entries up to where it stopped
   std::vector<std::uint32_t> used;       ///< per tile: pairs that a pixel blended; <= pairs
+  DepthMaps depth;                       ///< empty without Outputs::depth
   Trace trace;
   RenderStats stats;
 };

@@ -349,6 +349,33 @@ TEST(SplitScreen, a_label_stays_at_the_bottom_of_its_strip) {
   }
 }
 
+TEST(Film, of_depth_has_one_scale_for_all_its_pictures) {
+  const TemporaryFolder folder;
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(200, 1, 3), {});
+  FilmPlan plan;
+  plan.track = along({{0, test::front_camera(64, 48)}, {1, camera_standing_at(20, 6)}}, Ease::none);
+  plan.size = kSize;
+  plan.seconds = 0.5;
+  plan.fps = 6;
+  plan.ways.push_back({renderer.get(), {}, "quadbox"});
+  plan.quantity = Quantity::depth;
+  plan.scale = film_scale(plan, {});
+  EXPECT_GT(plan.scale.high, 1) << "not the scale of alpha";
+  write_film(folder / "film", plan, {});
+  for (int i = 0; i < 3; ++i) {
+    const Frame& frame =
+        renderer->render(camera_of(plan.track, i, 3, kSize), {}, outputs_for(Quantity::depth));
+    ValueMap map = map_of(frame, Quantity::depth, kSize.x, kSize.y);
+    map.scale = plan.scale;
+    const Image expected = colored(map);
+    const Image picture = read_image(folder / "film" / fmt::format("frame_{:05}.png", i));
+    ASSERT_EQ(picture.values.size(), expected.values.size());
+    for (std::size_t k = 0; k < expected.values.size(); ++k)
+      ASSERT_EQ(to_8bit(picture.values[k]), to_8bit(expected.values[k])) << i << " " << k;
+  }
+}
+
 TEST(Film, its_pictures_are_the_frames_of_its_cameras) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());

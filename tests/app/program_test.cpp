@@ -309,6 +309,49 @@ TEST_F(Program, the_heat_map_s_total_equals_the_statistics) {
   EXPECT_GT(read_image(folder_ / "h.png").height, 48);
 }
 
+TEST_F(Program, depth_is_written_as_floats_and_as_16_bits_with_its_step) {
+  const ProgramRun floats =
+      render({"--picture", "depth", "--camera-index", "0", "--output", path("d.npy")});
+  ASSERT_EQ(floats.exit_code, kExitOk) << floats.err;
+  EXPECT_THAT(floats.err, HasSubstr("64 x 48, depth: units)"));
+  const Image depth = read_image(folder_ / "d.npy");
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(read_scene(scene_, test::pool()).cloud, {});
+  Outputs outputs;
+  outputs.depth = true;
+  EXPECT_EQ(depth.values, renderer->render(test::front_camera(64, 48), {}, outputs).depth.expected);
+  const ProgramRun steps = render({"--picture", "depth", "--camera-index", "0", "--depth-step",
+                                   "0.01", "--output", path("d.png")});
+  ASSERT_EQ(steps.exit_code, kExitOk) << steps.err;
+  EXPECT_THAT(steps.err, HasSubstr("depth: steps of 0.01 units)"));
+  const Image read = read_image(folder_ / "d.png");
+  for (std::size_t i = 0; i < read.values.size(); ++i)
+    EXPECT_NEAR(655.35f * read.values[i], depth.values[i], 0.0051f);
+  std::ifstream file(folder_ / "d.png", std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(content, HasSubstr(std::string("UnitsPerStep\0", 13) + "0.01"));
+}
+
+TEST_F(Program, all_cameras_have_their_depth) {
+  const ProgramRun run =
+      render({"--picture", "median-depth", "--all-cameras", "--output", path("m.pfm")});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "m_0000_first.pfm")) << run.err;
+}
+
+TEST_F(Program, pictures_that_hold_no_depth_are_refused_before_anything_is_drawn) {
+  const auto refuse = [&](std::vector<std::string> options, const std::string& part) {
+    options.insert(options.end(), {"--picture", "depth"});
+    expect_failure(render(options), kExitUsage, part);
+  };
+  refuse({"--output", path("d.jpg")}, "d.jpg would keep 8 bits: use .npy, .exr");
+  refuse({"--output", path("d.png"), "--heatmap", "pairs"}, "--heatmap is drawn over colours");
+  refuse({"--output", path("d.png"), "--reference", path("a.png")}, "--reference compares colours");
+  refuse({"--output", path("d.png"), "--depth-step", "1e-9"}, "16 bits reach");
+  expect_failure(render({"--output", path("d.png"), "--depth-step", "1"}), kExitUsage,
+                 "--depth-step needs --picture depth");
+}
+
 TEST_F(Program, a_picture_below_the_threshold_ends_with_4_and_shows_the_difference) {
   ASSERT_EQ(render({"--output", path("a.png"), "--camera-index", "0"}).exit_code, kExitOk);
   const std::vector<std::string> same = {

@@ -48,6 +48,20 @@ TEST_F(RenderThreadTest, a_heat_map_s_sum_is_the_frame_s_pairs) {
   EXPECT_EQ(frame->shown.heatmap->total, frame->shown.stats.tile_pairs);
 }
 
+TEST_F(RenderThreadTest, a_picture_of_depth_brings_its_values_and_their_colours) {
+  request_.quantity = Quantity::depth;
+  const auto frame = draw(request_);
+  ASSERT_TRUE(frame && frame->shown.values);
+  const ValueMap& map = *frame->shown.values;
+  EXPECT_EQ(map.values.size(), 96u * 64);
+  const Image expected = colored(map);
+  for (std::size_t i = 0; i < map.values.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      ASSERT_EQ(frame->rgba[4 * i + c], to_8bit(expected.values[3 * i + c]));
+  }
+  EXPECT_FALSE(frame->shown.heatmap);
+}
+
 TEST_F(RenderThreadTest, a_split_request_brings_both_frames_and_their_difference) {
   FrameRequest other = request_;
   other.settings.mode = find_culler("dualbox");

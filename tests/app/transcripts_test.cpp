@@ -75,6 +75,18 @@ TEST_F(Transcripts, render_draws_heat_maps) {
   expect_golden("render_heatmaps");
 }
 
+TEST_F(Transcripts, render_writes_alpha_and_depth) {
+  run({"render scene.ply --picture depth --output depth.png",
+       "render scene.ply --picture alpha --output alpha.png",
+       "render scene.ply --picture median-depth --output median.npy",
+       "render scene.ply --picture depth --output depth.jpg",
+       "render scene.ply --picture depth --depth-step 1e-6 --output depth.png",
+       "render scene.ply --picture alpha --depth-step 1 --output alpha.png",
+       "render scene.ply --picture depth --heatmap pairs --output depth.png"});
+  show({"depth.png", "alpha.png"});
+  expect_golden("render_depth");
+}
+
 TEST_F(Transcripts, render_refuses) {
   run({"render scene.ply",
        "render scene.ply --output a.png --cull 3dgs,reference --heatmap pairs",

@@ -123,6 +123,23 @@ TEST_F(ViewerProgram, heat_map_shows_its_total_and_changes_the_picture) {
   EXPECT_EQ(off.values, read_image(path("again.png")).values);
 }
 
+TEST_F(ViewerProgram, depth_has_a_legend_and_changes_the_picture) {
+  const ProgramRun run =
+      play("key Tab\nwait\nshot " + path("off.png") + "\nkey J\nwait\nshot " + path("on.png") +
+               "\nstate " + path("on.json") + "\nkey Shift+J\nwait\nstate " + path("median.json") +
+               "\nkey J\nwait\nshot " + path("again.png") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json on = state("on.json");
+  EXPECT_EQ(on["picture"]["quantity"], "depth");
+  EXPECT_LT(on["picture"]["low"].get<float>(), on["picture"]["high"].get<float>());
+  EXPECT_EQ(state("median.json")["picture"]["quantity"], "median-depth");
+  EXPECT_THAT(on["caveat"].get<std::string>(), HasSubstr("without colours"));
+  const Image off = read_image(path("off.png")), depth = read_image(path("on.png"));
+  EXPECT_LT(psnr_8bit(off, depth), 25);
+  EXPECT_EQ(off.values, read_image(path("again.png")).values);
+}
+
 TEST_F(ViewerProgram, flying_moves_the_camera_and_home_brings_it_back) {
   const ProgramRun run =
       play("wait\nstate " + path("a.json") + "\nhold W 0.3\nwait\nstate " + path("b.json") +

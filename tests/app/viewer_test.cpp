@@ -81,6 +81,29 @@ TEST(Viewer, heat_maps_toggle_and_take_turns) {
   EXPECT_EQ(viewer.heatmap, HeatQuantity::evaluated);
 }
 
+TEST(Viewer, depth_and_alpha_take_turns_and_replace_heat_maps) {
+  DrivenScene driven(1);
+  const Viewer& viewer = driven.viewer;
+  driven.press("H");
+  const int version = viewer.version;
+  driven.press("J");
+  EXPECT_EQ(viewer.quantity, Quantity::depth);
+  EXPECT_EQ(viewer.heatmap, std::nullopt);
+  EXPECT_GT(viewer.version, version);
+  for (const Quantity next : {Quantity::median_depth, Quantity::alpha, Quantity::depth}) {
+    driven.press("Shift+J");
+    EXPECT_EQ(viewer.quantity, next);
+  }
+  driven.press("Shift+J");
+  driven.press("J");
+  EXPECT_EQ(viewer.quantity, Quantity::color);
+  driven.press("Shift+J");
+  EXPECT_EQ(viewer.quantity, Quantity::median_depth) << "the last one comes back";
+  driven.press("H");
+  EXPECT_EQ(viewer.quantity, Quantity::color);
+  EXPECT_TRUE(viewer.heatmap);
+}
+
 TEST(Viewer, splats_grow_by_a_tenth_and_come_back_to_exactly_one) {
   DrivenScene driven(1);
   driven.press("=");

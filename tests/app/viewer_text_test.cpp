@@ -447,6 +447,25 @@ TEST(PanelText, a_map_of_missed_contributions_names_their_alpha_and_error) {
   EXPECT_EQ(heat_facts(shown), "mode quadbox \u00b7 " + missed_sentence(*shown.missed));
 }
 
+TEST(PanelText, a_legend_of_depth_is_in_units_and_names_the_value_under_the_cursor) {
+  ShownFrame shown;
+  shown.values = ValueMap{Quantity::depth, 2, 1, {0, 1.23456f}, {1, 2, 0.5f}};
+  const std::vector<BarTick> ticks = value_ticks(shown);
+  ASSERT_THAT(ticks, SizeIs(3));
+  EXPECT_EQ(ticks[0].text, "1.0");
+  EXPECT_EQ(ticks[1].text, "1.5");
+  EXPECT_FLOAT_EQ(ticks[1].at, 0.5f);
+  EXPECT_EQ(ticks[2].text, "2.0 units");
+  EXPECT_EQ(value_text(shown, 0), "here: nothing");
+  EXPECT_EQ(value_text(shown, 1), "here: 1.235 units");
+  EXPECT_THAT(value_facts(shown), HasSubstr("units of the scene"));
+  shown.values->quantity = Quantity::alpha;
+  EXPECT_EQ(value_text(shown, 1), "here: 1.235");
+  Viewer viewer;
+  viewer.shown = shown;
+  EXPECT_EQ(hud_caveat(viewer), "without colours: not a measurement");
+}
+
 // ---- the scene, cameras, the inspector ----------------------------------------------------------
 TEST(PanelText, the_scene_s_facts_are_those_of_its_file) {
   Viewer viewer = known_viewer();

@@ -85,6 +85,56 @@ TEST_F(ImageFile, pfm_keeps_every_bit) {
   }
 }
 
+TEST_F(ImageFile, npy_keeps_every_bit) {
+  for (int channels = 1; channels <= 4; ++channels) {
+    const Image image = random_image(23, 5, channels);
+    write_image(image, folder_ / "picture.npy");
+    const Image read = read_image(folder_ / "picture.npy");
+    EXPECT_EQ(read.channels, channels);
+    EXPECT_EQ(read.width, 23);
+    EXPECT_EQ(read.values, image.values);
+  }
+}
+
+TEST_F(ImageFile, npy_has_the_shape_height_width_and_rows_from_the_top) {
+  Image image(1, 2, 1);
+  image.values = {1, 2};
+  write_image(image, folder_ / "picture.npy");
+  const std::string content = content_of(folder_ / "picture.npy");
+  ASSERT_EQ(content.size(), 128u + 8);
+  EXPECT_EQ(content.substr(0, 8), std::string("\x93NUMPY\1\0", 8));
+  EXPECT_THAT(content,
+              HasSubstr("{'descr': '<f4', 'fortran_order': False, 'shape': (2, 1), }      "));
+  EXPECT_EQ(content[127], '\n');
+  EXPECT_EQ(content.substr(128), std::string("\0\0\x80\x3f\0\0\0\x40", 8));
+}
+
+TEST_F(ImageFile, other_npy_arrays_are_refused_with_the_reason) {
+  write_image(random_image(2, 2, 1), folder_ / "picture.npy");
+  const std::string whole = content_of(folder_ / "picture.npy");
+  const auto error_with = [&](const std::string& before, const std::string& after) {
+    std::string changed = whole;
+    changed.replace(changed.find(before), before.size(), after);
+    write_content(folder_ / "picture.npy", changed);
+    return error_of_reading(folder_ / "picture.npy");
+  };
+  EXPECT_THAT(error_with("<f4", "<f8"), HasSubstr("32-bit floats"));
+  EXPECT_THAT(error_with("False", "True "), HasSubstr("C order"));
+  EXPECT_THAT(error_with("(2, 2)", "(2)   "), HasSubstr("shape (height, width)"));
+  EXPECT_THAT(error_with("(2, 2)", "(2, x)"), HasSubstr("shape (height, width)"));
+  EXPECT_THAT(error_with("(2, 2)", "(9, 9)"), HasSubstr("truncated"));
+  EXPECT_THAT(error_with("NUMPY", "NUMBY"), HasSubstr("not an NPY file"));
+}
+
+TEST_F(ImageFile, png_of_16_bits_keeps_65536_steps_in_the_order_of_png) {
+  Image image(5, 1, 1);
+  image.values = {0, 1, 258.0f / 65535, -3, std::numeric_limits<float>::quiet_NaN()};
+  write_16_bit_png(image, folder_ / "picture.png", {{"UnitsPerStep", "0.001"}});
+  const Image read = read_image(folder_ / "picture.png");
+  EXPECT_EQ(read.values, (std::vector<float>{0, 1, 258.0f / 65535, 0, 0}));
+  EXPECT_THAT(content_of(folder_ / "picture.png"), HasSubstr("UnitsPerStep"));
+}
+
 TEST_F(ImageFile, pfm_rows_are_stored_from_the_bottom) {
   Image image(1, 2, 1);
   image.values = {1.0f, 2.0f};
@@ -135,7 +185,7 @@ TEST_F(ImageFile, nan_is_written_as_black) {
 }
 
 TEST_F(ImageFile, every_truncation_is_an_error_and_never_a_crash) {
-  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm"}) {
+  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm", "picture.npy"}) {
     const auto path = folder_ / name;
     write_image(random_image(9, 7, 3), path);
     const std::string whole = content_of(path);
@@ -148,7 +198,7 @@ TEST_F(ImageFile, every_truncation_is_an_error_and_never_a_crash) {
 
 TEST_F(ImageFile, damaged_bytes_never_crash) {
   std::mt19937 random(3);
-  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm"}) {
+  for (const char* name : {"picture.png", "picture.ppm", "picture.pfm", "picture.npy"}) {
     const auto path = folder_ / name;
     write_image(random_image(9, 7, 3), path, {{"Mode", "quadbox"}});
     const std::string whole = content_of(path);

@@ -9,6 +9,7 @@
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/density.h"
+#include "raster/kernel/depth.h"
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/frustum.h"
 #include "raster/kernel/gradient/gaussian.h"
@@ -58,6 +59,11 @@ __global__ void use_gradients(GradientRules<Real> rules,
   gradients[0] = gaussian_gradient<Real>(
       rules, gaussians[0], [&](int i) { return pixels[i]; }, splat_gradient<Real>(splats[0], sums),
       [&](int i, const glm::vec<3, Real>& gradient) { sh[i] = gradient; });
+}
+
+__global__ void use_depth(PixelDepth<float> pixel, float* values) {
+  pixel.add(values[0], values[1], values[2]);
+  values[0] = pixel.alpha() + pixel.expected() + pixel.median;
 }
 
 __global__ void use_activation(const GaussianValues<double>* gaussians, ActiveGaussian* active) {

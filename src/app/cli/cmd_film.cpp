@@ -23,6 +23,7 @@ struct FilmCommand {
   std::optional<bool> numbers;
   double fps = 30;
   Ease ease = Ease::none;
+  Quantity quantity = Quantity::color;
   bool turntable = false, loop = false;
 };
 
@@ -64,6 +65,7 @@ int film(const FilmCommand& command) {
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
+  plan.quantity = command.quantity;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
   for (const CullMode mode : command.frame.modes) {
     plan.ways.push_back({session.renderer.get(), session.settings, mode_name(mode)});
@@ -73,10 +75,15 @@ int film(const FilmCommand& command) {
   {
     const QuitSignals signals;
     ProgressBar bar("filming");
+    plan.scale = film_scale(plan, until_signal(bar.progress()));
     numbers = write_film(command.output, plan, until_signal(bar.progress()));
   }
   fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second)\n", command.output.string(),
              plan.frames(), plan.size.x, plan.size.y, plan.fps);
+  if (plan.quantity != Quantity::color) {
+    fmt::print(stderr, "{}: colours from {}{}\n", row_of(plan.quantity).name,
+               plan.scale.text_of_ends(), row_of(plan.quantity).unit);
+  }
   if (plan.ways.size() > 1) {
     fmt::print("{:16}{:>10}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -109,6 +116,10 @@ Action film_command(Options& options) {
                 {"0.1", "0.25"}, [command = command.get()](const std::string& text) {
                   command->seconds = parse_real("--seconds", text, 0.01, 36000);
                 });
+  options.choice(
+      "--picture", quantity_names(),
+      [command = command.get()](int chosen) { command->quantity = static_cast<Quantity>(chosen); },
+      "what the film shows (default: color); alpha and depths by a colour map with one scale");
   options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
   options.choice(
       "--ease", {std::begin(kEaseNames), std::end(kEaseNames)},

@@ -11,6 +11,7 @@
 #include "app/measure/measure.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
+#include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
 #include "app/session/progress_bar.h"
@@ -25,6 +26,8 @@ struct RenderCommand {
   CameraChoice cameras;
   std::optional<std::filesystem::path> output, stats, reference;
   std::optional<HeatQuantity> heatmap;
+  Quantity quantity = Quantity::color;
+  std::optional<double> depth_step;
   std::optional<int> repeats, heatmap_max;
   std::optional<Shard> shard;
   double reference_threshold = 0;
@@ -74,6 +77,20 @@ void check(const RenderCommand& command) {
   }
 }
 
+void check_quantity(const RenderCommand& command) {
+  const Quantity quantity = command.quantity;
+  const bool is_depth = quantity == Quantity::depth || quantity == Quantity::median_depth;
+  if (command.depth_step && !is_depth)
+    fail(ErrorKind::usage, "render: --depth-step needs --picture depth or median-depth");
+  if (quantity == Quantity::color) return;
+  const char* name = row_of(quantity).name;
+  if (command.heatmap)
+    fail(ErrorKind::usage, "render: --heatmap is drawn over colours, not over --picture {}", name);
+  if (command.reference)
+    fail(ErrorKind::usage, "render: --reference compares colours, not --picture {}", name);
+  if (command.output) require_value_file("render", *command.output, quantity);
+}
+
 // One run of the command over its views.
 class Run {
  public:
@@ -104,7 +121,7 @@ class Run {
       heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heatmap,
                         *session_.pool);
     }
-    const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : Outputs();
+    const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : outputs_for(command_.quantity);
     const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
     MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     if (command_.measures()) {
@@ -147,7 +164,15 @@ class Run {
     if (command_.cameras.several()) path = with_shot(path, shot);
     if (command_.several_modes()) path = with_word(path, name);
     ImageMetadata metadata = frame_metadata(session_.scene->path, shot.camera, mode, frame.stats);
-    if (heatmaps_) {
+    const bool one = !command_.measures();
+    const Progress progress = one ? part_of(progress_, kDrawn, 1) : Progress();
+    std::string values;  // what the file holds instead of colours
+    if (command_.quantity != Quantity::color) {
+      const ValueMap map = map_of(frame, command_.quantity, shot.camera.width, shot.camera.height);
+      values =
+          fmt::format(", {}: {}", row_of(command_.quantity).name,
+                      write_values(map, path, command_.depth_step, std::move(metadata), progress));
+    } else if (heatmaps_) {
       const auto [map, missed] = heatmaps_->map(frame);
       if (missed) fmt::print(stderr, "{}\n", missed_sentence(*missed));
       if (!scale_)
@@ -158,12 +183,11 @@ class Run {
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
       write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
     } else {
-      const bool one = !command_.measures();
-      write_image(frame.color, path, metadata, one ? part_of(progress_, kDrawn, 1) : Progress());
+      write_image(frame.color, path, metadata, progress);
     }
     bar_.hide();
-    fmt::print(stderr, "wrote {} ({}, {}, {} x {})\n", path.string(), shot.origin, name,
-               shot.camera.width, shot.camera.height);
+    fmt::print(stderr, "wrote {} ({}, {}, {} x {}{})\n", path.string(), shot.origin, name,
+               shot.camera.width, shot.camera.height, values);
     return path.string();
   }
 
@@ -209,9 +233,19 @@ Action render_command(Options& options) {
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);
   options.text("--output", "FILE", command->output,
-               "picture file OUT: .png, .ppm, .pfm, .exr, .jpg, ...; several pictures are "
+               "picture file OUT: .png, .ppm, .pfm, .npy, .exr, .jpg, ...; several pictures are "
                "OUT_NUMBER_NAME_MODE",
                {"out.png", "out.pfm"});
+  options.choice(
+      "--picture", quantity_names(),
+      [command = command.get()](int chosen) { command->quantity = static_cast<Quantity>(chosen); },
+      "what the picture holds (default: color); alpha and depths go to .npy, .exr, .pfm, .tif or "
+      "16-bit .png; depth is in units of the scene");
+  options.value("--depth-step", "UNITS",
+                "units per step of a .png of depths (default: the least that holds the picture)",
+                {"0.001", "0.5"}, [command = command.get()](const std::string& text) {
+                  command->depth_step = parse_real("--depth-step", text, 1e-12, 1e12);
+                });
   options.choice(
       "--heatmap", heatmap_names(),
       [command = command.get()](int chosen) {
@@ -241,10 +275,13 @@ Action render_command(Options& options) {
                   "compares the culling modes on one view");
   options.example("quadsplat render plush.spz --heatmap pairs --cull 3dgs --output pairs.png",
                   "where the tile pairs are");
+  options.example("quadsplat render garden/ --all-cameras --picture depth --output depth.npy",
+                  "the expected depth of every camera, as floats");
   options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
                   "the pictures of a flight: f_0000.png to f_0239.png");
   return [command](Arguments) {
     check(*command);
+    check_quantity(*command);
     return Run(*command).all_shots();
   };
 }

@@ -42,7 +42,36 @@ std::vector<StripName> names_of(const std::vector<FilmedBy>& ways) {
   return names;
 }
 
+const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std::stop_token stop) {
+  const Camera camera = camera_of(plan.track, index, plan.frames(), plan.size);
+  Outputs outputs = outputs_for(plan.quantity);
+  outputs.color = plan.quantity == Quantity::color;
+  return way.renderer->render(camera, way.settings, outputs, HostImage{}, std::move(stop));
+}
+
+/// `frame` by the plan's scale.
+Image colored_frame(const FilmPlan& plan, const Frame& frame) {
+  ValueMap map = map_of(frame, plan.quantity, plan.size.x, plan.size.y);
+  map.scale = plan.scale;
+  return colored(map);
+}
+
 }  // namespace
+
+ValueScale film_scale(const FilmPlan& plan, const Progress& progress) {
+  constexpr int kMost = 16;  // pictures
+  if (plan.quantity == Quantity::color || plan.quantity == Quantity::alpha) return {};
+  const int count = std::min(plan.frames(), kMost);
+  std::vector<float> all;
+  for (int i = 0; i < count; ++i) {
+    progress.update(0);
+    const int index = count == 1 ? 0 : i * (plan.frames() - 1) / (count - 1);
+    const Frame& frame = frame_of(plan, plan.ways.front(), index, progress.stop);
+    const std::vector<float>& values = frame.depth.*row_of(plan.quantity).values;
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return scale_for(plan.quantity, all);
+}
 
 int FilmPlan::frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
 
@@ -52,18 +81,18 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
   const auto per_second = static_cast<std::size_t>(std::max(plan.fps, 1.0));
   std::vector<Numbers> numbers(plan.ways.size());
   SplitScreen screen(names_of(plan.ways), plan.size.x, plan.size.y);
-  const auto frame_of = [&](const FilmedBy& way, int index) -> const Frame& {
-    const Camera camera = camera_of(plan.track, index, count, plan.size);
-    return way.renderer->render(camera, way.settings, {}, HostImage{}, progress.stop);
-  };
   write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
     if (plan.numbers)  // a renderer's first frame takes longer
-      for (const FilmedBy& way : plan.ways) frame_of(way, 0);
+      for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop);
     for (int i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < plan.ways.size(); ++k) {
-        const Frame& frame = frame_of(plan.ways[k], i);
+        const Frame& frame = frame_of(plan, plan.ways[k], i, progress.stop);
         numbers[k].add(frame.stats);
-        screen.show(k, frame.color);
+        if (plan.quantity == Quantity::color) {
+          screen.show(k, frame.color);
+        } else {
+          screen.show(k, colored_frame(plan, frame));
+        }
         if (plan.numbers) screen.label(k, lines_of(frame.stats, numbers[k].recent_ms(per_second)));
       }
       add(screen.picture());

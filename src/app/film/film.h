@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/film/camera_track.h"
+#include "app/picture/value_map.h"
 #include "raster/renderer.h"
 
 namespace qs {
@@ -22,9 +23,11 @@ struct FilmedBy {
 struct FilmPlan {
   CameraTrack track;
   glm::ivec2 size{1280, 720};
-  double seconds = 0, fps = 30;  ///< pictures per second
-  std::vector<FilmedBy> ways;    ///< at least one
-  bool numbers = false;          ///< name, FPS and tile pairs are part of the picture
+  double seconds = 0, fps = 30;         ///< pictures per second
+  std::vector<FilmedBy> ways;           ///< at least one
+  bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
+  Quantity quantity = Quantity::color;  ///< others are drawn by a colour map
+  ValueScale scale;                     ///< of that map; see film_scale()
 
   /// Number of pictures, at least 1.
   int frames() const;
@@ -34,6 +37,10 @@ struct FilmPlan {
 struct FilmedNumbers {
   double frame_ms = 0, tile_pairs = 0;
 };
+
+/// The scale that fits the quantity of `plan` in pictures spread over the whole film. Throws Error
+/// and Cancelled.
+ValueScale film_scale(const FilmPlan& plan, const Progress& progress);
 
 /// Draws the film and writes it, see film_file.h. Returns the numbers of each way. The FPS in the
 /// picture are the median of the last second. Throws Error and Cancelled; nothing is left then.

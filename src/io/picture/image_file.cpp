@@ -15,24 +15,16 @@ namespace qs {
 namespace {
 
 constexpr std::array kFormats = {
-    PictureFormat{".png", read_png, write_png},
-    PictureFormat{".jpg", read_jpeg, write_with_module},
-    PictureFormat{".ppm", read_ppm, write_ppm},
-    PictureFormat{".pfm", read_pfm, write_pfm},
+    PictureFormat{".png", read_png, write_png}, PictureFormat{".jpg", read_jpeg, write_with_module},
+    PictureFormat{".ppm", read_ppm, write_ppm}, PictureFormat{".pfm", read_pfm, write_pfm},
+    PictureFormat{".npy", read_npy, write_npy},
 };
 
 // The fallback for all other extensions.
 constexpr PictureFormat kModule{"", read_with_module, write_with_module};
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".jpeg" ? ".jpg" : extension;
-}
-
 const PictureFormat& format_of(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
+  const std::string extension = picture_extension(path);
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PictureFormat& row) {
     return extension == row.extension;
   });
@@ -42,6 +34,13 @@ const PictureFormat& format_of(const std::filesystem::path& path) {
 }  // namespace
 
 std::span<const PictureFormat> picture_formats() { return kFormats; }
+
+std::string picture_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".jpeg" ? ".jpg" : extension;
+}
 
 void check_picture_size(const std::filesystem::path& path, std::int64_t width, std::int64_t height,
                         std::int64_t channels) {
@@ -75,6 +74,14 @@ void write_image(const Image& image, const std::filesystem::path& path,
   }
   replace_file(path, [&](const std::filesystem::path& temporary) {
     format_of(path).write(image, {temporary, path, progress}, metadata);
+  });
+}
+
+void write_16_bit_png(const Image& image, const std::filesystem::path& path,
+                      const ImageMetadata& metadata, const Progress& progress) {
+  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
+  replace_file(path, [&](const std::filesystem::path& temporary) {
+    write_png_16(image, {temporary, path, progress}, metadata);
   });
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads and writes pictures. .png (libpng), .ppm and .pfm are built in, and so is reading .jpg
-// (libjpeg-turbo). Every other format is read and written by the OpenImageIO module, which is
+// Reads and writes pictures. .png (libpng), .ppm, .pfm and .npy are built in, and so is reading
+// .jpg (libjpeg-turbo). Every other format is read and written by the OpenImageIO module, which is
 // loaded on first use because loading takes 0.2 s and 130 MB. Values are stored without colour
 // conversion; 8-bit output is
 //   floor(255 * clamp(x, 0, 1) + 0.5)
@@ -30,5 +30,12 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata = {});
 /// stopped, and the report must not throw. Throws like read_image.
 void write_image(const Image& image, const std::filesystem::path& path,
                  const ImageMetadata& metadata = {}, const Progress& progress = {});
+
+/// The same as a PNG with 16 bits per value: floor(65535 * clamp(x, 0, 1) + 0.5).
+void write_16_bit_png(const Image& image, const std::filesystem::path& path,
+                      const ImageMetadata& metadata = {}, const Progress& progress = {});
+
+/// ".png": in lower case, with .jpg for .jpeg.
+std::string picture_extension(const std::filesystem::path& path);
 
 }  // namespace qs

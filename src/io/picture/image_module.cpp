@@ -40,7 +40,7 @@ const OiioModule& load(const std::filesystem::path& picture) {
     return *entry();
   }
   fail(ErrorKind::device,
-       "{} ({}), which is not installed; .png, .ppm and .pfm work without it, and "
+       "{} ({}), which is not installed; .png, .ppm, .pfm and .npy work without it, and "
        "reading .jpg",
        wanted, kOiioModuleFile);
 }

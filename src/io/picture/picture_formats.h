@@ -32,6 +32,7 @@ std::span<const PictureFormat> picture_formats();
 
 Image read_png(const std::filesystem::path& path);
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
+void write_png_16(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);
 
 Image read_jpeg(const std::filesystem::path& path);
 
@@ -39,6 +40,9 @@ Image read_ppm(const std::filesystem::path& path);
 void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&);
 Image read_pfm(const std::filesystem::path& path);
 void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&);
+
+Image read_npy(const std::filesystem::path& path);
+void write_npy(const Image& image, const PictureTarget& target, const ImageMetadata&);
 
 /// With the OpenImageIO module: every other format, and writing JPEG.
 Image read_with_module(const std::filesystem::path& path);

@@ -45,7 +45,8 @@ class CpuRenderer final : public Renderer {
     const bool reference = settings.mode == kReferenceMode;
     const bool classic =
         !reference && (settings.pipeline == qs::Pipeline::classic || settings.tile_px != kTileSize);
-    if (classic || (!reference && outputs.used)) classic_.activate_once(*cloud_, pool_);
+    if (classic || (!reference && (outputs.used || outputs.depth)))
+      classic_.activate_once(*cloud_, pool_);
 
     const Stopwatch frame_clock;
     const FrameContext frame{
@@ -60,7 +61,13 @@ class CpuRenderer final : public Renderer {
       classic_.draw(frame, outputs, result_);
     } else {
       fast_.draw(frame, outputs, result_);
+      if (outputs.used || outputs.depth) classic_.list(frame);
       if (outputs.used) classic_.count_used(frame, result_);
+    }
+    if (outputs.depth && !reference) {
+      const Stopwatch depth_clock;
+      classic_.draw_depth(frame, result_);
+      result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
     }
     result_.stats.frame_ms = frame_clock.ms();
     return result_;
@@ -77,6 +84,10 @@ class CpuRenderer final : public Renderer {
     result_.pairs.clear();
     result_.used.clear();
     result_.trace = {};
+    for (std::vector<float>* map :
+         {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
+      map->assign(outputs.depth ? pixels : 0, 0.0f);
+    }
     result_.evaluated.assign(outputs.evaluated ? pixels : 0, 0);
     result_.color.width = outputs.color ? width : 0;
     result_.color.height = outputs.color ? height : 0;

@@ -21,6 +21,11 @@ struct FrameContext {
   std::stop_token stop;
   std::function<void(float fraction)> report = {};  ///< see Renderer::report_frames_to()
 
+  /// Index of a pixel in a map of the image.
+  std::size_t pixel(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+           static_cast<std::size_t>(x);
+  }
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
   FootprintRules rules() const {

@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/kernel/depth.h"
 #include "raster/kernel/sh.h"
 #include "raster/scene/activated_cloud.h"
 
@@ -20,7 +21,7 @@ struct ReferenceSplat {
   double opacity;
   glm::dvec3 color;
   PixelBox box;
-  double gamma;
+  double gamma, depth;
   std::uint32_t depth_bits, gaussian;
 };
 
@@ -67,6 +68,7 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
       cloud.sh.data() + i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   splat.color = sh_color<double>(frame.sh_degree(), glm::normalize(position - view.position),
                                  [sh](int k) { return glm::dvec3(sh[k]); });
+  splat.depth = point.z;
   splat.depth_bits = std::bit_cast<std::uint32_t>(static_cast<float>(point.z));
   splat.gaussian = static_cast<std::uint32_t>(i);
   return true;
@@ -77,7 +79,7 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
                const std::vector<const ReferenceSplat*>& splats, int y, const Outputs& outputs,
                Frame& result) {
   const auto width = static_cast<std::size_t>(frame.camera.width);
-  std::vector<double> transmittance(width, 1.0);
+  std::vector<PixelDepth<double>> pixels(width);
   std::vector<glm::dvec3> color(width, glm::dvec3(0));
   std::vector<std::uint32_t> considered(width, 0);
   std::vector<char> live(width, 1);
@@ -93,20 +95,26 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
       if (power > 0) continue;
       const double alpha = std::min(fp64::kAlphaMax, splat->opacity * std::exp(power));
       if (alpha < fp64::kAlphaMin) continue;
-      const double next = transmittance[x] * (1 - alpha);
+      const double next = pixels[x].transmittance * (1 - alpha);
       if (next < fp64::kTransmittanceMin) {
         live[x] = 0;
         continue;
       }
-      color[x] += alpha * transmittance[x] * splat->color;
-      transmittance[x] = next;
+      color[x] += alpha * pixels[x].transmittance * splat->color;
+      pixels[x].add(alpha, splat->depth, next);
     }
   }
   for (auto x = static_cast<std::size_t>(region.x0); x < static_cast<std::size_t>(region.x1); ++x) {
-    if (outputs.evaluated)
-      result.evaluated[static_cast<std::size_t>(y) * width + x] = considered[x];
+    const std::size_t at = frame.pixel(static_cast<int>(x), y);
+    if (outputs.evaluated) result.evaluated[at] = considered[x];
+    if (outputs.depth) {
+      result.depth.alpha[at] = static_cast<float>(pixels[x].alpha());
+      result.depth.expected[at] = static_cast<float>(pixels[x].expected());
+      result.depth.median[at] = static_cast<float>(pixels[x].median);
+    }
     if (!outputs.color) continue;
-    const glm::dvec3 value = color[x] + transmittance[x] * glm::dvec3(frame.settings.background);
+    const glm::dvec3 value =
+        color[x] + pixels[x].transmittance * glm::dvec3(frame.settings.background);
     for (int c = 0; c < 3; ++c)
       result.color.at(static_cast<int>(x), y, c) = static_cast<float>(value[c]);
   }

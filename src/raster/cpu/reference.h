@@ -9,8 +9,8 @@
 
 namespace qs::cpu {
 
-/// Fills color, evaluated (Gaussians tried until the pixel stops), stats.visible and the trace of
-/// `result`, as far as `outputs` requests them.
+/// Fills color, depth, evaluated (Gaussians tried until the pixel stops), stats.visible and the
+/// trace of `result`, as far as `outputs` requests them.
 void render_reference(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
 }  // namespace qs::cpu

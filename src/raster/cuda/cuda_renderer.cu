@@ -129,14 +129,14 @@ class CudaRenderer final : public Renderer {
     pipeline.collect(frame, outputs, pixels_, result_);
     if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
     clock_.read(result_.stats);
+    if (outputs.depth) pipeline.draw_depth(frame, pixels_);
     collect_maps(frame.camera, outputs, target);
   }
 
   /// Waits for the frame and copies the requested maps to the host.
   void collect_maps(const Camera& camera, const Outputs& outputs, const Target& target) {
     check(cudaStreamSynchronize(stream_), "frame");
-    const auto pixels =
-        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    const std::size_t pixels = Pixels::count_of(camera);
     const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);
     result_.color.width = wanted ? camera.width : 0;
     result_.color.height = wanted ? camera.height : 0;
@@ -144,6 +144,13 @@ class CudaRenderer final : public Renderer {
     copy_to_host(pixels_.color.data(), result_.color.values.data(), result_.color.values.size(),
                  stream_);
     if (outputs.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
+    if (outputs.depth) {
+      const float* map = pixels_.depth.data();
+      for (auto* values : {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
+        *values = copied(map, pixels, stream_);
+        map += pixels;
+      }
+    }
   }
 
   ThreadPool& pool_;

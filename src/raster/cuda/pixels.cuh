@@ -30,13 +30,18 @@ struct Pixels {
   DeviceBuffer<float> color;              ///< height x width x 3
   DeviceBuffer<std::uint32_t> evaluated;  ///< height x width
   DeviceBuffer<std::uint8_t> used;        ///< per listed pair: 1 = a pixel blended it
+  DeviceBuffer<float> depth;              ///< alpha, expected and median depth, one after the other
 
-  /// Makes room for the image and the map of evaluated pairs, if `outputs` requests them.
+  static std::size_t count_of(const Camera& camera) {
+    return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  }
+
+  /// Makes room for the image and the maps of pixels, if `outputs` requests them.
   void reserve(const Camera& camera, const Outputs& outputs) {
-    const std::size_t count =
-        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    const std::size_t count = count_of(camera);
     if (outputs.color) color.reserve("the frame's image", 3 * count);
     if (outputs.evaluated) evaluated.reserve("the frame's evaluated pairs", count);
+    if (outputs.depth) depth.reserve("the frame's depth", 3 * count);
   }
 
   /// Makes room for the marks of `pairs` pairs, if `outputs` requests them; clear_used() enqueues

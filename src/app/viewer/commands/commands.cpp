@@ -87,6 +87,7 @@ void grab_window(Viewer& v, Host& host) {
 void toggle_heatmap(Viewer& v) {
   v.hints.map = false;
   v.heatmap = v.heatmap ? std::nullopt : std::optional(v.last_heatmap);
+  v.quantity = Quantity::color;
   picture_changed(v);
 }
 
@@ -94,7 +95,26 @@ void next_heatmap(Viewer& v) {
   const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatQuantities;
   if (v.heatmap) v.last_heatmap = static_cast<HeatQuantity>(next);
   v.heatmap = v.last_heatmap;
+  v.quantity = Quantity::color;
   picture_changed(v);
+}
+
+void show_quantity(Viewer& v, Quantity quantity) {
+  v.quantity = quantity;
+  if (quantity != Quantity::color) v.last_quantity = quantity;
+  v.heatmap.reset();
+  picture_changed(v);
+}
+
+void toggle_quantity(Viewer& v) {
+  show_quantity(v, v.quantity == Quantity::color ? v.last_quantity : Quantity::color);
+}
+
+void next_quantity(Viewer& v) {
+  constexpr auto kOthers = static_cast<int>(kQuantities.size()) - 1;  // without color
+  const int last = static_cast<int>(v.last_quantity);
+  show_quantity(v, v.quantity == Quantity::color ? v.last_quantity
+                                                 : static_cast<Quantity>(last % kOthers + 1));
 }
 
 void scale_splats(Viewer& v, float factor) {
@@ -200,6 +220,9 @@ std::vector<KeyCommand> make_commands() {
       always(panel(GLFW_KEY_TAB, 0, view, "All windows", &Panels::all)),
       row(GLFW_KEY_H, 0, view, "Heat map", toggle_heatmap),
       row(GLFW_KEY_H, kShift, view, "Next heat map", next_heatmap),
+      checked(row(GLFW_KEY_J, 0, view, "Depth or alpha instead of colours", toggle_quantity),
+              [](const Viewer& v) { return v.quantity != Quantity::color; }),
+      row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
       always(row(GLFW_KEY_F11, 0, view, "Full screen",

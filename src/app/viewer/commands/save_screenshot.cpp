@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the picture, with its heat map if one is shown, to
+// Writes the picture, with its heat map if one is shown, or depth or alpha by the colour map, to
 // screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
 #include <fmt/format.h>
 
@@ -24,12 +24,22 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   Renderer& renderer = *context.session.renderer;
   Image picture;
   RenderStats stats;
+  ImageMetadata shown;  // instead of colours
   if (request.heatmap) {
     const HeatmapFrame mapped = render_with_heatmap(
         renderer, camera, request.settings, *request.heatmap, *context.session.pool, context.stop);
     const Heatmap& map = mapped.heatmap;
     picture = draw_heatmap(mapped.frame.color, map, scale_for(map.values), mode_name(mode));
     stats = mapped.frame.stats;
+  } else if (request.quantity != Quantity::color) {
+    const Outputs outputs = outputs_for(request.quantity);
+    const Frame& frame =
+        renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
+    const ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
+    picture = colored(map);
+    stats = frame.stats;
+    shown = {{"Picture", row_of(map.quantity).name},
+             {"Colours", map.scale.text_of_ends() + row_of(map.quantity).unit}};
   } else {
     const Frame& frame = renderer.render(camera, request.settings, {}, HostImage{}, context.stop);
     picture = frame.color;
@@ -40,7 +50,8 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   const std::string stem = fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name(viewer),
                                        mode_name(mode), camera.width, camera.height);
   const std::filesystem::path path = free_name(folder, safe_file_name(stem), ".png");
-  write_image(picture, path, frame_metadata(scene, camera, mode, stats));
+  shown.merge(frame_metadata(scene, camera, mode, stats));
+  write_image(picture, path, shown);
   context.report(action::notify, fmt::format("wrote {}", path.string()));
 }
 

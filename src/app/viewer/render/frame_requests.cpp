@@ -35,6 +35,7 @@ FrameRequest full_frame(const Viewer& viewer) {
     request.other = request.beside ? viewer.variant() : viewer.split.other;
   } else {
     request.heatmap = viewer.heatmap;
+    request.quantity = viewer.quantity;
   }
   return request;
 }

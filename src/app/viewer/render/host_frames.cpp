@@ -28,6 +28,19 @@ RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
   return rendered;
 }
 
+RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
+                          const Camera& camera) {
+  Outputs outputs = outputs_for(request.quantity);
+  outputs.color = false;
+  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
+                                                        HostImage{}, context.stop);
+  ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
+  RenderedFrame rendered{shown_of(request, frame.stats), camera.width, camera.height,
+                         to_rgba(colored(map)),          {},           {}};
+  rendered.shown.values = std::move(map);
+  return rendered;
+}
+
 // No effect until the reference of this view is computed, which takes seconds and a key.
 void set_beside_reference(const RenderContext& context, const FrameRequest& request,
                           RenderedFrame& rendered) {
@@ -108,12 +121,14 @@ void show_map(ShownFrame& shown, Heatmap map) {
 }
 
 bool takes_one_frame(const FrameRequest& request) {
-  return !request.other && request.heatmap != HeatQuantity::missed;
+  return !request.other && request.quantity == Quantity::color &&
+         request.heatmap != HeatQuantity::missed;
 }
 
 RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
                            const Camera& camera) {
   if (request.other) return draw_beside(context, request, camera);
+  if (request.quantity != Quantity::color) return draw_values(context, request, camera);
   if (request.heatmap) return draw_with_map(context, request, camera);
   return rendered_of(request, context.session.renderer->render(camera, request.settings, {},
                                                                HostImage{}, context.stop));

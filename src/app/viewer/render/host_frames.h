@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Draws frames into host memory: all frames of a backend without GL textures, and those that need
-// two renderings (a split window, the map of missed contributions).
+// two renderings (a split window, the map of missed contributions) or show other quantities than
+// colour.
 #pragma once
 
 #include "app/viewer/render/render_context.h"
@@ -17,7 +18,7 @@ RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame);
 /// Sets the heat map and its scale.
 void show_map(ShownFrame& shown, Heatmap map);
 
-/// True if one rendering is enough.
+/// True if one rendering of colours is enough.
 bool takes_one_frame(const FrameRequest& request);
 
 /// `camera`: the request's, at the size to draw. Throws Error and Cancelled.

@@ -20,6 +20,7 @@ struct FrameRequest {
   RenderSettings settings;
   bool moving = false;                  ///< a newer request does not cancel it
   std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
+  Quantity quantity = Quantity::color;  ///< another one only without `heatmap` and `other`
   std::optional<Variant> other;         ///< also drawn, for a split window
   bool beside = false;                  ///< `other` draws RenderContext::beside
   int version = 0, view_version = 0;    ///< of Viewer

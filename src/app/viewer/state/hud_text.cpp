@@ -175,6 +175,7 @@ std::string hud_caveat(const Viewer& viewer) {
   if (viewer.shown.divisor > 1)
     reasons.push_back(fmt::format("drawn at 1/{} size", viewer.shown.divisor));
   if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
+  if (viewer.shown.values) reasons.emplace_back("without colours");
   if (viewer.shown.other) reasons.emplace_back("in a split window");
   if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
@@ -334,6 +335,11 @@ std::string state_json(const Viewer& viewer) {
     json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
                        {"total", viewer.shown.heatmap->total}};
     if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
+  }
+  if (viewer.shown.values) {
+    const ValueMap& map = *viewer.shown.values;
+    json["picture"] = {
+        {"quantity", row_of(map.quantity).name}, {"low", map.scale.low}, {"high", map.scale.high}};
   }
   if (viewer.shown.other) {
     const PixelBox& region = viewer.shown.other->region;

@@ -91,6 +91,29 @@ std::string heat_text(const ShownFrame& shown, std::size_t cell) {
   return text;
 }
 
+std::vector<BarTick> value_ticks(const ShownFrame& shown) {
+  const ValueScale& scale = shown.values->scale;
+  std::vector<BarTick> ticks;
+  for (const float value : scale.ticks())
+    ticks.push_back({(value - scale.low) / (scale.high - scale.low), scale.text(value)});
+  ticks.back().text += row_of(shown.values->quantity).unit;
+  return ticks;
+}
+
+std::string value_facts(const ShownFrame& shown) {
+  const bool is_depth = shown.values->quantity != Quantity::alpha;
+  return fmt::format("mode {} \u00b7 {}", mode_name(shown.mode),
+                     is_depth ? "units of the scene along the view axis, from the camera"
+                              : "1 = nothing behind the Gaussians is seen");
+}
+
+std::string value_text(const ShownFrame& shown, std::size_t pixel) {
+  const ValueMap& map = *shown.values;
+  const float value = map.values[pixel];
+  if (!(value > 0)) return "here: nothing";
+  return fmt::format("here: {:.4g}{}", value, row_of(map.quantity).unit);
+}
+
 std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside) {
   const std::filesystem::path& first = viewer.scene->path;
   const std::array<std::string, 2> names = {scene_name(first), scene_name(beside.path)};

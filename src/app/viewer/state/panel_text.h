@@ -45,6 +45,11 @@ std::vector<BarTick> heat_ticks(const ShownFrame& shown);
 std::string heat_facts(const ShownFrame& shown);
 std::string heat_text(const ShownFrame& shown, std::size_t cell);
 
+/// The same of ShownFrame::values.
+std::vector<BarTick> value_ticks(const ShownFrame& shown);
+std::string value_facts(const ShownFrame& shown);
+std::string value_text(const ShownFrame& shown, std::size_t pixel);
+
 /// The names of the scene and the one beside it: their paths if the names are equal.
 std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside);
 

@@ -20,6 +20,7 @@
 #include "app/measure/camera_path.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
+#include "app/picture/value_map.h"
 #include "app/report/bench_report.h"
 #include "app/session/depth_ahead.h"
 #include "app/session/first_view.h"
@@ -138,6 +139,7 @@ struct ShownFrame {
   std::optional<Heatmap> heatmap;
   std::optional<MissedMap> missed;  ///< of the heat map HeatQuantity::missed
   std::optional<ShownOther> other;  ///< in a split window
+  std::optional<ValueMap> values;   ///< if the picture shows a quantity instead of colours
   Scale map_scale;                  ///< of `heatmap`, or of the pair difference of `other`
 };
 
@@ -245,6 +247,8 @@ struct Viewer : Turn {
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;
   HeatQuantity last_heatmap = HeatQuantity::pairs;
+  Quantity quantity = Quantity::color;  ///< if another one, `heatmap` is unset
+  Quantity last_quantity = Quantity::depth;
   Split split;  ///< used while panels.split
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;

@@ -55,15 +55,6 @@ Span reached(float mean, float half, float origin, int size, int count) {
           clamp_to_int((mean + half - origin) * scale + 1.0f, count)};
 }
 
-/// Whether a pixel of the strip can have alpha >= 1/255. (dx, dy): its first pixel minus the mean.
-bool touches(const BoundedSplat& bounded, float dx, float dy) {
-  const glm::vec3& conic = bounded.splat.log2_conic;
-  const float x = std::clamp(bounded.bound.slope * dy, dx, dx + (kLanes - 1));
-  const float xx = conic.x * x * x, yy = conic.z * dy * dy;
-  const float rounding = -kFalloffRounding * (xx + yy);
-  return xx + yy + conic.y * x * dy + rounding >= bounded.bound.threshold;
-}
-
 /// A block of pixels while it is composited: a tile, or a part of a tile larger than kTileSize.
 struct BlendBlock {
   Strip strips[kTileSize][kStrips];
@@ -99,7 +90,7 @@ struct BlendBlock {
       for (int x = columns.begin; x < columns.end; ++x) {
         Strip& strip = strips[y][x];
         const float dx = x0 + static_cast<float>(x * kLanes) - splat.mean_px.x;
-        if (!strip.any_live || !touches(bounded, dx, dy)) continue;
+        if (!strip.any_live || !touches(bounded, dx, dy, kLanes)) continue;
         if (blend_strip(splat, dx, dy, entry, strip)) {
           std::int32_t any = 0;
           for (const std::int32_t live : strip.live) any |= live;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/classic/classic.h"
 
+#include "raster/cpu/classic/depth.h"
 #include "raster/cpu/classic/used.h"
 #include "raster/cpu/collect.h"
 #include "raster/cpu/stage_clock.h"
@@ -24,12 +25,19 @@ void Classic::draw(const FrameContext& frame, const Outputs& outputs, Frame& res
   collect(visible_, lists_, splat_of, outputs, result);
 }
 
-void Classic::count_used(const FrameContext& frame, Frame& result) {
+void Classic::list(const FrameContext& frame) {
   preprocess(frame, active_, visible_);
   sort(frame, visible_, order_);
   bin(frame, visible_, order_, lists_);
+}
+
+void Classic::count_used(const FrameContext& frame, Frame& result) const {
   cpu::count_used(frame, visible_, lists_, result);
   result.stats.used_pairs = sum_of(result.used);
+}
+
+void Classic::draw_depth(const FrameContext& frame, Frame& result) const {
+  cpu::draw_depth(frame, visible_, lists_, result);
 }
 
 }  // namespace qs::cpu

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Pipeline `classic` of the CPU backend: the stages in plain C++. Tests compare cpu/fast/ with it,
-// and frames that ask for Outputs::used or other tile sizes run on it.
+// and frames that ask for Outputs::used, Outputs::depth or other tile sizes run on it.
 #pragma once
 
 #include "raster/cpu/classic/blend.h"
@@ -14,11 +14,17 @@ class Classic {
   /// Activates `cloud` unless that was done. Call it before the other functions.
   void activate_once(const GaussianCloud& cloud, ThreadPool& pool);
 
-  /// Fills `result`, whose maps already have their sizes, except for the frame's time.
+  /// Fills `result`, whose maps already have their sizes, except for depth and the frame's time.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
-  /// Fills used and used_pairs of a frame that pipeline fast drew: their tile lists are the same.
-  void count_used(const FrameContext& frame, Frame& result);
+  /// Makes the tile lists of a frame that pipeline fast drew: theirs are the same.
+  void list(const FrameContext& frame);
+
+  /// Fills used and used_pairs of a frame after draw() or list().
+  void count_used(const FrameContext& frame, Frame& result) const;
+
+  /// Fills depth of a frame after draw() or list().
+  void draw_depth(const FrameContext& frame, Frame& result) const;
 
  private:
   ActivatedCloud active_;

@@ -3,6 +3,8 @@
 // Stage 1: finds the Gaussians that the view shows.
 #pragma once
 
+#include <algorithm>
+
 #include "raster/cpu/visible.h"
 #include "raster/kernel/blend.h"
 #include "raster/scene/activated_cloud.h"
@@ -23,6 +25,16 @@ struct BoundedSplat {
   Splat splat;
   PixelBound bound;
 };
+
+/// Whether one of `count` pixels side by side can have alpha >= 1/255. (dx, dy): the first of them
+/// minus the mean.
+inline bool touches(const BoundedSplat& bounded, float dx, float dy, int count) {
+  const glm::vec3& conic = bounded.splat.log2_conic;
+  const float x = std::clamp(bounded.bound.slope * dy, dx, dx + static_cast<float>(count - 1));
+  const float xx = conic.x * x * x, yy = conic.z * dy * dy;
+  const float rounding = -kFalloffRounding * (xx + yy);
+  return xx + yy + conic.y * x * dy + rounding >= bounded.bound.threshold;
+}
 
 struct Visible : VisibleSlots {
   Array<BoundedSplat> splats;  ///< per slot

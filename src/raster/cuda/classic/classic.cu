@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/classic.cuh"
 #include "raster/cuda/collect.cuh"
+#include "raster/cuda/depth.cuh"
 
 namespace qs::cuda::classic {
 
@@ -29,6 +30,12 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   collect_lists(
       frame, outputs, pixels, [&] { return list_ranges(frame); }, pairs_.buffers.values,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
+}
+
+void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {
+  const auto in = BlendInput<uint2, LogSplat>::of(frame, pairs_.buffers.values,
+                                                  lists_.ranges.data(), visible_.splats);
+  cuda::draw_depth(frame, in, visible_.depths.data(), pixels);
 }
 
 void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) const {

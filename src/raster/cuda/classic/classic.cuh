@@ -18,6 +18,9 @@ class ClassicPipeline {
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                Frame& result);
 
+  /// Enqueues a pass that fills Pixels::depth of the drawn frame.
+  void draw_depth(const FrameContext& frame, Pixels& pixels) const;
+
  private:
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
   std::vector<ListRange> list_ranges(const FrameContext& frame) const;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <utility>
 
 #include "raster/cuda/collect.cuh"
+#include "raster/cuda/depth.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
 
@@ -10,7 +13,20 @@ namespace qs::cuda::fast {
 namespace {
 
 /// True if the output of the `color` kernel is used.
-bool needs_color(const Outputs& outputs) { return outputs.blends() || outputs.trace; }
+bool needs_color(const Outputs& outputs) {
+  return outputs.blends() || outputs.trace || outputs.depth;
+}
+
+/// Writes the depths of visible Gaussians by their index in the file, as lists have it.
+__global__ void __launch_bounds__(kBlockGaussians)
+    store_depths(const Counters* counters, VisibleView visible, const std::uint32_t* file_indices,
+                 std::uint32_t count, std::uint32_t nearest, float* depths) {
+  if (blockIdx.x >= counters->visible_blocks) return;
+  const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
+  if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
+  const std::uint32_t bits = visible.depth_keys[place] + nearest;
+  std::memcpy(&depths[file_indices[place]], &bits, sizeof bits);
+}
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.
 std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
@@ -184,6 +200,17 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
   collect_lists(
       frame, outputs, pixels, [&] { return list_ranges(frame); }, pairs_.gaussians,
       [&](Trace& trace) { append_gaussians(frame, trace); }, result);
+}
+
+void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
+  const std::uint32_t count = frame.cloud.count;
+  depths_.reserve("the frame's Gaussians", count);
+  launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
+         frame.stream, scratch_.counters, visible_.view(), frame.cloud.file_indices.data(), count,
+         nearest_bits(frame.camera), depths_.data());
+  const auto in = BlendInput<ListRange, BoundedSplat>::of(
+      frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
+  cuda::draw_depth(frame, in, depths_.data(), pixels);
 }
 
 std::vector<ListRange> FastPipeline::list_ranges(const FrameContext& frame) const {

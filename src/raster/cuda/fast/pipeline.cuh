@@ -55,6 +55,9 @@ class FastPipeline {
   void collect(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                Frame& result);
 
+  /// Enqueues a pass that fills Pixels::depth of the drawn frame.
+  void draw_depth(const FrameContext& frame, Pixels& pixels);
+
  private:
   void reserve(const FrameSize& size);
   void run(const FrameContext& frame, const FrameSize& size, const Outputs& outputs, Pixels& pixels,
@@ -70,6 +73,7 @@ class FastPipeline {
   Scratch scratch_;
   Visible visible_;
   TilePairs pairs_;
+  DeviceBuffer<float> depths_;  // by index in the file, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
 };

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/value_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/picture/colormap.h"
+
+namespace qs {
+
+std::vector<std::string> quantity_names() {
+  std::vector<std::string> names;
+  for (const QuantityRow& row : kQuantities) names.emplace_back(row.name);
+  return names;
+}
+
+std::vector<float> ValueScale::ticks() const {
+  std::vector<float> result;
+  const long steps = std::lround((high - low) / step);
+  for (long i = 0; i <= steps; ++i) result.push_back(low + static_cast<float>(i) * step);
+  return result;
+}
+
+std::string ValueScale::text(float value) const {
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-3f)));
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+std::string ValueScale::text_of_ends() const {
+  return fmt::format("{} to {}", text(low), text(high));
+}
+
+ValueScale scale_for(Quantity quantity, std::span<const float> values) {
+  if (quantity == Quantity::alpha) return {};
+  std::vector<float> drawn;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(drawn),
+               [](float value) { return value > 0 && std::isfinite(value); });
+  if (drawn.empty()) return {};
+  const std::size_t beyond = drawn.size() / 200;
+  const auto nth = [&](std::size_t n) {
+    const auto at = drawn.begin() + static_cast<std::ptrdiff_t>(n);
+    std::nth_element(drawn.begin(), at, drawn.end());
+    return static_cast<double>(*at);
+  };
+  const double least = nth(beyond), most = nth(drawn.size() - 1 - beyond);
+  constexpr int kMostSteps = 8;
+  const double reach = std::max(most - least, 1e-3 * most);
+  for (double power = std::pow(10.0, std::floor(std::log10(reach)) - 1);; power *= 10) {
+    for (const double step : {power, 2 * power, 5 * power}) {
+      const double low = std::floor(least / step), high = std::ceil(most / step);
+      if (high - low <= kMostSteps) {
+        return {static_cast<float>(low * step), static_cast<float>(std::max(high, low + 1) * step),
+                static_cast<float>(step)};
+      }
+    }
+  }
+}
+
+Outputs outputs_for(Quantity quantity) {
+  Outputs outputs;
+  outputs.depth = quantity != Quantity::color;
+  return outputs;
+}
+
+ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height) {
+  const std::vector<float>& values = frame.depth.*row_of(quantity).values;
+  return {quantity, width, height, values, scale_for(quantity, values)};
+}
+
+Image values_of(const ValueMap& map) {
+  Image image(map.width, map.height, 1);
+  image.values = map.values;
+  return image;
+}
+
+Image colored(const ValueMap& map) {
+  Image image(map.width, map.height, 3);
+  const float range = map.scale.high - map.scale.low;
+  for (std::size_t i = 0; i < map.values.size(); ++i) {
+    const float value = map.values[i];
+    const glm::vec3 shown =
+        value > 0 ? viridis((value - map.scale.low) / range) : heat_of_zero(0.5f);
+    for (int c = 0; c < 3; ++c) image.values[3 * i + static_cast<std::size_t>(c)] = shown[c];
+  }
+  return image;
+}
+
+}  // namespace qs

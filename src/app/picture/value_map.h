@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// Pictures of other quantities than colour: alpha and depth, as values and by a colour map. To add
+// one: a map in DepthMaps and a row in kQuantities.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "raster/renderer.h"
+
+namespace qs {
+
+enum class Quantity { color, alpha, depth, median_depth };
+
+struct QuantityRow {
+  const char* name;   ///< as users type it
+  const char* title;  ///< of a legend
+  const char* unit;   ///< behind a number, "" for none
+  std::vector<float> DepthMaps::*values;
+};
+
+/// Index = Quantity.
+inline constexpr std::array kQuantities = {
+    QuantityRow{"color", "Colour", "", nullptr},
+    QuantityRow{"alpha", "Alpha: the share of the light that the Gaussians keep back", "",
+                &DepthMaps::alpha},
+    QuantityRow{"depth", "Expected depth: the mean of the Gaussians by weight", " units",
+                &DepthMaps::expected},
+    QuantityRow{"median-depth", "Median depth: the Gaussian behind which half the light is left",
+                " units", &DepthMaps::median},
+};
+
+constexpr const QuantityRow& row_of(Quantity quantity) {
+  return kQuantities[static_cast<std::size_t>(quantity)];
+}
+
+/// The names of kQuantities.
+std::vector<std::string> quantity_names();
+
+/// A range of values with round ends.
+struct ValueScale {
+  float low = 0, high = 1;  ///< multiples of step
+  float step = 0.2f;        ///< 1, 2 or 5 times a power of ten
+
+  std::vector<float> ticks() const;     ///< low, low + step, ..., high
+  std::string text(float value) const;  ///< with the decimals of step
+  std::string text_of_ends() const;     ///< "1.5 to 4"
+};
+
+struct ValueMap {
+  Quantity quantity = Quantity::depth;  ///< not color
+  int width = 0, height = 0;
+  std::vector<float> values;  ///< row by row; 0 where nothing is drawn
+  ValueScale scale;
+};
+
+/// 0 to 1 for alpha. For depths four to eight steps (or fewer) around all but 0.5 % of the values
+/// on each side; values of 0 do not count.
+ValueScale scale_for(Quantity quantity, std::span<const float> values);
+
+/// The outputs that map_of() needs.
+Outputs outputs_for(Quantity quantity);
+
+/// `frame` has width x height pixels and was rendered with outputs_for(quantity).
+ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height);
+
+/// The values as an image of one channel.
+Image values_of(const ValueMap& map);
+
+/// The values by a colour map, from dark violet (low) to yellow (high); dark gray where nothing is
+/// drawn.
+Image colored(const ValueMap& map);
+
+}  // namespace qs

@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-/// Tells which Gaussians of a cloud are huge.
+/// Whether a Gaussian of a cloud is huge.
 class IsHuge {
  public:
   IsHuge(const GaussianCloud& cloud, float length)

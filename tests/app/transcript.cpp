@@ -189,13 +189,13 @@ std::string metadata_of(const std::string& png) {
   return text;
 }
 
-/// Size, mean colour and centre of brightness of a picture.
+/// Size, mean colour and centre of brightness of a picture. Gray counts as three equal channels.
 std::string facts_of(const Image& image) {
   double sums[3] = {}, x_sum = 0, y_sum = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       for (int c = 0; c < 3; ++c) {
-        const auto value = static_cast<double>(image.at(x, y, c));
+        const auto value = static_cast<double>(image.at(x, y, std::min(c, image.channels - 1)));
         sums[c] += value;
         x_sum += value * x;
         y_sum += value * y;

@@ -90,10 +90,11 @@ TEST(TrainStart, gaussians_have_the_colour_of_their_point_and_the_size_of_its_su
       << "a single point has the least size";
 }
 
-TEST(TrainStart, random_points_fill_the_enlarged_box_of_the_cameras) {
-  const DataSet data = test::data_set_of(test::ball_of_gaussians(3, 1), 8);
+TEST(TrainStart, random_points_fill_what_many_pictures_show) {
+  const DataSet data = test::data_set_of(test::ball_of_gaussians(3, 1), 40);
   const auto points = random_points(data, 5000, 1);
-  glm::dvec3 low(1e9), high(-1e9), mean(0);
+  glm::dvec3 low(1e9), high(-1e9), mean(0), least(1e9), most(-1e9);
+  double nearest_camera = 1e9;
   for (const PhotographView& view : data.training) {
     low = glm::min(low, view.camera.position());
     high = glm::max(high, view.camera.position());
@@ -101,11 +102,22 @@ TEST(TrainStart, random_points_fill_the_enlarged_box_of_the_cameras) {
   const glm::dvec3 middle = 0.5 * (low + high), size = high - low;
   for (const ScenePoint& point : points) {
     mean += point.position / 5000.0;
+    least = glm::min(least, point.position);
+    most = glm::max(most, point.position);
     for (int k = 0; k < 3; ++k)
       EXPECT_LE(std::abs(point.position[k] - middle[k]),
                 std::max(1.5 * size[k], data.extent()) + 1e-9);
+    for (const PhotographView& view : data.training)
+      nearest_camera =
+          std::min(nearest_camera, glm::distance(view.camera.position(), point.position));
   }
-  EXPECT_LT(glm::distance(mean, middle), 0.3);
+  // The cameras go round a ball of radius 1 or so at the origin.
+  EXPECT_LT(glm::length(mean), 0.2);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_LT(least[k], -0.5);
+    EXPECT_GT(most[k], 0.5);
+  }
+  EXPECT_GT(nearest_camera, 0.2 * data.extent());
 
   DataSet blender = data;
   blender.blender = true;

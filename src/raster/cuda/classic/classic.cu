@@ -4,6 +4,11 @@
 #include "raster/cuda/depth.cuh"
 
 namespace qs::cuda::classic {
+namespace {
+
+__global__ void empty() {}
+
+}  // namespace
 
 void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                            StageClock& clock) {
@@ -12,6 +17,9 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
     work();
     clock.end(stage, frame.stream);
   };
+  // Where processes take turns on a GPU, the first kernel of a turn starts 0.14 ms late (H200).
+  // This one takes the delay, before the frame is timed.
+  launch("frame", empty, blocks_for(1), frame.stream);
   clock.begin(outputs.stage_times, frame.stream);
   timed(Stage::preprocess, [&] { preprocess(frame, visible_); });
   timed(Stage::bin, [&] { bin(frame, visible_, pairs_); });

@@ -349,15 +349,20 @@ TEST(SplitScreen, a_label_stays_at_the_bottom_of_its_strip) {
   }
 }
 
-TEST(Film, of_depth_has_one_scale_for_all_its_pictures) {
-  const TemporaryFolder folder;
-  const auto renderer = make_renderer(Backend::cpu, test::pool());
-  renderer->upload(test::random_cloud(200, 1, 3), {});
+FilmPlan plan_of_three_pictures() {
   FilmPlan plan;
   plan.track = along({{0, test::front_camera(64, 48)}, {1, camera_standing_at(20, 6)}}, Ease::none);
   plan.size = kSize;
   plan.seconds = 0.5;
   plan.fps = 6;
+  return plan;
+}
+
+TEST(Film, of_depth_has_one_scale_for_all_its_pictures) {
+  const TemporaryFolder folder;
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(200, 1, 3), {});
+  FilmPlan plan = plan_of_three_pictures();
   plan.ways.push_back({renderer.get(), {}, "quadbox"});
   plan.quantity = Quantity::depth;
   plan.scale = film_scale(plan, {});
@@ -380,11 +385,7 @@ TEST(Film, its_pictures_are_the_frames_of_its_cameras) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(200, 1, 3), {});
-  FilmPlan plan;
-  plan.track = along({{0, test::front_camera(64, 48)}, {1, camera_standing_at(20, 6)}}, Ease::none);
-  plan.size = kSize;
-  plan.seconds = 0.5;
-  plan.fps = 6;
+  FilmPlan plan = plan_of_three_pictures();
   for (const char* mode : {"3dgs", "quadbox"}) {
     plan.ways.push_back({renderer.get(), {}, mode});
     plan.ways.back().settings.mode = find_culler(mode);

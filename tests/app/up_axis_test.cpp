@@ -28,7 +28,7 @@ double degrees_between(glm::dvec3 a, glm::dvec3 b) {
 
 glm::dvec3 up_of(const GaussianCloud& cloud) {
   const CloudSample sample = sample_of(cloud, 50'000);
-  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention);
+  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention).up;
 }
 
 TEST(UpAxis, is_the_normal_of_a_tilted_floor_under_objects_and_floaters) {
@@ -99,8 +99,7 @@ TEST(UpAxis, of_clouds_without_surfaces_is_the_convention_s) {
 
 bool upside_down(const GaussianCloud& cloud) {
   const CloudSample sample = sample_of(cloud, 50'000);
-  const Subject subject = find_subject(sample, kSceneDensity);
-  return seems_upside_down(sample, subject, estimate_up(sample, subject, kConvention));
+  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention).upside_down;
 }
 
 GaussianCloud turned_over(GaussianCloud cloud) {

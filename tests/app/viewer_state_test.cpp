@@ -539,13 +539,19 @@ TEST(State, keyframes_are_a_second_apart_and_removed_by_their_index) {
   EXPECT_EQ(driven.viewer.toasts.back().text, "wrote ./garden_path.json");
 }
 
-TEST(State, a_path_is_played_from_its_start_to_its_end_and_again) {
-  DrivenScene driven(0);
+// Keyframes at 2, 3 and 5 seconds, each of another view.
+std::vector<Keyframe> rolling_path(DrivenScene& driven) {
   std::vector<Keyframe> path;
   for (const double time : {2.0, 3.0, 5.0}) {
     path.push_back({time, driven.viewer.camera});
     driven.apply(roll, 1.0);
   }
+  return path;
+}
+
+TEST(State, a_path_is_played_from_its_start_to_its_end_and_again) {
+  DrivenScene driven(0);
+  const std::vector<Keyframe> path = rolling_path(driven);
   driven.apply(set_keyframes, path);
   EXPECT_EQ(driven.viewer.toasts.back().text, "opened a path of 3 keyframes: Space plays it");
   driven.apply(seek, 1.0);
@@ -572,11 +578,7 @@ TEST(State, a_path_is_played_from_its_start_to_its_end_and_again) {
 
 TEST(State, a_path_that_loops_returns_to_its_first_keyframe_and_goes_on) {
   DrivenScene driven(0);
-  std::vector<Keyframe> path;
-  for (const double time : {2.0, 3.0, 5.0}) {
-    path.push_back({time, driven.viewer.camera});
-    driven.apply(roll, 1.0);
-  }
+  const std::vector<Keyframe> path = rolling_path(driven);
   driven.apply(set_keyframes, path);
   driven.apply(toggle_option, &Viewer::loops_path);
   driven.apply(seek, 99.0);

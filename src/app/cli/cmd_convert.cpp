@@ -45,7 +45,7 @@ void refuse_to_replace_input(const ConvertCommand& command) {
 GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud& cloud) {
   const Removal removal = find_removal(
       cloud, command.crop, command.drops_floaters ? std::optional(Floaters()) : std::nullopt);
-  if (removal.counts[0] == 0) {
+  if (removal.staying() == 0) {
     const SceneBox box = scene_box(cloud);
     fail(ErrorKind::usage, "convert: {}: {}; the centres are in the box {}", command.input.string(),
          removal_text(removal, "would be dropped"), format_crop_box({box.low, box.high}));

@@ -16,13 +16,10 @@ Scale round_scale(std::uint32_t maximum) {
   constexpr std::uint64_t kMostSteps = 8;
   constexpr std::uint64_t kLargest = 4'000'000'000;
   const std::uint64_t reach = std::clamp<std::uint64_t>(maximum, 1, kLargest);
-  for (std::uint64_t power = 1;; power *= 10) {
-    for (const std::uint64_t step : {power, 2 * power, 5 * power}) {
-      const std::uint64_t steps = (reach + step - 1) / step;
-      if (steps <= kMostSteps)
-        return {static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(steps * step)};
-    }
-  }
+  const auto steps_of = [reach](std::uint64_t step) { return (reach + step - 1) / step; };
+  const auto step = static_cast<std::uint64_t>(round_step(
+      1, [&](double size) { return steps_of(static_cast<std::uint64_t>(size)) <= kMostSteps; }));
+  return {static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(steps_of(step) * step)};
 }
 
 Scale scale_for(std::span<const std::uint32_t> values) {

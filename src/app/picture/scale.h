@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: MIT
 //
-// A scale from 0 to a maximum, with round numbers.
+// Round numbers: steps, and scales from 0 to a maximum.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace qs {
+
+/// The first of 1, 2 and 5 times powers of ten for which fits(step), from the power at or below
+/// `from` on, which is > 0.
+template <class Fits>
+double round_step(double from, const Fits& fits) {
+  for (double power = std::pow(10.0, std::floor(std::log10(from)));; power *= 10) {
+    for (const double step : {power, 2 * power, 5 * power})
+      if (fits(step)) return step;
+  }
+}
 
 struct Scale {
   std::uint32_t step = 1;                    ///< 1, 2 or 5 times a power of ten

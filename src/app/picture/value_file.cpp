@@ -2,8 +2,8 @@
 #include "app/picture/value_file.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "app/picture/scale.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -33,10 +33,7 @@ void require_value_file(const std::string& who, const std::filesystem::path& pat
 double depth_step_for(float largest) {
   const double least = static_cast<double>(largest) / kSteps;
   if (!(least > 0)) return 0.001;
-  for (double power = std::pow(10.0, std::floor(std::log10(least)));; power *= 10) {
-    for (const double step : {power, 2 * power, 5 * power})
-      if (step >= least) return step;
-  }
+  return round_step(least, [least](double step) { return step >= least; });
 }
 
 std::string write_values(const ValueMap& map, const std::filesystem::path& path,

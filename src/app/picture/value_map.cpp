@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/picture/colormap.h"
+#include "app/picture/scale.h"
 
 namespace qs {
 
@@ -47,15 +48,12 @@ ValueScale scale_for(Quantity quantity, std::span<const float> values) {
   const double least = nth(beyond), most = nth(drawn.size() - 1 - beyond);
   constexpr int kMostSteps = 8;
   const double reach = std::max(most - least, 1e-3 * most);
-  for (double power = std::pow(10.0, std::floor(std::log10(reach)) - 1);; power *= 10) {
-    for (const double step : {power, 2 * power, 5 * power}) {
-      const double low = std::floor(least / step), high = std::ceil(most / step);
-      if (high - low <= kMostSteps) {
-        return {static_cast<float>(low * step), static_cast<float>(std::max(high, low + 1) * step),
-                static_cast<float>(step)};
-      }
-    }
-  }
+  const double step = round_step(0.1 * reach, [&](double size) {
+    return std::ceil(most / size) - std::floor(least / size) <= kMostSteps;
+  });
+  const double low = std::floor(least / step), high = std::max(std::ceil(most / step), low + 1);
+  return {static_cast<float>(low * step), static_cast<float>(high * step),
+          static_cast<float>(step)};
 }
 
 Outputs outputs_for(Quantity quantity) {

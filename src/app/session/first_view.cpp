@@ -121,14 +121,13 @@ Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3
                        ThreadPool& pool) {
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
-  const glm::dvec3 upward = up ? *up : estimate_up(sample, whole, {0, -1, 0});
-  const bool upside_down = !up && seems_upside_down(sample, whole, upward);
-  const auto chosen = [upside_down](const std::vector<Candidate>& candidates) {
+  const UpEstimate upward = up ? UpEstimate{*up} : estimate_up(sample, whole, {0, -1, 0});
+  const auto chosen = [&](const std::vector<Candidate>& candidates) {
     Framing framing = best_of(candidates);
-    framing.upside_down = upside_down;
+    framing.upside_down = upward.upside_down;
     return framing;
   };
-  const Ground ground(whole, upward);
+  const Ground ground(whole, upward.up);
   const Shape whole_shape = shape_of(whole, smallest);
   CandidateViews whole_views(sample, whole, ground, whole_shape, pool);
   if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))

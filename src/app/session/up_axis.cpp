@@ -207,11 +207,15 @@ double support(const Plane& plane, const std::vector<Piece>& pieces) {
   return 0.5 + 0.5 * above / all;
 }
 
-// The likeliest floor. Its weight counts by how likely it is, for comparisons.
+/// The likeliest floor.
 struct Floor {
   Plane plane;
-  double score = 0;
+  double score = 0;  ///< for comparisons of floors
 };
+
+double score_of(const Plane& plane, const std::vector<Piece>& pieces, glm::dvec3 convention) {
+  return likelihood(plane, convention) * support(plane, pieces);
+}
 
 std::optional<Floor> find_floor(const Surfaces& surfaces, glm::dvec3 convention) {
   const auto& [pieces, finder] = surfaces;
@@ -231,7 +235,7 @@ std::optional<Floor> find_floor(const Surfaces& surfaces, glm::dvec3 convention)
     if (tried.size() == kRefined) break;
     tried.push_back(normal);
     const Plane plane = finder.plane_near(normal);
-    const double score = likelihood(plane, convention) * support(plane, pieces);
+    const double score = score_of(plane, pieces, convention);
     if (tilt(plane.normal, convention) > kFarthestTilt || score <= best.score) continue;
     best = {plane, score};
   }
@@ -265,18 +269,20 @@ glm::dvec3 world_up(std::string_view vertical_axis) {
   return {0, -1, 0};
 }
 
-glm::dvec3 estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention) {
+UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention) {
   const Surfaces surfaces(sample, subject);
-  if (surfaces.pieces.size() < kLeastPieces) return convention;
-  if (const auto floor = find_floor(surfaces, convention)) return floor->plane.normal;
-  return axis_of_walls(surfaces.pieces, convention).value_or(convention);
-}
-
-bool seems_upside_down(const CloudSample& sample, const Subject& subject, glm::dvec3 up) {
-  const Surfaces surfaces(sample, subject);
-  if (surfaces.pieces.size() < kLeastPieces) return false;
-  const std::optional<Floor> below = find_floor(surfaces, up), above = find_floor(surfaces, -up);
-  return above && (!below || above->score > kUpsideDown * below->score);
+  if (surfaces.pieces.size() < kLeastPieces) return {convention};
+  std::optional<Floor> below = find_floor(surfaces, convention);
+  glm::dvec3 up = convention;
+  if (below) {
+    up = below->plane.normal;
+    below->score = score_of(below->plane, surfaces.pieces, up);
+  } else if (const auto axis = axis_of_walls(surfaces.pieces, convention)) {
+    up = *axis;
+    below = find_floor(surfaces, up);
+  }
+  const std::optional<Floor> above = find_floor(surfaces, -up);
+  return {up, above && (!below || above->score > kUpsideDown * below->score)};
 }
 
 }  // namespace qs

@@ -51,9 +51,9 @@ std::string photograph_name(const std::string& file_name);
 /// Deviation of the matrix from a rotation: the largest deviation of its product with its transpose
 /// from the identity, and of its determinant from 1. Files are accepted up to kMaxRotationError.
 double rotation_error(const glm::dmat3& matrix);
+inline constexpr double kMaxRotationError = 1e-3;
 
 /// Throws Error(input) "WHERE: ..." for a camera whose frames single precision cannot hold.
 void check_camera(const Camera& camera, const std::string& where);
-inline constexpr double kMaxRotationError = 1e-3;
 
 }  // namespace qs

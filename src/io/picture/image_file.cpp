@@ -5,6 +5,9 @@
 #include <array>
 #include <cassert>
 #include <cctype>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "io/bytes/replace_file.h"
@@ -40,6 +43,24 @@ std::string picture_extension(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension == ".jpeg" ? ".jpg" : extension;
+}
+
+std::string read_picture_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail("{}: cannot be opened", path.string());
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::ofstream open_picture(const PictureTarget& target) {
+  std::ofstream file(target.file, std::ios::binary);
+  if (!file) fail("{}: cannot be written", target.shown.string());
+  errno = 0;
+  return file;
+}
+
+void close_picture(std::ofstream& file, const PictureTarget& target) {
+  file.close();
+  if (!file) fail_to_write(target.shown, target.file);
 }
 
 void check_picture_size(const std::filesystem::path& path, std::int64_t width, std::int64_t height,

@@ -6,27 +6,17 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 
-#include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 namespace {
-
-std::string read_all(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail("{}: cannot be opened", path.string());
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // The four words before the pixels (magic, width, height, maximum or scale) and where the pixels
 // begin.
@@ -77,21 +67,9 @@ Image make_image(const Header& header, std::string_view content, const std::file
   return {static_cast<int>(width), static_cast<int>(height), channels};
 }
 
-std::ofstream open_for_writing(const PictureTarget& target) {
-  std::ofstream file(target.file, std::ios::binary);
-  if (!file) fail("{}: cannot be written", target.shown.string());
-  errno = 0;
-  return file;
-}
-
 void require_opaque(const Image& image, const PictureTarget& target) {
   if (image.channels == 1 || image.channels == 3) return;
   fail("{}: this format holds gray or RGB, not {} channels", target.shown.string(), image.channels);
-}
-
-void finish(std::ofstream& file, const PictureTarget& target) {
-  file.close();
-  if (!file) fail_to_write(target.shown, target.file);
 }
 
 template <class T>
@@ -106,7 +84,7 @@ constexpr bool kLittleEndian = std::endian::native == std::endian::little;
 }  // namespace
 
 Image read_ppm(const std::filesystem::path& path) {
-  const std::string content = read_all(path);
+  const std::string content = read_picture_bytes(path);
   const Header header = read_header(content, path);
   const bool color = header.words[0] == "P6";
   if (!color && header.words[0] != "P5")
@@ -127,18 +105,18 @@ Image read_ppm(const std::filesystem::path& path) {
 
 void write_ppm(const Image& image, const PictureTarget& target, const ImageMetadata&) {
   require_opaque(image, target);
-  std::ofstream file = open_for_writing(target);
+  std::ofstream file = open_picture(target);
   file << (image.channels == 3 ? "P6\n" : "P5\n") << image.width << ' ' << image.height
        << "\n255\n";
   std::string bytes(image.values.size(), '\0');
   std::transform(image.values.begin(), image.values.end(), bytes.begin(),
                  [](float value) { return static_cast<char>(to_8bit(value)); });
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  finish(file, target);
+  close_picture(file, target);
 }
 
 Image read_pfm(const std::filesystem::path& path) {
-  const std::string content = read_all(path);
+  const std::string content = read_picture_bytes(path);
   const Header header = read_header(content, path);
   const bool color = header.words[0] == "PF";
   if (!color && header.words[0] != "Pf")
@@ -160,7 +138,7 @@ Image read_pfm(const std::filesystem::path& path) {
 
 void write_pfm(const Image& image, const PictureTarget& target, const ImageMetadata&) {
   require_opaque(image, target);
-  std::ofstream file = open_for_writing(target);
+  std::ofstream file = open_picture(target);
   file << (image.channels == 3 ? "PF\n" : "Pf\n") << image.width << ' ' << image.height
        << "\n-1.0\n";
   std::vector<float> row(static_cast<std::size_t>(image.width * image.channels));
@@ -170,7 +148,7 @@ void write_pfm(const Image& image, const PictureTarget& target, const ImageMetad
     file.write(reinterpret_cast<const char*>(row.data()),
                static_cast<std::streamsize>(row.size() * 4));
   }
-  finish(file, target);
+  close_picture(file, target);
 }
 
 }  // namespace qs

@@ -4,16 +4,12 @@
 // little endian, in C order, rows from the top.
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 #include "raster/base/fail.h"
 
@@ -54,9 +50,7 @@ std::vector<std::int64_t> numbers_of(std::string_view tuple) {
 }  // namespace
 
 Image read_npy(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail("{}: cannot be opened", path.string());
-  const std::string content{std::istreambuf_iterator<char>(file), {}};
+  const std::string content = read_picture_bytes(path);
   const std::size_t size_bytes = content.size() > 6 && content[6] == 1 ? 2 : 4;
   std::size_t begin = 8 + size_bytes;
   if (!content.starts_with(kMagic) || content.size() < begin)
@@ -86,9 +80,7 @@ Image read_npy(const std::filesystem::path& path) {
 }
 
 void write_npy(const Image& image, const PictureTarget& target, const ImageMetadata&) {
-  std::ofstream file(target.file, std::ios::binary);
-  if (!file) fail("{}: cannot be written", target.shown.string());
-  errno = 0;
+  std::ofstream file = open_picture(target);
   const std::string channels = image.channels > 1 ? fmt::format(", {}", image.channels) : "";
   std::string header =
       fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}{}), }}", image.height,
@@ -104,8 +96,7 @@ void write_npy(const Image& image, const PictureTarget& target, const ImageMetad
   file.write(header.data(), static_cast<std::streamsize>(header.size()));
   file.write(reinterpret_cast<const char*>(image.values.data()),
              static_cast<std::streamsize>(image.values.size() * sizeof(float)));
-  file.close();
-  if (!file) fail_to_write(target.shown, target.file);
+  close_picture(file, target);
 }
 
 }  // namespace qs

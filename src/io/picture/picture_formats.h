@@ -7,7 +7,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <span>
+#include <string>
 
 #include "io/picture/image_file.h"
 
@@ -29,6 +31,12 @@ struct PictureFormat {
 };
 
 std::span<const PictureFormat> picture_formats();
+
+// For formats that are written through a stream.
+std::string read_picture_bytes(const std::filesystem::path& path);
+std::ofstream open_picture(const PictureTarget& target);
+/// Throws Error(input) unless everything was written.
+void close_picture(std::ofstream& file, const PictureTarget& target);
 
 Image read_png(const std::filesystem::path& path);
 void write_png(const Image& image, const PictureTarget& target, const ImageMetadata& metadata);

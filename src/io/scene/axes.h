@@ -44,7 +44,8 @@ constexpr AxisSigns signs_to_rdf(std::size_t number) {
 /// Whether `name` is one of kAxes or of the other right-handed frames, 28 in all.
 bool is_axes(std::string_view name);
 
-/// The frame whose values are upside down in `name`: turned by half about its Left-Right axis.
+/// The name after half a turn about the axis from left to right: up and down change places, and so
+/// do back and forward.
 std::string turned_over(std::string_view name);
 
 /// Turns vectors of the frame into RDF. is_axes(name) must hold.

@@ -223,7 +223,7 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
 
 GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal) {
   Numbers rest;
-  rest.reserve(removal.counts[0]);
+  rest.reserve(removal.staying());
   for (std::size_t i = 0; i < removal.marks.size(); ++i)
     if (removal.marks[i] == Removed::no) rest.push_back(static_cast<std::uint32_t>(i));
   return select(cloud, rest);

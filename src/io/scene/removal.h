@@ -45,9 +45,10 @@ enum class Removed : std::uint8_t { no, outside, faint, large, isolated };
 inline constexpr std::size_t kRemovedReasons = 5;
 
 struct RemovalCounts {
-  std::array<std::size_t, kRemovedReasons> counts{};  ///< index = Removed; `no`: how many stay
+  std::array<std::size_t, kRemovedReasons> counts{};  ///< index = Removed
   std::size_t all() const { return std::accumulate(counts.begin(), counts.end(), std::size_t{0}); }
-  std::size_t going() const { return all() - counts[0]; }
+  std::size_t staying() const { return counts[static_cast<std::size_t>(Removed::no)]; }
+  std::size_t going() const { return all() - staying(); }
   bool operator==(const RemovalCounts&) const = default;
 };
 

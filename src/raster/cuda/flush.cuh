@@ -54,6 +54,17 @@ __device__ inline float fma_flush(float a, float b, float c) {
 #endif
 }
 
+/// 1 / x, relative error below 2^-22 (PTX ISA, rcp.approx).
+__device__ inline float reciprocal_flush(float x) {
+#ifdef __CUDA_ARCH__
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+#else
+  return flushed(1.0 / double{x});
+#endif
+}
+
 /// Square root. Approximate: callers add a margin for rounding.
 __device__ inline float sqrt_flush(float x) {
 #ifdef __CUDA_ARCH__

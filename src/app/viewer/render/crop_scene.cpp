@@ -51,7 +51,7 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
   const GaussianCloud& cloud = whole->cloud;
   const Removal removal =
       find_removal(cloud, request.wish.used_box(), request.wish.used_floaters());
-  if (request.view == CropView::rest && removal.counts[0] == 0)
+  if (request.view == CropView::rest && removal.staying() == 0)
     fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
   if (removal.going() == 0 || request.view == CropView::counted) {
     show(context, whole);

@@ -114,7 +114,7 @@ void apply_crop(Viewer& v) {
   }
   if (crop.counts && crop.asked.wish == crop.wish) {
     if (crop.counts->going() == 0) return notify(v, "nothing would go");
-    if (crop.counts->counts[0] == 0)
+    if (crop.counts->staying() == 0)
       return notify_error(v, removal_text(*crop.counts, "would go") + "; choose a larger box");
   }
   crop.applied = true;

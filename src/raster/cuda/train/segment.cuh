@@ -14,17 +14,6 @@ __device__ inline unsigned lowest_bit(unsigned bits) {
   return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
 }
 
-/// 1 / x, relative error below 2^-22 (PTX ISA, rcp.approx); flushes to zero, see flush.cuh.
-__device__ inline float reciprocal_flush(float x) {
-#ifdef __CUDA_ARCH__
-  float result;
-  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
-  return result;
-#else
-  return flushed(1.0 / double{x});
-#endif
-}
-
 /// What composite() of the CPU decides for a pixel, with fewer instructions: the backend is built
 /// without contraction, so multiplications and additions are fused by name.
 struct Contribution {

@@ -10,6 +10,7 @@
 
 #include "app/picture/colormap.h"
 #include "app/picture/value_file.h"
+#include "io/bytes/json_text.h"
 #include "support/error_of.h"
 #include "support/temporary_folder.h"
 
@@ -83,6 +84,11 @@ TEST(ValueFile, floats_keep_the_values) {
     EXPECT_EQ(read.channels, 1) << name;
     EXPECT_EQ(read.values, map.values) << name;
   }
+  // "chlist", four bytes for the size of the list, then the name of its first channel.
+  const std::string exr = read_text_file(folder / "a.exr", 1 << 20);
+  const std::size_t list = exr.find(std::string("chlist\0", 7));
+  ASSERT_NE(list, std::string::npos);
+  EXPECT_EQ(exr.substr(list + 11, 2), std::string("Z\0", 2));
 }
 
 TEST(ValueFile, png_holds_depth_in_round_steps_and_says_which) {

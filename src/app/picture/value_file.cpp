@@ -44,6 +44,7 @@ std::string write_values(const ValueMap& map, const std::filesystem::path& path,
   Image image = values_of(map);
   if (!is_png(path)) {
     metadata["Values"] = is_depth ? "units" : "0 to 1";
+    metadata[kChannelText] = is_depth ? "Z" : "A";
     write_image(image, path, metadata, progress);
     return metadata["Values"];
   }

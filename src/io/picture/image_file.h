@@ -19,6 +19,10 @@ namespace qs {
 /// Stored as text in formats that support it (PNG tEXt, EXR attributes), ignored elsewhere.
 using ImageMetadata = std::map<std::string, std::string>;
 
+/// The entry that names the channel of an EXR file with one channel, "Y" without it. Other programs
+/// look for depth in "Z" and for alpha in "A".
+inline constexpr const char* kChannelText = "Channel";
+
 /// Returns 1 to 4 channels as stored, integers scaled to 0..1. Throws Error(input), or
 /// Error(device) if the format needs the module and it cannot be loaded.
 Image read_image(const std::filesystem::path& path);

@@ -71,10 +71,15 @@ void write_with_module(const Image& image, const PictureTarget& target,
                        const ImageMetadata& metadata) {
   const OiioModule& module = module_for(target.shown);
   std::vector<OiioText> texts;
-  for (const auto& [key, value] : metadata) texts.push_back({key.c_str(), value.c_str()});
+  for (const auto& [key, value] : metadata) {
+    if (key != kChannelText) texts.push_back({key.c_str(), value.c_str()});
+  }
+  const auto channel = metadata.find(kChannelText);
+  const bool named = channel != metadata.end() && image.channels == 1;
   // The module does not write through `values`.
   const OiioPicture picture{image.width, image.height, image.channels,
-                            const_cast<float*>(image.values.data())};
+                            const_cast<float*>(image.values.data()),
+                            named ? channel->second.c_str() : nullptr};
   OiioMessage message{};
   if (!module.write(target.file.c_str(), &picture, texts.data(), static_cast<int>(texts.size()),
                     &message)) {

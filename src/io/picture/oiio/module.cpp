@@ -34,7 +34,7 @@ void* open(const char* path, OiioPicture* picture, OiioMessage* message) try {
     return nullptr;
   }
   const OIIO::ImageSpec& spec = input->spec();
-  *picture = {spec.width, spec.height, std::min(spec.nchannels, 4), nullptr};
+  *picture = {spec.width, spec.height, std::min(spec.nchannels, 4), nullptr, nullptr};
   return input.release();
 } catch (const std::exception& error) {
   say(message, error.what());
@@ -73,6 +73,7 @@ int write(const char* path, const OiioPicture* picture, const OiioText* texts, i
   keep_alpha_as_stored(spec);
   spec.attribute("CompressionQuality", 95);
   spec.attribute("jpeg:subsampling", "4:4:4");
+  if (picture->channel != nullptr) spec.channelnames.assign(1, picture->channel);
   for (int i = 0; i < text_count; ++i) spec.attribute(texts[i].key, texts[i].value);
 
   bool good = output->open(path, spec);

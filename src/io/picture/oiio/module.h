@@ -8,7 +8,7 @@
 
 namespace qs {
 
-inline constexpr int kOiioModuleVersion = 1;
+inline constexpr int kOiioModuleVersion = 2;
 inline constexpr const char* kOiioModuleFile = "quadsplat_oiio.so";
 inline constexpr const char* kOiioModuleEntry = "quadsplat_oiio_module";
 
@@ -20,6 +20,7 @@ struct OiioMessage {
 struct OiioPicture {
   int width, height, channels;
   float* values;
+  const char* channel;  ///< name of the only channel that write() uses; null: the usual one
 };
 
 /// Metadata entry.

@@ -6,9 +6,67 @@
 
 #include "app/train/nearest.h"
 #include "raster/kernel/constants.h"
+#include "raster/kernel/project.h"
 #include "raster/kernel/random.h"
 
 namespace qs::train {
+namespace {
+
+struct Box {
+  glm::dvec3 low, size;
+};
+
+// The cameras' bounding box enlarged 3 times around its middle.
+Box box_around_cameras(const DataSet& data) {
+  glm::dvec3 low = data.training.front().camera.position(), high = low;
+  for (const PhotographView& view : data.training) {
+    low = glm::min(low, view.camera.position());
+    high = glm::max(high, view.camera.position());
+  }
+  // Cameras in a plane or a point still need a box with a volume.
+  const glm::dvec3 half = glm::max(1.5 * (high - low), glm::dvec3(data.extent()));
+  return {0.5 * (low + high) - half, 2.0 * half};
+}
+
+constexpr int kCells = 64;  // of the grid along an axis of the box
+
+// The cell's low corner, counted in cells from that of the box.
+glm::dvec3 corner_of(std::size_t cell) {
+  return {cell % kCells, cell / kCells % kCells, cell / (kCells * kCells)};
+}
+
+// `place` is counted as corner_of() does.
+glm::dvec3 position_in(const Box& box, glm::dvec3 place) {
+  return box.low + box.size * place / double{kCells};
+}
+
+// The cells that many pictures show: at least half as many as show the cell that most show. A cell
+// is shown if its middle is. Most pictures show a subject that cameras go round, few show a camera.
+std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const Box& box) {
+  constexpr std::size_t kMostCameras = 200;
+  const std::size_t stride = 1 + (data.training.size() - 1) / kMostCameras;
+  std::vector<int> pictures(std::size_t{kCells} * kCells * kCells, 0);
+  for (std::size_t i = 0; i < data.training.size(); i += stride) {
+    const Camera& camera = data.training[i].camera;
+    const View<double> view = make_view<double>(camera);
+    for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
+      const glm::dvec3 at = to_view(view, position_in(box, corner_of(cell) + 0.5));
+      if (at.z <= view.near_depth) continue;
+      const glm::dvec2 pixel = to_pixel(view, at);
+      if (pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= camera.width - 0.5 &&
+          pixel.y <= camera.height - 0.5)
+        ++pictures[cell];
+    }
+  }
+  const int most = *std::max_element(pictures.begin(), pictures.end());
+  std::vector<std::size_t> cells;
+  for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
+    if (2 * pictures[cell] >= most) cells.push_back(cell);
+  }
+  return cells;
+}
+
+}  // namespace
 
 Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaussians& initial,
                         ThreadPool& pool) {
@@ -30,59 +88,6 @@ Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaus
   return gaussians;
 }
 
-namespace {
-
-struct Box {
-  glm::dvec3 low, size;
-};
-
-// The cameras' bounding box enlarged 3 times around its middle.
-Box box_around_cameras(const DataSet& data) {
-  glm::dvec3 low = data.training.front().camera.position(), high = low;
-  for (const PhotographView& view : data.training) {
-    low = glm::min(low, view.camera.position());
-    high = glm::max(high, view.camera.position());
-  }
-  // Cameras in a plane or a point still need a box with a volume.
-  const glm::dvec3 half = glm::max(1.5 * (high - low), glm::dvec3(data.extent()));
-  return {0.5 * (low + high) - half, 2.0 * half};
-}
-
-bool is_in_picture(const Camera& camera, glm::dvec3 point) {
-  const glm::dvec3 view = camera.view_from_world * glm::dvec4(point, 1);
-  if (view.z <= camera.near_depth) return false;
-  const glm::dvec2 pixel = camera.focal_px * glm::dvec2(view) / view.z + camera.center_px;
-  return pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= camera.width - 0.5 &&
-         pixel.y <= camera.height - 0.5;
-}
-
-constexpr int kCells = 64;  // of the grid along an axis of the box
-
-glm::dvec3 corner_of(std::size_t cell) {
-  return {cell % kCells, cell / kCells % kCells, cell / (kCells * kCells)};
-}
-
-// Cells of a grid in the box whose middles are in at least half as many pictures as the middle
-// that is in most. A subject that cameras go round is in most pictures, the cameras are in few.
-std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const Box& box) {
-  constexpr std::size_t kMostCameras = 200;
-  const std::size_t stride = 1 + (data.training.size() - 1) / kMostCameras;
-  std::vector<int> pictures(std::size_t{kCells} * kCells * kCells, 0);
-  for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
-    const glm::dvec3 middle = box.low + box.size * (corner_of(cell) + 0.5) / double{kCells};
-    for (std::size_t i = 0; i < data.training.size(); i += stride)
-      pictures[cell] += is_in_picture(data.training[i].camera, middle) ? 1 : 0;
-  }
-  const int most = *std::max_element(pictures.begin(), pictures.end());
-  std::vector<std::size_t> cells;
-  for (std::size_t cell = 0; cell < pictures.size(); ++cell) {
-    if (2 * pictures[cell] >= most) cells.push_back(cell);
-  }
-  return cells;
-}
-
-}  // namespace
-
 std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, std::uint64_t seed) {
   const Random random = Random::of(seed, RandomUse::start, 0);
   const auto uniform = [&](std::size_t i) {
@@ -100,7 +105,7 @@ std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, st
     const auto drawn =
         static_cast<std::size_t>(random.uniform(4 * i + 3) * static_cast<double>(cells.size()));
     const glm::dvec3 corner = corner_of(cells[std::min(drawn, cells.size() - 1)]);
-    points[i].position = box.low + box.size * (corner + uniform(i)) / double{kCells};
+    points[i].position = position_in(box, corner + uniform(i));
   }
   return points;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The forward and the backward pass of training: against the renderer, and against differences of
 // whole frames.
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "raster/cpu/cpu_renderer.h"
@@ -132,6 +134,26 @@ TEST(TrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
   EXPECT_EQ(gradients.visible, (std::vector<std::uint8_t>{1, 0, 1}));
   EXPECT_EQ(gradients.by.means[1], glm::vec3(0));
   EXPECT_NE(gradients.by.means[0], glm::vec3(0));
+}
+
+// Both reach 1.8 standard deviations into a margin of 3. At an opacity of 0.01, alpha falls below
+// 1/255 after 1.4.
+TEST(TrainFrame, views_that_a_faint_gaussian_does_not_reach_do_not_count_in_any_mode) {
+  const Camera camera = test::front_camera(kWidth, kHeight);
+  constexpr double kDepth = 3, kSigmaPx = 6;
+  Parameters<float> scene = small_scene<float>(2, 13);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double x_px = -1.8 * kSigmaPx;
+    scene.means[i] =
+        glm::dvec3((x_px - camera.center_px.x) / camera.focal_px.x * kDepth, 0, kDepth);
+    scene.log_scales[i] = glm::vec3(glm::dvec3(std::log(kSigmaPx * kDepth / camera.focal_px.x)));
+  }
+  scene.opacity_logits = {static_cast<float>(std::log(0.01 / 0.99)), 2};
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    EXPECT_EQ(gradients_of(scene, settings_of(mode, false)).visible,
+              (std::vector<std::uint8_t>{0, 1}))
+        << mode_name(mode);
+  }
 }
 
 }  // namespace

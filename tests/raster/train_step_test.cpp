@@ -123,6 +123,23 @@ TEST(TrainLoss, of_masked_pictures_is_made_of_masked_metrics) {
   EXPECT_NEAR(loss.l1, l1 / counted, 1e-7);
 }
 
+TEST(TrainLoss, compares_the_picture_as_it_is_shown) {
+  constexpr int kWidth = 37, kHeight = 23;
+  const auto picture = random_picture<float>(kWidth, kHeight, 1, -0.2, 1.2);
+  const auto target = random_picture<float>(kWidth, kHeight, 2);
+  auto shown_picture = picture;
+  for (glm::vec3& pixel : shown_picture) pixel = glm::clamp(pixel, 0.0f, 1.0f);
+  std::vector<glm::vec3> gradient, expected;
+  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient);
+  EXPECT_EQ(loss.total, loss_of(kWidth, kHeight, shown_picture, target, expected).total);
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const bool inside = picture[i][c] == shown_picture[i][c];
+      EXPECT_EQ(gradient[i][c], inside ? expected[i][c] : 0.0f);
+    }
+  }
+}
+
 TEST(TrainLoss, under_a_mask_nothing_matters_and_nothing_has_a_gradient) {
   constexpr int kWidth = 37, kHeight = 23;
   auto picture = random_picture<float>(kWidth, kHeight, 1);

@@ -3,7 +3,9 @@
 // The loss of a picture against a photograph (Kerbl et al. 2023), as both backends compute it:
 //   (1 - w) L1 + w (1 - SSIM),   w = 0.2
 // L1 is the mean of absolute differences over pixels and channels; SSIM is that of
-// scene/image_metrics.h. Masked pixels are not in the means and count as outside of both pictures.
+// scene/image_metrics.h. The picture is compared as it is shown: values are clamped to 0..1, and
+// those outside have no derivative, as in the published training code. Masked pixels are not in the
+// means and count as outside of both pictures.
 #pragma once
 
 #include "raster/kernel/hd.h"
@@ -15,7 +17,7 @@ inline constexpr double kSsimWeight = 0.2;
 struct Loss {
   double total = 0;
   double l1 = 0, ssim = 0;
-  double squared_error = 0;  ///< mean over pixels and channels, of the clamped picture
+  double squared_error = 0;  ///< mean over pixels and channels
 
   /// From sums over the `count` values that are not masked.
   static Loss of_sums(double l1, double ssim, double squared_error, double count) {
@@ -24,6 +26,12 @@ struct Loss {
     return loss;
   }
 };
+
+/// A value of the picture as it is shown.
+template <class Real>
+QS_HD Real shown(Real value) {
+  return value < 0 ? Real(0) : value > 1 ? Real(1) : value;
+}
 
 /// The derivative of the loss by a value of the picture.
 template <class Real>
@@ -36,8 +44,9 @@ struct LossGradient {
   }
 
   /// `a` is the picture's value, `b` the photograph's; the others are Similarity's derivatives,
-  /// blurred. Equal values have no derivative of L1.
+  /// blurred. Equal values have no derivative of L1, values outside 0..1 none at all.
   QS_HD Real by(Real a, Real b, Real by_a, Real by_aa, Real by_ab) const {
+    if (shown(a) != a) return 0;
     const Real difference = a - b;
     const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
     return l1_weight * sign - ssim_weight * (by_a + 2 * a * by_aa + b * by_ab);

@@ -9,6 +9,7 @@
 
 #include "raster/kernel/activation.h"
 #include "raster/kernel/composite.h"
+#include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/gradient/gaussian.h"
 #include "raster/kernel/sh.h"
 #include "raster/scene/activated_cloud.h"
@@ -67,7 +68,7 @@ void project_all(const StepView& step, const FrameContext& context,
           if (!project(rounded_view, rules, activate(glm::vec3(mean), sigma, opacity).gaussian,
                        projected))
             continue;
-          frame.in_view[i] = count_tiles<Square>(projected.footprint, context.grid) > 0;
+          frame.in_view[i] = is_in_view(projected.footprint, context.grid);
           if (count_tiles<P>(projected.footprint, context.grid) == 0) continue;
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
           const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),

@@ -97,7 +97,7 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
   shape.for_rows([&](std::size_t y) {
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
       const bool out = is_masked(i);
-      const Real va = out ? 0 : a[i], vb = out ? 0 : b[i];
+      const Real va = out ? 0 : shown(a[i]), vb = out ? 0 : b[i];
       mean_a[i] = va;
       mean_b[i] = vb;
       mean_aa[i] = va * va;
@@ -135,7 +135,7 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
         continue;
       }
       const Real vb = b[i];
-      sum += std::abs(static_cast<double>(a[i] - vb));
+      sum += std::abs(static_cast<double>(shown(a[i]) - vb));
       d[i] = gradient.by(a[i], vb, mean_a[i], mean_aa[i], mean_ab[i]);
     }
     return sum;
@@ -144,8 +144,7 @@ Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
     double sum = 0;
     for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
       if (is_masked(i)) continue;
-      const double difference =
-          std::clamp(static_cast<double>(a[i]), 0.0, 1.0) - static_cast<double>(b[i]);
+      const double difference = static_cast<double>(shown(a[i])) - static_cast<double>(b[i]);
       sum += difference * difference;
     }
     return sum;

@@ -23,8 +23,7 @@ template <class Real>
 struct Gradients {
   Parameters<Real> by;
   std::vector<glm::vec<2, Real>> mean_px;  ///< by the means on the image
-  /// 1 for Gaussians in the view: their square of 3 standard deviations, which the published code
-  /// lists, meets the image. It does not depend on the culling mode.
+  /// 1 for Gaussians in the view, see is_in_view() of kernel/cull/in_view.h.
   std::vector<std::uint8_t> visible;
 
   /// Sets all derivatives to 0 for Gaussians like those of `parameters`.

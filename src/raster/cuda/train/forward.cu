@@ -6,6 +6,7 @@
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/segment.cuh"
+#include "raster/kernel/cull/in_view.h"
 
 namespace qs::cuda::train {
 namespace {
@@ -45,7 +46,7 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, P
       project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
   const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
   out.visible.tile_counts[i] = tiles;
-  out.in_view[i] = exists && count_tiles<Square>(projected.footprint, in.grid) > 0 ? 1 : 0;
+  out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
   if (tiles == 0) return;
 
   const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);

@@ -111,7 +111,8 @@ __global__ void __launch_bounds__(kThreads)
                        const std::uint8_t* mask, float* derivatives, LossSums* sums) {
   __shared__ Surroundings<2> pictures;
   pictures.load(shape, [&](int f, std::uint32_t i) {
-    return is_masked(mask, i) ? 0.0f : (f == 0 ? color : target)[i];
+    if (is_masked(mask, i)) return 0.0f;
+    return f == 0 ? shown(color[i]) : target[i];
   });
   float moments[5][kChannels];
   const auto a = [&](int y, int x) { return pictures.values[0][y][x]; };
@@ -161,9 +162,8 @@ __global__ void __launch_bounds__(kThreads)
     d_color[i] = 0;
     if (is_masked(mask, i)) return;
     d_color[i] = gradient.by(a[i], b[i], blurred[0][own], blurred[1][own], blurred[2][own]);
-    l1 += fabs(static_cast<double>(a[i] - b[i]));
-    const double shown = fmin(fmax(static_cast<double>(a[i]), 0.0), 1.0);
-    const double difference = shown - static_cast<double>(b[i]);
+    l1 += fabs(static_cast<double>(shown(a[i]) - b[i]));
+    const double difference = static_cast<double>(shown(a[i])) - static_cast<double>(b[i]);
     squared += difference * difference;
   });
   const double l1_total = fast::sum_of_block<kThreads>(l1).total;

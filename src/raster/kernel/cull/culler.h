@@ -106,6 +106,15 @@ QS_HD unsigned count_tiles(const Footprint& footprint, TileGrid grid) {
   return count;
 }
 
+/// True if for_each_tile visits a tile. P is a Walk.
+template <class P, int kTilePx = kTileSize>
+QS_HD bool lists_a_tile(const Footprint& footprint, TileGrid grid) {
+  const auto walk = P::template walk<kTilePx>(footprint, grid);
+  for (int line = walk.lines.begin; line < walk.lines.end; ++line)
+    if (walk.span(line).size() > 0) return true;
+  return false;
+}
+
 /// A rectangle that contains all tiles that mode P lists; empty if it lists none.
 template <class P, int kTilePx = kTileSize>
 QS_HD TileRect bounds(const Footprint& footprint, TileGrid grid) {

@@ -92,7 +92,7 @@ class FailingModel final : public TrainingModel {
   void set_state(ModelState state) override { model_->set_state(std::move(state)); }
   const ModelState& state() override { return model_->state(); }
   const Parameters& parameters() override { return model_->parameters(); }
-  GaussianFacts facts() override { return model_->facts(); }
+  const GaussianFacts& facts() override { return model_->facts(); }
   void apply(const Plan& plan) override { model_->apply(plan); }
   void forward(const Camera& camera, const RenderSettings& settings,
                std::stop_token stop) override {

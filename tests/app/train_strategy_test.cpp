@@ -37,7 +37,9 @@ struct Case {
     const Strategy& strategy = find_strategy(settings.strategy);
     if (!strategy.changes_before(settings, last + 1)) return;
     const GaussianFacts facts = facts_of(model);
-    model = changed(model, strategy.plan({settings, last + 1, extent, {}}, facts));
+    Plan plan;
+    strategy.plan({settings, last + 1, extent, {}}, facts, plan);
+    model = changed(model, plan);
   }
   /// Gaussian i has this mean gradient on the image.
   void set_gradient(std::size_t i, float gradient) {

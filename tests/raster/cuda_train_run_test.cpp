@@ -112,7 +112,8 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
   model->set_state(state);
   expect_same(model->state(), state);
   ASSERT_TRUE(strategy.changes_before(settings, 3001));
-  const Plan plan = strategy.plan({settings, 3001, 5, {}}, model->facts());
+  Plan plan;
+  strategy.plan({settings, 3001, 5, {}}, model->facts(), plan);
   model->apply(plan);
   const ModelState expected = changed(state, plan);
   EXPECT_NE(expected.size(), kGaussians);

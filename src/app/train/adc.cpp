@@ -113,15 +113,14 @@ bool adc_changes_before(const TrainSettings& settings, int iteration) {
   return changes_after(iteration - 1) || resets_after(settings, iteration - 1);
 }
 
-Plan adc_plan(const IterationContext& context, const GaussianFacts& facts) {
-  Plan plan = Plan::keeping(facts, context.iteration);
+void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+  plan.keep_all(facts, context.iteration);
   if (changes_after(context.iteration - 1)) {
     plan.resets_statistics = true;
     clone_and_split(context, facts, plan);
     prune(context, plan);
   }
   if (resets_after(context.settings, context.iteration - 1)) reset_opacities(plan);
-  return plan;
 }
 
 StepOrder adc_step(const IterationContext& context) {

@@ -106,12 +106,11 @@ bool mcmc_changes_before(const TrainSettings& /*settings*/, int iteration) {
   return changes_after(iteration - 1);
 }
 
-Plan mcmc_plan(const IterationContext& context, const GaussianFacts& facts) {
-  Plan plan = Plan::keeping(facts, context.iteration);
+void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
+  plan.keep_all(facts, context.iteration);
   plan.resets_statistics = true;
   relocate_dead(context, plan);
   grow(context, plan);
-  return plan;
 }
 
 StepOrder mcmc_step(const IterationContext& context) {

@@ -38,7 +38,8 @@ struct Strategy {
   /// Whether the set of Gaussians changes in front of the iteration, by the plan. That is after the
   /// model was saved and evaluated, as in the published code.
   bool (*changes_before)(const TrainSettings& settings, int iteration);
-  Plan (*plan)(const IterationContext& context, const GaussianFacts& facts);
+  /// Sets the plan, in the memory of the one before.
+  void (*plan)(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
   /// The optimizer's step. No step is taken in front of a change of Gaussians, as in the published
   /// code.
   StepOrder (*step)(const IterationContext& context);
@@ -54,10 +55,10 @@ std::span<const Strategy> strategies();
 const Strategy& find_strategy(std::string_view name);
 
 bool adc_changes_before(const TrainSettings& settings, int iteration);
-Plan adc_plan(const IterationContext& context, const GaussianFacts& facts);
+void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder adc_step(const IterationContext& context);
 bool mcmc_changes_before(const TrainSettings& settings, int iteration);
-Plan mcmc_plan(const IterationContext& context, const GaussianFacts& facts);
+void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder mcmc_step(const IterationContext& context);
 
 }  // namespace qs::train

@@ -94,8 +94,10 @@ StepResult Trainer::step() {
   const IterationContext context{settings_, iteration, extent_,
                                  rates_at(iteration, extent_, strategy_.opacity_rate)};
   // The change was made already if the memory did not suffice for the iteration after it.
-  if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration)
-    model_->apply(strategy_.plan(context, model_->facts()));
+  if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
+    strategy_.plan(context, model_->facts(), plan_);
+    model_->apply(plan_);
+  }
   clock.next();
   if (model_->size() == 0) {
     fail("{}: no Gaussian is left in iteration {}: the photographs do not fit their cameras",

@@ -70,6 +70,7 @@ class Trainer {
   std::unique_ptr<TrainingModel> model_;
   ViewOrder views_;
   PhotographCache photographs_;
+  Plan plan_;  ///< of the last change
 };
 
 }  // namespace qs::train

@@ -60,10 +60,17 @@ void copy_to_host(const T* from, T* to, std::size_t count, cudaStream_t stream) 
   check(cudaStreamSynchronize(stream), "frame");
 }
 
+/// The same, to an array that gets this size.
+template <class T>
+void copy_to_host(const T* from, std::vector<T>& to, std::size_t count, cudaStream_t stream) {
+  to.resize(count);
+  copy_to_host(from, to.data(), count, stream);
+}
+
 template <class T>
 std::vector<T> copied(const T* from, std::size_t count, cudaStream_t stream) {
-  std::vector<T> host(count);
-  copy_to_host(from, host.data(), count, stream);
+  std::vector<T> host;
+  copy_to_host(from, host, count, stream);
   return host;
 }
 

@@ -36,16 +36,15 @@ GaussianFacts facts_of(const ModelState& state) {
   return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density};
 }
 
-Plan Plan::keeping(const GaussianFacts& facts, int iteration) {
-  Plan plan;
-  plan.iteration = iteration;
-  plan.means = facts.means;
-  plan.log_scales = facts.log_scales;
-  plan.opacity_logits = facts.opacity_logits;
-  plan.sources.resize(facts.size());
-  std::iota(plan.sources.begin(), plan.sources.end(), 0u);
-  plan.moment_sources = plan.sources;
-  return plan;
+void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
+  iteration = in_front_of;
+  means = facts.means;
+  log_scales = facts.log_scales;
+  opacity_logits = facts.opacity_logits;
+  sources.resize(facts.size());
+  std::iota(sources.begin(), sources.end(), 0u);
+  moment_sources = sources;
+  clears_opacity_moments = resets_statistics = false;
 }
 
 void Plan::add_copy_of(std::size_t i) {

@@ -53,8 +53,8 @@ struct Plan {
   bool clears_opacity_moments = false;  ///< also of Gaussians that keep the others
   bool resets_statistics = false;       ///< must be true if the set changes
 
-  /// Every Gaussian stays as it is.
-  static Plan keeping(const GaussianFacts& facts, int iteration);
+  /// Every Gaussian stays as it is. The memory of the plan before is used again.
+  void keep_all(const GaussianFacts& facts, int in_front_of);
 
   std::size_t size() const { return means.size(); }
 

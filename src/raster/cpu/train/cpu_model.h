@@ -30,7 +30,7 @@ class CpuModel final : public qs::train::TrainingModel {
   const ModelState& state() override { return state_; }
   const qs::train::Parameters& parameters() override { return state_.parameters; }
 
-  GaussianFacts facts() override { return facts_of(state_); }
+  const GaussianFacts& facts() override { return facts_ = facts_of(state_); }
   void apply(const Plan& plan) override { state_ = changed(state_, plan); }
 
   void forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) override;
@@ -47,6 +47,7 @@ class CpuModel final : public qs::train::TrainingModel {
 
   ThreadPool& pool_;
   ModelState state_;
+  GaussianFacts facts_;  ///< the copy that facts() returns
 
   // Of the drawn view.
   Camera camera_;

@@ -23,8 +23,7 @@ __global__ void __launch_bounds__(kThreads)
   });
 }
 
-}  // namespace
-
+// Finds offsets and the number of pairs, and makes room for these.
 void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   const std::uint32_t gaussians = frame.cloud.count;
   pairs.count = 0;
@@ -40,6 +39,8 @@ void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) 
   pairs.count = static_cast<std::uint32_t>(*pairs.total);
   if (pairs.count > 0) pairs.buffers.reserve("the frame's tile pairs", pairs.count);
 }
+
+}  // namespace
 
 void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   count_pairs(frame, visible, pairs);

@@ -9,18 +9,14 @@
 
 namespace qs::cuda::classic {
 
-/// Keys are tile << depth_bits | bits of the depth; values are indices in the cloud, ascending
+/// Keys are tile << 32 | bits of the depth; values are indices in the cloud, ascending
 /// before sort().
 struct TilePairs {
-  SortBuffers buffers;
+  SortBuffers<std::uint64_t> buffers;
   DeviceBuffer<std::uint64_t> offsets;  ///< per Gaussian: its first pair; last: number of pairs
   PinnedValue<std::uint64_t> total;     ///< number of pairs, copied to the host
   std::uint32_t count = 0;
-  int depth_bits = 32;
 };
-
-/// The first part of bin(): offsets and the number of pairs, with room for these.
-void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs);
 
 /// Waits for the GPU to count the pairs: the only synchronisation within a frame. Throws
 /// Error(device) if there are too many pairs to index or to fit into memory.

@@ -23,7 +23,8 @@ void run(const Call& call, Scratch& scratch, const char* what) {
   check(call(scratch.data(), bytes), what);
 }
 
-auto sort_call(cub::DoubleBuffer<std::uint64_t>& keys, cub::DoubleBuffer<std::uint32_t>& values,
+template <class Key>
+auto sort_call(cub::DoubleBuffer<Key>& keys, cub::DoubleBuffer<std::uint32_t>& values,
                std::uint32_t size, int key_bits, cudaStream_t stream) {
   return [=, &keys, &values](void* scratch, std::size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, values, size, 0, key_bits, stream);
@@ -42,14 +43,16 @@ void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32
   run(call, scratch, "scan");
 }
 
-void SortBuffers::reserve(const char* what, std::uint32_t size) {
+template <class Key>
+void SortBuffers<Key>::reserve(const char* what, std::uint32_t size) {
   if (size <= other_values.capacity()) return;  // other_values is reserved last
-  cub::DoubleBuffer<std::uint64_t> no_keys;
+  constexpr int kKeyBits = 8 * sizeof(Key);
+  cub::DoubleBuffer<Key> no_keys;
   cub::DoubleBuffer<std::uint32_t> no_values;
   const auto bytes_for = [&](std::uint32_t room) {
-    constexpr std::uint64_t kPairBytes = 2 * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
+    constexpr std::uint64_t kPairBytes = 2 * (sizeof(Key) + sizeof(std::uint32_t));
     return kPairBytes * room +
-           scratch_bytes(sort_call(no_keys, no_values, room, 64, nullptr), "sort");
+           scratch_bytes(sort_call(no_keys, no_values, room, kKeyBits, nullptr), "sort");
   };
   const std::uint64_t held =
       keys.bytes() + other_keys.bytes() + values.bytes() + other_values.bytes() + scratch.bytes();
@@ -60,16 +63,23 @@ void SortBuffers::reserve(const char* what, std::uint32_t size) {
   keys.reserve(what, room);
   other_keys.reserve(what, room);
   values.reserve(what, room);
-  scratch.reserve(what, scratch_bytes(sort_call(no_keys, no_values, room, 64, nullptr), "sort"));
+  scratch.reserve(what,
+                  scratch_bytes(sort_call(no_keys, no_values, room, kKeyBits, nullptr), "sort"));
   other_values.reserve(what, room);
 }
 
-void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t stream) {
+template <class Key>
+void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cudaStream_t stream) {
   cub::DoubleBuffer keys(buffers.keys.data(), buffers.other_keys.data());
   cub::DoubleBuffer values(buffers.values.data(), buffers.other_values.data());
   run(sort_call(keys, values, size, key_bits, stream), buffers.scratch, "sort");
   if (keys.selector != 0) buffers.keys.swap(buffers.other_keys);
   if (values.selector != 0) buffers.values.swap(buffers.other_values);
 }
+
+template struct SortBuffers<std::uint32_t>;
+template struct SortBuffers<std::uint64_t>;
+template void sort_pairs(SortBuffers<std::uint32_t>&, std::uint32_t, int, cudaStream_t);
+template void sort_pairs(SortBuffers<std::uint64_t>&, std::uint32_t, int, cudaStream_t);
 
 }  // namespace qs::cuda::classic

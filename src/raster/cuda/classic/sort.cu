@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <bit>
 
 #include "raster/cuda/classic/sort.cuh"
@@ -6,30 +7,41 @@
 namespace qs::cuda::classic {
 namespace {
 
+constexpr int kDepthBits = 32;  // of a key
+
 /// One thread per pair; the threads of the first and last pair of a tile write its range.
-__global__ void find_ranges(const std::uint64_t* keys, std::uint32_t count, int depth_bits,
-                            uint2* ranges) {
+template <class Key>
+__global__ void write_ranges(const Key* keys, std::uint32_t count, int tile_bit, uint2* ranges) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
-  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> depth_bits; };
-  const std::uint64_t tile = tile_of(i);
+  const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> tile_bit; };
+  const Key tile = tile_of(i);
   if (i == 0 || tile_of(i - 1) != tile) ranges[tile].x = i;
   if (i + 1 == count || tile_of(i + 1) != tile) ranges[tile].y = i + 1;
 }
 
 }  // namespace
 
-void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists) {
-  const auto tiles = static_cast<std::uint32_t>(frame.grid.count());
+template <class Key>
+void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
+                  cudaStream_t stream, TileLists& lists) {
   lists.ranges.reserve("the frame's tiles", tiles);
-  check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(uint2), frame.stream), "sort");
-  if (pairs.count == 0) return;
+  check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(uint2), stream), "sort");
+  if (count == 0) return;
+  const int tile_bits = std::max(1, static_cast<int>(std::bit_width(tiles - 1)));
+  sort_pairs(pairs, count, tile_bit + tile_bits, stream);
+  launch("write_ranges", write_ranges<Key>, blocks_for(count), stream, pairs.keys.data(), count,
+         tile_bit, lists.ranges.data());
+}
+
+template void sort_by_tile(SortBuffers<std::uint32_t>&, std::uint32_t, std::uint32_t, int,
+                           cudaStream_t, TileLists&);
+
+void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists) {
   // The pairs are in ascending order of the Gaussian's index, and a Gaussian has at most one pair
   // per tile. The sort is stable, so pairs of equal depth stay in that order.
-  const int tile_bits = std::bit_width(tiles - 1);
-  sort_pairs(pairs.buffers, pairs.count, pairs.depth_bits + tile_bits, frame.stream);
-  launch("find_ranges", find_ranges, blocks_for(pairs.count), frame.stream,
-         pairs.buffers.keys.data(), pairs.count, pairs.depth_bits, lists.ranges.data());
+  sort_by_tile(pairs.buffers, pairs.count, static_cast<std::uint32_t>(frame.grid.count()),
+               kDepthBits, frame.stream, lists);
 }
 
 }  // namespace qs::cuda::classic

@@ -14,4 +14,10 @@ struct TileLists {
 
 void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists);
 
+/// Sorts `count` pairs stably by their keys, with the tile from bit `tile_bit` on, and finds the
+/// ranges.
+template <class Key>
+void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
+                  cudaStream_t stream, TileLists& lists);
+
 }  // namespace qs::cuda::classic

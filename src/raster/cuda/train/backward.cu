@@ -157,22 +157,23 @@ __device__ void add_groups(const float* values, std::uint32_t& begin, std::uint3
   }
 }
 
-/// One thread per number of a Gaussian's sums: threads of a Gaussian read neighbouring addresses,
-/// and the lists of large Gaussians do not hold up the computation of the others' gradients.
+/// One thread per number of a rank's sums: threads of a Gaussian read neighbouring addresses, and
+/// the lists of large Gaussians do not hold up the computation of the others' gradients.
 __global__ void __launch_bounds__(kThreads)
-    sum_gaussians(std::uint32_t count, const std::uint64_t* offsets, const float* pairs,
-                  float* sums) {
+    sum_gaussians(std::uint32_t count, const std::uint32_t* gaussians, const std::uint64_t* offsets,
+                  const float* pairs, float* sums) {
   const std::uint64_t thread = std::uint64_t{blockIdx.x} * kThreads + threadIdx.x;
-  const auto gaussian = static_cast<std::uint32_t>(thread / kSums);
-  if (gaussian >= count) return;
-  const float* const values = pairs + thread % kSums;
-  auto begin = static_cast<std::uint32_t>(offsets[gaussian]);
-  const auto end = static_cast<std::uint32_t>(offsets[gaussian + 1]);
+  const auto rank = static_cast<std::uint32_t>(thread / kSums);
+  if (rank >= count) return;
+  const auto k = static_cast<unsigned>(thread % kSums);
+  const float* const values = pairs + k;
+  auto begin = static_cast<std::uint32_t>(offsets[rank]);
+  const auto end = static_cast<std::uint32_t>(offsets[rank + 1]);
   float sum = 0;
   add_groups<32>(values, begin, end, sum);
   add_groups<4>(values, begin, end, sum);
   add_groups<1>(values, begin, end, sum);
-  sums[thread] = sum;
+  sums[std::size_t{gaussians[rank]} * kSums + k] = sum;
 }
 
 struct GaussianInput {
@@ -235,7 +236,7 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
   const GaussianInput in{rules, parameters.view(), frame.visible.tile_counts.data(),
                          scratch.sums.data(), frame.splats.data()};
   launch("sum_gaussians", sum_gaussians, blocks_for(std::uint64_t{kSums} * parameters.count),
-         view.stream, parameters.count, frame.pairs.offsets.data(),
+         view.stream, parameters.count, frame.order.gaussians(), frame.order.offsets.data(),
          reinterpret_cast<const float*>(scratch.pairs.data()),
          reinterpret_cast<float*>(scratch.sums.data()));
   launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,

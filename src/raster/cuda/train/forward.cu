@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/segment.cuh"
@@ -23,20 +24,18 @@ struct ProjectInput {
 
 struct ProjectOutput {
   classic::VisibleView visible;
+  std::uint32_t* depth_keys;  ///< see DepthOrder
+  std::uint32_t* gaussians;   ///< their indices
+  unsigned long long* pairs;  ///< their number is added
   ListedSplat* splats;
   std::uint8_t* in_view;
 };
 
-/// One thread per Gaussian, and one more that ends the array of tile counts with a 0. Activates in
-/// double precision, as every backend does before it decides.
+/// Activates in double precision, as every backend does before it decides. Returns the number of
+/// tiles.
 template <class P>
-__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i > in.parameters.count) return;
-  if (i == in.parameters.count) {
-    out.visible.tile_counts[i] = 0;
-    return;
-  }
+__device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput& out,
+                                     std::uint32_t i) {
   const GaussianValues<float> gaussian = in.parameters.gaussian(i);
   const Covariance3<double> sigma =
       covariance_of(glm::dvec3(gaussian.log_scale), unit_rotation(glm::dquat(gaussian.rotation)));
@@ -47,16 +46,27 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, P
   const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
   out.visible.tile_counts[i] = tiles;
   out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
-  if (tiles == 0) return;
+  out.gaussians[i] = i;
+  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : kInvisibleKey;
+  if (tiles == 0) return 0;
 
   const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);
   const glm::vec3 color = sh_color<float>(in.sh_degree, direction,
                                           [&](int k) { return in.parameters.coefficient(i, k); });
-  out.visible.depths[i] = projected.depth;
   out.visible.footprints.store(i, projected.footprint);
   out.splats[i] = {make_splat(projected.footprint,
                               static_cast<float>(opacity) * projected.opacity_factor, color),
                    fast::ellipse_of(projected.footprint)};
+  return tiles;
+}
+
+/// One thread per Gaussian.
+template <class P>
+__global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
+  const auto of_block = fast::sum_of_block<kThreads>(static_cast<unsigned long long>(tiles)).total;
+  if (threadIdx.x == 0 && of_block > 0) atomicAdd(out.pairs, of_block);
 }
 
 struct BlendTarget {
@@ -123,21 +133,30 @@ void project(const StepView& view, const FrameContext& context, Parameters& para
   constexpr const char* kWhat = "the step's Gaussians";
   const std::size_t room = with_room(parameters.count);
   classic::Visible& visible = frame.visible;
-  visible.tile_counts.reserve(kWhat, room + 1);
-  visible.depths.reserve(kWhat, room);
+  visible.tile_counts.reserve(kWhat, room);
   visible.means.reserve(kWhat, room);
   visible.conics.reserve(kWhat, room);
   visible.levels.reserve(kWhat, room);
   frame.splats.reserve(kWhat, room);
   frame.in_view.reserve(kWhat, room);
-  frame.pairs.offsets.reserve(kWhat, room + 1);
-  with_culler(view.settings.mode, [&]<class P>(P) {
-    const ProjectInput in{parameters.view(), make_view<float>(view.camera),
-                          context.rules(P::kKeepsFaint), context.sh_degree(), context.grid};
-    launch("project", project_gaussians<P>, blocks_for(std::uint64_t{parameters.count} + 1),
-           view.stream, in,
-           ProjectOutput{visible.view(), frame.splats.data(), frame.in_view.data()});
-  });
+  frame.order.reserve(parameters.count);
+  frame.total.sum.reserve(kWhat, 1);
+  check(cudaMemsetAsync(frame.total.sum.data(), 0, sizeof(unsigned long long), view.stream),
+        "project");
+  if (parameters.count > 0) {
+    with_culler(view.settings.mode, [&]<class P>(P) {
+      const ProjectInput in{parameters.view(), make_view<float>(view.camera),
+                            context.rules(P::kKeepsFaint), context.sh_degree(), context.grid};
+      launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
+             ProjectOutput{visible.view(), frame.order.buffers.keys.data(),
+                           frame.order.buffers.values.data(), frame.total.sum.data(),
+                           frame.splats.data(), frame.in_view.data()});
+    });
+  }
+  check(cudaMemcpyAsync(&*frame.total.copy, frame.total.sum.data(), sizeof(unsigned long long),
+                        cudaMemcpyDeviceToHost, view.stream),
+        "project");
+  frame.total.arrived.record(view.stream);
 }
 
 void blend(const StepView& view, ForwardFrame& frame) {
@@ -171,8 +190,12 @@ void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) 
                              view.stop, {}};
   context.throw_if_cancelled();
   project(view, context, parameters, frame);
+  // The GPU sorts while the host waits for the number of pairs.
+  sort_by_depth(parameters.count, frame.visible.tile_counts.data(), view.stream, frame.order);
   list_pairs(context, frame);
-  classic::sort(context, frame.pairs, frame.lists);
+  classic::sort_by_tile(frame.pairs.buffers, frame.pairs.count,
+                        static_cast<std::uint32_t>(context.grid.count()), 0, view.stream,
+                        frame.lists);
   blend(view, frame);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: projects the parameters, lists them by list.cuh, sorts with the
-// stage of pipeline `classic`, and composites as the CPU's training does, with what the backward
-// pass needs of every pixel. Sums are in the same order as there; alphas differ by rounding.
+// The forward pass of training: projects the parameters, orders them by depth, lists them by tiles,
+// sorts by tile, and composites as the CPU's training does, with what the backward pass needs of
+// every pixel. Sums are in the same order as there; alphas differ by rounding.
 //
 // A warp composites 8x4 pixels of a tile, and of the tile's Gaussians those alone that reach them.
 // The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in front
@@ -13,6 +13,7 @@
 
 #include "raster/cuda/classic/sort.cuh"
 #include "raster/cuda/fast/ellipse.cuh"
+#include "raster/cuda/train/order.cuh"
 #include "raster/cuda/train/parameters.cuh"
 
 namespace qs::cuda::train {
@@ -78,14 +79,28 @@ struct TilesView {
   }
 };
 
+/// Pairs of a tile and a Gaussian. A pair has a place in the order of ranks, then of tiles.
+struct ListedPairs {
+  /// Keys: tiles; values: places. Sorted by tile, the values are the tile lists.
+  classic::SortBuffers<std::uint32_t> buffers;
+  DeviceBuffer<std::uint32_t> owners;  ///< per place: its Gaussian
+  std::uint32_t count = 0;
+};
+
+/// The number of pairs, summed on the GPU and copied to the host.
+struct PairTotal {
+  DeviceBuffer<unsigned long long> sum;
+  PinnedValue<unsigned long long> copy;
+  Event arrived;
+};
+
 struct ForwardFrame {
   classic::Visible visible;            ///< listed in a tile by the culling mode; without its splats
   DeviceBuffer<ListedSplat> splats;    ///< per Gaussian
   DeviceBuffer<std::uint8_t> in_view;  ///< per Gaussian, see the CPU's Gradients::visible
-  /// A pair has a place in the order of Gaussians, then of tiles. `values` are the tile lists, of
-  /// places.
-  classic::TilePairs pairs;
-  DeviceBuffer<std::uint32_t> owners;  ///< per place: its Gaussian
+  PairTotal total;
+  DepthOrder order;
+  ListedPairs pairs;
   classic::TileLists lists;
 
   // Per pixel, row by row.
@@ -103,7 +118,7 @@ struct ForwardFrame {
   std::uint32_t room() const { return static_cast<std::uint32_t>(pairs.buffers.values.capacity()); }
 
   TilesView tiles(const StepView& view) const {
-    return {lists.ranges.data(), pairs.buffers.values.data(), owners.data(),     splats.data(),
+    return {lists.ranges.data(), pairs.buffers.values.data(), pairs.owners.data(), splats.data(),
             view.grid().columns, view.camera.width,           view.camera.height};
   }
 };

@@ -32,7 +32,8 @@ struct GpuModel::State {
     Parameters parameters, first, second;
     DensityStatistics density;
   } next;
-  qs::train::ModelState host;  ///< the copy that state() returns
+  qs::train::ModelState host;      ///< the copy that state() returns
+  qs::train::GaussianFacts facts;  ///< the one that facts() returns, in memory that stays
 
   std::vector<Photograph> photographs;  ///< by number
   std::uint64_t photograph_bytes = 0;
@@ -140,12 +141,16 @@ const qs::train::ModelState& GpuModel::state() {
   return s.host;
 }
 
-qs::train::GaussianFacts GpuModel::facts() {
+const qs::train::GaussianFacts& GpuModel::facts() {
   State& s = gpu();
   const Parameters& p = s.parameters;
-  return {copied(p.means.data(), p.count, s.stream), copied(p.log_scales.data(), p.count, s.stream),
-          copied(p.rotations.data(), p.count, s.stream),
-          copied(p.opacity_logits.data(), p.count, s.stream), s.density.download(s.stream)};
+  copy_to_host(p.means.data(), s.facts.means, p.count, s.stream);
+  copy_to_host(p.log_scales.data(), s.facts.log_scales, p.count, s.stream);
+  copy_to_host(p.rotations.data(), s.facts.rotations, p.count, s.stream);
+  copy_to_host(p.opacity_logits.data(), s.facts.opacity_logits, p.count, s.stream);
+  copy_to_host(s.density.sums.data(), s.facts.density.sums, s.density.count, s.stream);
+  copy_to_host(s.density.views.data(), s.facts.density.views, s.density.count, s.stream);
+  return s.facts;
 }
 
 // Everything is gathered before anything is replaced.

@@ -44,7 +44,7 @@ class GpuModel final : public qs::train::TrainingModel {
   void set_state(qs::train::ModelState state) override;
   const qs::train::ModelState& state() override;
   const qs::train::Parameters& parameters() override;
-  qs::train::GaussianFacts facts() override;
+  const qs::train::GaussianFacts& facts() override;
   void apply(const qs::train::Plan& plan) override;
 
   void forward(const Camera& camera, const RenderSettings& settings,

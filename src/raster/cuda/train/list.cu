@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <bit>
-
-#include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/list.cuh"
 
@@ -11,20 +8,16 @@ namespace {
 /// Tiles of a Gaussian that one thread lists alone.
 constexpr std::uint32_t kAlone = 8;
 
-/// Bits of a depth key that contain all depths up to 2^64 times the nearest one. More bits would
-/// need another pass of the sort. Farther Gaussians would be in the order of their indices.
-constexpr int kDepthBits = 29;
-
 struct ListInput {
-  classic::VisibleView visible;
-  std::uint32_t gaussians;
+  const std::uint32_t* gaussians;  ///< by rank
+  const std::uint32_t* counts;     ///< by rank: tiles
+  const std::uint64_t* offsets;    ///< by rank: the first place
+  std::uint32_t ranks;
+  classic::FootprintArrays footprints;  ///< by Gaussian
   TileGrid grid;
-  const std::uint64_t* offsets;  ///< per Gaussian: its first place; one more
-  std::uint32_t nearest_bits;    ///< of the depth whose key is 0
-  int depth_bits;
-  std::uint64_t* keys;    ///< per place: tile << depth_bits | depth key
+  std::uint32_t* tiles;   ///< per place
   std::uint32_t* places;  ///< per place: itself, to be sorted
-  std::uint32_t* owners;
+  std::uint32_t* owners;  ///< per place: its Gaussian
 };
 
 /// Calls visit(k, tile) for the k-th tile of a rectangle for which lists(column, row) holds, in the
@@ -82,50 +75,50 @@ __device__ void for_each_tile_in_order(const Footprint& footprint, TileGrid grid
 }
 
 template <class P, unsigned kLanes>
-__device__ void list_tiles(const ListInput& in, std::uint32_t gaussian, unsigned lane) {
-  const auto begin = static_cast<std::uint32_t>(in.offsets[gaussian]);
-  const auto size = static_cast<std::uint32_t>(in.offsets[gaussian + 1]) - begin;
-  const std::uint32_t bits = __float_as_uint(in.visible.depths[gaussian]);
-  const std::uint64_t farthest = (std::uint64_t{1} << in.depth_bits) - 1;
-  const std::uint64_t depth_key =
-      min(std::uint64_t{bits > in.nearest_bits ? bits - in.nearest_bits : 0}, farthest);
-  for_each_tile_in_order<P, kLanes>(
-      in.visible.footprints.load(gaussian), in.grid, lane, [&](std::uint32_t k, int tile) {
-        if (k >= size) return;
-        in.keys[begin + k] = static_cast<std::uint64_t>(tile) << in.depth_bits | depth_key;
-        in.places[begin + k] = begin + k;
-        in.owners[begin + k] = gaussian;
-      });
+__device__ void list_tiles(const ListInput& in, std::uint32_t rank, unsigned lane) {
+  const std::uint32_t gaussian = in.gaussians[rank], size = in.counts[rank];
+  const auto begin = static_cast<std::uint32_t>(in.offsets[rank]);
+  for_each_tile_in_order<P, kLanes>(in.footprints.load(gaussian), in.grid, lane,
+                                    [&](std::uint32_t k, int tile) {
+                                      if (k >= size) return;
+                                      in.tiles[begin + k] = static_cast<std::uint32_t>(tile);
+                                      in.places[begin + k] = begin + k;
+                                      in.owners[begin + k] = gaussian;
+                                    });
 }
 
-/// One thread per Gaussian.
+/// One thread per rank.
 template <class P>
 __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  const std::uint32_t count = i < in.gaussians ? in.visible.tile_counts[i] : 0;
-  if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, i, 0);
+  const std::uint32_t rank = blockIdx.x * blockDim.x + threadIdx.x;
+  const std::uint32_t count = rank < in.ranks ? in.counts[rank] : 0;
+  if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, rank, 0);
   const unsigned lane = fast::lane_index();
   for (unsigned large = __ballot_sync(fast::kAllLanes, count > kAlone); large != 0;
        large &= large - 1) {
     const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
-    list_tiles<P, fast::kWarp>(in, i - lane + owner, lane);
+    list_tiles<P, fast::kWarp>(in, rank - lane + owner, lane);
   }
 }
 
 }  // namespace
 
 void list_pairs(const FrameContext& context, ForwardFrame& frame) {
-  classic::TilePairs& pairs = frame.pairs;
-  classic::count_pairs(context, frame.visible, pairs);
+  constexpr const char* kWhat = "the step's pairs";
+  ListedPairs& pairs = frame.pairs;
+  pairs.count = 0;
+  frame.total.arrived.wait();
+  context.throw_if_cancelled();
+  require_indexable(*frame.total.copy);
+  pairs.count = static_cast<std::uint32_t>(*frame.total.copy);
   if (pairs.count == 0) return;
-  frame.owners.reserve("the step's pairs", frame.room());
-  const std::uint32_t nearest_bits = fast::nearest_bits(context.camera);
-  pairs.depth_bits = nearest_bits >= std::bit_cast<std::uint32_t>(0x1p-20f) ? kDepthBits : 32;
+  pairs.buffers.reserve(kWhat, pairs.count);
+  pairs.owners.reserve(kWhat, frame.room());
   with_culler(context.settings.mode, [&]<class P>(P) {
     launch("list_pairs", list_gaussians<P>, blocks_for(context.cloud.count), context.stream,
-           ListInput{frame.visible.view(), context.cloud.count, context.grid, pairs.offsets.data(),
-                     nearest_bits, pairs.depth_bits, pairs.buffers.keys.data(),
-                     pairs.buffers.values.data(), frame.owners.data()});
+           ListInput{frame.order.gaussians(), frame.order.counts.data(), frame.order.offsets.data(),
+                     context.cloud.count, frame.visible.view().footprints, context.grid,
+                     pairs.buffers.keys.data(), pairs.buffers.values.data(), pairs.owners.data()});
   });
 }
 

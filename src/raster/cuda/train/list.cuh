@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The pairs of tiles and Gaussians of a training step. Pairs are written in the order of Gaussians,
+// The pairs of tiles and Gaussians of a training step. Pairs are written in the order of ranks,
 // then of tiles, in every culling mode, so that a pair's index before sorting is its place. A warp
 // shares the tiles of a large Gaussian.
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace qs::cuda::train {
 
-/// Fills frame.pairs and frame.owners from frame.visible. Waits once, for the number of pairs.
+/// Fills frame.pairs from frame.visible and frame.order. Waits once, for the number of pairs.
 /// Throws Cancelled, and Error(device) if memory is short.
 void list_pairs(const FrameContext& context, ForwardFrame& frame);
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+//
+// The Gaussians of a training step from near to far. So pairs can be listed in the order of depth,
+// and sorting them by tile alone makes the tile lists.
+#pragma once
+
+#include "raster/cuda/classic/scan_and_sort.cuh"
+#include "raster/cuda/stream.cuh"
+
+namespace qs::cuda::train {
+
+inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;  ///< sorts behind all depths
+
+/// The place of a Gaussian in the order is its rank.
+struct DepthOrder {
+  /// Keys: bits of the depths, which are positive, or kInvisibleKey; values: Gaussians. Equal keys
+  /// are in the order of the Gaussians' indices.
+  classic::SortBuffers<std::uint32_t> buffers;
+  DeviceBuffer<std::uint32_t> counts;   ///< by rank: pairs; one more, 0
+  DeviceBuffer<std::uint64_t> offsets;  ///< by rank: the first pair; one more: number of pairs
+
+  const std::uint32_t* gaussians() const { return buffers.values.data(); }
+
+  void reserve(std::uint32_t count);
+};
+
+/// Sorts `count` Gaussians by the keys, and finds counts and offsets. `tile_counts` are the pairs
+/// by Gaussian. Does not wait.
+void sort_by_depth(std::uint32_t count, const std::uint32_t* tile_counts, cudaStream_t stream,
+                   DepthOrder& order);
+
+}  // namespace qs::cuda::train

@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cuda/fast/schedule.cuh"
 #include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/train/list.cuh"
@@ -69,6 +70,16 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, P
   if (threadIdx.x == 0 && of_block > 0) atomicAdd(out.pairs, of_block);
 }
 
+/// One thread per tile.
+__global__ void __launch_bounds__(kThreads)
+    schedule_tiles(const uint2* ranges, std::uint32_t tiles, std::uint32_t* class_sizes,
+                   std::uint32_t* scheduled) {
+  const std::uint32_t tile = blockIdx.x * blockDim.x + threadIdx.x;
+  if (tile >= tiles) return;
+  const unsigned own = fast::length_class(ranges[tile].y - ranges[tile].x);
+  scheduled[own * tiles + atomicAdd(&class_sizes[own], 1u)] = tile;
+}
+
 struct BlendTarget {
   glm::vec3* color;
   float* transmittance;
@@ -79,9 +90,10 @@ struct BlendTarget {
 };
 
 /// A tile is one block with one thread per pixel.
-__global__ void __launch_bounds__(kThreads) blend_tiles(TilesView in, BlendTarget out) {
+__global__ void __launch_bounds__(kThreads)
+    blend_tiles(fast::ScheduleView schedule, TilesView in, BlendTarget out) {
   __shared__ Segment segment;
-  const std::uint32_t tile = blockIdx.x;
+  const std::uint32_t tile = schedule.tile(blockIdx.x);
   const unsigned thread = threadIdx.x;
   const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
   const auto px = static_cast<float>(x), py = static_cast<float>(y);
@@ -159,6 +171,19 @@ void project(const StepView& view, const FrameContext& context, Parameters& para
   frame.total.arrived.record(view.stream);
 }
 
+fast::ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
+  const auto tiles = static_cast<unsigned>(view.grid().count());
+  TileSchedule& result = frame.schedule;
+  result.class_sizes.reserve("the step's tiles", fast::kLengthClasses);
+  result.tiles.reserve("the step's tiles", std::size_t{fast::kLengthClasses} * tiles);
+  check(cudaMemsetAsync(result.class_sizes.data(), 0, fast::kLengthClasses * sizeof(std::uint32_t),
+                        view.stream),
+        "schedule");
+  launch("schedule", schedule_tiles, blocks_for(tiles), view.stream, frame.lists.ranges.data(),
+         tiles, result.class_sizes.data(), result.tiles.data());
+  return {result.class_sizes.data(), result.tiles.data(), tiles};
+}
+
 void blend(const StepView& view, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's image";
   const std::size_t pixels = view.pixels();
@@ -173,7 +198,7 @@ void blend(const StepView& view, ForwardFrame& frame) {
   check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
                         view.stream),
         "blend");
-  launch("blend", blend_tiles, tiles, view.stream, frame.tiles(view),
+  launch("blend", blend_tiles, tiles, view.stream, schedule(view, frame), frame.tiles(view),
          BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
                      frame.segment_tiles.data(), frame.states.data(), view.settings.background});
 }

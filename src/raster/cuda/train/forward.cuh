@@ -87,6 +87,11 @@ struct ListedPairs {
   std::uint32_t count = 0;
 };
 
+/// The order in which tiles are composited, see ScheduleView.
+struct TileSchedule {
+  DeviceBuffer<std::uint32_t> class_sizes, tiles;
+};
+
 /// The number of pairs, summed on the GPU and copied to the host.
 struct PairTotal {
   DeviceBuffer<unsigned long long> sum;
@@ -102,6 +107,7 @@ struct ForwardFrame {
   DepthOrder order;
   ListedPairs pairs;
   classic::TileLists lists;
+  TileSchedule schedule;
 
   // Per pixel, row by row.
   DeviceBuffer<glm::vec3> color;      ///< over the background, not clamped

@@ -87,17 +87,19 @@ __device__ void list_tiles(const ListInput& in, std::uint32_t rank, unsigned lan
                                     });
 }
 
-/// One thread per rank.
+/// One thread per rank. Near Gaussians are large, so the ranks of a warp lie far apart.
 template <class P>
 __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
-  const std::uint32_t rank = blockIdx.x * blockDim.x + threadIdx.x;
+  const unsigned lane = fast::lane_index();
+  const std::uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
+  const std::uint32_t warp = thread / fast::kWarp, warps = gridDim.x * (kThreads / fast::kWarp);
+  const std::uint32_t rank = lane * warps + warp;
   const std::uint32_t count = rank < in.ranks ? in.counts[rank] : 0;
   if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, rank, 0);
-  const unsigned lane = fast::lane_index();
   for (unsigned large = __ballot_sync(fast::kAllLanes, count > kAlone); large != 0;
        large &= large - 1) {
     const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
-    list_tiles<P, fast::kWarp>(in, rank - lane + owner, lane);
+    list_tiles<P, fast::kWarp>(in, owner * warps + warp, lane);
   }
 }
 

@@ -49,6 +49,12 @@ inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
 
 inline constexpr unsigned kWarpSize = 32;
 
+/// The order in which blocks and threads run: 0 ascending, else another one for each seed. On a GPU
+/// it is arbitrary.
+inline unsigned run_order = 0;
+/// The indices of a launch's blocks by run_order.
+std::vector<unsigned> ordered_blocks(unsigned blocks);
+
 /// Runs `thread` as every thread of one block.
 void run_block(unsigned threads, const std::function<void()>& thread);
 /// Waits for all threads of the block that have not ended. Returns the sum of their values.
@@ -283,7 +289,8 @@ cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(
   blockDim = config->blockDim;
   emulator::dynamic_shared.assign((config->dynamicSmemBytes + sizeof(uint4) - 1) / sizeof(uint4),
                                   uint4{});
-  for (blockIdx.x = 0; blockIdx.x < gridDim.x; ++blockIdx.x) {
+  for (const unsigned index : emulator::ordered_blocks(gridDim.x)) {
+    blockIdx.x = index;
     emulator::run_block(blockDim.x, [&] { kernel(arguments...); });
   }
   return cudaSuccess;

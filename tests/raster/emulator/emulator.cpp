@@ -3,7 +3,10 @@
 // The threads of a block are fibers that switch with the compiler's __builtin_setjmp and
 // __builtin_longjmp: unlike swapcontext() they make no system call, which would dominate the run
 // time. ucontext only starts a fiber on its own stack.
+#include <algorithm>
 #include <memory>
+#include <numeric>
+#include <random>
 #include <vector>
 
 #include <ucontext.h>
@@ -102,6 +105,17 @@ bool arrive(Meeting& meeting, unsigned expected) {
 
 }  // namespace
 
+std::vector<unsigned> ordered_blocks(unsigned blocks) {
+  static std::mt19937 random;
+  std::vector<unsigned> order(blocks);
+  std::iota(order.begin(), order.end(), 0u);
+  if (run_order != 0) {
+    random.seed(run_order + static_cast<unsigned>(random()));
+    std::shuffle(order.begin(), order.end(), random);
+  }
+  return order;
+}
+
 void run_block(unsigned threads, const std::function<void()>& thread) {
   if (block.fibers.size() < threads) block.fibers.resize(threads);
   block.warps.assign((threads + kWarpSize - 1) / kWarpSize, {});
@@ -113,7 +127,8 @@ void run_block(unsigned threads, const std::function<void()>& thread) {
     block.fibers[i].waits_for = nullptr;
   }
   while (block.alive > 0) {
-    for (unsigned i = 0; i < threads; ++i) {
+    for (unsigned k = 0; k < threads; ++k) {
+      const unsigned i = run_order % 2 == 0 ? k : threads - 1 - k;
       if (!block.fibers[i].can_run()) continue;
       threadIdx.x = i;
       resume(block.fibers[i]);

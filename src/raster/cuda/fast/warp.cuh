@@ -99,39 +99,4 @@ __device__ BlockSum<T> sum_of_block(T value) {
   return sum;
 }
 
-/// A word in which a block publishes a sum; 0 until then. It contains both the sum and its state,
-/// so no memory fence is needed.
-template <class Word>
-struct LookBackWord {
-  static constexpr int kShift = sizeof(Word) * 8 - 2;
-  static constexpr Word kOwn = Word{1} << kShift;   ///< the block's own sum
-  static constexpr Word kUpTo = Word{2} << kShift;  ///< the sum up to and including this block
-  static constexpr Word kValue = kOwn - 1;          ///< mask of the sum
-};
-
-/// The sum of `own` over all earlier blocks. One whole warp of every block must call it. `words`
-/// has one word per block, which must be zero before the launch.
-__device__ inline std::uint64_t sum_of_earlier_blocks(volatile std::uint64_t* words,
-                                                      std::uint64_t own) {
-  using Word = LookBackWord<std::uint64_t>;
-  const int block = static_cast<int>(blockIdx.x), lane = static_cast<int>(lane_index());
-  if (lane == 0) words[block] = (block == 0 ? Word::kUpTo : Word::kOwn) | own;
-  std::uint64_t sum = 0;
-  for (int nearest = block - 1; nearest >= 0; nearest -= static_cast<int>(kWarp)) {
-    const int at = nearest - lane;
-    std::uint64_t word;
-    do {
-      word = Word::kUpTo;
-      if (at >= 0) word = words[at];
-    } while (__any_sync(kAllLanes, word == 0));
-    const unsigned up_to = __ballot_sync(kAllLanes, (word & Word::kUpTo) != 0);
-    const int last = up_to != 0 ? __ffs(static_cast<int>(up_to)) - 1 : static_cast<int>(kWarp) - 1;
-    const std::uint64_t value = lane <= last ? word & Word::kValue : 0;
-    sum += __shfl_sync(kAllLanes, inclusive_sum_of_warp(value), kWarp - 1);
-    if (up_to != 0) break;
-  }
-  if (lane == 0 && block > 0) words[block] = Word::kUpTo | (sum + own);
-  return sum;
-}
-
 }  // namespace qs::cuda::fast

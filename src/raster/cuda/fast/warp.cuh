@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Sums over the threads of a warp and of a block, and decoupled look-back, with which a block
-// obtains the sum over all earlier blocks of the same launch (Merrill and Garland, Single-pass
-// Parallel Prefix Scan with Decoupled Look-back, 2016). It relies on blocks starting in ascending
-// order.
+// Sums over the threads of a warp and of a block, and other exchanges between lanes.
 #pragma once
 
 #include <cstdint>

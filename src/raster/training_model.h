@@ -54,7 +54,7 @@ class TrainingModel {
   /// The same of the parameters alone.
   virtual const Parameters& parameters() = 0;
 
-  /// The same of what strategies decide by.
+  /// What strategies decide by. A reference to a copy, valid until the next call.
   virtual const GaussianFacts& facts() = 0;
   /// Changes the set of Gaussians. After an error the set is as before.
   virtual void apply(const Plan& plan) = 0;

@@ -2,9 +2,6 @@
 // Lists of pipeline `fast` by macro-tile equal those of the CPU: in macro-tiles that are usual,
 // full or too full, with equal depths, with Gaussians of all sizes, and when the view changes
 // between them.
-#include <cmath>
-#include <random>
-
 #include "support/gpu.h"
 #include "support/scenes.h"
 
@@ -21,36 +18,6 @@ class CudaMacroTiles : public test::PipelineTest {
 
 INSTANTIATE_TEST_SUITE_P(Pipelines, CudaMacroTiles, test::kPipelines, test::name_of_pipeline);
 
-constexpr float kOpacityLogit = 1.0f;
-
-/// `count` Gaussians in front of a camera of `side` x `side` pixels, most of them of a few pixels.
-/// depth(i) is the distance of Gaussian i.
-template <class Depth>
-GaussianCloud scattered(std::size_t count, int side, const Depth& depth) {
-  std::mt19937 random(11);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  const Camera camera = test::front_camera(side, side);
-  GaussianCloud cloud;
-  cloud.resize(count, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double z = depth(i), px = z / camera.focal_px.x, middle = 0.5 * side;
-    cloud.positions[i] = {(uniform(0, side) - middle) * px, (uniform(0, side) - middle) * px, z};
-    // A few reach over the whole picture.
-    const double size = i % 500 == 0 ? uniform(0.1, 1) * side : std::exp(uniform(-1, 2.5));
-    for (int axis = 0; axis < 3; ++axis) {
-      cloud.log_scales[i][axis] = static_cast<float>(std::log(size * px * uniform(0.2, 1)));
-    }
-    cloud.rotations[i] = glm::normalize(
-        glm::quat(static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(-1, 1)),
-                  static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(0.1, 1))));
-    cloud.opacity_logits[i] = kOpacityLogit;
-    cloud.sh[i] = glm::vec3(0.5f);
-  }
-  return cloud;
-}
-
 void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
                              RenderSettings settings) {
   for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
@@ -66,8 +33,8 @@ constexpr std::size_t kFills[] = {800, 3400, 30'000};
 TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
   for (const std::size_t fill : kFills) {
     SCOPED_TRACE(fill);
-    const GaussianCloud cloud =
-        scattered(fill, 32, [](std::size_t i) { return 2 + 1e-4 * double(i * 7919 % 9973); });
+    const GaussianCloud cloud = test::scattered_cloud(
+        fill, 32, [](std::size_t i) { return 2 + 1e-4 * double(i * 7919 % 9973); });
     const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
     expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(32, 32), settings_of_pipeline());
   }
@@ -75,8 +42,8 @@ TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
 
 TEST_P(CudaMacroTiles, are_cut_by_more_samples_than_shared_memory_holds) {
   if (!test::gpu_is_emulated()) GTEST_SKIP() << "needs millions of Gaussians on a GPU";
-  const GaussianCloud cloud =
-      scattered(430'000, 32, [](std::size_t i) { return 2 + 1e-5 * double(i * 7919 % 99'991); });
+  const GaussianCloud cloud = test::scattered_cloud(
+      430'000, 32, [](std::size_t i) { return 2 + 1e-5 * double(i * 7919 % 99'991); });
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   const Camera camera = test::front_camera(32, 32);
   test::expect_equal_decisions(gpu->render(camera, settings_of_pipeline(), test::decisions()),
@@ -86,8 +53,8 @@ TEST_P(CudaMacroTiles, are_cut_by_more_samples_than_shared_memory_holds) {
 TEST_P(CudaMacroTiles, put_equal_depths_in_the_order_of_the_file) {
   for (const std::size_t planes : {1u, 3u, 400u}) {
     SCOPED_TRACE(planes);
-    const GaussianCloud cloud =
-        scattered(4000, 48, [&](std::size_t i) { return 3 + 0.01 * double(i * 7919 % planes); });
+    const GaussianCloud cloud = test::scattered_cloud(
+        4000, 48, [&](std::size_t i) { return 3 + 0.01 * double(i * 7919 % planes); });
     const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
     expect_lists_of_the_cpu(*cpu, *gpu, test::front_camera(48, 48), settings_of_pipeline());
   }
@@ -95,7 +62,7 @@ TEST_P(CudaMacroTiles, put_equal_depths_in_the_order_of_the_file) {
 
 TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
   const GaussianCloud cloud =
-      scattered(3000, 900, [](std::size_t i) { return 2 + 0.001 * double(i); });
+      test::scattered_cloud(3000, 900, [](std::size_t i) { return 2 + 0.001 * double(i); });
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   for (const auto& [width, height] : {std::pair{900, 900}, {1700, 40}, {40, 1700}}) {
     SCOPED_TRACE(testing::Message() << width << "x" << height);
@@ -105,7 +72,7 @@ TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
 
 TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) {
   const GaussianCloud cloud =
-      scattered(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });
+      test::scattered_cloud(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   for (const int side : {512, 16, 512, 24, 300, 512}) {
     SCOPED_TRACE(side);

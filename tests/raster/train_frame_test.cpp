@@ -136,8 +136,8 @@ TEST(TrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
   EXPECT_NE(gradients.by.means[0], glm::vec3(0));
 }
 
-// Both reach 1.8 standard deviations into a margin of 3. At an opacity of 0.01, alpha falls below
-// 1/255 after 1.4.
+// Both means lie 1.8 standard deviations outside of the image. At an opacity of 0.01, alpha falls
+// below 1/255 at 1.4 standard deviations.
 TEST(TrainFrame, views_that_a_faint_gaussian_does_not_reach_do_not_count_in_any_mode) {
   const Camera camera = test::front_camera(kWidth, kHeight);
   constexpr double kDepth = 3, kSigmaPx = 6;

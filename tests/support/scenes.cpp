@@ -57,6 +57,31 @@ GaussianCloud surrounding_cloud(std::size_t count, int sh_degree, unsigned seed)
   return cloud;
 }
 
+GaussianCloud scattered_cloud(std::size_t count, int side,
+                              const std::function<double(std::size_t)>& depth) {
+  std::mt19937 random(11);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const Camera camera = front_camera(side, side);
+  GaussianCloud cloud;
+  cloud.resize(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double z = depth(i), px = z / camera.focal_px.x, middle = 0.5 * side;
+    cloud.positions[i] = {(uniform(0, side) - middle) * px, (uniform(0, side) - middle) * px, z};
+    const double size = i % 500 == 0 ? uniform(0.1, 1) * side : std::exp(uniform(-1, 2.5));
+    for (int axis = 0; axis < 3; ++axis) {
+      cloud.log_scales[i][axis] = static_cast<float>(std::log(size * px * uniform(0.2, 1)));
+    }
+    cloud.rotations[i] = glm::normalize(
+        glm::quat(static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(-1, 1)),
+                  static_cast<float>(uniform(-1, 1)), static_cast<float>(uniform(0.1, 1))));
+    cloud.opacity_logits[i] = 1;
+    cloud.sh[i] = glm::vec3(0.5f);
+  }
+  return cloud;
+}
+
 GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,
                               float opacity_logit) {
   GaussianCloud cloud;

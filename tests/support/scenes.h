@@ -3,6 +3,8 @@
 // Small deterministic scenes and cameras for tests, with all difficult kinds of Gaussians.
 #pragma once
 
+#include <functional>
+
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"
 
@@ -14,6 +16,12 @@ GaussianCloud random_cloud(std::size_t count, int sh_degree, unsigned seed);
 
 /// The same Gaussians on all sides of the origin, 0.05 to 50 units away, in random order.
 GaussianCloud surrounding_cloud(std::size_t count, int sh_degree, unsigned seed);
+
+/// `count` Gaussians in front of front_camera(side, side), all over the picture, most of them of a
+/// few pixels, a few across the picture; gray, of opacity logit 1. depth(i) is the distance of
+/// Gaussian i.
+GaussianCloud scattered_cloud(std::size_t count, int side,
+                              const std::function<double(std::size_t)>& depth);
 
 /// One opaque round Gaussian of RGB `color` at `position` with standard deviation `sigma`.
 GaussianCloud single_gaussian(glm::vec3 position, float sigma, glm::vec3 color,

@@ -38,7 +38,7 @@ struct Strategy {
   /// Whether the set of Gaussians changes in front of the iteration, by the plan. That is after the
   /// model was saved and evaluated, as in the published code.
   bool (*changes_before)(const TrainSettings& settings, int iteration);
-  /// Sets the plan, in the memory of the one before.
+  /// Sets `plan`. Its memory is used again.
   void (*plan)(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
   /// The optimizer's step. No step is taken in front of a change of Gaussians, as in the published
   /// code.

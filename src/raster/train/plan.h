@@ -53,7 +53,8 @@ struct Plan {
   bool clears_opacity_moments = false;  ///< also of Gaussians that keep the others
   bool resets_statistics = false;       ///< must be true if the set changes
 
-  /// Every Gaussian stays as it is. The memory of the plan before is used again.
+  /// Makes this the plan in front of iteration `in_front_of` by which every Gaussian stays as it
+  /// is. Its memory is used again.
   void keep_all(const GaussianFacts& facts, int in_front_of);
 
   std::size_t size() const { return means.size(); }

@@ -106,13 +106,9 @@ bool arrive(Meeting& meeting, unsigned expected) {
 }  // namespace
 
 std::vector<unsigned> ordered_blocks(unsigned blocks) {
-  static std::mt19937 random;
   std::vector<unsigned> order(blocks);
   std::iota(order.begin(), order.end(), 0u);
-  if (run_order != 0) {
-    random.seed(run_order + static_cast<unsigned>(random()));
-    std::shuffle(order.begin(), order.end(), random);
-  }
+  if (run_order != 0) std::shuffle(order.begin(), order.end(), std::mt19937(run_order));
   return order;
 }
 

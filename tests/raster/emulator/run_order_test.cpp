@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The order in which a GPU runs blocks and threads changes no bit of a picture or of a gradient.
-#include <cmath>
+#include <algorithm>
 #include <random>
 
 #include "cuda_runtime.h"
@@ -19,26 +19,15 @@ class RunOrder : public testing::Test {
   static constexpr unsigned kOrders = 4;
 };
 
-/// `count` Gaussians in front of a camera of `side` x `side` pixels, most of them small; every
-/// fourth depth is that of another one.
-GaussianCloud crowd(std::size_t count, int side) {
+/// Scattered Gaussians of many colours and opacities; two each have the same depth.
+GaussianCloud colorful_cloud(std::size_t count, int side) {
+  GaussianCloud cloud = test::scattered_cloud(
+      count, side, [](std::size_t i) { return 2 + 1e-4 * double(i / 2 * 7919 % 9973); });
   std::mt19937 random(5);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  const Camera camera = test::front_camera(side, side);
-  GaussianCloud cloud;
-  cloud.resize(count, 0);
+  std::uniform_real_distribution<float> opacity(-6, -1), color(-1.7f, 1.7f);
   for (std::size_t i = 0; i < count; ++i) {
-    const double z = i % 4 == 3 ? cloud.positions[i - 1].z : uniform(2, 6);
-    const double px = z / camera.focal_px.x;
-    cloud.positions[i] = {uniform(-0.5, 0.5) * side * px, uniform(-0.5, 0.5) * side * px, z};
-    const double size = i % 500 == 0 ? uniform(0.1, 1) * side : std::exp(uniform(-1, 1.5));
-    for (int axis = 0; axis < 3; ++axis)
-      cloud.log_scales[i][axis] = static_cast<float>(std::log(size * px * uniform(0.2, 1)));
-    cloud.rotations[i] = glm::quat(1, 0, 0, 0);
-    cloud.opacity_logits[i] = static_cast<float>(uniform(-5, 0));
-    cloud.sh[i] = glm::vec3(uniform(-1.7, 1.7), uniform(-1.7, 1.7), uniform(-1.7, 1.7));
+    cloud.opacity_logits[i] = opacity(random);
+    cloud.sh[i] = glm::vec3(color(random), color(random), color(random));
   }
   return cloud;
 }
@@ -54,7 +43,7 @@ TEST_F(RunOrder, changes_no_picture) {
       for (unsigned order = 0; order <= kOrders; ++order) {
         emulator::run_order = order;
         const auto renderer = make_renderer(Backend::cuda, test::pool());
-        renderer->upload(crowd(count, 32), {});
+        renderer->upload(colorful_cloud(count, 32), {});
         std::vector<float> values;
         std::uint32_t longest = 0;
         for (const int side : {32, 24}) {  // the buffers have grown before the second frame

@@ -17,7 +17,7 @@ __global__ void __launch_bounds__(kThreads)
   const std::uint64_t depth_bits = __float_as_uint(visible.depths[i]);
   for_each_tile<P>(visible.footprints.load(i), grid, [&](int tile) {
     if (slot == end) return;
-    keys[slot] = static_cast<std::uint64_t>(tile) << 32 | depth_bits;
+    keys[slot] = static_cast<std::uint64_t>(tile) << kDepthBits | depth_bits;
     values[slot] = i;
     ++slot;
   });

@@ -9,7 +9,9 @@
 
 namespace qs::cuda::classic {
 
-/// Keys are tile << 32 | bits of the depth; values are indices in the cloud, ascending
+inline constexpr int kDepthBits = 32;  ///< of a key
+
+/// Keys are tile << kDepthBits | bits of the depth; values are indices in the cloud, ascending
 /// before sort().
 struct TilePairs {
   SortBuffers<std::uint64_t> buffers;

@@ -7,11 +7,9 @@
 namespace qs::cuda::classic {
 namespace {
 
-constexpr int kDepthBits = 32;  // of a key
-
 /// One thread per pair; the threads of the first and last pair of a tile write its range.
 template <class Key>
-__global__ void write_ranges(const Key* keys, std::uint32_t count, int tile_bit, uint2* ranges) {
+__global__ void find_ranges(const Key* keys, std::uint32_t count, int tile_bit, uint2* ranges) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   const auto tile_of = [&](std::uint32_t pair) { return keys[pair] >> tile_bit; };
@@ -28,9 +26,10 @@ void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t ti
   lists.ranges.reserve("the frame's tiles", tiles);
   check(cudaMemsetAsync(lists.ranges.data(), 0, tiles * sizeof(uint2), stream), "sort");
   if (count == 0) return;
+  // At least one bit, also for a picture of one tile.
   const int tile_bits = std::max(1, static_cast<int>(std::bit_width(tiles - 1)));
   sort_pairs(pairs, count, tile_bit + tile_bits, stream);
-  launch("write_ranges", write_ranges<Key>, blocks_for(count), stream, pairs.keys.data(), count,
+  launch("find_ranges", find_ranges<Key>, blocks_for(count), stream, pairs.keys.data(), count,
          tile_bit, lists.ranges.data());
 }
 

@@ -14,8 +14,8 @@ struct TileLists {
 
 void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists);
 
-/// Sorts `count` pairs stably by their keys, with the tile from bit `tile_bit` on, and finds the
-/// ranges.
+/// The same for `count` pairs of any origin, whose keys have the tile from bit `tile_bit` on. Pairs
+/// of equal keys keep their order.
 template <class Key>
 void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
                   cudaStream_t stream, TileLists& lists);

@@ -33,8 +33,9 @@ void DensityStatistics::upload(const qs::train::DensityStatistics& host, cudaStr
   copy_to_device(host.views.data(), views, count, stream);
 }
 
-qs::train::DensityStatistics DensityStatistics::download(cudaStream_t stream) const {
-  return {copied(sums.data(), count, stream), copied(views.data(), count, stream)};
+void DensityStatistics::download(cudaStream_t stream, qs::train::DensityStatistics& to) const {
+  copy_to_host(sums.data(), to.sums, count, stream);
+  copy_to_host(views.data(), to.views, count, stream);
 }
 
 void DensityStatistics::add(const Gradients& gradients, const std::uint8_t* in_view, int width,

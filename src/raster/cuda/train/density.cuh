@@ -17,7 +17,7 @@ struct DensityStatistics {
 
   void reset(std::uint32_t gaussians, cudaStream_t stream);
   void upload(const qs::train::DensityStatistics& host, cudaStream_t stream);
-  qs::train::DensityStatistics download(cudaStream_t stream) const;
+  void download(cudaStream_t stream, qs::train::DensityStatistics& to) const;
   /// `in_view` is 1 for the Gaussians in the view.
   void add(const Gradients& gradients, const std::uint8_t* in_view, int width, int height,
            cudaStream_t stream);

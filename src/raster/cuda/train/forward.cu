@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/schedule.cuh"
 #include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/forward.cuh"
@@ -48,7 +49,7 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   out.visible.tile_counts[i] = tiles;
   out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
   out.gaussians[i] = i;
-  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : kInvisibleKey;
+  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : fast::kInvisibleKey;
   if (tiles == 0) return 0;
 
   const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);
@@ -198,7 +199,8 @@ void blend(const StepView& view, ForwardFrame& frame) {
   check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
                         view.stream),
         "blend");
-  launch("blend", blend_tiles, tiles, view.stream, schedule(view, frame), frame.tiles(view),
+  const fast::ScheduleView order = schedule(view, frame);
+  launch("blend", blend_tiles, tiles, view.stream, order, frame.tiles(view),
          BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
                      frame.segment_tiles.data(), frame.states.data(), view.settings.background});
 }

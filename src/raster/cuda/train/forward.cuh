@@ -100,7 +100,7 @@ struct PairTotal {
 };
 
 struct ForwardFrame {
-  classic::Visible visible;            ///< listed in a tile by the culling mode; without its splats
+  classic::Visible visible;  ///< listed in a tile by the culling mode; without splats and depths
   DeviceBuffer<ListedSplat> splats;    ///< per Gaussian
   DeviceBuffer<std::uint8_t> in_view;  ///< per Gaussian, see the CPU's Gradients::visible
   PairTotal total;

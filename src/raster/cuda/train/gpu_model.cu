@@ -137,7 +137,7 @@ const qs::train::ModelState& GpuModel::state() {
   s.host.iteration = s.iteration;
   s.host.changed_before = s.changed_before;
   s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps};
-  s.host.density = s.density.download(s.stream);
+  s.density.download(s.stream, s.host.density);
   return s.host;
 }
 
@@ -148,8 +148,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.log_scales.data(), s.facts.log_scales, p.count, s.stream);
   copy_to_host(p.rotations.data(), s.facts.rotations, p.count, s.stream);
   copy_to_host(p.opacity_logits.data(), s.facts.opacity_logits, p.count, s.stream);
-  copy_to_host(s.density.sums.data(), s.facts.density.sums, s.density.count, s.stream);
-  copy_to_host(s.density.views.data(), s.facts.density.views, s.density.count, s.stream);
+  s.density.download(s.stream, s.facts.density);
   return s.facts;
 }
 

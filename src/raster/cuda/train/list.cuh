@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The pairs of tiles and Gaussians of a training step. Pairs are written in the order of ranks,
-// then of tiles, in every culling mode, so that a pair's index before sorting is its place. A warp
-// shares the tiles of a large Gaussian.
+// The pairs of tiles and Gaussians of a training step. Pairs are written in the order of ranks
+// (DepthOrder), then of tiles, in every culling mode, so that a pair's index before sorting is its
+// place. A warp shares the tiles of a large Gaussian.
 #pragma once
 
 #include "raster/cuda/train/forward.cuh"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The Gaussians of a training step from near to far. So pairs can be listed in the order of depth,
-// and sorting them by tile alone makes the tile lists.
+// The Gaussians of a training step from near to far. Pairs are listed in this order, so sorting the
+// pairs by tile alone makes the tile lists.
 #pragma once
 
 #include "raster/cuda/classic/scan_and_sort.cuh"
@@ -9,12 +9,10 @@
 
 namespace qs::cuda::train {
 
-inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;  ///< sorts behind all depths
-
 /// The place of a Gaussian in the order is its rank.
 struct DepthOrder {
-  /// Keys: bits of the depths, which are positive, or kInvisibleKey; values: Gaussians. Equal keys
-  /// are in the order of the Gaussians' indices.
+  /// Keys: bits of the depths, which are positive, or fast::kInvisibleKey, which is larger; values:
+  /// Gaussians. Equal keys are in the order of the Gaussians' indices.
   classic::SortBuffers<std::uint32_t> buffers;
   DeviceBuffer<std::uint32_t> counts;   ///< by rank: pairs; one more, 0
   DeviceBuffer<std::uint64_t> offsets;  ///< by rank: the first pair; one more: number of pairs

@@ -80,5 +80,24 @@ TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) 
   }
 }
 
+// After the emptier view there are too few samples for the fuller one, and they are those of the
+// farthest Gaussians, because these are projected first.
+TEST_P(CudaMacroTiles, draw_the_same_picture_after_emptier_ones) {
+  const std::size_t count = test::gpu_is_emulated() ? 24'000 : 300'000;
+  const GaussianCloud cloud = test::scattered_cloud(
+      count, 128, [](std::size_t i) { return 2 + 0.01 * double(i * 7919 % 9973); });
+  const Camera emptier = test::front_camera(128, 128), fuller = test::front_camera(32, 32);
+  const auto picture_of = [&](Renderer& gpu) {
+    return gpu.render(fuller, settings_of_pipeline()).color.values;
+  };
+  const std::vector<float> expected = picture_of(*renderer_of(Backend::cuda, cloud));
+  const auto gpu = renderer_of(Backend::cuda, cloud);
+  for (int turn = 0; turn < 4; ++turn) {
+    SCOPED_TRACE(turn);
+    gpu->render(emptier, settings_of_pipeline());
+    EXPECT_EQ(picture_of(*gpu), expected);
+  }
+}
+
 }  // namespace
 }  // namespace qs

@@ -74,13 +74,17 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
     const std::uint32_t samples = counters.fullest_macro_tile >> log2_distance_of(target);
     return samples + samples / 4 + 64;
   };
+  // A macro-tile that was fuller than expected has samples of its first entries only, and these
+  // tell nothing about the others: its slices overflow, but not because they are too large.
+  const bool has_all_samples =
+      counters.fullest_macro_tile >> before.log2_distance <= before.sample_capacity;
   MacroSize next = before;
   next.capacity = MacroTiles::kUsual;
   const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
   next.slice_capacity = usual_suffices ? MacroTiles::kUsual : most_;
   if (next.slice_capacity != before.slice_capacity) {
     next.slice_target = next.slice_capacity / 2;
-  } else if (counters.fullest_slice > before.slice_capacity) {
+  } else if (counters.fullest_slice > before.slice_capacity && has_all_samples) {
     next.slice_target = before.slice_target / 2;
   }
   next.sample_capacity = samples_of(next.slice_target);

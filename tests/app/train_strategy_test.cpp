@@ -196,6 +196,27 @@ TEST(TrainMcmc, noise_moves_nearly_transparent_gaussians_only) {
   EXPECT_NE(model->state().parameters.means[1], before.means[1]);
 }
 
+TEST(TrainMcmc, does_the_same_in_a_larger_world) {
+  const auto step_in_world_of = [](float size) {
+    Case c(1, "mcmc");
+    c.model.parameters.opacity_logits[0] = -8;
+    c.model.parameters.means[0] = glm::vec3(0);
+    c.model.parameters.log_scales[0] += std::log(size);
+    const auto model = make_training_model(Backend::cpu, pool());
+    model->set_state(c.model);
+    const StepOrder order =
+        find_strategy("mcmc").step({c.settings, 600, size, rates_at(600, size, 5e-2)});
+    model->step(order);
+    return std::pair{model->state().parameters.means[0] / size,
+                     order.sparsity->scale_weight * size};
+  };
+  const auto [mean, weight] = step_in_world_of(1);
+  const auto [mean_of_larger, weight_of_larger] = step_in_world_of(8);
+  EXPECT_GT(glm::length(mean), 0);
+  EXPECT_LT(glm::distance(mean_of_larger, mean), 1e-5 * glm::length(mean));
+  EXPECT_NEAR(weight_of_larger, weight, 1e-9);
+}
+
 TEST(TrainStrategies, have_names_and_others_are_refused) {
   EXPECT_STREQ(find_strategy("adc").name, "adc");
   EXPECT_EQ(test::error_of([] { find_strategy("none"); }, ErrorKind::usage),

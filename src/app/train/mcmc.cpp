@@ -3,6 +3,9 @@
 // 3DGS as Markov Chain Monte Carlo (Kheradmand et al. 2024, arXiv 2404.09591, with the defaults of
 // the published code). Nearly transparent Gaussians move to others, which share their opacity
 // (equation 9), the number grows by 5 % up to a limit, and noise moves nearly transparent ones.
+// Noise and the weight on scales are in units of the cameras' extent. The published code has them
+// in the data set's units; its noise is the cube of a length, so it scatters Gaussians in large
+// worlds.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +18,7 @@ namespace {
 constexpr int kInterval = 100, kAfter = 500, kEnd = 25'000;
 constexpr double kGrowth = 1.05;
 constexpr int kMostCopies = 51;
-constexpr double kNoise = 5e5;  // times the rate of the means
+constexpr double kNoise = 5e5;  // times the rate of the means and the covariance
 constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 
 // Whether Gaussians are moved and added between this iteration and the next.
@@ -116,10 +119,11 @@ void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan
 StepOrder mcmc_step(const IterationContext& context) {
   StepOrder order = context.step();
   order.moves = !changes_after(context.iteration);
-  order.sparsity = Sparsity{kOpacityWeight, kScaleWeight};
-  order.noise =
-      Noise{kNoise * context.rates.mean, Random::of(context.settings.seed, RandomUse::noise,
-                                                    static_cast<std::uint64_t>(context.iteration))};
+  const double unit = context.extent;
+  order.sparsity = Sparsity{kOpacityWeight, kScaleWeight / unit};
+  order.noise = Noise{kNoise * context.rates.mean / (unit * unit),
+                      Random::of(context.settings.seed, RandomUse::noise,
+                                 static_cast<std::uint64_t>(context.iteration))};
   return order;
 }
 

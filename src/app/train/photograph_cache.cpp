@@ -20,7 +20,10 @@ PhotographView read_again(const PhotographView& view, ThreadPool& pool) {
 
 PhotographCache::PhotographCache(const DataSet& data) : limit_(data.photo_memory) {
   if (!data.on_disk()) return;
-  thread_ = std::thread([this] { read_ahead(); });
+  constexpr unsigned kLeastThreads = 2;
+  const unsigned threads =
+      std::clamp(std::thread::hardware_concurrency() / 2, kLeastThreads, kMostThreads);
+  for (unsigned i = 0; i < threads; ++i) threads_.emplace_back([this] { read_ahead(); });
 }
 
 PhotographCache::~PhotographCache() {
@@ -29,7 +32,7 @@ PhotographCache::~PhotographCache() {
     ending_ = true;
   }
   changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
 const PhotographView& PhotographCache::view(const PhotographView& wanted,
@@ -53,10 +56,11 @@ std::size_t PhotographCache::reads() const {
   return reads_;
 }
 
-// The first wanted view that is neither in memory nor unreadable. Needs the mutex.
+// The first wanted view that is neither in memory, nor being read, nor unreadable. Needs the mutex.
 const PhotographView* PhotographCache::next_to_read() const {
   for (const PhotographView* view : wanted_) {
-    if (!held_.contains(view) && !errors_.contains(view)) return view;
+    if (!held_.contains(view) && !being_read_.contains(view) && !errors_.contains(view))
+      return view;
   }
   return nullptr;
 }
@@ -83,6 +87,7 @@ bool PhotographCache::make_room(const PhotographView& view) {
 }
 
 void PhotographCache::read_ahead() {
+  ThreadPool pool(1);
   std::unique_lock lock(mutex_);
   while (true) {
     const PhotographView* view = nullptr;
@@ -91,20 +96,23 @@ void PhotographCache::read_ahead() {
       return ending_ || (view != nullptr && make_room(*view));
     });
     if (ending_) return;
+    being_read_.insert(view);
+    bytes_ += view->bytes();
     lock.unlock();
     std::optional<PhotographView> read;
     std::exception_ptr error;
     try {
-      read = read_again(*view, pool_);
+      read = read_again(*view, pool);
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
+    being_read_.erase(view);
     if (read) {
-      bytes_ += read->bytes();
       held_.emplace(view, Entry{std::move(*read), uses_});
       ++reads_;
     } else {
+      bytes_ -= view->bytes();
       errors_.emplace(view, error);
     }
     changed_.notify_all();

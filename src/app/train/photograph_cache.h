@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The pixels of a data set's photographs in limited memory. A photograph that is not in memory is
-// read by a background thread, which also reads those that are used next. The least recently used
-// ones make room. Pixels that were read again are the same as before, or it is an error.
+// The pixels of a data set's photographs in limited memory. Background threads read the photographs
+// that are not in memory, also those that are used next. The least recently used ones make room.
+// Pixels that were read again are the same as before, or it is an error.
 #pragma once
 
 #include <condition_variable>
@@ -10,19 +10,22 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <set>
 #include <span>
 #include <thread>
 #include <vector>
 
 #include "app/train/data_set.h"
-#include "raster/base/parallel.h"
 
 namespace qs::train {
 
 class PhotographCache {
  public:
-  /// Starts the thread if `data`, which must outlive the cache, is larger than its limit of memory.
-  /// The photographs of two views always find room: the one in use and the next one.
+  /// A thread decodes a photograph in the time of several iterations on a GPU.
+  static constexpr unsigned kMostThreads = 8;
+
+  /// Starts the threads if `data`, which must outlive the cache, is larger than its limit of
+  /// memory. The photographs of two views always find room: the one in use and the next one.
   explicit PhotographCache(const DataSet& data);
   ~PhotographCache();
   PhotographCache(const PhotographCache&) = delete;
@@ -49,17 +52,18 @@ class PhotographCache {
   bool make_room(const PhotographView& view);
 
   const std::uint64_t limit_;
-  ThreadPool pool_{1};  // of the thread, which works alone
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   // Guarded by mutex_. Views of the data set are keys.
   std::map<const PhotographView*, Entry> held_;
+  std::set<const PhotographView*> being_read_;
   std::map<const PhotographView*, std::exception_ptr> errors_;
-  Wanted wanted_;  // the view in use and those after it
-  std::uint64_t bytes_ = 0, uses_ = 0;
+  Wanted wanted_;            // the view in use and those after it
+  std::uint64_t bytes_ = 0;  // of held_ and being_read_
+  std::uint64_t uses_ = 0;
   std::size_t reads_ = 0;
   bool ending_ = false;
-  std::thread thread_;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace qs::train

@@ -80,11 +80,12 @@ RenderSettings Trainer::render_settings(int iteration) const {
 }
 
 const PhotographView& Trainer::view_of(int iteration) {
-  constexpr int kAhead = 4;
-  std::array<const PhotographView*, kAhead> next{};
-  for (int i = 0; i < kAhead; ++i)
-    next[static_cast<std::size_t>(i)] = &data_.training[views_.at(iteration + 1 + i)];
-  return photographs_.view(data_.training[views_.at(iteration)], next);
+  const PhotographView& view = data_.training[views_.at(iteration)];
+  if (!data_.on_disk()) return view;
+  std::array<const PhotographView*, 2 * PhotographCache::kMostThreads> next{};
+  for (std::size_t i = 0; i < next.size(); ++i)
+    next[i] = &data_.training[views_.at(iteration + 1 + static_cast<int>(i))];
+  return photographs_.view(view, next);
 }
 
 StepResult Trainer::step() {

@@ -31,9 +31,10 @@ Progress part_of(const Progress& progress, float begin, float end) {
       progress.stop};
 }
 
-ProgressBar::ProgressBar(std::string label)
+ProgressBar::ProgressBar(std::string label, std::function<Clock::time_point()> now)
     : label_(std::move(label)),
-      start_(std::chrono::steady_clock::now()),
+      now_(std::move(now)),
+      start_(now_()),
       terminal_(isatty(STDERR_FILENO) != 0) {}
 
 ProgressBar::~ProgressBar() { hide(); }
@@ -56,7 +57,7 @@ void ProgressBar::show(float fraction) {
   constexpr auto kPatience = std::chrono::milliseconds(300);
   constexpr auto kInterval = std::chrono::milliseconds(500);  // of new labels and times
   const int percent = static_cast<int>(std::clamp(fraction, 0.0f, 1.0f) * 100);
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = now_();
   if (now - start_ < kPatience) return;
   const bool first_step = fraction > 0 && !shows_time_left_;
   if (percent == shown_percent_ && !first_step && now - shown_at_ < kInterval) return;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 
 #include "raster/base/progress.h"
@@ -20,7 +21,9 @@ Progress part_of(const Progress& progress, float begin, float end);
 
 class ProgressBar {
  public:
-  explicit ProgressBar(std::string label);
+  using Clock = std::chrono::steady_clock;
+
+  explicit ProgressBar(std::string label, std::function<Clock::time_point()> now = Clock::now);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -38,11 +41,12 @@ class ProgressBar {
   void show(float fraction);
 
   std::string label_;
-  std::chrono::steady_clock::time_point start_;
+  std::function<Clock::time_point()> now_;
+  Clock::time_point start_;
   bool terminal_;
   int shown_percent_ = -1;
   bool shows_time_left_ = false;
-  std::chrono::steady_clock::time_point shown_at_{};
+  Clock::time_point shown_at_{};
 };
 
 }  // namespace qs

@@ -28,10 +28,10 @@ void redirect(int descriptor, const std::filesystem::path& path) {
 
 }  // namespace
 
-ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
-                         const std::function<void(pid_t)>& meanwhile) {
+ProgramRun run_program(const std::string& program, const std::vector<std::string>& arguments,
+                       const std::function<void(pid_t)>& meanwhile) {
   const TemporaryFolder folder;
-  std::vector<char*> words = {const_cast<char*>(QUADSPLAT_PROGRAM)};
+  std::vector<char*> words = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments)
     words.push_back(const_cast<char*>(argument.c_str()));
   words.push_back(nullptr);
@@ -42,7 +42,7 @@ ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
     redirect(STDERR_FILENO, folder / "err");
     // OpenImageIO's libraries leak a few bytes at exit.
     setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
-    execv(QUADSPLAT_PROGRAM, words.data());
+    execvp(program.c_str(), words.data());
     _exit(127);
   }
   if (meanwhile) meanwhile(child);
@@ -53,6 +53,11 @@ ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
   run.out = content_of(folder / "out");
   run.err = content_of(folder / "err");
   return run;
+}
+
+ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
+                         const std::function<void(pid_t)>& meanwhile) {
+  return run_program(QUADSPLAT_PROGRAM, arguments, meanwhile);
 }
 
 }  // namespace qs::test

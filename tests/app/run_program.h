@@ -16,7 +16,12 @@ struct ProgramRun {
   std::string out, err;
 };
 
-/// `meanwhile` is called with the program's process while it runs.
+/// `program` is found in PATH if it has no slash; exit code 127 if it is not found. `meanwhile` is
+/// called with the program's process while it runs.
+ProgramRun run_program(const std::string& program, const std::vector<std::string>& arguments,
+                       const std::function<void(pid_t)>& meanwhile = {});
+
+/// Runs the program of this build.
 ProgramRun run_quadsplat(const std::vector<std::string>& arguments,
                          const std::function<void(pid_t)>& meanwhile = {});
 

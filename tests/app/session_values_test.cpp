@@ -48,8 +48,11 @@ TEST(Text, numbers_are_accepted_at_both_ends_of_their_range) {
   EXPECT_EQ(parse_bytes("--b", "64K"), 64'000u);
   EXPECT_EQ(parse_bytes("--b", "1.5G"), 1'500'000'000u);
   EXPECT_EQ(parse_bytes("--b", "2T"), 2'000'000'000'000u);
-  for (const char* text :
-       {"", "G", "1.5g", "1GB", "-1M", "0", "0.1", "inf", "nan", "9999999999T"}) {
+  EXPECT_EQ(parse_bytes("--b", "1GB"), 1'000'000'000u);
+  EXPECT_EQ(parse_bytes("--b", "16MiB"), 16u << 20);
+  EXPECT_EQ(parse_bytes("--b", "0.5KiB"), 512u);
+  for (const char* text : {"", "G", "1.5g", "1B", "1iB", "GB", "MiB", "1GiBB", "-1M", "0", "0.1",
+                           "inf", "nan", "9999999999T"}) {
     EXPECT_EQ(error_of([&] { parse_bytes("--b", text); }),
               fmt::format("--b: '{}' is not a number of bytes such as 800M or 1.5G", text));
   }

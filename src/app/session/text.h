@@ -18,7 +18,8 @@ namespace qs {
 /// These throw Error(usage) "WHAT: 'TEXT' is not ..."; `what` is the option's name.
 int parse_integer(std::string_view what, std::string_view text, int low, int high);
 double parse_real(std::string_view what, std::string_view text, double low, double high);
-/// A number of bytes with an optional K, M, G or T for thousands, millions and so on.
+/// A number of bytes with an optional K, M, G or T for thousands, millions and so on, also as KB;
+/// KiB is 1,024 bytes.
 std::uint64_t parse_bytes(std::string_view what, std::string_view text);
 glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
 glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B, each 0..1

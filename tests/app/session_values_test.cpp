@@ -95,6 +95,14 @@ TEST(Text, lists_are_joined_and_separated) {
   EXPECT_EQ(csv_field("a\rb"), "\"a\rb\"");
 }
 
+TEST(Text, words_reach_a_shell_whole) {
+  for (const char* word : {"a/b-c_d.ply", "0.5,1", "--size"}) EXPECT_EQ(shell_word(word), word);
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("my photos"), "'my photos'");
+  EXPECT_EQ(shell_word("*$HOME;"), "'*$HOME;'");
+  EXPECT_EQ(shell_word("it's"), R"('it'\''s')");
+}
+
 TEST(Text, large_numbers_are_grouped_and_have_units) {
   const std::pair<std::uint64_t, const char*> groups[] = {{0, "0"},
                                                           {999, "999"},

@@ -289,6 +289,22 @@ TEST(TrainingWindow, shows_pauses_steps_and_ends_with_the_bits_of_a_run_without_
   EXPECT_EQ(gaussians("window"), gaussians("terminal"));
 }
 
+TEST(TrainingWindow, prints_how_to_continue_if_it_was_closed_before_the_end) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const std::string data = (folder / "my data").string(), model = (folder / "model").string();
+  const std::string script = (folder / "script").string();
+  test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), data);
+  std::ofstream(script) << "key Shift+T\nwait\nquit\n";
+  const auto run = test::run_quadsplat({"train", data, "--out-dir", model, "--threads", "2",
+                                        "--view", "--settings", "-", "--input", script});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(
+      run.out,
+      testing::EndsWith("stopped; to continue: quadsplat train '" + data + "' --out-dir " + model +
+                        " --threads 2 --view --settings - --input " + script + " --resume\n"));
+}
+
 TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
   if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
   const TemporaryFolder folder;

@@ -9,6 +9,7 @@
 #include "app/session/photographs.h"
 #include "app/session/progress_bar.h"
 #include "app/session/session.h"
+#include "app/session/text.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
 #include "app/viewer/state/preferences.h"
@@ -75,6 +76,14 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   return prepared;
 }
 
+void print_continuation(const char* what, Arguments arguments) {
+  std::string again = "quadsplat train";
+  for (const std::string& word : arguments) {
+    if (word != "--resume") again += " " + shell_word(word);
+  }
+  fmt::print("{}; to continue: {} --resume\n", what, again);
+}
+
 int run(TrainCommand& command, Arguments arguments) {
   ThreadPool pool(command.threads);
   ProgressBar bar("reading photographs");
@@ -87,17 +96,15 @@ int run(TrainCommand& command, Arguments arguments) {
     if (command.settings_file != "-")
       view.settings = command.settings_file.value_or(preferences_file());
     view.train_words = train_words_in_window;
-    train_in_window(command.settings, data, command.run, std::move(model), pool, view);
+    if (train_in_window(command.settings, data, command.run, std::move(model), pool, view) ==
+        train::RunEnd::interrupted)
+      print_continuation("stopped", arguments);
     return kExitOk;
   }
   const train::RunEnd end =
       run_training(command.settings, data, command.run, std::move(model), pool);
   if (end == train::RunEnd::interrupted) {
-    std::string again = "quadsplat train";
-    for (const std::string& word : arguments) {
-      if (word != "--resume") again += " " + word;
-    }
-    fmt::print("interrupted; to continue: {} --resume\n", again);
+    print_continuation("interrupted", arguments);
     throw Cancelled{};
   }
   return kExitOk;
@@ -231,7 +238,8 @@ std::string train_words_in_window(TrainingThread& thread, const std::vector<std:
   if (!options.parse(words)) fail(ErrorKind::usage, "train: --help is printed in the terminal");
   ThreadPool pool(command.threads);
   auto [model, data] = prepare(command, pool, reading_in_window(thread, command.data.data));
-  return train_beside_window(thread, command.settings, data, command.run, std::move(model), pool);
+  return sentence_of(
+      train_beside_window(thread, command.settings, data, command.run, std::move(model), pool));
 }
 
 }  // namespace qs

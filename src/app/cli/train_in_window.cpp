@@ -39,25 +39,31 @@ Progress reading_in_window(TrainingThread& thread, const std::filesystem::path& 
   return thread.reading(data);
 }
 
-std::string train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
-                                const train::DataSet& data, train::RunOptions options,
-                                std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
+std::string sentence_of(train::RunEnd end) {
+  return end == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
+}
+
+train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
+                                  const train::DataSet& data, train::RunOptions options,
+                                  std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
   thread.began(options.out_dir, data.folder);
   options.watch = [&](const train::RunStatus& status) {
     return wish_of(thread.after_iteration(progress_of(status, settings.iterations),
                                           [&] { return status.trainer.cloud(); }));
   };
-  const train::RunEnd end = train::run_training(settings, data, options, std::move(model), pool);
-  return end == train::RunEnd::finished ? "finished and saved" : "stopped and saved";
+  return train::run_training(settings, data, options, std::move(model), pool);
 }
 
-void train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
-                     train::RunOptions options, std::unique_ptr<train::TrainingModel> model,
-                     ThreadPool& pool, ViewOptions view) {
+train::RunEnd train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
+                              train::RunOptions options,
+                              std::unique_ptr<train::TrainingModel> model, ThreadPool& pool,
+                              ViewOptions view) {
   std::exception_ptr error;
+  train::RunEnd end = train::RunEnd::interrupted;
   view.train = [&](TrainingThread& thread) {
     try {
-      return train_beside_window(thread, settings, data, options, std::move(model), pool);
+      end = train_beside_window(thread, settings, data, options, std::move(model), pool);
+      return sentence_of(end);
     } catch (...) {
       error = std::current_exception();
       throw;
@@ -65,6 +71,7 @@ void train_in_window(const train::TrainSettings& settings, const train::DataSet&
   };
   run_viewer(view);
   if (error) std::rethrow_exception(error);
+  return end;
 }
 
 }  // namespace qs

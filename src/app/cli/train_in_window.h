@@ -14,18 +14,21 @@ namespace qs {
 
 /// Trains `model`, which is new, beside the window, and returns when it is closed; then the model
 /// is saved. Throws Error.
-void train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
-                     train::RunOptions options, std::unique_ptr<train::TrainingModel> model,
-                     ThreadPool& pool, ViewOptions view);
+train::RunEnd train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
+                              train::RunOptions options,
+                              std::unique_ptr<train::TrainingModel> model, ThreadPool& pool,
+                              ViewOptions view);
 
 /// Shows that photographs of `data` are read; see TrainingThread::reading().
 Progress reading_in_window(TrainingThread& thread, const std::filesystem::path& data);
 
-/// Trains `model`, which is new, on the thread of the window. Returns a sentence on how the run
-/// ended. Throws Error.
-std::string train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
-                                const train::DataSet& data, train::RunOptions options,
-                                std::unique_ptr<train::TrainingModel> model, ThreadPool& pool);
+/// Trains `model`, which is new, on the thread of the window. Throws Error.
+train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
+                                  const train::DataSet& data, train::RunOptions options,
+                                  std::unique_ptr<train::TrainingModel> model, ThreadPool& pool);
+
+/// How a run ended, for the window.
+std::string sentence_of(train::RunEnd end);
 
 /// ViewOptions::train_words.
 std::string train_words_in_window(TrainingThread& thread, const std::vector<std::string>& words);

@@ -35,6 +35,10 @@ std::vector<std::string> separated(std::string_view text, char separator = ',');
 /// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
+/// A word as a POSIX shell takes it: in single quotes if it has characters that mean something
+/// there.
+std::string shell_word(const std::string& word);
+
 /// 1796342 -> "1,796,342".
 std::string grouped(std::uint64_t number);
 

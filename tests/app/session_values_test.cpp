@@ -127,7 +127,8 @@ TEST(Text, large_numbers_are_grouped_and_have_units) {
   EXPECT_EQ(decibels(38.256), "38.26");
 }
 
-// ---- progress
+// ---- progress -----------------------------------------------------------------------------------
+
 // Standard error is a terminal while it lives.
 class Terminal {
  public:
@@ -263,8 +264,7 @@ TEST(Photographs, gray_and_transparent_pictures_become_rgb_over_the_background) 
   EXPECT_EQ(size(100), glm::ivec2(1, 1));
 }
 
-// ---- boxes and framing
-// ---------------------------------------------------------------------------
+// ---- boxes and framing --------------------------------------------------------------------------
 TEST(SceneBox, quantiles_are_rounded_to_the_nearest_value) {
   GaussianCloud cloud;
   cloud.resize(4, 0);

@@ -6,11 +6,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "app/run_program.h"
+#include "app/session/scene_box.h"
+#include "app/session/session.h"
 #include "app/train/data_set.h"
-#include "io/bytes/json_text.h"
 #include "support/pool.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"
@@ -47,22 +47,16 @@ TEST_F(SyntheticSet, has_pictures_of_the_scene_from_all_around) {
   options.holdout = 0;
   const train::DataSet data = read_data_set(options, test::pool());
   ASSERT_EQ(data.training.size(), 6u);
-  const auto info = parse_json(test::run_quadsplat({"info", "--json", scene_}).out, "info");
-  const auto& core = info[0]["extents_5_95"];
-  glm::dvec3 centre, size;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double low = core["low"][axis].get<double>(), high = core["high"][axis].get<double>();
-    centre[axis] = (low + high) / 2;
-    size[axis] = high - low;
-  }
+  const SceneBox core = core_box(load_scene(scene_, test::pool()).cloud);
+  const float longest = std::max({core.size().x, core.size().y, core.size().z});
   std::set<std::vector<std::uint8_t>> pictures;
   for (const train::PhotographView& view : data.training) {
     EXPECT_EQ(view.camera.width, 64);
     EXPECT_EQ(view.camera.height, 48);
-    const glm::dvec3 seen = view.camera.view_from_world * glm::dvec4(centre, 1);
+    const glm::dvec3 seen = view.camera.view_from_world * glm::dvec4(core.center(), 1);
     EXPECT_NEAR(seen.x, 0, 1e-4);
     EXPECT_NEAR(seen.y, 0, 1e-4);
-    EXPECT_NEAR(seen.z, 1.3 * std::max({size.x, size.y, size.z}), 1e-3);
+    EXPECT_NEAR(seen.z, 1.3 * longest, 1e-3);
     const std::size_t middle = 3 * (24 * 64 + 32);
     EXPECT_GT(view.rgb.at(middle) + view.rgb.at(middle + 1) + view.rgb.at(middle + 2), 0);
     pictures.insert(view.rgb);

@@ -13,7 +13,8 @@
 namespace qs {
 
 /// Trains `model`, which is new, beside the window, and returns when it is closed; then the model
-/// is saved. Throws Error.
+/// is saved. `interrupted`: the window was closed, or the run stopped in it, before the last
+/// iteration. Throws Error.
 train::RunEnd train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
                               train::RunOptions options,
                               std::unique_ptr<train::TrainingModel> model, ThreadPool& pool,
@@ -27,7 +28,7 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
                                   const train::DataSet& data, train::RunOptions options,
                                   std::unique_ptr<train::TrainingModel> model, ThreadPool& pool);
 
-/// How a run ended, for the window.
+/// What the window says of a run that ended.
 std::string sentence_of(train::RunEnd end);
 
 /// ViewOptions::train_words.

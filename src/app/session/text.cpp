@@ -40,17 +40,14 @@ double parse_real(std::string_view what, std::string_view text, double low, doub
 
 std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
   constexpr std::string_view kUnits = "KMGT";
-  std::string_view number = text;
-  const bool binary = number.ends_with("iB");
-  const bool named = binary || number.ends_with('B');  // "1.5GB", not only "1.5G"
-  if (named) number.remove_suffix(binary ? 2 : 1);
-  const std::size_t unit = number.empty() ? kUnits.npos : kUnits.find(number.back());
-  double factor = 1, value = 0;
-  if (unit != kUnits.npos) {
-    number.remove_suffix(1);
-    factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(unit) + 1);
-  }
-  if ((named && unit == kUnits.npos) || !parse_all(number, value) ||
+  const std::size_t end = std::min(text.find_first_of(kUnits), text.size());
+  const std::string_view unit = text.substr(end);  // "MiB" of "16MiB"
+  const bool known = unit.size() < 2 || unit.substr(1) == "B" || unit.substr(1) == "iB";
+  const double base = unit.ends_with("iB") ? 1024 : 1000;
+  const double factor =
+      unit.empty() ? 1 : std::pow(base, static_cast<double>(kUnits.find(unit[0])) + 1);
+  double value = 0;
+  if (!known || !parse_all(text.substr(0, end), value) ||
       !(value * factor >= 1 && value * factor <= 1e18)) {
     fail(ErrorKind::usage, "{}: '{}' is not a number of bytes such as 800M or 1.5G", what, text);
   }

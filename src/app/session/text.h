@@ -18,8 +18,8 @@ namespace qs {
 /// These throw Error(usage) "WHAT: 'TEXT' is not ..."; `what` is the option's name.
 int parse_integer(std::string_view what, std::string_view text, int low, int high);
 double parse_real(std::string_view what, std::string_view text, double low, double high);
-/// A number of bytes with an optional K, M, G or T for thousands, millions and so on, also as KB;
-/// KiB is 1,024 bytes.
+/// A number of bytes. K, M, G and T, or KB, MB, GB and TB, are powers of 1,000; KiB, MiB, GiB and
+/// TiB are powers of 1,024.
 std::uint64_t parse_bytes(std::string_view what, std::string_view text);
 glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
 glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B, each 0..1
@@ -35,8 +35,7 @@ std::vector<std::string> separated(std::string_view text, char separator = ',');
 /// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
-/// A word as a POSIX shell takes it: in single quotes if it has characters that mean something
-/// there.
+/// A word for a POSIX shell, in single quotes unless the shell takes it as it is.
 std::string shell_word(const std::string& word);
 
 /// 1796342 -> "1,796,342".

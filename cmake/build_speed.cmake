@@ -26,6 +26,28 @@ if(NOT QUADSPLAT_STATIC)
   endforeach()
 endif()
 
+# The files of a room are compiled together, at most this many of its .cpp at a time, so that headers are read once.
+# Names of unnamed namespaces are therefore unique within a room. Files that need macros or options of their own, and
+# those that Highway compiles once per instruction set, are compiled alone.
+option(QUADSPLAT_UNITY "Compile the files of a room together: faster builds from nothing, slower ones after a change" OFF)
+set(QUADSPLAT_UNITY_FILES 16 CACHE STRING "The most files that are compiled together")
+
+# compile_together(TARGET SOURCES...) does this for these sources of a target.
+function(compile_together target)
+  if(NOT QUADSPLAT_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  foreach(source ${ARGN})
+    get_filename_component(room ${source} DIRECTORY)
+    file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${room})
+    string(MAKE_C_IDENTIFIER ${room} room)
+    math(EXPR count_${room} "0${count_${room}} + 1")
+    math(EXPR part "(${count_${room}} - 1) / ${QUADSPLAT_UNITY_FILES}")
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room}_${part})
+  endforeach()
+endfunction()
+
 set(QUADSPLAT_COMMON_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory>
   <optional> <span> <string> <string_view> <system_error> <utility> <vector> <fmt/format.h> <glm/vec2.hpp> <glm/vec3.hpp>
   <glm/mat3x3.hpp> <glm/geometric.hpp> <glm/common.hpp> <glm/gtc/quaternion.hpp>)

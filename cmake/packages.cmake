@@ -24,7 +24,7 @@ find_package(ZLIB REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
 pkg_check_modules(ZIP REQUIRED IMPORTED_TARGET libzip)
-find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)  # one header; src/io/scene/tinygltf.cpp compiles it
+find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)  # one header; src/io/scene/gltf/tinygltf.cpp compiles it
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 find_package(glfw3 3.3 CONFIG REQUIRED)

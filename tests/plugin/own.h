@@ -11,8 +11,8 @@
 #include <string>
 
 #include "quadsplat/plugin.h"
+#include "raster/api/renderer.h"
 #include "raster/base/error.h"
-#include "raster/renderer.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::own {

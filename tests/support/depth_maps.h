@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs::test {
 

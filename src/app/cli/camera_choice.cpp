@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "app/cli/camera_choice.h"
 
+#include "app/framing/first_view.h"
+#include "app/framing/framing.h"
+#include "app/framing/up_axis.h"
 #include "app/measure/camera_path.h"
-#include "app/session/first_view.h"
-#include "app/session/framing.h"
-#include "app/session/up_axis.h"
 #include "io/camera/cameras.h"
-#include "io/scene/axes.h"
+#include "io/cloud/axes.h"
 #include "raster/base/fail.h"
 
 namespace qs {

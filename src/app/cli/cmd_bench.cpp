@@ -5,9 +5,11 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/bench_plugins.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/framing/up_axis.h"
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
@@ -18,8 +20,6 @@
 #include "app/report/markdown.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/progress_bar.h"
-#include "app/session/up_axis.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -221,7 +221,7 @@ int run(const BenchCommand& command, Arguments arguments) {
 
 }  // namespace
 
-Action bench_command(Options& options) {
+CommandAction bench_command(Options& options) {
   const auto command = std::make_shared<BenchCommand>();
   BenchCommand* const c = command.get();
   c->frame.modes = all_modes();

@@ -145,7 +145,7 @@ int run_one_scene(CompareCommand& command) {
 
 }  // namespace
 
-Action compare_command(Options& options) {
+CommandAction compare_command(Options& options) {
   const auto command = std::make_shared<CompareCommand>();
   command->frame.modes = {};  // the default depends on the number of scenes
   declare_frame_options(options, command->frame);

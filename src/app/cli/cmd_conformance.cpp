@@ -54,7 +54,7 @@ int run(const ConformanceCommand& command) {
 
 }  // namespace
 
-Action conformance_command(Options& options) {
+CommandAction conformance_command(Options& options) {
   const auto command = std::make_shared<ConformanceCommand>();
   options.text("--out-dir", "DIR", command->out_dir,
                "writes the scenes as .ply with cameras and images in double precision", {"kit"});

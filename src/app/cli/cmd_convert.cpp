@@ -10,13 +10,13 @@
 
 #include <fmt/format.h>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
-#include "app/session/progress_bar.h"
+#include "app/framing/scene_box.h"
 #include "app/session/removal_text.h"
-#include "app/session/scene_box.h"
-#include "io/scene/cloud_order.h"
-#include "io/scene/sh_degree.h"
+#include "io/cloud/cloud_order.h"
+#include "io/cloud/sh_degree.h"
 #include "io/scene/writer.h"
 #include "raster/base/fail.h"
 
@@ -87,7 +87,7 @@ int run(const ConvertCommand& command) {
 
 }  // namespace
 
-Action convert_command(Options& options) {
+CommandAction convert_command(Options& options) {
   const auto command = std::make_shared<ConvertCommand>();
   const std::vector<std::string> endings = written(&WriterRow::extension);
   const std::vector<std::string> formats = written(&WriterRow::name);

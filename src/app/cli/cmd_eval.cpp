@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/command.h"
 #include "app/cli/frame_options.h"
 #include "app/report/eval_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/photographs.h"
-#include "app/session/progress_bar.h"
 #include "app/session/shot.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
@@ -34,7 +34,7 @@ struct EvalCommand {
 };
 
 // A camera and its photograph.
-struct View {
+struct EvalView {
   Camera camera;
   LensCamera taken;  ///< as in the cameras file
   std::filesystem::path photograph;
@@ -43,7 +43,7 @@ struct View {
 // The views of a run and the cameras file they come from.
 struct Views {
   std::filesystem::path cameras;
-  std::vector<View> list;
+  std::vector<EvalView> list;
   std::size_t skipped = 0;  ///< cameras without a photograph
 };
 
@@ -78,9 +78,9 @@ Views choose_views(const EvalCommand& command) {
   return views;
 }
 
-class Run {
+class EvalRun {
  public:
-  explicit Run(const EvalCommand& command) : command_(command) {}
+  explicit EvalRun(const EvalCommand& command) : command_(command) {}
 
   void all_views() {
     const Views views = choose_views(command_);
@@ -119,7 +119,7 @@ class Run {
             {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
   }
 
-  void one_view(const View& view, std::size_t number) {
+  void one_view(const EvalView& view, std::size_t number) {
     const Image photograph = read_photograph(view.photograph, session_.settings.background,
                                              command_.images_scale, *session_.pool, view.taken);
     require_same_shape(photograph, view.photograph, view.camera);
@@ -144,7 +144,7 @@ class Run {
   }
 
   // DIR/view_NAME_WHAT.png
-  void save(const Image& image, const View& view, const char* what) const {
+  void save(const Image& image, const EvalView& view, const char* what) const {
     if (!command_.save) return;
     const std::filesystem::path path = *command_.save / ("view." + command_.save_format);
     write_image(image, with_word(with_word(path, view.camera.name), what));
@@ -157,7 +157,7 @@ class Run {
 
 }  // namespace
 
-Action eval_command(Options& options) {
+CommandAction eval_command(Options& options) {
   static constexpr const char* kBorders[] = {"zeros", "crop"};  // in the order of SsimBorder
   static constexpr const char* kSaveFormats[] = {"png", "ppm", "pfm"};
   const auto command = std::make_shared<EvalCommand>();
@@ -199,7 +199,7 @@ Action eval_command(Options& options) {
   return [command](Arguments) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
-    Run(*command).all_views();
+    EvalRun(*command).all_views();
     return kExitOk;
   };
 }

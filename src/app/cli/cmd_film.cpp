@@ -3,13 +3,13 @@
 // quadsplat film: a camera that moves round the scene or along a path -> a film.
 #include <memory>
 
+#include "app/base/progress_bar.h"
+#include "app/base/quit_signals.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/film/film.h"
 #include "app/film/film_format.h"
-#include "app/session/camera_rig.h"
-#include "app/session/progress_bar.h"
-#include "app/session/quit_signals.h"
+#include "app/framing/camera_rig.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -97,7 +97,7 @@ int film(const FilmCommand& command) {
 
 }  // namespace
 
-Action film_command(Options& options) {
+CommandAction film_command(Options& options) {
   const auto command = std::make_shared<FilmCommand>();
   declare_frame_options(options, command->frame);
   options.text("--output", "FILE", command->output,

@@ -38,7 +38,7 @@ int run(const InfoCommand& command) {
 
 }  // namespace
 
-Action info_command(Options& options) {
+CommandAction info_command(Options& options) {
   const auto command = std::make_shared<InfoCommand>();
   options.positionals("FILE", command->files, 1, "splat files or model folders", kSceneSamples);
   declare_axes_option(options, command->axes);

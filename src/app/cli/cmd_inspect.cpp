@@ -90,7 +90,7 @@ int run(const InspectCommand& command) {
 
 }  // namespace
 
-Action inspect_command(Options& options) {
+CommandAction inspect_command(Options& options) {
   const auto command = std::make_shared<InspectCommand>();
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);

@@ -8,7 +8,7 @@
 
 namespace qs {
 
-Action judge_command(Options& options) {
+CommandAction judge_command(Options& options) {
   const auto judge = std::make_shared<JudgeOptions>();
   options.positional("TRUTH", judge->frame.scene, "folder of pictures, splat file or model folder",
                      {"images", "scene.ply"});

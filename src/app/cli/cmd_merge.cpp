@@ -94,7 +94,7 @@ int run(const MergeCommand& command) {
 
 }  // namespace
 
-Action merge_command(Options& options) {
+CommandAction merge_command(Options& options) {
   const auto command = std::make_shared<MergeCommand>();
   options.positionals("DIR", command->folders, 1,
                       "folders with a bench.json, eval.json or stats.json", {"shard1", "shard2"});

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/heatmap_frame.h"
@@ -14,7 +15,6 @@
 #include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
-#include "app/session/progress_bar.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -92,9 +92,9 @@ void check_quantity(const RenderCommand& command) {
 }
 
 // One run of the command over its views.
-class Run {
+class RenderRun {
  public:
-  explicit Run(const RenderCommand& command)
+  explicit RenderRun(const RenderCommand& command)
       : command_(command), session_(open_session(command.frame)) {}
 
   int all_shots() {
@@ -228,7 +228,7 @@ class Run {
 
 }  // namespace
 
-Action render_command(Options& options) {
+CommandAction render_command(Options& options) {
   const auto command = std::make_shared<RenderCommand>();
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);
@@ -282,7 +282,7 @@ Action render_command(Options& options) {
   return [command](Arguments) {
     check(*command);
     check_quantity(*command);
-    return Run(*command).all_shots();
+    return RenderRun(*command).all_shots();
   };
 }
 

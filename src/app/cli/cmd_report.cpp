@@ -5,8 +5,11 @@
 #include <map>
 #include <memory>
 
+#include "app/base/environment.h"
+#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
+#include "app/framing/huge_gaussians.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
@@ -14,9 +17,6 @@
 #include "app/report/stats_file.h"
 #include "app/report/study_page.h"
 #include "app/report/write_report.h"
-#include "app/session/environment.h"
-#include "app/session/huge_gaussians.h"
-#include "app/session/progress_bar.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -202,7 +202,7 @@ int run(ReportCommand& command) {
 
 }  // namespace
 
-Action report_command(Options& options) {
+CommandAction report_command(Options& options) {
   const auto command = std::make_shared<ReportCommand>();
   declare_frame_options(options, command->frame);
   declare_camera_choice(options, command->cameras);

@@ -4,17 +4,17 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
+#include "app/base/text.h"
 #include "app/cli/command.h"
 #include "app/cli/train_in_window.h"
 #include "app/session/photographs.h"
-#include "app/session/progress_bar.h"
 #include "app/session/session.h"
-#include "app/session/text.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
 #include "app/viewer/state/preferences.h"
+#include "raster/api/training_model.h"
 #include "raster/base/fail.h"
-#include "raster/training_model.h"
 
 namespace qs {
 namespace {
@@ -225,7 +225,7 @@ void declare_options(Options& options, TrainCommand& command) {
 
 }  // namespace
 
-Action train_command(Options& options) {
+CommandAction train_command(Options& options) {
   const auto command = std::make_shared<TrainCommand>();
   declare_options(options, *command);
   return [command](Arguments arguments) { return run(*command, arguments); };

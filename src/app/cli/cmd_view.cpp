@@ -60,7 +60,7 @@ int run(ViewCommand& command) {
 
 }  // namespace
 
-Action view_command(Options& options) {
+CommandAction view_command(Options& options) {
   const auto command = std::make_shared<ViewCommand>();
   ViewOptions& view = command->view;
   options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/measure/scene_facts.h"
@@ -12,7 +13,6 @@
 #include "app/report/clock_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/zoom_recording.h"
-#include "app/session/progress_bar.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -125,7 +125,7 @@ int run(ZoomCommand& command, Arguments arguments) {
 
 }  // namespace
 
-Action zoom_command(Options& options) {
+CommandAction zoom_command(Options& options) {
   const auto command = std::make_shared<ZoomCommand>();
   command->frame.modes = all_modes();
   options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);

@@ -8,14 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/cli/format_list.h"
 #include "app/cli/manual.h"
 #include "app/cli/suggestion.h"
 #include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
-#include "app/session/text.h"
+#include "raster/api/renderer.h"
 #include "raster/base/fail.h"
-#include "raster/renderer.h"
 #include "version.h"
 
 // One row per command, in the order of the help: NAME_command() is in cmd_NAME.cpp.
@@ -38,7 +38,7 @@
 
 namespace qs {
 
-#define QS_DECLARE(name, summary) Action name##_command(Options& options);
+#define QS_DECLARE(name, summary) CommandAction name##_command(Options& options);
 QS_COMMANDS(QS_DECLARE)
 #undef QS_DECLARE
 
@@ -134,7 +134,7 @@ int run_program(Arguments arguments) {
     arguments = arguments.subspan(1);
   }
   Options options(command->name, command->summary);
-  const Action action = command->declare(options);
+  const CommandAction action = command->declare(options);
   return options.parse(arguments) ? action(arguments) : kExitOk;
 }
 

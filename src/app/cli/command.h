@@ -21,12 +21,13 @@ using Arguments = std::span<const std::string>;
 
 /// Runs a command after its options were parsed and returns the exit code. Throws Error, Cancelled.
 /// `arguments` are the words after the command's name.
-using Action = std::function<int(Arguments arguments)>;
+using CommandAction = std::function<int(Arguments arguments)>;
 
 struct Command {
   const char* name;
   const char* summary;
-  Action (*declare)(Options& options);  ///< the action owns the variables that `options` fills
+  CommandAction (*declare)(
+      Options& options);  ///< the action owns the variables that `options` fills
 };
 
 std::span<const Command> commands();

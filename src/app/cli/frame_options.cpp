@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/scene/axes.h"
+#include "io/cloud/axes.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/base/progress_bar.h"
 #include "app/inspect/contact_sheet.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/eval_report.h"
@@ -13,7 +14,6 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/photographs.h"
-#include "app/session/progress_bar.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -69,7 +69,7 @@ std::optional<std::filesystem::path> find_picture(const Photographs& pictures,
 
 using File = std::optional<std::filesystem::path>;  // unset for a scene
 
-struct View {
+struct JudgedView {
   std::string name;
   std::optional<Camera> camera = {};  // unset if no side is a scene
   File truth = {}, judged = {};
@@ -86,7 +86,7 @@ class Judging {
   void run() {
     result_.truth = truth_.path.string();
     result_.judged = judged_.path.string();
-    const std::vector<View> views = choose_views();
+    const std::vector<JudgedView> views = choose_views();
     judge(views);
     sort_worst_first(result_.views);
     report(views.size());
@@ -98,10 +98,10 @@ class Judging {
     return judged_.pictures ? nullptr : &judged_;
   }
 
-  std::vector<View> choose_views() const {
-    std::vector<View> views;
+  std::vector<JudgedView> choose_views() const {
+    std::vector<JudgedView> views;
     std::size_t missing = 0;
-    const auto take = [&](View view) {
+    const auto take = [&](JudgedView view) {
       if (truth_.pictures) view.truth = find_picture(*truth_.pictures, view.name);
       if (judged_.pictures) view.judged = find_picture(*judged_.pictures, view.name);
       const bool found = view.truth.has_value() == truth_.pictures.has_value() &&
@@ -149,7 +149,7 @@ class Judging {
     return camera.resized(picture.width, picture.height);
   }
 
-  PicturePair pair_of(const View& view) {
+  PicturePair pair_of(const JudgedView& view) {
     Image truth, judged;
     if (view.truth) truth = read(view.truth);
     if (view.judged) judged = read(view.judged);
@@ -169,7 +169,7 @@ class Judging {
     return judge_pictures(view.name, std::move(truth), std::move(judged), pool_);
   }
 
-  void judge(const std::vector<View>& views) {
+  void judge(const std::vector<JudgedView>& views) {
     ProgressBar bar("judging");
     const Progress progress = bar.progress();
     for (std::size_t i = 0; i < views.size(); ++i) {

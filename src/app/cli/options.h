@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 
 namespace qs {
 

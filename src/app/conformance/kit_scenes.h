@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

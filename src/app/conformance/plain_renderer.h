@@ -7,8 +7,8 @@
 
 #include <limits>
 
+#include "raster/api/renderer.h"
 #include "raster/kernel/constants.h"
-#include "raster/renderer.h"
 
 namespace qs {
 

@@ -7,7 +7,7 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "app/session/camera_control.h"
+#include "app/framing/camera_control.h"
 
 namespace qs {
 namespace {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
+#include "app/framing/free_arc.h"
 #include "app/measure/camera_path.h"
-#include "app/session/free_arc.h"
 
 namespace qs {
 

@@ -13,7 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "raster/base/fail.h"
 
 namespace qs {

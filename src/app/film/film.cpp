@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/film/film_file.h"
 #include "app/film/split_screen.h"
 #include "app/measure/statistics.h"
 #include "app/picture/palette.h"
-#include "app/session/text.h"
 
 namespace qs {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "app/film/camera_track.h"
 #include "app/picture/value_map.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

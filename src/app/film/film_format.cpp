@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -6,17 +6,17 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/image_difference.h"
 #include "app/picture/palette.h"
 #include "app/picture/stroke.h"
-#include "app/session/text.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
 
-constexpr int kMargin = 36, kGap = 16, kPanelWidth = 320;
+constexpr int kSheetMargin = 36, kPanelGap = 16, kPanelWidth = 320;
 
 std::string false_positives(const RenderStats& stats) {
   if (!stats.used_pairs || stats.tile_pairs == 0) return "";
@@ -66,15 +66,15 @@ struct Sheet {
       : comparison(c), amplification(amplify) {
     const int width = c.crop.x1 - c.crop.x0, height = c.crop.y1 - c.crop.y0;
     panel_height = std::clamp(kPanelWidth * height / std::max(width, 1), 40, 2 * kPanelWidth);
-    top = kMargin + title.line_height() + text.line_height() + 20;
+    top = kSheetMargin + title.line_height() + text.line_height() + 20;
     const int columns = 1 + static_cast<int>(c.variants.size());
     const int label_height = head.line_height() + 5 * (text.line_height() + 4) + 14;
-    page = Image(2 * kMargin + columns * kPanelWidth + (columns - 1) * kGap,
-                 top + 2 * panel_height + kGap + label_height + kMargin, 3);
+    page = Image(2 * kSheetMargin + columns * kPanelWidth + (columns - 1) * kPanelGap,
+                 top + 2 * panel_height + kPanelGap + label_height + kSheetMargin, 3);
     fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
-    draw_text(page, title, {kMargin, kMargin}, where, on_white::kInk);
+    draw_text(page, title, {kSheetMargin, kSheetMargin}, where, on_white::kInk);
     draw_text(
-        page, text, {kMargin, kMargin + title.line_height() + 4},
+        page, text, {kSheetMargin, kSheetMargin + title.line_height() + 4},
         fmt::format("{} \u00d7 {} pixels from {}, {} \u00b7 below each: its difference from {}, "
                     "amplified {} times",
                     width, height, c.crop.x0, c.crop.y0, c.truth_name, amplify),
@@ -85,11 +85,11 @@ struct Sheet {
     const PixelBox& crop = comparison.crop;
     return {crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0};
   }
-  int left(int column) const { return kMargin + column * (kPanelWidth + kGap); }
+  int left(int column) const { return kSheetMargin + column * (kPanelWidth + kPanelGap); }
 
   void label(int column, const std::string& name, std::span<const std::string> lines) {
     const int center = left(column) + kPanelWidth / 2;
-    int y = top + 2 * panel_height + kGap + 12;
+    int y = top + 2 * panel_height + kPanelGap + 12;
     draw_text(page, head, {center, y}, name, on_white::kInk, Align::center);
     y += head.line_height() + 4;
     for (const std::string& line : lines) {
@@ -104,7 +104,7 @@ struct Sheet {
     const Image view = overview(comparison, {kPanelWidth, panel_height}, pool);
     paste(page, view,
           {left(0) + (kPanelWidth - view.width) / 2,
-           top + panel_height + kGap + (panel_height - view.height) / 2});
+           top + panel_height + kPanelGap + (panel_height - view.height) / 2});
     const std::string lines[] = {"the others are compared with it"};
     label(0, comparison.truth_name, lines);
   }
@@ -115,7 +115,7 @@ struct Sheet {
         amplified_difference(variant.color, comparison.truth, comparison.crop, amplification);
     paste(page, scaled(crop, kPanelWidth, panel_height), {left(column), top});
     paste(page, scaled(difference, kPanelWidth, panel_height),
-          {left(column), top + panel_height + kGap});
+          {left(column), top + panel_height + kPanelGap});
     const std::string lines[] = {fmt::format("{} dB", decibels(variant.psnr)),
                                  fmt::format("largest difference {}/255", variant.largest),
                                  variant.stats.tile_pairs > 0

@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/inspect/frame_canvas.h"
 #include "app/inspect/inspection_text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
-#include "app/session/text.h"
 
 namespace qs {
 namespace {
@@ -18,10 +18,12 @@ namespace {
 using on_white::kFaint;
 using on_white::kInk;
 
-constexpr int kWidth = 1800, kMostHeight = 1500, kMargin = 40, kGap = 28, kSmallGap = 18;
+constexpr int kWidth = 1800, kMostHeight = 1500, kFigureMargin = 40, kFigureGap = 28,
+              kSmallGap = 18;
 constexpr glm::ivec2 kMain{860, 640}, kWalk{440, 420};
-constexpr int kFacts = kWidth - 2 * kMargin - kMain.x - kWalk.x - 2 * kGap;
-constexpr int kModePanel = (kWidth - 2 * kMargin - (kCullerCount - 1) * kSmallGap) / kCullerCount;
+constexpr int kFacts = kWidth - 2 * kFigureMargin - kMain.x - kWalk.x - 2 * kFigureGap;
+constexpr int kModePanel =
+    (kWidth - 2 * kFigureMargin - (kCullerCount - 1) * kSmallGap) / kCullerCount;
 constexpr int kModePanelHeight = 250;
 
 constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
@@ -150,7 +152,8 @@ int draw_mode_panels(Image& page, const Fonts& fonts, int top, const Constructio
   int bottom = top;
   for (std::size_t i = 0; i < input.inspection.gaussian->modes.size(); ++i) {
     const Image panel = mode_panel(input, window, i);
-    const int center = kMargin + static_cast<int>(i) * (kModePanel + kSmallGap) + kModePanel / 2;
+    const int center =
+        kFigureMargin + static_cast<int>(i) * (kModePanel + kSmallGap) + kModePanel / 2;
     paste(page, panel, {center - panel.width / 2, top});
     const PairUses uses = uses_of(input.inspection, i);
     bottom =
@@ -197,18 +200,19 @@ Image draw_construction(const ConstructionInput& input) {
   const Box window = window_of(g, input.grid);
   Image page(kWidth, kMostHeight, 3);
   fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
-  const int below_title = write(page, fonts.title, {kMargin, kMargin},
+  const int below_title = write(page, fonts.title, {kFigureMargin, kFigureMargin},
                                 fmt::format("Gaussian {}", grouped(g.gaussian)), kInk, 4);
   const int top = write(
-      page, fonts.text, {kMargin, below_title},
+      page, fonts.text, {kFigureMargin, below_title},
       fmt::format("{} \u00b7 tiles of {} \u00d7 {} pixels, drawn to scale, {:.1f} times as large",
                   input.where, input.grid.tile_px, input.grid.tile_px,
                   FrameCanvas(window, kMain).scale()),
       kFaint, 22);
   const Image main = main_panel(input, window);
-  paste(page, main, {kMargin, top});
+  paste(page, main, {kFigureMargin, top});
 
-  const int facts_left = kWidth - kMargin - kFacts, walk_left = facts_left - kGap - kWalk.x;
+  const int facts_left = kWidth - kFigureMargin - kFacts,
+            walk_left = facts_left - kFigureGap - kWalk.x;
   const ModeTiles& quad = g.modes[static_cast<std::size_t>(kQuad) - 1];
   const int walk_top =
       write(page, fonts.head, {walk_left, top},
@@ -225,14 +229,15 @@ Image draw_construction(const ConstructionInput& input) {
       draw_facts(page, fonts, {facts_left, pixel_top},
                  fmt::format("Pixel {}, {}", pixel.x, pixel.y), pixel_facts(input.inspection));
 
-  const int modes_top = std::max({top + main.height, legend_bottom, facts_bottom}) + kGap + 44;
+  const int modes_top =
+      std::max({top + main.height, legend_bottom, facts_bottom}) + kFigureGap + 44;
   draw_text(
-      page, fonts.text, {kMargin, modes_top - 38},
+      page, fonts.text, {kFigureMargin, modes_top - 38},
       "The tiles that each mode lists. Strong: a pixel uses the pair. Medium: it reaches only "
       "pixels that have stopped. Pale: it reaches no pixel.",
       kFaint);
   const int bottom = draw_mode_panels(page, fonts, modes_top, input, window);
-  return cropped(page, {0, 0, kWidth, bottom + kMargin});
+  return cropped(page, {0, 0, kWidth, bottom + kFigureMargin});
 }
 
 }  // namespace qs

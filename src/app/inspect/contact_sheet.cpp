@@ -6,16 +6,16 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/picture/palette.h"
-#include "app/session/text.h"
 #include "raster/scene/image_metrics.h"
 
 namespace qs {
 namespace {
 
-constexpr int kMargin = 36, kGap = 14, kBarWidth = 360, kBarHeight = 18;
+constexpr int kContactMargin = 36, kContactGap = 14, kBarWidth = 360, kBarHeight = 18;
 
 Image colored(const Image& flip, double scale) {
   Image result(flip.width, flip.height, 3);
@@ -27,21 +27,21 @@ Image colored(const Image& flip, double scale) {
   return result;
 }
 
-class Sheet {
+class ContactSheet {
  public:
-  Sheet(std::span<const SheetRow> rows, double scale) : rows_(rows), scale_(scale) {
+  ContactSheet(std::span<const SheetRow> rows, double scale) : rows_(rows), scale_(scale) {
     for (const SheetRow& row : rows) width_ = std::max(width_, row.truth.width);
     int height = header_height();
     for (const SheetRow& row : rows) height += row_height(row);
-    page_ = Image(2 * kMargin + 3 * width_ + 2 * kGap, height + kMargin, 3);
+    page_ = Image(2 * kContactMargin + 3 * width_ + 2 * kContactGap, height + kContactMargin, 3);
     fill_rect(page_, {0, 0, page_.width, page_.height}, on_white::kWhite);
   }
 
   Image draw(const std::string& truth, const std::string& judged) {
     const std::string heads[] = {truth, judged, "visible difference (FLIP)"};
     for (int column = 0; column < 3; ++column)
-      draw_text(page_, head_, {left(column), kMargin}, heads[column], on_white::kInk);
-    draw_bar({left(2), kMargin + head_.line_height() + 10});
+      draw_text(page_, head_, {left(column), kContactMargin}, heads[column], on_white::kInk);
+    draw_bar({left(2), kContactMargin + head_.line_height() + 10});
     int top = header_height();
     for (const SheetRow& row : rows_) {
       draw_row(row, top);
@@ -51,12 +51,12 @@ class Sheet {
   }
 
  private:
-  int left(int column) const { return kMargin + column * (width_ + kGap); }
+  int left(int column) const { return kContactMargin + column * (width_ + kContactGap); }
   int header_height() const {
-    return kMargin + head_.line_height() + 10 + kBarHeight + text_.line_height() + 24;
+    return kContactMargin + head_.line_height() + 10 + kBarHeight + text_.line_height() + 24;
   }
   int row_height(const SheetRow& row) const {
-    return row.truth.height + text_.line_height() + 6 + kGap;
+    return row.truth.height + text_.line_height() + 6 + kContactGap;
   }
 
   void draw_bar(glm::ivec2 at) {
@@ -115,7 +115,7 @@ double flip_scale(std::span<const SheetRow> rows) {
 
 Image draw_contact_sheet(std::span<const SheetRow> rows, const std::string& truth,
                          const std::string& judged, double scale) {
-  return Sheet(rows, scale).draw(truth, judged);
+  return ContactSheet(rows, scale).draw(truth, judged);
 }
 
 }  // namespace qs

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 
 namespace qs {
 namespace {

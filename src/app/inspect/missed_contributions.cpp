@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
+#include "app/base/text.h"
 #include "app/inspect/pixel.h"
-#include "app/session/text.h"
 #include "raster/base/error.h"
 #include "raster/kernel/composite.h"
 

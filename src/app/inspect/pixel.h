@@ -11,7 +11,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "io/bytes/inflate.h"
 #include "io/bytes/mapped_file.h"
 #include "io/scene/reader.h"

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/measure/statistics.h"
-#include "app/session/text.h"
 #include "raster/base/error.h"
 
 namespace qs {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "raster/api/renderer.h"
 #include "raster/clock/gpu_clock.h"
-#include "raster/renderer.h"
 
 namespace qs {
 

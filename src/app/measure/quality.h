@@ -4,7 +4,7 @@
 #pragma once
 
 #include "app/measure/bench_row.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

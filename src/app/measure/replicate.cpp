@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/session/scene_box.h"
+#include "app/framing/scene_box.h"
 #include "raster/base/fail.h"
 
 namespace qs {

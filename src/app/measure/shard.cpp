@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/measure/shard.h"
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "app/session/camera_control.h"
+#include "app/framing/camera_control.h"
 
 namespace qs {
 namespace {

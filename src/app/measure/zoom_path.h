@@ -9,7 +9,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -6,7 +6,7 @@
 
 #include <imgui.h>
 
-#include "app/session/assets.h"
+#include "app/base/assets.h"
 
 namespace qs {
 namespace {

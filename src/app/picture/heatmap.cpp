@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/colormap.h"
 #include "app/picture/palette.h"
-#include "app/session/text.h"
 
 namespace qs {
 namespace {

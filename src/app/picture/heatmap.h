@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/picture/scale.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

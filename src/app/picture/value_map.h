@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

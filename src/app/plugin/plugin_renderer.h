@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include "app/plugin/plugin_process.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

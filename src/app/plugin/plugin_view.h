@@ -4,7 +4,7 @@
 #pragma once
 
 #include "quadsplat/plugin.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/picture/palette.h"
 #include "app/report/markdown.h"
-#include "app/session/text.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 namespace {

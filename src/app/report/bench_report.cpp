@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "app/base/text.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
@@ -17,10 +17,6 @@ namespace qs {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
 
 }  // namespace
 

@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/text.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {

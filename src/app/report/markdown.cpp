@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
-#include "app/session/text.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 namespace {

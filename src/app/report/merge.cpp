@@ -8,10 +8,10 @@
 #include <tuple>
 #include <vector>
 
+#include "app/base/text.h"
 #include "app/report/bench_report.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
-#include "app/session/text.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "raster/base/fail.h"

@@ -10,9 +10,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/base/text.h"
 #include "app/picture/palette.h"
 #include "app/report/stats_file.h"
-#include "app/session/text.h"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs {

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/session/huge_gaussians.h"
-#include "app/session/text.h"
+#include "app/base/text.h"
+#include "app/framing/huge_gaussians.h"
 
 namespace qs {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "app/session/scene_box.h"
+#include "app/framing/scene_box.h"
 #include "io/scene/reader.h"
 
 namespace qs {

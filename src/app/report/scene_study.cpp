@@ -11,12 +11,9 @@
 namespace qs {
 namespace {
 
-constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
-                   kQuad = find_culler("quadbox");
-
 double degrees(float radians) { return static_cast<double>(radians) * 180 / M_PI; }
 
-constexpr Quantity kQuantities[] = {
+constexpr GaussianQuantity kGaussianQuantities[] = {
     {"anisotropy",
      "anisotropy",
      "",
@@ -69,7 +66,7 @@ void bin_gaussians(const Frame& frame, std::size_t view, glm::ivec2 size, SceneS
     }
     for (std::size_t q = 0; q < study.binned.size(); ++q) {
       const std::size_t bin =
-          bin_of(kQuantities[q], kQuantities[q].of(footprint, trace.splats[slot]));
+          bin_of(kGaussianQuantities[q], kGaussianQuantities[q].of(footprint, trace.splats[slot]));
       ++study.binned[q].gaussians[bin];
       for (std::size_t mode = 0; mode < pairs.size(); ++mode)
         study.binned[q].pairs[mode][bin] += pairs[mode];
@@ -129,9 +126,9 @@ void add_times(Renderer& renderer, const Camera& camera, RenderSettings settings
 
 }  // namespace
 
-std::span<const Quantity> quantities() { return kQuantities; }
+std::span<const GaussianQuantity> quantities() { return kGaussianQuantities; }
 
-std::size_t bin_of(const Quantity& quantity, double value) {
+std::size_t bin_of(const GaussianQuantity& quantity, double value) {
   const auto inner = std::span(quantity.edges).subspan(1, kBins - 1);
   return static_cast<std::size_t>(std::upper_bound(inner.begin(), inner.end(), value) -
                                   inner.begin());
@@ -141,7 +138,7 @@ SceneStudy study_scene(Renderer& cpu, std::span<const Camera> views, RenderSetti
                        ThreadPool& pool, const Progress& progress) {
   SceneStudy study;
   study.views = views.size();
-  study.binned.resize(std::size(kQuantities));
+  study.binned.resize(std::size(kGaussianQuantities));
   Outputs outputs;
   outputs.color = false;
   outputs.trace = outputs.pairs = true;

@@ -3,7 +3,7 @@
 // What the views of a scene cost: the visible Gaussians, the pairs that each mode saves on them,
 // the uses of the pairs and their distribution over the tiles, for several tile sizes. All numbers
 // are sums over the views; study_page and study_plots present them. To add a quantity by which
-// Gaussians are grouped: a row in kQuantities.
+// Gaussians are grouped: a row in kGaussianQuantities.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace qs {
 
 /// A property of a visible Gaussian. Bin i holds values in [edges[i], edges[i + 1]); the first and
 /// last bin also hold smaller and larger values.
-struct Quantity {
+struct GaussianQuantity {
   const char* name;   ///< for titles
   const char* key;    ///< for file names
   const char* unit;   ///< "" for a dimensionless number
@@ -28,14 +28,18 @@ struct Quantity {
   double (*of)(const Footprint& footprint, const Splat& splat);
 };
 
-std::span<const Quantity> quantities();
+std::span<const GaussianQuantity> quantities();
 inline constexpr std::size_t kBins = 12;
 inline constexpr std::size_t kUsualSize = 1;  ///< index of kTileSize in kTileSizes
+
+/// Modes that the study compares by name.
+inline constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
+                          kQuad = find_culler("quadbox"), kExact = find_culler("exact");
 
 inline constexpr int kStudyFrames = 5;  ///< timed frames per mode and view
 
 /// Index of the bin that holds `value`.
-std::size_t bin_of(const Quantity& quantity, double value);
+std::size_t bin_of(const GaussianQuantity& quantity, double value);
 
 /// The visible Gaussians, grouped by one quantity.
 struct BinnedPairs {

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/environment.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/environment.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
@@ -22,10 +22,6 @@ using nlohmann::ordered_json;
 double rounded_ms(float ms) { return std::round(static_cast<double>(ms) * 1e4) / 1e4; }
 
 // JSON has no infinity: the PSNR of equal pictures is null.
-ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
-
 ordered_json frame_json(const FrameRecord& record) {
   const RenderStats& stats = record.result.stats;
   ordered_json stages;
@@ -53,6 +49,10 @@ ordered_json frame_json(const FrameRecord& record) {
 }
 
 }  // namespace
+
+ordered_json finite_or_null(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json();
+}
 
 ordered_json environment_json(const Session& session) {
   const Environment environment = read_environment();

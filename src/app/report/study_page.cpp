@@ -6,19 +6,16 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
+#include "app/framing/huge_gaussians.h"
 #include "app/report/html_page.h"
 #include "app/report/study_plots.h"
 #include "app/report/work_folder.h"
-#include "app/session/huge_gaussians.h"
-#include "app/session/text.h"
 
 namespace qs {
 namespace {
 
 using Row = std::vector<std::string>;
-
-constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
-                   kExact = find_culler("exact"), kQuad = find_culler("quadbox");
 
 constexpr std::size_t index_of(CullMode mode) { return static_cast<std::size_t>(mode - 1); }
 
@@ -160,7 +157,7 @@ class Writer {
         "deviations.",
         grouped(study_.visible)));
     for (std::size_t q = 0; q < study_.binned.size(); ++q) {
-      const Quantity& quantity = quantities()[q];
+      const GaussianQuantity& quantity = quantities()[q];
       std::string title = quantity.name;
       title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
       html_.paragraph(fmt::format("{}. {} {}", title, quantity.means, most_saving(q)));

@@ -10,8 +10,6 @@
 namespace qs {
 namespace {
 
-constexpr CullMode k3dgs = find_culler("3dgs");
-
 std::string name_of(std::size_t mode_index) { return kCullers[mode_index + 1].name; }
 
 double millions(std::uint64_t count) { return static_cast<double>(count) / 1e6; }
@@ -19,7 +17,7 @@ double millions(std::uint64_t count) { return static_cast<double>(count) / 1e6; 
 constexpr const char* kBars =
     "set style data histograms\nset style histogram clustered gap 1\nset yrange [0:*]\n";
 
-std::string axis_of(const Quantity& quantity) {
+std::string axis_of(const GaussianQuantity& quantity) {
   return *quantity.unit ? fmt::format("{} ({})", quantity.name, quantity.unit) : quantity.name;
 }
 
@@ -39,7 +37,8 @@ std::string bars_per_mode(const char* block, const Take& take) {
   return plot_command(curves);
 }
 
-Plot count_plot(const Quantity& quantity, const BinnedPairs& binned, const std::string& caption) {
+Plot count_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
+                const std::string& caption) {
   std::vector<std::string> lines;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     lines.push_back(fmt::format("{} {}", quoted(bin_label(quantity, bin)),
@@ -54,7 +53,8 @@ Plot count_plot(const Quantity& quantity, const BinnedPairs& binned, const std::
               plot_command({"$bins using 2:xtic(1) " + linecolor(kBlue) + " notitle"})};
 }
 
-Plot saved_plot(const Quantity& quantity, const BinnedPairs& binned, const std::string& caption) {
+Plot saved_plot(const GaussianQuantity& quantity, const BinnedPairs& binned,
+                const std::string& caption) {
   std::vector<std::string> lines;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     std::string& line = lines.emplace_back(quoted(bin_label(quantity, bin)));
@@ -131,7 +131,7 @@ Plot loads_plot(const SceneStudy& study, const std::string& caption) {
 
 }  // namespace
 
-std::string bin_label(const Quantity& quantity, std::size_t bin) {
+std::string bin_label(const GaussianQuantity& quantity, std::size_t bin) {
   const double low = quantity.edges[bin], high = quantity.edges[bin + 1];
   if (high >= 1e9) return fmt::format("{:.3g}+", low);
   if (bin == 0) return fmt::format("<{:.3g}", high);

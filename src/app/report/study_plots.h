@@ -15,6 +15,6 @@ namespace qs {
 std::vector<Plot> study_plots(const SceneStudy& study, const std::string& caption);
 
 /// "1.25-1.5", "20+", "<1.25": the label of a bin.
-std::string bin_label(const Quantity& quantity, std::size_t bin);
+std::string bin_label(const GaussianQuantity& quantity, std::size_t bin);
 
 }  // namespace qs

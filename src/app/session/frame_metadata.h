@@ -4,7 +4,7 @@
 #pragma once
 
 #include "io/picture/image_file.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

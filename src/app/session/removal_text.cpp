@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/scene/removal.h"
+#include "app/session/removal.h"
 
 namespace qs {
 

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "app/session/huge_gaussians.h"
-#include "app/session/progress_bar.h"
+#include "app/base/progress_bar.h"
+#include "app/framing/huge_gaussians.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 

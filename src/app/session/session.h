@@ -14,7 +14,7 @@
 #include <glm/vec3.hpp>
 
 #include "io/scene/reader.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

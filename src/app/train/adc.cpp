@@ -15,7 +15,8 @@
 namespace qs::train {
 namespace {
 
-constexpr int kInterval = 100, kFirst = 600, kEnd = 15'000;  // densification: first, and not at end
+constexpr int kAdcInterval = 100, kFirst = 600,
+              kAdcEnd = 15'000;  // densification: first, and not at end
 constexpr int kResetInterval = 3000, kWhiteReset = 500;
 constexpr float kGradientThreshold = 2e-4f;
 constexpr double kSmall = 0.01, kHuge = 0.1;  // times the extent
@@ -23,13 +24,13 @@ constexpr double kLeastOpacity = 0.005, kResetOpacity = 0.01;
 constexpr double kSplitShrink = 1.6;
 
 // Whether Gaussians are added and removed between this iteration and the next.
-bool changes_after(int iteration) {
-  return iteration >= kFirst && iteration < kEnd && iteration % kInterval == 0;
+bool adc_changes_after(int iteration) {
+  return iteration >= kFirst && iteration < kAdcEnd && iteration % kAdcInterval == 0;
 }
 
 // Whether opacities become small between this iteration and the next.
 bool resets_after(const TrainSettings& settings, int iteration) {
-  const bool usual = iteration > 0 && iteration < kEnd && iteration % kResetInterval == 0;
+  const bool usual = iteration > 0 && iteration < kAdcEnd && iteration % kResetInterval == 0;
   return usual || (settings.white() && iteration == kWhiteReset);
 }
 
@@ -110,12 +111,12 @@ void reset_opacities(Plan& plan) {
 }  // namespace
 
 bool adc_changes_before(const TrainSettings& settings, int iteration) {
-  return changes_after(iteration - 1) || resets_after(settings, iteration - 1);
+  return adc_changes_after(iteration - 1) || resets_after(settings, iteration - 1);
 }
 
 void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   plan.keep_all(facts, context.iteration);
-  if (changes_after(context.iteration - 1)) {
+  if (adc_changes_after(context.iteration - 1)) {
     plan.resets_statistics = true;
     clone_and_split(context, facts, plan);
     prune(context, plan);
@@ -125,8 +126,8 @@ void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan&
 
 StepOrder adc_step(const IterationContext& context) {
   StepOrder order = context.step();
-  order.counts_density = context.iteration < kEnd;
-  order.moves = !changes_after(context.iteration);
+  order.counts_density = context.iteration < kAdcEnd;
+  order.moves = !adc_changes_after(context.iteration);
   return order;
 }
 

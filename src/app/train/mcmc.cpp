@@ -15,15 +15,15 @@
 namespace qs::train {
 namespace {
 
-constexpr int kInterval = 100, kAfter = 500, kEnd = 25'000;
+constexpr int kMcmcInterval = 100, kAfter = 500, kMcmcEnd = 25'000;
 constexpr double kGrowth = 1.05;
 constexpr int kMostCopies = 51;
 constexpr double kNoise = 5e5;  // times the rate of the means and the covariance
 constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 
 // Whether Gaussians are moved and added between this iteration and the next.
-bool changes_after(int iteration) {
-  return iteration > kAfter && iteration < kEnd && iteration % kInterval == 0;
+bool mcmc_changes_after(int iteration) {
+  return iteration > kAfter && iteration < kMcmcEnd && iteration % kMcmcInterval == 0;
 }
 
 double binomial(int n, int k) {
@@ -106,7 +106,7 @@ void grow(const IterationContext& context, Plan& plan) {
 }  // namespace
 
 bool mcmc_changes_before(const TrainSettings& /*settings*/, int iteration) {
-  return changes_after(iteration - 1);
+  return mcmc_changes_after(iteration - 1);
 }
 
 void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
@@ -118,7 +118,7 @@ void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan
 
 StepOrder mcmc_step(const IterationContext& context) {
   StepOrder order = context.step();
-  order.moves = !changes_after(context.iteration);
+  order.moves = !mcmc_changes_after(context.iteration);
   const double unit = context.extent;
   order.sparsity = Sparsity{kOpacityWeight, kScaleWeight / unit};
   order.noise = Noise{kNoise * context.rates.mean / (unit * unit),

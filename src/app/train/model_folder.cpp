@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/environment.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/environment.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"

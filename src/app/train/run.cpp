@@ -7,10 +7,10 @@
 #include <new>
 #include <utility>
 
-#include "app/session/progress_bar.h"
-#include "app/session/quit_signals.h"
+#include "app/base/progress_bar.h"
+#include "app/base/quit_signals.h"
+#include "app/base/text.h"
 #include "app/session/session.h"
-#include "app/session/text.h"
 #include "app/train/model_folder.h"
 #include "app/train/train_page.h"
 #include "app/train/trainer.h"

@@ -11,7 +11,7 @@
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
-#include "raster/training_model.h"
+#include "raster/api/training_model.h"
 
 namespace qs::train {
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "io/bytes/json_value.h"
 #include "raster/base/fail.h"
 

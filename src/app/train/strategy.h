@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "app/train/settings.h"
-#include "raster/training_model.h"
+#include "raster/api/training_model.h"
 
 namespace qs::train {
 

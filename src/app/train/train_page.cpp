@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/report/html_page.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
-#include "app/session/text.h"
 
 namespace qs::train {
 namespace {

@@ -14,7 +14,7 @@
 #include "app/train/schedule.h"
 #include "app/train/settings.h"
 #include "app/train/strategy.h"
-#include "raster/training_model.h"
+#include "raster/api/training_model.h"
 
 namespace qs::train {
 

@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

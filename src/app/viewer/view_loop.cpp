@@ -5,9 +5,9 @@
 
 #include <GLFW/glfw3.h>
 
+#include "app/base/assets.h"
+#include "app/base/quit_signals.h"
 #include "app/report/stats_file.h"
-#include "app/session/assets.h"
-#include "app/session/quit_signals.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"

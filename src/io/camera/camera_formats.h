@@ -30,6 +30,9 @@ struct CameraFormat {
 /// In search order.
 std::span<const CameraFormat> camera_formats();
 
+/// Larger JSON files of cameras are refused.
+inline constexpr std::size_t kMaxCameraFileBytes = std::size_t{256} << 20;
+
 /// INRIA's cameras.json: a list.
 bool recognises_cameras_json(const std::filesystem::path& file, std::string_view start);
 std::vector<LensCamera> read_cameras_json(const std::filesystem::path& file);

@@ -23,8 +23,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-
 // view_from_world: the transpose of the file's world_from_view, whose rows become columns.
 glm::dmat3 parse_rotation(const JsonEntry& entry) {
   const json& rows = entry.get("rotation");
@@ -95,7 +93,7 @@ bool recognises_cameras_json(const std::filesystem::path&, std::string_view star
 
 std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {
   const std::string source = path.string();
-  const json file = parse_json(read_text_file(path, kMaxBytes), source);
+  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_array()) fail("{}: not a list of cameras", source);
   std::vector<LensCamera> cameras;
   for (const json& object : file) {

@@ -29,7 +29,6 @@ constexpr std::array kModels = {
 };
 
 constexpr std::uint64_t kMaxSide = 65535;
-constexpr double kNoDistortion = 1e-6;  // under 0.01 px at the edge of a 10,000 px picture
 
 }  // namespace
 

@@ -17,6 +17,9 @@ namespace qs {
 
 /// COLMAP's model OPENCV, which contains SIMPLE_RADIAL (k1) and RADIAL (k1, k2). Pixels are those
 /// of the camera's image size and count from pixel centres.
+/// Smaller coefficients count as none: under 0.01 px at the edge of a picture of 10,000 px.
+inline constexpr double kNoDistortion = 1e-6;
+
 struct Lens {
   glm::dvec2 focal_px{0.0}, center_px{0.0};
   double k1 = 0, k2 = 0;  ///< radial

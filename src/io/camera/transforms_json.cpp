@@ -21,9 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-constexpr double kMaxAngle = 3.1;       // just below pi
-constexpr double kNoDistortion = 1e-6;  // under 0.01 px at the edge of a 10,000 px picture
+constexpr double kMaxAngle = 3.1;  // just below pi
 
 // A frame's values, with the file's values as defaults.
 struct FrameEntry {
@@ -113,7 +111,7 @@ bool recognises_transforms_json(const std::filesystem::path&, std::string_view s
 
 std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) {
   const std::string source = path.string();
-  const json file = parse_json(read_text_file(path, kMaxBytes), source);
+  const json file = parse_json(read_text_file(path, kMaxCameraFileBytes), source);
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array())
     fail("{}: not a list of cameras, nor an object with a list of frames", source);
   std::vector<LensCamera> cameras;

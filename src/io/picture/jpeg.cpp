@@ -18,36 +18,31 @@
 namespace qs {
 namespace {
 
-struct FileCloser {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, FileCloser>;
-
-struct Reader {
+struct JpegReader {
   jpeg_error_mgr errors{};  // first, so that handlers find the reader
   std::jmp_buf jump{};
   char message[JMSG_LENGTH_MAX] = "";
   jpeg_decompress_struct jpeg{};
 
-  Reader() = default;
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() { jpeg_destroy_decompress(&jpeg); }
+  JpegReader() = default;
+  JpegReader(const JpegReader&) = delete;
+  JpegReader& operator=(const JpegReader&) = delete;
+  ~JpegReader() { jpeg_destroy_decompress(&jpeg); }
 };
 
 void keep_message(j_common_ptr jpeg) {
-  jpeg->err->format_message(jpeg, reinterpret_cast<Reader*>(jpeg->err)->message);
+  jpeg->err->format_message(jpeg, reinterpret_cast<JpegReader*>(jpeg->err)->message);
 }
 
 extern "C" [[noreturn]] void stop(j_common_ptr jpeg) {
   keep_message(jpeg);
-  std::longjmp(reinterpret_cast<Reader*>(jpeg->err)->jump, 1);
+  std::longjmp(reinterpret_cast<JpegReader*>(jpeg->err)->jump, 1);
 }
 
 // libjpeg goes on after damage, with gray or wrong pixels, and only warns. Other warnings do not
 // change the picture.
 extern "C" void note_warning(j_common_ptr jpeg, int level) {
-  if (level >= 0 || reinterpret_cast<Reader*>(jpeg->err)->message[0] != '\0') return;
+  if (level >= 0 || reinterpret_cast<JpegReader*>(jpeg->err)->message[0] != '\0') return;
   const int harmless[] = {JWRN_EXTRANEOUS_DATA, JWRN_ADOBE_XFORM, JWRN_JFIF_MAJOR,
                           JWRN_TOO_MUCH_DATA, JWRN_BOGUS_ICC};
   if (std::find(std::begin(harmless), std::end(harmless), jpeg->err->msg_code) ==
@@ -57,7 +52,7 @@ extern "C" void note_warning(j_common_ptr jpeg, int level) {
 
 extern "C" void print_nothing(j_common_ptr) {}
 
-bool read_header(Reader& reader, std::FILE* file) {
+bool read_jpeg_header(JpegReader& reader, std::FILE* file) {
   reader.jpeg.err = jpeg_std_error(&reader.errors);
   reader.errors.error_exit = stop;
   reader.errors.emit_message = note_warning;
@@ -69,7 +64,7 @@ bool read_header(Reader& reader, std::FILE* file) {
   return reader.message[0] == '\0';
 }
 
-bool read_pixels(Reader& reader, JSAMPROW* rows) {
+bool read_jpeg_pixels(JpegReader& reader, JSAMPROW* rows) {
   if (setjmp(reader.jump)) return false;
   jpeg_decompress_struct& jpeg = reader.jpeg;
   jpeg.out_color_space = jpeg.jpeg_color_space == JCS_GRAYSCALE ? JCS_GRAYSCALE : JCS_RGB;
@@ -107,8 +102,8 @@ void check_header(const jpeg_decompress_struct& jpeg, const std::filesystem::pat
 Image read_jpeg(const std::filesystem::path& path) {
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) fail("{}: cannot be opened", path.string());
-  Reader reader;
-  if (!read_header(reader, file.get()))
+  JpegReader reader;
+  if (!read_jpeg_header(reader, file.get()))
     fail("{}: not a readable JPEG: {}", path.string(), reader.message);
   check_header(reader.jpeg, path);
 
@@ -118,7 +113,7 @@ Image read_jpeg(const std::filesystem::path& path) {
   std::vector<JSAMPROW> rows(reader.jpeg.image_height);
   const std::size_t row_bytes = bytes.size() / rows.size();
   for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = bytes.data() + y * row_bytes;
-  if (!read_pixels(reader, rows.data()))
+  if (!read_jpeg_pixels(reader, rows.data()))
     fail("{}: damaged JPEG: {}", path.string(), reader.message);
   std::transform(bytes.begin(), bytes.end(), image.values.begin(),
                  [](JSAMPLE value) { return static_cast<float>(value) / 255; });

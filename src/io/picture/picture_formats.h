@@ -6,14 +6,22 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <span>
 #include <string>
 
 #include "io/picture/image_file.h"
 
 namespace qs {
+
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+/// A C stream, for libraries that need one.
+using File = std::unique_ptr<std::FILE, FileCloser>;
 
 /// The path to write to, and the file name that the user gave.
 struct PictureTarget {

@@ -21,11 +21,6 @@
 namespace qs {
 namespace {
 
-struct FileCloser {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, FileCloser>;
-
 constexpr std::size_t kMessageSize = 200;
 
 extern "C" void keep_message(png_structp png, png_const_charp message) {
@@ -37,21 +32,21 @@ extern "C" void ignore_warning(png_structp, png_const_charp) {}
 
 // ---- reading ------------------------------------------------------------------------------------
 
-struct Reader {
+struct PngReader {
   char message[kMessageSize] = "";
   png_structp png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
 
-  Reader() = default;
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+  PngReader() = default;
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+  ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
 // Reads the header and requests gray, gray-alpha, RGB or RGBA in 8 bits, or in 16 bits in host byte
 // order.
-bool read_header(Reader& reader, std::FILE* file) {
+bool read_png_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_init_io(reader.png, file);
   png_set_user_limits(reader.png, 0x7fffffff, 0x7fffffff);  // check_picture_size() sets the limits
@@ -63,7 +58,7 @@ bool read_header(Reader& reader, std::FILE* file) {
   return true;
 }
 
-bool read_pixels(Reader& reader, png_bytep* rows) {
+bool read_png_pixels(PngReader& reader, png_bytep* rows) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_read_image(reader.png, rows);
   png_read_end(reader.png, nullptr);
@@ -173,9 +168,9 @@ std::string encode(const Image& image, int bits, std::FILE* file, const ImageMet
 Image read_png(const std::filesystem::path& path) {
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) fail("{}: cannot be opened", path.string());
-  Reader reader;
+  PngReader reader;
   if (!reader.info) throw std::bad_alloc();
-  if (!read_header(reader, file.get()))
+  if (!read_png_header(reader, file.get()))
     fail("{}: not a readable PNG: {}", path.string(), reader.message);
 
   const png_uint_32 width = png_get_image_width(reader.png, reader.info);
@@ -192,7 +187,8 @@ Image read_png(const std::filesystem::path& path) {
   std::vector<png_byte> bytes(row_bytes * height);
   std::vector<png_bytep> rows(height);
   for (std::size_t y = 0; y < height; ++y) rows[y] = bytes.data() + y * row_bytes;
-  if (!read_pixels(reader, rows.data())) fail("{}: damaged PNG: {}", path.string(), reader.message);
+  if (!read_png_pixels(reader, rows.data()))
+    fail("{}: damaged PNG: {}", path.string(), reader.message);
 
   Image image(static_cast<int>(width), static_cast<int>(height), channels);
   for (int y = 0; y < image.height; ++y) {

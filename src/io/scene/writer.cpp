@@ -6,11 +6,11 @@
 #include <cctype>
 #include <string>
 
-#include "io/scene/compressed_ply_writer.h"
-#include "io/scene/gltf_writer.h"
-#include "io/scene/ply_writer.h"
-#include "io/scene/splat_writer.h"
-#include "io/scene/spz_writer.h"
+#include "io/scene/gltf/gltf_writer.h"
+#include "io/scene/ply/compressed_ply_writer.h"
+#include "io/scene/ply/ply_writer.h"
+#include "io/scene/splat/splat_writer.h"
+#include "io/scene/spz/spz_writer.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <stop_token>
 
+#include "raster/api/renderer.h"
 #include "raster/base/parallel.h"
-#include "raster/renderer.h"
 
 namespace qs::cpu {
 

@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs::cpu {
 

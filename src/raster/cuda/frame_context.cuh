@@ -8,8 +8,8 @@
 #include <stop_token>
 #include <string>
 
+#include "raster/api/renderer.h"
 #include "raster/cuda/upload.cuh"
-#include "raster/renderer.h"
 
 namespace qs::cuda {
 

@@ -11,8 +11,8 @@
 
 #include <cuda_runtime.h>
 
+#include "raster/api/renderer.h"
 #include "raster/cuda/stream.cuh"
-#include "raster/renderer.h"
 
 struct cudaGraphicsResource;
 

@@ -3,7 +3,7 @@
 // Lists the GPUs, or says why none can be used; locates them on the bus. Plain C++.
 #pragma once
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs::cuda {
 

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <vector>
 
+#include "raster/api/renderer.h"
 #include "raster/cuda/stream.cuh"
-#include "raster/renderer.h"
 
 namespace qs::cuda {
 

@@ -4,8 +4,8 @@
 // stages, because they slow it down.
 #pragma once
 
+#include "raster/api/renderer.h"
 #include "raster/cuda/check.cuh"
-#include "raster/renderer.h"
 
 namespace qs::cuda {
 

@@ -13,7 +13,7 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kRowGrain = 16;  // rows of a chunk
+constexpr std::size_t kErrorRows = 16;  // rows of a chunk
 
 // The paper's constants: the exponent and the two knees of the colour difference, the exponent and
 // the width in degrees of the feature difference.
@@ -129,7 +129,7 @@ Plane filtered(const Plane& plane, Size size, const Filter& across, const Filter
                ThreadPool& pool) {
   const auto pass = [&](const Plane& from, const Filter& filter, bool along_rows) {
     Plane to(from.size());
-    pool.for_chunks(static_cast<std::size_t>(size.height), kRowGrain,
+    pool.for_chunks(static_cast<std::size_t>(size.height), kErrorRows,
                     [&](std::size_t begin, std::size_t end, int) {
                       for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
                         for (int x = 0; x < size.width; ++x) {

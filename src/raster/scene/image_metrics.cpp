@@ -12,7 +12,7 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kRowGrain = 32;  // rows of a chunk
+constexpr std::size_t kMetricRows = 32;  // rows of a chunk
 
 bool same_shape(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
@@ -42,7 +42,7 @@ struct Counted {
 template <class F>
 double sum_of_rows(int rows, ThreadPool& pool, F row_sum) {
   std::vector<double> sums(static_cast<std::size_t>(rows));
-  pool.for_chunks(sums.size(), kRowGrain, [&](std::size_t begin, std::size_t end, int) {
+  pool.for_chunks(sums.size(), kMetricRows, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t y = begin; y < end; ++y) sums[y] = row_sum(static_cast<int>(y));
   });
   return std::accumulate(sums.begin(), sums.end(), 0.0);
@@ -170,7 +170,7 @@ Image area_average(const Image& image, int width, int height, ThreadPool& pool) 
   const auto across = shares(image.width, width), down = shares(image.height, height);
   const auto channels = static_cast<std::size_t>(image.channels);
   const auto row_values = static_cast<std::size_t>(image.width) * channels;
-  pool.for_chunks(down.size(), kRowGrain, [&](std::size_t begin, std::size_t end, int) {
+  pool.for_chunks(down.size(), kMetricRows, [&](std::size_t begin, std::size_t end, int) {
     std::vector<double> row(row_values);
     for (std::size_t y = begin; y < end; ++y) {
       std::fill(row.begin(), row.end(), 0.0);

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "io/camera/cameras.h"
+#include "raster/api/renderer.h"
 #include "raster/kernel/blend.h"
-#include "raster/renderer.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 
@@ -60,7 +60,7 @@ class Grades {
     return renderer_->render(camera_, settings, outputs).trace;
   }
 
-  /// `trace` is of mode adr, which loses nothing (tests/raster/culler_test.cpp).
+  /// `trace` is of mode adr, which loses nothing (tests/raster/kernel/culler_test.cpp).
   void find_needed(const Trace& trace) {
     std::unordered_map<std::uint32_t, std::size_t> slots;
     for (std::size_t slot = 0; slot < trace.gaussians.size(); ++slot)

@@ -18,8 +18,8 @@
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
+#include "raster/api/renderer.h"
 #include "raster/clock/gpu_clock.h"
-#include "raster/renderer.h"
 #include "raster/scene/activated_cloud.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
@@ -142,7 +142,7 @@ void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>&
               activated - drawn);
 }
 
-/// The scenes of tests/raster/cuda_parity_test.cpp.
+/// The scenes of tests/raster/cuda/cuda_parity_test.cpp.
 void measure_generated(int frames, const std::string& pipeline, GpuClock& clock) {
   for (const std::size_t count : {3000u, 20000u}) {
     const auto renderer = make_renderer(Backend::cuda, test::pool());

@@ -17,7 +17,7 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
-#include "io/scene/axes.h"
+#include "io/cloud/axes.h"
 
 namespace qs {
 

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/report/write_report.h"
-#include "app/session/text.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/render_context.h"

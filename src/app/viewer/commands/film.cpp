@@ -57,7 +57,7 @@ std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
                  name_beside(other, shown))};
 }
 
-void write(RenderContext& context, const Viewer& viewer) {
+void film_view(RenderContext& context, const Viewer& viewer) {
   FilmPlan plan;
   plan.track = track_of(context, viewer);
   plan.seconds = plan.track.seconds;
@@ -74,7 +74,7 @@ void write(RenderContext& context, const Viewer& viewer) {
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "filming", 0});
   try {
-    write_film(path, plan, shown_progress(path, "filming", context.stop, context.reports));
+    film_view(path, plan, shown_progress(path, "filming", context.stop, context.reports));
   } catch (const Cancelled&) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;
@@ -89,7 +89,7 @@ void write(RenderContext& context, const Viewer& viewer) {
 void action::film(Viewer& viewer, Host& host) {
   if (!viewer.scene) return;
   viewer.playback.running = false;
-  start_job(viewer, host, write);
+  start_job(viewer, host, film_view);
 }
 
 }  // namespace qs

@@ -15,10 +15,6 @@ namespace {
 
 constexpr ImU32 kFigure = IM_COL32(255, 255, 255, 10), kGridLine = IM_COL32(255, 255, 255, 36);
 
-ImU32 color_of(glm::vec3 color, float opacity = 1) {
-  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
-}
-
 // Draws in pixels of the frame into a rectangle of the window.
 struct Figure {
   ImDrawList& draw;
@@ -67,7 +63,7 @@ void draw_boxes(const Figure& figure, const GaussianReport& gaussian) {
                           ImDrawFlags_Closed, 2);
 }
 
-void draw_legend() {
+void draw_construction_legend() {
   const std::pair<glm::vec3, const char*> entries[] = {{kVermillion, "alpha = 1/255"},
                                                        {color_of_mode("3dgs"), "3dgs"},
                                                        {color_of_mode("adr"), "adr"},
@@ -175,7 +171,7 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   figure.outline({pixel - half, pixel + half}, IM_COL32(0, 200, 140, 255), 2);
   figure.draw.PopClipRect();
   ImGui::Dummy(size);
-  draw_legend();
+  draw_construction_legend();
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
   ImGui::TextWrapped(
       "Tiles of %s: strong where a pixel uses the pair, medium where it reaches only "

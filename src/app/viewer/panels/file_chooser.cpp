@@ -10,7 +10,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "io/scene/reader.h"
 #include "raster/base/error.h"
 

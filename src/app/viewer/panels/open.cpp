@@ -17,14 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kTitle = "Open";
+constexpr const char* kOpenTitle = "Open";
 
 fs::path start_folder(const Viewer& viewer) {
   std::error_code error;
   return viewer.scene ? viewer.scene->path.parent_path() : fs::current_path(error);
 }
-
-bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
 
 // Puts what was typed before the field had the keyboard into it.
 int insert_early(ImGuiInputTextCallbackData* data) {
@@ -107,8 +105,8 @@ std::optional<fs::path> use_keys(PanelState& state) {
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.panels.open) return;
   FileChooser& chooser = state.chooser;
-  if (!ImGui::IsPopupOpen(kTitle)) {
-    ImGui::OpenPopup(kTitle);
+  if (!ImGui::IsPopupOpen(kOpenTitle)) {
+    ImGui::OpenPopup(kOpenTitle);
     chooser.start(start_folder(viewer));
     state.typed_early.clear();
     state.focus_path = true;
@@ -119,7 +117,7 @@ void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   ImGui::SetNextWindowSize({std::min(44 * em, display.x - em), std::min(30 * em, display.y - em)});
   bool open = true;
   if (!ImGui::BeginPopupModal(
-          kTitle, &open,
+          kOpenTitle, &open,
           ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
     return;
   draw_path_field(state);

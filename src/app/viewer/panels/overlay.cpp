@@ -10,7 +10,7 @@
 
 #include <imgui.h>
 
-#include "app/session/camera_control.h"
+#include "app/framing/camera_control.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 
@@ -41,10 +41,6 @@ struct Screen {
     return at(glm::dvec2(point) / point.z * camera.focal_px + camera.center_px);
   }
 };
-
-ImU32 color_of(glm::vec3 color, float opacity = 1) {
-  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
-}
 
 // A line between two points of the world, clipped at the near plane.
 void draw_line(const Screen& screen, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {

@@ -48,7 +48,7 @@ void draw_curves(const ZoomRecording& zoom) {
   ImGui::Dummy(size);
 }
 
-void draw_legend() {
+void draw_mode_legend() {
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
     if (mode > 1) same_line_if_fits(ImGui::CalcTextSize(mode_name(mode)).x);
     ImGui::TextColored(color_of(mode), "%s", mode_name(mode));
@@ -62,7 +62,7 @@ void draw_recorder(const Viewer& viewer, PanelState&, Actions& actions) {
   ImGui::TextWrapped("%s", zoom_status(zoom).c_str());
   draw_curves(zoom);
   ImGui::TextColored(palette::kFaint, "milliseconds per frame");
-  draw_legend();
+  draw_mode_legend();
   if (ImGui::Button(zoom.running ? "Stop" : "Record"))
     actions.push_back(call(action::toggle_zoom_recorder));
   command_tooltip("Record a zoom");

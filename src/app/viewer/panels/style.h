@@ -27,6 +27,14 @@ inline const ImVec4 kStages[] = {
     with_opacity(on_dark::kStages[2]), with_opacity(on_dark::kStages[3])};
 }  // namespace palette
 
+/// For draw lists.
+inline ImU32 color_of(glm::vec3 color, float opacity = 1) {
+  return ImGui::GetColorU32(palette::with_opacity(color, opacity));
+}
+
+/// True in the frame in which the key goes down, and while it repeats.
+inline bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
+
 /// Lengths and widths of lines that are drawn over the picture are multiplied by this: how much
 /// larger letters are than kFontSize.
 float drawing_scale();

@@ -14,9 +14,7 @@
 namespace qs {
 namespace {
 
-constexpr const char* kTitle = "Train from photographs";
-
-bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
+constexpr const char* kTrainTitle = "Train from photographs";
 
 // "garden/" -> "garden_model"
 std::string usual_model(const std::string& data) {
@@ -45,8 +43,8 @@ void draw_field(const char* title, const char* hint, std::string& text) {
 void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.panels.train) return;
   auto& [data, model, options, focus] = state.train;
-  if (!ImGui::IsPopupOpen(kTitle)) {
-    ImGui::OpenPopup(kTitle);
+  if (!ImGui::IsPopupOpen(kTrainTitle)) {
+    ImGui::OpenPopup(kTrainTitle);
     focus = true;
   }
   const ImVec2 display = ImGui::GetIO().DisplaySize;
@@ -55,7 +53,7 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   ImGui::SetNextWindowSize({std::min(38 * em, display.x - em), 0});
   bool open = true;
   if (!ImGui::BeginPopupModal(
-          kTitle, &open,
+          kTrainTitle, &open,
           ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
     return;
   if (std::exchange(focus, false)) ImGui::SetKeyboardFocusHere();

@@ -8,8 +8,8 @@
 
 #include <imgui.h>
 
-#include "app/session/assets.h"
-#include "app/session/text.h"
+#include "app/base/assets.h"
+#include "app/base/text.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "io/scene/reader.h"

@@ -8,7 +8,7 @@
 #include <array>
 #include <mutex>
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 struct GLFWwindow;
 

@@ -4,7 +4,7 @@
 // one. A frame reduced by n has 1/n of the full frame's pixels along each side.
 #pragma once
 
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

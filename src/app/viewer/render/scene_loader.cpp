@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "app/framing/camera_rig.h"
+#include "app/framing/framing.h"
+#include "app/framing/huge_gaussians.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/camera_rig.h"
-#include "app/session/framing.h"
-#include "app/session/huge_gaussians.h"
 #include "app/session/photographs.h"
 #include "app/viewer/render/render_context.h"
 #include "io/bytes/json_text.h"

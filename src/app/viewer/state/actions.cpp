@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/session/huge_gaussians.h"
+#include "app/framing/huge_gaussians.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"

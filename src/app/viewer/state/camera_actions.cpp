@@ -9,12 +9,12 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "app/session/camera_control.h"
-#include "app/session/camera_rig.h"
-#include "app/session/text.h"
+#include "app/base/text.h"
+#include "app/framing/camera_control.h"
+#include "app/framing/camera_rig.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/flight.h"
-#include "io/scene/axes.h"
+#include "io/cloud/axes.h"
 #include "raster/base/error.h"
 
 namespace qs {

@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "io/scene/removal.h"
+#include "app/session/removal.h"
 
 namespace qs {
 

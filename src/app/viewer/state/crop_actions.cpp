@@ -8,7 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "app/session/camera_control.h"
+#include "app/framing/camera_control.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/training_actions.h"

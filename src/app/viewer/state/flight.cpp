@@ -6,8 +6,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "app/session/camera_control.h"
-#include "app/session/depth_ahead.h"
+#include "app/framing/camera_control.h"
+#include "app/framing/depth_ahead.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 

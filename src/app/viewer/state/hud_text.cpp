@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/base/text.h"
 #include "app/inspect/inspection_text.h"
 #include "app/session/removal_text.h"
-#include "app/session/text.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/panel_text.h"

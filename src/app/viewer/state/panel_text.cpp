@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 
+#include "app/base/text.h"
+#include "app/framing/camera_control.h"
+#include "app/framing/huge_gaussians.h"
 #include "app/measure/scene_facts.h"
-#include "app/session/camera_control.h"
-#include "app/session/huge_gaussians.h"
-#include "app/session/text.h"
 
 namespace qs {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "app/session/text.h"
+#include "app/base/text.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {

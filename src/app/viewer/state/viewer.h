@@ -13,6 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "app/framing/depth_ahead.h"
+#include "app/framing/first_view.h"
+#include "app/framing/scene_box.h"
 #include "app/inspect/inspection.h"
 #include "app/inspect/missed_contributions.h"
 #include "app/inspect/reference_check.h"
@@ -22,12 +25,9 @@
 #include "app/picture/image_difference.h"
 #include "app/picture/value_map.h"
 #include "app/report/bench_report.h"
-#include "app/session/depth_ahead.h"
-#include "app/session/first_view.h"
-#include "app/session/scene_box.h"
 #include "app/viewer/state/crop.h"
 #include "app/viewer/state/training.h"
-#include "raster/renderer.h"
+#include "raster/api/renderer.h"
 
 namespace qs {
 

@@ -8,8 +8,8 @@
 
 #include <epoxy/gl.h>
 
+#include "app/base/assets.h"
 #include "app/picture/colormap.h"
-#include "app/session/assets.h"
 #include "raster/base/fail.h"
 
 namespace qs {

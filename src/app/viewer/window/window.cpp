@@ -14,7 +14,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
-#include "app/session/assets.h"
+#include "app/base/assets.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"

@@ -10,13 +10,14 @@ namespace qs::cpu {
 namespace {
 
 /// Pixels side by side that are composited together. Compilers vectorise loops of this length.
-constexpr int kLanes = 8;
+constexpr int kDepthLanes = 8;
 constexpr int kMostPx = kTileSizes.back();
 
 /// The PixelDepth of these pixels, an array per value.
-struct Strip {
-  float transmittance[kLanes], weights[kLanes], weighted_depths[kLanes], median[kLanes];
-  std::int32_t live[kLanes];  ///< 1 until the pixel stops, then 0; 0 outside of the image
+struct DepthStrip {
+  float transmittance[kDepthLanes], weights[kDepthLanes], weighted_depths[kDepthLanes],
+      median[kDepthLanes];
+  std::int32_t live[kDepthLanes];  ///< 1 until the pixel stops, then 0; 0 outside of the image
   int live_count;
 
   PixelDepth<float> pixel(int lane) const {
@@ -27,7 +28,7 @@ struct Strip {
   /// pixel. Returns the number of pixels that stopped.
   int composite(const Splat& splat, float depth, int x, float dy) {
     std::int32_t stops = 0;
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int lane = 0; lane < kDepthLanes; ++lane) {
       const float dx = static_cast<float>(x + lane) - splat.mean_px.x;
       const float power = log2_falloff(splat, dx, dy);
       const float alpha = alpha_of(splat, power);
@@ -52,7 +53,7 @@ struct Strip {
 /// The pixels of a tile. Coordinates start at its corner.
 struct Tile {
   int x0, y0, width, height, live;  ///< live: pixels that have not stopped
-  Strip strips[kMostPx][kMostPx / kLanes];
+  DepthStrip strips[kMostPx][kMostPx / kDepthLanes];
 
   void begin(const FrameContext& frame, std::size_t tile) {
     const int tile_px = frame.grid.tile_px;
@@ -63,8 +64,8 @@ struct Tile {
     live = width * height;
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < tile_px; ++x) {
-        Strip& strip = strips[y][x / kLanes];
-        const int lane = x % kLanes;
+        DepthStrip& strip = strips[y][x / kDepthLanes];
+        const int lane = x % kDepthLanes;
         strip.transmittance[lane] = 1;
         strip.weights[lane] = strip.weighted_depths[lane] = strip.median[lane] = 0;
         strip.live[lane] = x < width;
@@ -83,14 +84,14 @@ struct Tile {
     if (columns.begin >= columns.end) return;
     for (int y = rows.begin; y < rows.end; ++y) {
       const float dy = static_cast<float>(y0 + y) - bounded.splat.mean_px.y;
-      for (int s = columns.begin / kLanes; s <= (columns.end - 1) / kLanes; ++s)
-        blend(strips[y][s], bounded, depth, x0 + s * kLanes, dy);
+      for (int s = columns.begin / kDepthLanes; s <= (columns.end - 1) / kDepthLanes; ++s)
+        blend(strips[y][s], bounded, depth, x0 + s * kDepthLanes, dy);
     }
   }
 
-  void blend(Strip& strip, const BoundedSplat& bounded, float depth, int x, float dy) {
+  void blend(DepthStrip& strip, const BoundedSplat& bounded, float depth, int x, float dy) {
     const float dx = static_cast<float>(x) - bounded.splat.mean_px.x;
-    if (strip.live_count == 0 || !touches(bounded, dx, dy, kLanes)) return;
+    if (strip.live_count == 0 || !touches(bounded, dx, dy, kDepthLanes)) return;
     const int stops = strip.composite(bounded.splat, depth, x, dy);
     strip.live_count -= stops;
     live -= stops;
@@ -107,7 +108,7 @@ void draw_depth(const FrameContext& frame, const Visible& visible, const TileLis
       tile.composite(visible.splats[lists.slots[k]], visible.depths[lists.slots[k]]);
     for (int y = 0; y < tile.height; ++y) {
       for (int x = 0; x < tile.width; ++x) {
-        const PixelDepth<float> pixel = tile.strips[y][x / kLanes].pixel(x % kLanes);
+        const PixelDepth<float> pixel = tile.strips[y][x / kDepthLanes].pixel(x % kDepthLanes);
         const std::size_t at = frame.pixel(tile.x0 + x, tile.y0 + y);
         result.depth.alpha[at] = pixel.alpha();
         result.depth.expected[at] = pixel.expected();

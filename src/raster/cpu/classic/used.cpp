@@ -9,13 +9,13 @@
 namespace qs::cpu {
 namespace {
 
-constexpr int kMostPx = kTileSizes.back();
+constexpr int kLargestTile = kTileSizes.back();
 
 /// The pixels of a tile that are inside the image. Coordinates start at the tile's corner.
 struct TilePixels {
-  float x0, y0;                                        // the corner, in the image
-  int width, height, live;                             // live: pixels that have not stopped
-  std::array<float, kMostPx * kMostPx> transmittance;  // row by row; 0 = stopped
+  float x0, y0;             // the corner, in the image
+  int width, height, live;  // live: pixels that have not stopped
+  std::array<float, kLargestTile * kLargestTile> transmittance;  // row by row; 0 = stopped
 
   /// Composites a Gaussian. True if a pixel blends it.
   bool uses(const BoundedSplat& bounded) {

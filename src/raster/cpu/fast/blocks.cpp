@@ -12,7 +12,7 @@ namespace qs::cpu::fast {
 namespace {
 
 /// Prefetch distance in Gaussians. Neighbours in a block are scattered in the cloud.
-constexpr std::size_t kPrefetch = 16;
+constexpr std::size_t kPrefetchedBlocks = 16;
 
 /// Values of degree >= 1 in a group, at most.
 constexpr std::size_t kMostRest = 3 * (sh_coefficient_count(kMaxShDegree) - 1) * kGroup;
@@ -42,7 +42,7 @@ Array<Block> make_blocks(const GaussianCloud& cloud, std::span<const std::uint32
       for (std::size_t lane = 0; lane < kBlock; ++lane) {
         const std::size_t i = b * kBlock + lane;
         const ActiveGaussian padding{glm::vec3(NAN), {}, 0};
-        if (i + kPrefetch < order.size()) prefetch(cloud, order[i + kPrefetch]);
+        if (i + kPrefetchedBlocks < order.size()) prefetch(cloud, order[i + kPrefetchedBlocks]);
         const ActiveGaussian g = i < order.size() ? activate(cloud, order[i]).gaussian : padding;
         block.gaussian[lane] = i < order.size() ? order[i] : 0;
         block.x[lane] = g.position.x;

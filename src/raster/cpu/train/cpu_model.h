@@ -5,9 +5,9 @@
 
 #include <vector>
 
+#include "raster/api/training_model.h"
 #include "raster/cpu/train/backward.h"
 #include "raster/cpu/train/loss.h"
-#include "raster/training_model.h"
 
 namespace qs::cpu::train {
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/fast/warp.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

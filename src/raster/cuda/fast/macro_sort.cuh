@@ -5,7 +5,7 @@
 #pragma once
 
 #include "raster/cuda/fast/scratch.cuh"
-#include "raster/cuda/fast/warp.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

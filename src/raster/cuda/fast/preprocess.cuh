@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "raster/cuda/fast/ellipse.cuh"
+#include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/fast/scratch.cuh"
 #include "raster/cuda/frame_context.cuh"
 

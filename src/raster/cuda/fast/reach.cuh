@@ -5,7 +5,7 @@
 
 #include "raster/cuda/fast/column.cuh"
 #include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/fast/warp.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

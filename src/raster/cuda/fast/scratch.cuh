@@ -5,8 +5,8 @@
 #pragma once
 
 #include "raster/cuda/fast/macro_tiles.cuh"
-#include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/pixels.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
 

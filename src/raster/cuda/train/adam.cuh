@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "raster/api/training_model.h"
 #include "raster/cuda/train/parameters.cuh"
-#include "raster/training_model.h"
 
 namespace qs::cuda::train {
 

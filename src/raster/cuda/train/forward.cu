@@ -5,10 +5,10 @@
 
 #include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/schedule.cuh"
-#include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/segment.cuh"
+#include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 
 namespace qs::cuda::train {

@@ -12,7 +12,7 @@
 #include <stop_token>
 
 #include "raster/cuda/classic/sort.cuh"
-#include "raster/cuda/fast/ellipse.cuh"
+#include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/train/order.cuh"
 #include "raster/cuda/train/parameters.cuh"
 

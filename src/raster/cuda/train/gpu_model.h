@@ -12,7 +12,7 @@
 
 #include <glm/vec2.hpp>
 
-#include "raster/training_model.h"
+#include "raster/api/training_model.h"
 
 namespace qs::cuda::train {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/list.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::train {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "raster/cuda/fast/warp.cuh"
 #include "raster/cuda/train/loss.cuh"
+#include "raster/cuda/warp.cuh"
 #include "raster/kernel/ssim.h"
 #include "raster/scene/image_metrics.h"
 

@@ -4,7 +4,7 @@
 // pairs by tile alone makes the tile lists.
 #pragma once
 
-#include "raster/cuda/classic/scan_and_sort.cuh"
+#include "raster/cuda/scan_and_sort.cuh"
 #include "raster/cuda/stream.cuh"
 
 namespace qs::cuda::train {

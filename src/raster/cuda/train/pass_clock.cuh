@@ -7,8 +7,8 @@
 #include <array>
 #include <cstdint>
 
+#include "raster/api/training_model.h"
 #include "raster/cuda/check.cuh"
-#include "raster/training_model.h"
 
 namespace qs::cuda::train {
 

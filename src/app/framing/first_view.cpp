@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "app/framing/first_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+#include <glm/trigonometric.hpp>
+
+#include "app/framing/camera_control.h"
+#include "app/framing/candidate_views.h"
+#include "app/framing/framing.h"
+#include "app/framing/room.h"
+#include "app/framing/up_axis.h"
+
+namespace qs {
+namespace {
+
+constexpr float kMostOfScene = 0.7f;  ///< a subject that is smaller has surroundings
+constexpr int kAzimuths = 12;
+constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
+constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< of the elevations
+constexpr double kInsideFov = glm::radians(65.0);
+
+struct Candidate {
+  Framing framing;
+  ViewQuality quality;
+  double liking = 0;  ///< 0 to 1: how usual the direction is
+};
+
+float longest_side(const Subject& subject) {
+  const glm::vec3 size = subject.box.size();
+  return std::max({size.x, size.y, size.z});
+}
+
+double azimuth_of(int index) { return index * 2 * glm::pi<double>() / kAzimuths; }
+double liking_of(double azimuth) { return 0.5 + 0.5 * std::cos(azimuth); }
+
+std::vector<Candidate> views_around(const Shape& shape, const Ground& ground,
+                                    CandidateViews& views) {
+  std::vector<Candidate> candidates;
+  for (std::size_t e = 0; e < std::size(kElevations); ++e) {
+    for (int i = 0; i < kAzimuths; ++i) {
+      const double azimuth = azimuth_of(i);
+      const glm::dvec3 toward_eye = std::sin(kElevations[e]) * ground.up -
+                                    std::cos(kElevations[e]) * ground.direction(azimuth);
+      const Framing framing = fit_view(shape, toward_eye, ground.up);
+      const double distance = glm::distance(framing.eye, framing.target);
+      const double free = std::max(distance - shape.radius, 0.3 * distance);
+      candidates.push_back(
+          {framing, views.measure(framing, free), 0.5 * kLiking[e] + 0.5 * liking_of(azimuth)});
+    }
+  }
+  return candidates;
+}
+
+/// Views from near the border of the subject toward its middle.
+std::vector<Candidate> views_inside(double eye_height, const Ground& ground,
+                                    CandidateViews& views) {
+  constexpr double kMiddle = -0.2;  // a little below the middle of the height
+  std::vector<Candidate> candidates;
+  for (const double back : {0.8, 0.5}) {
+    for (int i = 0; i < kAzimuths; ++i) {
+      const double azimuth = azimuth_of(i);
+      const glm::dvec2 toward(std::sin(azimuth), std::cos(azimuth));
+      const glm::dvec2 border = toward / std::max(std::abs(toward.x), std::abs(toward.y));
+      Framing framing;
+      framing.eye = ground.position_of(-back * border, eye_height);
+      framing.target = ground.position_of({0, 0}, ground.height.value_at(kMiddle));
+      framing.up = ground.up;
+      framing.vertical_fov = kInsideFov;
+      const double distance = glm::distance(framing.eye, framing.target);
+      framing.near_depth = std::min(0.2, 0.01 * distance);
+      candidates.push_back({framing, views.measure(framing, 0.5 * distance), liking_of(azimuth)});
+    }
+  }
+  return candidates;
+}
+
+const Framing& best_of(const std::vector<Candidate>& candidates) {
+  // Between the subject's area in the picture and in the world, which grows with the squared
+  // distance: broad sides win over narrow ones that are seen from nearer.
+  const auto area_of = [](const Candidate& c) {
+    const glm::dvec3 eye = framed_camera(c.framing, 16, 9).position();
+    return c.quality.coverage * glm::distance(eye, c.framing.target);
+  };
+  double area = 1e-9, detail = 1e-9;
+  for (const Candidate& c : candidates) {
+    area = std::max(area, area_of(c));
+    detail = std::max(detail, c.quality.detail);
+  }
+  const auto score = [&](const Candidate& c) {
+    return area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
+           0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
+  };
+  return std::max_element(
+             candidates.begin(), candidates.end(),
+             [&](const Candidate& a, const Candidate& b) { return score(a) < score(b); })
+      ->framing;
+}
+
+}  // namespace
+
+Camera framed_camera(const Framing& framing, int width, int height) {
+  const double aspect = static_cast<double>(width) / height;
+  const double farther =
+      std::clamp(framing.aspect / aspect, 1.0, framing.farthest * std::max(1.0, 1 / aspect));
+  const glm::dvec3 eye = framing.target + farther * (framing.eye - framing.target);
+  Camera camera = look_at(eye, framing.target, framing.up, framing.vertical_fov, width, height);
+  camera.near_depth = framing.near_depth;
+  return camera;
+}
+
+Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool) {
+  return choose_framing(sample_of(cloud, Sampling().most), up, pool);
+}
+
+Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool) {
+  const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
+  const Subject whole = find_subject(sample, kSceneDensity);
+  const UpEstimate upward = up ? UpEstimate{*up} : estimate_up(sample, whole, {0, -1, 0});
+  const auto chosen = [&](const std::vector<Candidate>& candidates) {
+    Framing framing = best_of(candidates);
+    framing.upside_down = upward.upside_down;
+    return framing;
+  };
+  const Ground ground(whole, upward.up);
+  const Shape whole_shape = shape_of(whole, smallest);
+  CandidateViews whole_views(sample, whole, ground, whole_shape, pool);
+  if (const auto height = eye_height_inside(sample.gaussians, ground, whole_views))
+    return chosen(views_inside(*height, ground, whole_views));
+  const Subject dense = find_subject(sample, kSubjectDensity);
+  if (longest_side(dense) >= kMostOfScene * longest_side(whole))
+    return chosen(views_around(whole_shape, ground, whole_views));
+  const Shape shape = shape_of(dense, smallest);
+  CandidateViews views(sample, dense, ground, shape, pool);
+  return chosen(views_around(shape, ground, views));
+}
+
+std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,
+                                      const std::string& vertical_axis) {
+  if (given || vertical_axis.empty()) return given;
+  return world_up(vertical_axis);
+}
+
+}  // namespace qs

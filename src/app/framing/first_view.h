@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// The view that a scene without cameras opens with: a few dozen views of its subject are drawn at
+// the size of a thumbnail, and the best one is taken. The choice depends on the cloud alone, not on
+// threads or chance.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/framing/cloud_sample.h"
+#include "raster/base/parallel.h"
+#include "raster/scene/camera.h"
+
+namespace qs {
+
+/// A view in world coordinates, for pictures of any size.
+struct Framing {
+  glm::dvec3 eye{0, 0, -1}, target{0.0}, up{0, -1, 0};
+  double vertical_fov = 1;
+  double aspect = 0;  ///< width / height from which on a picture shows the subject's whole width
+  /// Farthest distance of the eye, for narrower pictures, as a factor on its distance.
+  double farthest = 1;
+  double near_depth = 0.2;
+  bool upside_down = false;  ///< UpEstimate::upside_down, where `up` was only estimated
+};
+
+/// The camera of a framing. Pictures narrower than `aspect` are taken from farther away, up to
+/// `farthest`, and pictures higher than wide from as far as they need in addition.
+Camera framed_camera(const Framing& framing, int width, int height);
+
+/// The best view of a cloud: the opacity-weighted 5th to 95th percentile of the subject fills 45 to
+/// 90 % of the picture's height, its centre is within 10 % of the picture's, and little is in front
+/// of it. Rooms, streets and gardens are seen from inside. `up`: a unit vector; unset:
+/// estimate_up() with -y as the convention.
+Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool);
+
+/// The same view from a sample that was taken with Sampling's default of `most`.
+Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
+                       ThreadPool& pool);
+
+/// The up axis that the user or else the file declares. `given` is what the user says.
+std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,
+                                      const std::string& vertical_axis);
+
+}  // namespace qs

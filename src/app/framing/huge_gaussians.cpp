@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "app/framing/huge_gaussians.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "app/base/text.h"
+#include "app/framing/framing.h"
+#include "io/cloud/cloud_order.h"
+
+namespace qs {
+namespace {
+
+/// Whether a Gaussian of a cloud is huge.
+class IsHuge {
+ public:
+  IsHuge(const GaussianCloud& cloud, float length)
+      : scales_(cloud.log_scales), most_(std::log(length)) {}
+  bool operator()(std::size_t i) const {
+    const glm::vec3& s = scales_[i];
+    return std::max({s.x, s.y, s.z}) > most_;
+  }
+
+ private:
+  const decltype(GaussianCloud::log_scales)& scales_;
+  float most_;
+};
+
+}  // namespace
+
+float scene_length(const SceneBox& core, float smallest) {
+  const float diagonal = glm::length(core.size());
+  return std::max(std::isfinite(diagonal) ? diagonal : 0.0f, smallest);
+}
+
+float scene_length(const GaussianCloud& cloud) {
+  return scene_length(core_box(cloud), smallest_framing(cloud));
+}
+
+std::size_t count_huge(const GaussianCloud& cloud, float length) {
+  const IsHuge is_huge(cloud, length);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) count += is_huge(i) ? 1 : 0;
+  return count;
+}
+
+std::size_t drop_huge(GaussianCloud& cloud) {
+  const IsHuge is_huge(cloud, scene_length(cloud));
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (!is_huge(i)) kept.push_back(static_cast<std::uint32_t>(i));
+  const std::size_t dropped = cloud.size() - kept.size();
+  if (dropped > 0) cloud = select(cloud, kept);
+  return dropped;
+}
+
+std::string huge_text(std::size_t count) {
+  return count == 1 ? "1 Gaussian is larger than the scene"
+                    : fmt::format("{} Gaussians are larger than the scene", grouped(count));
+}
+
+}  // namespace qs

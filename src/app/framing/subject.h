@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// What a scene is of: its dense parts, without floaters and thin surroundings.
+#pragma once
+
+#include <vector>
+
+#include "app/framing/cloud_sample.h"
+#include "app/framing/scene_box.h"
+
+namespace qs {
+
+struct Subject {
+  std::vector<std::uint8_t> holds;   ///< 0 or 1 per Gaussian of the sample
+  std::vector<glm::vec3> positions;  ///< of the Gaussians that it holds
+  std::vector<float> weights;        ///< their opacities
+  SceneBox box;                      ///< the weighted 5th to 95th percentile of the positions
+};
+
+/// Of the typical density of opacity: where the scene is, and where it was captured best, which is
+/// what its pictures were taken of.
+inline constexpr double kSceneDensity = 0.03, kSubjectDensity = 0.4;
+
+/// The Gaussians of a sample where the density of opacity is at least this part of what is typical,
+/// without isolated groups of less than 10 % of the largest group.
+Subject find_subject(const CloudSample& sample, double least_density);
+
+}  // namespace qs

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#include "io/cloud/cloud_memory.h"
+
+#include <cstdint>
+
+#include <sys/mman.h>
+
+namespace qs {
+
+void prefer_huge_pages(void* memory, std::size_t bytes) {
+  constexpr std::uintptr_t kPage = 4096, kHugePage = 2u << 20;
+  if (bytes < 2 * kHugePage) return;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(memory) + kPage - 1) / kPage * kPage;
+  const auto end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / kPage * kPage;
+  madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+}
+
+GaussianCloud make_cloud(std::size_t count, int sh_degree) {
+  GaussianCloud cloud;
+  cloud.resize(count, sh_degree);
+  const auto advise = [](auto& array) {
+    prefer_huge_pages(array.data(), array.size() * sizeof array[0]);
+  };
+  advise(cloud.positions);
+  advise(cloud.log_scales);
+  advise(cloud.rotations);
+  advise(cloud.opacity_logits);
+  advise(cloud.sh);
+  return cloud;
+}
+
+}  // namespace qs

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+#include "io/cloud/fill_cloud.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <vector>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+// Limits beyond which squares overflow a float. Trained scenes stay far inside: log scales in
+// -20..0, colours in -5..5.
+constexpr float kMaxPosition = 1e19f;
+constexpr float kMaxLogScale = 40;
+constexpr float kMaxColor = 1e6f;
+// Logit of 1/255, below which nothing is drawn.
+constexpr float kFaintestLogit = -5.5373f;
+// A few Gaussians may look odd by chance; this many do not.
+constexpr std::size_t kEnoughToJudge = 64;
+
+constexpr std::array<const char*, 5> kFlawNames = {
+    "a position that is NaN, infinite or beyond 1e19",
+    "a scale that is NaN, infinite or beyond e^40",
+    "a rotation that is zero, NaN or infinite",
+    "an opacity that is NaN",
+    "a colour that is NaN, infinite or beyond 1e6",
+};
+
+// Both are false for NaN. The loops have no early exit, so that they become vector code.
+bool all_within(const float* values, std::size_t count, float bound) {
+  int outside = 0;
+  for (std::size_t i = 0; i < count; ++i) outside |= !(std::abs(values[i]) <= bound);
+  return outside == 0;
+}
+bool all_at_most(const float* values, std::size_t count, float bound) {
+  int outside = 0;
+  for (std::size_t i = 0; i < count; ++i) outside |= !(values[i] <= bound);
+  return outside == 0;
+}
+
+class Sieve {
+ public:
+  explicit Sieve(GaussianCloud& cloud) : cloud_(cloud) {}
+
+  // Checks the Gaussians [begin, end) right after they were filled, while they are in the cache.
+  // May be called from several threads for disjoint ranges.
+  void inspect(std::size_t begin, std::size_t end);
+
+  // Removes what inspect() found and adds the warnings to `scene`, which owns the cloud.
+  void finish(Scene& scene);
+
+ private:
+  enum Flaw { position, scale, rotation, opacity, color, kFlaws };
+  struct Dropped {
+    std::size_t index;
+    Flaw flaw;
+  };
+
+  bool normalise_rotations(std::size_t begin, std::size_t end);
+  void find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const;
+  void remove_dropped();
+
+  GaussianCloud& cloud_;
+  std::mutex mutex_;
+  std::vector<Dropped> dropped_;  // in any order of chunks
+  bool all_scales_positive_ = true;
+  bool all_transparent_ = true;
+};
+
+// In double precision, in which the square of 1e-30 does not underflow and that of 1e30 does not
+// overflow. Quaternions that are unit length up to float rounding are not changed: writing and
+// reading them is exact.
+bool Sieve::normalise_rotations(std::size_t begin, std::size_t end) {
+  bool sound = true;
+  for (std::size_t i = begin; i < end; ++i) {
+    glm::quat& q = cloud_.rotations[i];
+    const double w = q.w, x = q.x, y = q.y, z = q.z;
+    const double square = w * w + x * x + y * y + z * z;
+    if (std::abs(square - 1) <= 3e-7) continue;
+    const double factor = 1 / std::sqrt(square);
+    sound = sound && square > 0 && std::isfinite(square);
+    q = glm::quat(static_cast<float>(w * factor), static_cast<float>(x * factor),
+                  static_cast<float>(y * factor), static_cast<float>(z * factor));
+  }
+  return sound;
+}
+
+void Sieve::find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const {
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
+  for (std::size_t i = begin; i < end; ++i) {
+    const glm::quat& q = cloud_.rotations[i];
+    if (!all_within(&cloud_.positions[i].x, 3, kMaxPosition)) {
+      found.push_back({i, position});
+    } else if (!all_at_most(&cloud_.log_scales[i].x, 3, kMaxLogScale)) {
+      found.push_back({i, scale});
+    } else if (!(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.5f)) {  // NaN after 0/0
+      found.push_back({i, rotation});
+    } else if (std::isnan(cloud_.opacity_logits[i])) {
+      found.push_back({i, opacity});
+    } else if (!all_within(&cloud_.sh[i * coefficients].x, 3 * coefficients, kMaxColor)) {
+      found.push_back({i, color});
+    }
+  }
+}
+
+void Sieve::inspect(std::size_t begin, std::size_t end) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const std::size_t count = end - begin;
+  if (count == 0) return;
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
+  const float* const scales = &cloud_.log_scales[begin].x;
+  const float* const logits = &cloud_.opacity_logits[begin];
+
+  const bool rotations_sound = normalise_rotations(begin, end);
+  const bool sound =
+      rotations_sound && all_within(&cloud_.positions[begin].x, 3 * count, kMaxPosition) &&
+      all_at_most(scales, 3 * count, kMaxLogScale) && all_at_most(logits, count, kInfinity) &&
+      all_within(&cloud_.sh[begin * coefficients].x, 3 * count * coefficients, kMaxColor);
+  std::vector<Dropped> found;
+  if (!sound) find_flaws(begin, end, found);
+
+  // In most scenes these loops end at the first element.
+  const bool scales_positive =
+      std::all_of(scales, scales + 3 * count, [](float value) { return value > 0; });
+  const bool transparent =
+      std::all_of(logits, logits + count, [](float value) { return value < kFaintestLogit; });
+
+  const std::lock_guard lock(mutex_);
+  dropped_.insert(dropped_.end(), found.begin(), found.end());
+  all_scales_positive_ = all_scales_positive_ && scales_positive;
+  all_transparent_ = all_transparent_ && transparent;
+}
+
+void Sieve::remove_dropped() {
+  std::sort(dropped_.begin(), dropped_.end(),
+            [](const Dropped& a, const Dropped& b) { return a.index < b.index; });
+  const auto coefficients = static_cast<std::ptrdiff_t>(sh_coefficient_count(cloud_.sh_degree));
+  std::size_t kept = 0;
+  auto next = dropped_.begin();
+  for (std::size_t i = 0; i < cloud_.size(); ++i) {
+    if (next != dropped_.end() && next->index == i) {
+      ++next;
+      continue;
+    }
+    cloud_.positions[kept] = cloud_.positions[i];
+    cloud_.log_scales[kept] = cloud_.log_scales[i];
+    cloud_.rotations[kept] = cloud_.rotations[i];
+    cloud_.opacity_logits[kept] = cloud_.opacity_logits[i];
+    std::copy_n(cloud_.sh.begin() + static_cast<std::ptrdiff_t>(i) * coefficients, coefficients,
+                cloud_.sh.begin() + static_cast<std::ptrdiff_t>(kept) * coefficients);
+    ++kept;
+  }
+  cloud_.resize(kept, cloud_.sh_degree);
+}
+
+void Sieve::finish(Scene& scene) {
+  const std::size_t count = cloud_.size();
+  if (count == 0) fail("{}: holds no Gaussians", scene.path.string());
+  std::array<std::size_t, kFlaws> counts{};
+  for (const Dropped& dropped : dropped_) ++counts[dropped.flaw];
+  for (std::size_t flaw = 0; flaw < kFlaws; ++flaw) {
+    if (counts[flaw] == count) {
+      fail("{}: every one of its {} Gaussians has {}", scene.path.string(), count,
+           kFlawNames[flaw]);
+    }
+    if (counts[flaw] == 0) continue;
+    scene.warnings.push_back(fmt::format("{} of {} Gaussians were dropped for {}.", counts[flaw],
+                                         count, kFlawNames[flaw]));
+  }
+  if (dropped_.size() == count) {
+    fail("{}: none of its {} Gaussians can be drawn: all have NaN, infinite or absurd values",
+         scene.path.string(), count);
+  }
+  if (!dropped_.empty()) remove_dropped();
+  if (all_scales_positive_ && count >= kEnoughToJudge) {
+    scene.warnings.push_back(
+        "The scales look already activated: all logarithms are positive, so that every Gaussian is "
+        "larger than one unit; drawing may be slow.");
+  }
+  if (all_transparent_) {
+    scene.warnings.push_back("Nothing will be visible: every Gaussian is fainter than 1/255.");
+  }
+}
+
+// Hands out chunks. Each worker first takes the chunks of its own contiguous stretch, then helps
+// with the others: if two threads filled neighbouring chunks, both would clear the same new 2 MiB
+// page.
+class Stretches {
+ public:
+  Stretches(std::size_t chunks, std::size_t workers) : stretches_(workers) {
+    for (std::size_t i = 0; i < workers; ++i) {
+      stretches_[i].next = chunks * i / workers;
+      stretches_[i].end = chunks * (i + 1) / workers;
+    }
+  }
+
+  // Must be called exactly once per chunk, so that one is always left.
+  std::size_t take(std::size_t worker) {
+    for (;; worker = (worker + 1) % stretches_.size()) {
+      const std::size_t chunk = stretches_[worker].next.fetch_add(1);
+      if (chunk < stretches_[worker].end) return chunk;
+    }
+  }
+
+ private:
+  struct Stretch {
+    std::atomic<std::size_t> next;
+    std::size_t end;
+  };
+  std::vector<Stretch> stretches_;
+};
+
+}  // namespace
+
+void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
+                const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+  constexpr std::size_t kChunk = 1024;  // about 0.5 MB read and written: stays in the cache
+  const std::size_t count = scene.cloud.size();
+  const auto start_time = std::chrono::steady_clock::now();
+  Sieve sieve(scene.cloud);
+  const std::size_t chunks = count / kChunk + (count % kChunk != 0 ? 1 : 0);
+  Stretches stretches(chunks, static_cast<std::size_t>(pool.size()));
+  pool.for_chunks(chunks, 1, [&](std::size_t taken, std::size_t, int worker) {
+    if (worker == 0) {
+      const float done = static_cast<float>(taken) / static_cast<float>(chunks);
+      progress.update(start + (1 - start) * done);
+    }
+    const std::size_t begin = stretches.take(static_cast<std::size_t>(worker)) * kChunk;
+    const std::size_t end = std::min(begin + kChunk, count);
+    fill(begin, end);
+    sieve.inspect(begin, end);
+  });
+  sieve.finish(scene);
+  scene.fill_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_time)
+          .count();
+}
+
+void warn_of_missing_rotations(Scene& scene, std::size_t count) {
+  scene.warnings.push_back(
+      fmt::format("{} of {} Gaussians have no valid rotation and were left unrotated.", count,
+                  scene.cloud.size()));
+}
+
+}  // namespace qs

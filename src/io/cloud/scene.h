@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+//
+// A scene as readers return it, and the options of reading. Every format fills a Scene.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "raster/base/progress.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+/// A cloud and the facts its file states about it.
+struct Scene {
+  GaussianCloud cloud;
+  std::filesystem::path
+      path;            ///< the file that was read (inside a model directory, the one chosen)
+  std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
+  std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed
+  std::string axes = "RDF";  ///< frame of the file's values, see axes.h; the cloud is always in RDF
+  std::string declared_axes = "RDF";  ///< as the file or its format says; ReadOptions::axes differ
+  std::string vertical_axis;     ///< as the file declares it ("y", "-z", ...); empty if it does not
+  std::uint64_t file_bytes = 0;  ///< of all files that were read
+  double unpack_ms = 0;          ///< headers, decompression and allocation
+  double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
+};
+
+/// Some Gaussians of a scene that is being read, for a picture before the rest is read.
+struct SceneSample {
+  Scene scene;           ///< its cloud has the base colour only; no warnings
+  std::size_t step = 1;  ///< every step-th Gaussian of the file, from the first on
+  std::size_t of = 0;    ///< Gaussians of the file
+};
+
+/// The distance between Gaussians of a sample of at most `most`.
+constexpr std::size_t sample_step(std::size_t count, std::size_t most) {
+  return count <= most ? 1 : (count + most - 1) / most;
+}
+
+struct Sampling {
+  /// Receives the sample, at most once and as early as the format permits: .spz in gzip before its
+  /// SH are unpacked, others when all Gaussians are read. On the thread that reads the scene.
+  std::function<void(SceneSample sample)> take;
+  std::size_t most = 50'000;     ///< of the sample
+  std::size_t fewest = 300'000;  ///< of the file; smaller ones are read in a moment
+};
+
+struct ReadOptions {
+  int iteration = -1;  ///< of a model directory: point_cloud/iteration_N; -1 = the highest
+  /// Overrides the frame declared by the file, see is_axes(); empty: trust the file.
+  std::string axes = {};
+  Progress progress = {};
+  Sampling sampling = {};
+};
+
+}  // namespace qs

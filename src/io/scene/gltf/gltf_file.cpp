@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/gltf/gltf_file.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/base64.h"
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/file_source.h"
+#include "io/bytes/json_text.h"
+
+namespace qs {
+namespace {
+
+using json = nlohmann::json;
+
+constexpr std::size_t kMaxValues = 1 << 20;
+constexpr std::uint64_t kMaxBufferBytes = std::uint64_t{1} << 36;
+
+// The two chunks of a .glb.
+struct Chunks {
+  std::string_view description;
+  std::span<const std::byte> binary;
+};
+
+std::string_view text_of(std::span<const std::byte> content) {
+  return {reinterpret_cast<const char*>(content.data()), content.size()};
+}
+
+Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
+  constexpr std::uint32_t kJson = 0x4E4F534A, kBinary = 0x004E4942;
+  ByteCursor whole(content, path);
+  whole.read<std::uint32_t>("the header");  // magic
+  const auto version = whole.read<std::uint32_t>("the header");
+  if (version != 2) fail("{}: binary glTF version {}, only 2 can be read", path, version);
+  const auto length = whole.read<std::uint32_t>("the header");
+  constexpr std::uint32_t kHeaderBytes = 12;
+  if (length < kHeaderBytes) fail("{}: the header announces {} bytes", path, length);
+  ByteCursor cursor(whole.take(length - kHeaderBytes, "the whole file"), path);
+
+  const auto description_bytes = cursor.read<std::uint32_t>("the first chunk");
+  if (cursor.read<std::uint32_t>("the first chunk") != kJson) {
+    fail("{}: the first chunk is not JSON", path);
+  }
+  Chunks chunks;
+  chunks.description = text_of(cursor.take(description_bytes, "the JSON chunk"));
+  while (cursor.left() >= 8) {
+    const auto bytes = cursor.read<std::uint32_t>("a chunk");
+    const auto type = cursor.read<std::uint32_t>("a chunk");
+    const auto chunk = cursor.take(bytes, "a chunk");
+    if (type == kBinary && chunks.binary.empty()) chunks.binary = chunk;
+  }
+  return chunks;
+}
+
+// tinygltf treats a stride of 0 as no stride, and numbers below 0 as absent; the specification
+// forbids both.
+void check_layout(const json& root, const std::string& path) {
+  for (const char* list : {"bufferViews", "accessors"}) {
+    const auto entries = root.find(list);
+    if (entries == root.end() || !entries->is_array()) continue;
+    for (std::size_t i = 0; i < entries->size(); ++i) {
+      const json& entry = (*entries)[i];
+      if (!entry.is_object()) continue;
+      for (const char* key : {"byteOffset", "byteLength", "byteStride", "count"}) {
+        const auto value = entry.find(key);
+        if (value == entry.end()) continue;
+        if (!value->is_number() || *value < 0)
+          fail("{}: {}[{}]: {} is not a number from 0 on", path, list, i, key);
+        if (*value == 0 && std::string_view(key) == "byteStride")
+          fail("{}: a bufferView has a byteStride of 0", path);
+      }
+    }
+  }
+}
+
+std::size_t bytes_of(int component_type) {
+  switch (component_type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return 1;
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+template <class T>
+float number(const std::byte* at, bool normalized) {
+  const auto value = static_cast<float>(load<T>(at));
+  if (!normalized) return value;
+  return std::max(value / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+}
+
+std::string first_line(const std::string& text) {
+  return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
+}
+
+}  // namespace
+
+float GltfNumbers::convert(const std::byte* at) const {
+  switch (component_type_) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return number<std::int8_t>(at, normalized_);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return number<std::uint8_t>(at, normalized_);
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return number<std::int16_t>(at, normalized_);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return number<std::uint16_t>(at, normalized_);
+    default:
+      return number<std::uint32_t>(at, normalized_);
+  }
+}
+
+GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::path& path)
+    : path_(path.string()), is_binary_(is_glb(content)) {
+  const Chunks chunks = is_binary_ ? open_glb(content, path_) : Chunks{text_of(content), {}};
+  json root = parse_json(chunks.description, path_, kMaxValues);
+  if (!root.is_object()) fail("{}: not a glTF file: its JSON is not an object", path_);
+  check_layout(root, path_);
+
+  json buffers = json::array();
+  if (root.contains("buffers")) buffers.swap(root["buffers"]);
+  if (!buffers.is_array()) fail("{}: buffers is not a list", path_);
+  buffer_bytes_ = chunks.binary.size();
+  // Many buffers may name one file, which is read only once.
+  std::map<std::string, std::span<const std::byte>> files;
+  const auto keep = [this](Array<std::byte> bytes) {
+    buffer_bytes_ += bytes.size();
+    return std::span<const std::byte>(unpacked_.emplace_back(std::move(bytes)));
+  };
+  const auto file_named = [&](const std::string& stored_name) {
+    const std::string name = checked_file_name(stored_name, path_);
+    if (const auto known = files.find(name); known != files.end()) return known->second;
+    const auto bytes = keep(files_beside(path)->read(name, kMaxBufferBytes));
+    bytes_outside_ += bytes.size();
+    return files[name] = bytes;
+  };
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    const json& buffer = buffers[i];
+    const std::string where = fmt::format("{}: buffer {}", path_, i);
+    if (!buffer.is_object() || !buffer.contains("byteLength") ||
+        !buffer["byteLength"].is_number_unsigned()) {
+      fail("{} has no byteLength", where);
+    }
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    std::span<const std::byte> bytes = chunks.binary;
+    if (const auto uri = buffer.find("uri"); uri != buffer.end()) {
+      if (!uri->is_string()) fail("{} has a uri that is no text", where);
+      const auto& name = uri->get_ref<const std::string&>();
+      if (name.starts_with("data:")) {
+        bytes = keep(decode_data_uri(name, where));
+      } else {
+        if (name.find('%') != name.npos) {
+          fail("{}: unsafe file name '{}': no file name may have a %", where, name.substr(0, 80));
+        }
+        bytes = file_named(name);
+      }
+    } else if (i != 0 || !is_binary_) {
+      fail("{} has no bytes: neither a uri nor a binary chunk", where);
+    }
+    if (length > bytes.size()) {
+      fail("{}: cut off: {} bytes are announced, there are {}", where, length, bytes.size());
+    }
+    buffers_.push_back(bytes.first(length));
+  }
+
+  for (const char* unused : {"buffers", "images", "textures", "samplers", "materials", "animations",
+                             "skins", "cameras"}) {
+    root.erase(unused);
+  }
+  const std::string description = root.dump(-1, ' ', false, json::error_handler_t::replace);
+  tinygltf::TinyGLTF parser;
+  std::string error, warning;
+  if (!parser.LoadASCIIFromString(&model_, &error, &warning, description.data(),
+                                  static_cast<unsigned int>(description.size()), "")) {
+    fail("{}: not valid glTF: {}", path_, error.empty() ? "unknown reason" : first_line(error));
+  }
+}
+
+std::span<const std::byte> GltfFile::view(int index) const {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size()) {
+    fail("{}: bufferView {} does not exist", path_, index);
+  }
+  const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(index)];
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size()) {
+    fail("{}: buffer {} does not exist", path_, view.buffer);
+  }
+  const auto& buffer = buffers_[static_cast<std::size_t>(view.buffer)];
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
+    fail("{}: bufferView {} reaches beyond its buffer of {} bytes", path_, index, buffer.size());
+  }
+  return buffer.subspan(view.byteOffset, view.byteLength);
+}
+
+const tinygltf::Accessor& GltfFile::accessor(int index, const std::string& what) const {
+  if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
+    fail("{}: {}: accessor {} does not exist", path_, what, index);
+  }
+  return model_.accessors[static_cast<std::size_t>(index)];
+}
+
+std::uint64_t GltfFile::count(int index, const std::string& what) const {
+  return accessor(index, what).count;
+}
+
+GltfNumbers GltfFile::numbers(int index, std::size_t components, const std::string& what) const {
+  const tinygltf::Accessor& accessor = this->accessor(index, what);
+  if (accessor.sparse.isSparse) fail("{}: {}: sparse accessors cannot be read", path_, what);
+  GltfNumbers numbers;
+  numbers.component_bytes_ = bytes_of(accessor.componentType);
+  if (numbers.component_bytes_ == 0 || accessor.type < 0 ||
+      tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) !=
+          static_cast<int>(components)) {
+    fail("{}: {}: not {} numbers of a known type", path_, what, components);
+  }
+  const auto bytes = view(accessor.bufferView);
+  const std::uint64_t element_bytes = components * numbers.component_bytes_;
+  const std::uint64_t stride =
+      model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+  numbers.stride_ = stride == 0 ? element_bytes : stride;
+  if (numbers.stride_ < element_bytes || accessor.byteOffset > bytes.size() ||
+      accessor.count == 0 || bytes.size() - accessor.byteOffset < element_bytes ||
+      !fits(accessor.count - 1, numbers.stride_,
+            bytes.size() - accessor.byteOffset - element_bytes)) {
+    fail("{}: {}: {} elements do not fit into bufferView {} of {} bytes", path_, what,
+         accessor.count, accessor.bufferView, bytes.size());
+  }
+  numbers.count = accessor.count;
+  numbers.data_ = bytes.data() + accessor.byteOffset;
+  numbers.component_type_ = accessor.componentType;
+  numbers.normalized_ = accessor.normalized;
+  return numbers;
+}
+
+bool is_glb(std::span<const std::byte> content) { return text_of(content).starts_with("glTF"); }
+
+}  // namespace qs

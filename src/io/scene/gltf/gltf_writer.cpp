@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/gltf/gltf_writer.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+
+#include "io/bytes/replace_file.h"
+#include "io/cloud/axes.h"
+#include "raster/base/fail.h"
+#include "raster/scene/activated_cloud.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::ordered_json;
+
+// One accessor: `components` floats of a Gaussian.
+struct Attribute {
+  std::string name;
+  std::size_t components;
+  std::function<void(const GaussianCloud& cloud, std::size_t i, float* out)> get;
+};
+
+void put(const glm::vec3& v, float* out) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
+}
+
+std::vector<Attribute> attributes_of(int sh_degree) {
+  const std::string prefix = "KHR_gaussian_splatting:";
+  std::vector<Attribute> attributes = {
+      {"POSITION", 3,
+       [](const GaussianCloud& cloud, std::size_t i, float* out) { put(cloud.positions[i], out); }},
+      {prefix + "ROTATION", 4,
+       [](const GaussianCloud& cloud, std::size_t i, float* out) {
+         const glm::quat& q = cloud.rotations[i];
+         put({q.x, q.y, q.z}, out);
+         out[3] = q.w;
+       }},
+      {prefix + "SCALE", 3,
+       [](const GaussianCloud& cloud, std::size_t i, float* out) {
+         put(glm::vec3(glm::exp(glm::dvec3(cloud.log_scales[i]))), out);
+       }},
+      {prefix + "OPACITY", 1, [](const GaussianCloud& cloud, std::size_t i, float* out) {
+         *out = static_cast<float>(opacity_of_logit(cloud.opacity_logits[i]));
+       }}};
+  std::size_t number = 0;
+  for (int degree = 0; degree <= sh_degree; ++degree) {
+    for (int k = 0; k < 2 * degree + 1; ++k, ++number) {
+      attributes.push_back({fmt::format("{}SH_DEGREE_{}_COEF_{}", prefix, degree, k), 3,
+                            [number](const GaussianCloud& cloud, std::size_t i, float* out) {
+                              const auto count =
+                                  static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+                              put(cloud.sh[i * count + number], out);
+                            }});
+    }
+  }
+  return attributes;
+}
+
+ordered_json description_of(const GaussianCloud& cloud, const std::vector<Attribute>& attributes) {
+  constexpr int kFloat = 5126, kVertices = 34962, kPoints = 0;
+  glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
+  for (const glm::vec3& position : cloud.positions) {
+    low = glm::min(low, position);
+    high = glm::max(high, position);
+  }
+  ordered_json views = ordered_json::array(), accessors = ordered_json::array(),
+               names = ordered_json::object();
+  std::uint64_t offset = 0;
+  for (const Attribute& attribute : attributes) {
+    const std::uint64_t bytes = cloud.size() * attribute.components * sizeof(float);
+    const char* const type = attribute.components == 1   ? "SCALAR"
+                             : attribute.components == 3 ? "VEC3"
+                                                         : "VEC4";
+    names[attribute.name] = accessors.size();
+    ordered_json accessor = {{"bufferView", views.size()},
+                             {"componentType", kFloat},
+                             {"count", cloud.size()},
+                             {"type", type}};
+    if (offset == 0) {
+      accessor["min"] = {low.x, low.y, low.z};
+      accessor["max"] = {high.x, high.y, high.z};
+    }
+    accessors.push_back(accessor);
+    views.push_back(
+        {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes}, {"target", kVertices}});
+    offset += bytes;
+  }
+  const ordered_json extension = {{"kernel", "ellipse"},
+                                  {"colorSpace", "srgb_rec709_display"},
+                                  {"projection", "perspective"},
+                                  {"sortingMethod", "cameraDistance"}};
+  const ordered_json primitive = {{"attributes", names},
+                                  {"mode", kPoints},
+                                  {"extensions", {{"KHR_gaussian_splatting", extension}}}};
+  return {{"asset", {{"version", "2.0"}, {"generator", "quadsplat"}}},
+          {"extensionsUsed", {"KHR_gaussian_splatting"}},
+          {"scene", 0},
+          {"scenes", {{{"nodes", {0}}}}},
+          {"nodes", {{{"mesh", 0}}}},
+          {"meshes", {{{"primitives", {primitive}}}}},
+          {"accessors", accessors},
+          {"bufferViews", views},
+          {"buffers", {{{"byteLength", offset}}}}};
+}
+
+void put_number(std::ostream& file, std::uint64_t number) {
+  const auto bits = static_cast<std::uint32_t>(number);
+  file.write(reinterpret_cast<const char*>(&bits), sizeof bits);
+}
+
+}  // namespace
+
+void write_glb(const GaussianCloud& rdf_cloud, const std::filesystem::path& path, ThreadPool&,
+               const Progress& progress) {
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
+  GaussianCloud cloud = rdf_cloud;
+  flip_axes(cloud, 0, cloud.size(), kTurnAboutZ);
+  const std::vector<Attribute> attributes = attributes_of(cloud.sh_degree);
+  std::uint64_t binary_bytes = 0;
+  for (const Attribute& attribute : attributes) {
+    binary_bytes += cloud.size() * attribute.components * sizeof(float);
+  }
+  std::string text = description_of(cloud, attributes).dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const std::uint64_t total = 12 + 8 + text.size() + 8 + binary_bytes;
+  if (total > 0xffffffff) {
+    fail("{}: {} bytes are more than the 4 GiB that a .glb can have", path.string(), total);
+  }
+
+  write_file(path, [&](std::ostream& file) {
+    for (const std::uint64_t number :
+         {std::uint64_t{kMagic}, std::uint64_t{2}, total, text.size(), std::uint64_t{kJson}}) {
+      put_number(file, number);
+    }
+    file.write(text.data(), static_cast<std::streamsize>(text.size()));
+    put_number(file, binary_bytes);
+    put_number(file, kBinary);
+    std::vector<float> values;
+    for (std::size_t a = 0; a < attributes.size(); ++a) {
+      progress.update(static_cast<float>(a) / static_cast<float>(attributes.size()));
+      const std::size_t components = attributes[a].components;
+      values.resize(cloud.size() * components);
+      for (std::size_t i = 0; i < cloud.size(); ++i) {
+        attributes[a].get(cloud, i, &values[i * components]);
+      }
+      file.write(reinterpret_cast<const char*>(values.data()),
+                 static_cast<std::streamsize>(values.size() * sizeof(float)));
+    }
+  });
+  progress.update(1);
+}
+
+}  // namespace qs

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/ply/compressed_ply.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/bytes/byte_cursor.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/cloud/fill_cloud.h"
+#include "io/cloud/quantised.h"
+#include "io/scene/ply/ply.h"
+#include "io/scene/ply/ply_rows.h"
+#include "raster/base/fail.h"
+#include "raster/kernel/constants.h"
+
+namespace qs {
+namespace {
+
+constexpr std::uint64_t kChunkSize = 256;
+
+struct Chunk {
+  glm::dvec3 min_position, max_position;
+  glm::dvec3 min_scale, max_scale;  // logarithms
+  glm::dvec3 min_color{0}, max_color{1};
+};
+
+const PlyColumn& need(const PlyRows& rows, const std::string& name, const std::string& path) {
+  const PlyColumn* const column = rows.find(name);
+  if (column == nullptr) fail("{}: property {} is missing", path, name);
+  return *column;
+}
+
+// The first `count` chunks; the rows have that many.
+Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::string& path) {
+  const auto columns = [&](const char* a, const char* b, const char* c) {
+    return std::array{need(rows, a, path), need(rows, b, path), need(rows, c, path)};
+  };
+  const auto vector = [&](std::uint64_t row, const std::array<PlyColumn, 3>& xyz) {
+    return glm::dvec3(rows.value(row, xyz[0]), rows.value(row, xyz[1]), rows.value(row, xyz[2]));
+  };
+  const auto min_position = columns("min_x", "min_y", "min_z");
+  const auto max_position = columns("max_x", "max_y", "max_z");
+  const auto min_scale = columns("min_scale_x", "min_scale_y", "min_scale_z");
+  const auto max_scale = columns("max_scale_x", "max_scale_y", "max_scale_z");
+  const bool has_color = rows.find("min_r") != nullptr;  // since 2024; older files use 0..1
+  Array<Chunk> chunks(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    chunks[i] = {vector(i, min_position), vector(i, max_position), vector(i, min_scale),
+                 vector(i, max_scale)};
+  }
+  if (!has_color) return chunks;
+  const auto min_color = columns("min_r", "min_g", "min_b");
+  const auto max_color = columns("max_r", "max_g", "max_b");
+  for (std::uint64_t i = 0; i < count; ++i) {
+    chunks[i].min_color = vector(i, min_color);
+    chunks[i].max_color = vector(i, max_color);
+  }
+  return chunks;
+}
+
+// Ascii numbers can have any value. Binary ones of the usual types take the fast path: a Gaussian
+// has 49 of them.
+std::uint32_t whole_number(const PlyRows& rows, std::uint64_t row, const PlyColumn& column,
+                           std::uint32_t max, const std::string& path) {
+  const std::byte* const at = rows.data + row * rows.row_bytes + column.offset;
+  if (column.type == PlyType::u8) return static_cast<std::uint32_t>(*at);
+  if (column.type == PlyType::u32 && max == 0xffffffff && !rows.swap_bytes) {
+    return load<std::uint32_t>(at);
+  }
+  const double value = rows.value(row, column);
+  if (!(value >= 0 && value <= max && value == std::floor(value))) {
+    fail("{}: row {}: {} is not a whole number from 0 to {}", path, row, column.name, max);
+  }
+  return static_cast<std::uint32_t>(value);
+}
+
+// `bits` bits of `packed` from bit `shift` up, as 0..1.
+double unit(std::uint32_t packed, int shift, int bits) {
+  const std::uint32_t mask = (1u << bits) - 1;
+  return ((packed >> shift) & mask) / static_cast<double>(mask);
+}
+
+glm::vec3 unpack_11_10_11(std::uint32_t packed, const glm::dvec3& min, const glm::dvec3& max) {
+  const glm::dvec3 t(unit(packed, 21, 11), unit(packed, 11, 10), unit(packed, 0, 11));
+  return {min * (1.0 - t) + max * t};
+}
+
+glm::quat unpack_rotation(std::uint32_t packed) {
+  const auto component = [&](int shift) {
+    return (unit(packed, shift, 10) - 0.5) * std::sqrt(2.0);
+  };
+  const auto q = restore_largest({component(20), component(10), component(0)}, packed >> 30);
+  return make_quat(q[0], q[1], q[2], q[3]);
+}
+
+glm::vec3 unpack_color(std::uint32_t packed, const Chunk& chunk) {
+  const glm::dvec3 t(unit(packed, 24, 8), unit(packed, 16, 8), unit(packed, 8, 8));
+  const glm::dvec3 color = chunk.min_color * (1.0 - t) + chunk.max_color * t;
+  return {(color - 0.5) / kSh0};
+}
+
+// 0 and 255 mean -4 and 4, other bytes the middle of one of 256 steps between them.
+float unpack_sh(std::uint32_t byte) {
+  const double t = byte == 0 ? 0 : byte == 255 ? 1 : (byte + 0.5) / 256;
+  return static_cast<float>((t - 0.5) * 8);
+}
+
+// The columns of the SH bytes that are kept, channel by channel.
+std::vector<PlyColumn> sh_columns(const PlyRows& sh, int stored, int kept,
+                                  const std::string& path) {
+  std::vector<PlyColumn> columns;
+  for (int channel = 0; channel < 3; ++channel) {
+    for (int k = 0; k < kept; ++k) {
+      columns.push_back(need(sh, fmt::format("f_rest_{}", channel * stored + k), path));
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+bool recognises_compressed_ply(std::span<const std::byte> content, const std::filesystem::path&) {
+  return is_ply(content) && ply_header_text(content).find(" packed_position") != std::string::npos;
+}
+
+void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
+                         ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  const std::string name = path.string();
+  const PlyHeader header = parse_ply_header(content, path);
+  PlyBody body(content, header, path, options.progress);
+  const PlyRows chunk_rows = body.rows("chunk");
+  const PlyRows rows = body.rows("vertex");
+  const PlyColumn packed_position = need(rows, "packed_position", name);
+  const PlyColumn packed_rotation = need(rows, "packed_rotation", name);
+  const PlyColumn packed_scale = need(rows, "packed_scale", name);
+  const PlyColumn packed_color = need(rows, "packed_color", name);
+
+  const std::uint64_t chunks_needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
+  if (chunk_rows.count < chunks_needed) {
+    fail("{}: {} chunks for {} Gaussians, {} are needed", name, chunk_rows.count, rows.count,
+         chunks_needed);
+  }
+  const Array<Chunk> chunks = read_chunks(chunk_rows, chunks_needed, name);
+
+  const PlyRows sh = header.find("sh") != nullptr ? body.rows("sh") : PlyRows{};
+  int stored = sh_rest_per_channel(sh.columns.size());
+  if (stored < 0) {
+    scene.warnings.push_back(
+        fmt::format("Only the base colour is used: {} values per row of element sh fit no degree.",
+                    sh.columns.size()));
+    stored = 0;
+  }
+  if (stored > 0 && sh.count != rows.count) {
+    fail("{}: {} rows of element sh for {} Gaussians", name, sh.count, rows.count);
+  }
+  const int degree = kept_sh_degree(stored, scene);
+  const int rest = sh_coefficient_count(degree) - 1;
+  const std::vector<PlyColumn> columns = sh_columns(sh, stored, rest, name);
+
+  scene.format = "compressed.ply, " + describe(header.format);
+  scene.cloud = make_cloud(rows.count, degree);
+  apply_ply_comments(header, scene);
+  GaussianCloud& cloud = scene.cloud;
+
+  const auto fill = [&](std::size_t i) {
+    const auto packed = [&](const PlyColumn& column) {
+      return whole_number(rows, i, column, 0xffffffff, name);
+    };
+    const Chunk& chunk = chunks[i / kChunkSize];
+    const std::uint32_t color = packed(packed_color);
+    cloud.positions[i] =
+        unpack_11_10_11(packed(packed_position), chunk.min_position, chunk.max_position);
+    cloud.log_scales[i] = unpack_11_10_11(packed(packed_scale), chunk.min_scale, chunk.max_scale);
+    cloud.rotations[i] = unpack_rotation(packed(packed_rotation));
+    cloud.opacity_logits[i] = logit_of_byte(static_cast<std::uint8_t>(color));
+    glm::vec3* const coefficients = &cloud.sh[i * static_cast<std::size_t>(rest + 1)];
+    coefficients[0] = unpack_color(color, chunk);
+    for (int k = 0; k < rest; ++k) {
+      for (int channel = 0; channel < 3; ++channel) {
+        const PlyColumn& column = columns[static_cast<std::size_t>(channel * rest + k)];
+        coefficients[1 + k][channel] = unpack_sh(whole_number(sh, i, column, 255, name));
+      }
+    }
+  };
+  const float start = rows.decoded.empty() ? 0 : 0.5f;  // PlyBody has reported up to here
+  fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) fill(i);
+  });
+  for (std::string& warning : body.leftovers()) scene.warnings.push_back(std::move(warning));
+}
+
+}  // namespace qs

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/ply/compressed_ply_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+
+#include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_order.h"
+#include "io/cloud/quantised.h"
+#include "raster/kernel/constants.h"
+#include "raster/scene/activated_cloud.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kChunkGaussians = 256;
+constexpr float kMaxLogScale = 20;  // readers and writers agree on it; flat Gaussians get -20
+
+std::string header_of(const GaussianCloud& cloud, std::size_t chunks, std::size_t rest) {
+  std::string header =
+      fmt::format("ply\nformat binary_little_endian 1.0\nelement chunk {}\n", chunks);
+  for (const char* name : {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x",
+                           "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y",
+                           "max_scale_z", "min_r", "min_g", "min_b", "max_r", "max_g", "max_b"}) {
+    header += fmt::format("property float {}\n", name);
+  }
+  header += fmt::format("element vertex {}\n", cloud.size());
+  for (const char* name : {"position", "rotation", "scale", "color"}) {
+    header += fmt::format("property uint packed_{}\n", name);
+  }
+  if (rest > 0) header += fmt::format("element sh {}\n", cloud.size());
+  for (std::size_t i = 0; i < 3 * rest; ++i) header += fmt::format("property uchar f_rest_{}\n", i);
+  if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
+  return header + "end_header\n";
+}
+
+// The values of a Gaussian that are stored relative to its chunk.
+struct Values {
+  glm::vec3 position, log_scale, color;
+};
+
+struct Bounds {
+  glm::vec3 low{std::numeric_limits<float>::infinity()};
+  glm::vec3 high{-std::numeric_limits<float>::infinity()};
+
+  void include(const glm::vec3& value) {
+    low = glm::min(low, value);
+    high = glm::max(high, value);
+  }
+  // 0..1 within the bounds.
+  glm::dvec3 relative(const glm::vec3& value) const {
+    const glm::dvec3 size = glm::dvec3(high) - glm::dvec3(low);
+    glm::dvec3 t(0);
+    for (int i = 0; i < 3; ++i) {
+      if (size[i] > 0)
+        t[i] = (static_cast<double>(value[i]) - static_cast<double>(low[i])) / size[i];
+    }
+    return t;
+  }
+};
+
+struct ChunkBounds {
+  Bounds position, log_scale, color;
+};
+
+Values values_of(const GaussianCloud& cloud, std::size_t i) {
+  const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
+  return {cloud.positions[i],
+          glm::clamp(cloud.log_scales[i], glm::vec3(-kMaxLogScale), glm::vec3(kMaxLogScale)),
+          glm::vec3(0.5 + kSh0 * glm::dvec3(cloud.sh[i * coefficients]))};
+}
+
+std::uint32_t pack_11_10_11(const glm::dvec3& t) {
+  return round_to_integer(t.x * 2047, 2047) << 21 | round_to_integer(t.y * 1023, 1023) << 11 |
+         round_to_integer(t.z * 2047, 2047);
+}
+
+std::uint32_t pack_rotation(const glm::quat& q) {
+  const SmallestThree three = drop_largest({q.w, q.x, q.y, q.z});
+  std::uint32_t packed = three.dropped;
+  for (const double value : three.others) {
+    packed = packed << 10 | round_to_integer((value * std::sqrt(0.5) + 0.5) * 1023, 1023);
+  }
+  return packed;
+}
+
+std::uint32_t pack_color(const glm::dvec3& t, float opacity_logit) {
+  return round_to_integer(t.x * 255, 255) << 24 | round_to_integer(t.y * 255, 255) << 16 |
+         round_to_integer(t.z * 255, 255) << 8 |
+         round_to_integer(opacity_of_logit(opacity_logit) * 255, 255);
+}
+
+// 256 steps over -4..4; readers use the middle of a step.
+std::uint8_t pack_sh(float value) {
+  return static_cast<std::uint8_t>(
+      std::clamp((static_cast<double>(value) / 8 + 0.5) * 256, 0.0, 255.0));
+}
+
+template <class T>
+void put(std::ostream& file, const std::vector<T>& values) {
+  file.write(reinterpret_cast<const char*>(values.data()),
+             static_cast<std::streamsize>(values.size() * sizeof(T)));
+}
+
+}  // namespace
+
+void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+                          ThreadPool&, const Progress& progress) {
+  const auto order = morton_order(cloud);
+  const std::size_t chunk_count = (cloud.size() + kChunkGaussians - 1) / kChunkGaussians;
+  const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
+  std::vector<ChunkBounds> chunks(chunk_count);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Values values = values_of(cloud, order[i]);
+    ChunkBounds& chunk = chunks[i / kChunkGaussians];
+    chunk.position.include(values.position);
+    chunk.log_scale.include(values.log_scale);
+    chunk.color.include(values.color);
+  }
+  progress.update(0.3f);
+
+  std::vector<std::uint32_t> rows;
+  std::vector<std::uint8_t> sh;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Values values = values_of(cloud, order[i]);
+    const ChunkBounds& chunk = chunks[i / kChunkGaussians];
+    rows.insert(rows.end(),
+                {pack_11_10_11(chunk.position.relative(values.position)),
+                 pack_rotation(cloud.rotations[order[i]]),
+                 pack_11_10_11(chunk.log_scale.relative(values.log_scale)),
+                 pack_color(chunk.color.relative(values.color), cloud.opacity_logits[order[i]])});
+    const glm::vec3* const coefficients = &cloud.sh[order[i] * (rest + 1)];
+    for (int channel = 0; channel < 3; ++channel) {
+      for (std::size_t k = 1; k <= rest; ++k) sh.push_back(pack_sh(coefficients[k][channel]));
+    }
+  }
+  progress.update(0.6f);
+
+  write_file(path, [&](std::ostream& file) {
+    const std::string header = header_of(cloud, chunk_count, rest);
+    file.write(header.data(), static_cast<std::streamsize>(header.size()));
+    std::vector<glm::vec3> bounds;
+    for (const ChunkBounds& chunk : chunks) {
+      for (const Bounds* b : {&chunk.position, &chunk.log_scale, &chunk.color}) {
+        bounds.insert(bounds.end(), {b->low, b->high});
+      }
+    }
+    put(file, bounds);
+    put(file, rows);
+    put(file, sh);
+  });
+  progress.update(1);
+}
+
+}  // namespace qs

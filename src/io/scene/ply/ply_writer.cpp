@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/ply/ply_writer.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <ostream>
+#include <string>
+
+#include "io/bytes/replace_file.h"
+#include "raster/base/fail.h"
+#include "raster/base/parallel.h"
+
+namespace qs {
+namespace {
+
+// Values of a row besides f_rest.
+constexpr std::size_t kFixedValues = 17;
+
+std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
+  std::string names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2";
+  for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);
+  names += " opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ";
+
+  // INRIA's viewer expects the element in the third line, so comments come after it.
+  std::string header =
+      fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.size());
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = names.find(' ', begin);
+    header += "property float " + names.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
+  return header + "end_header\n";
+}
+
+void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float* row) {
+  const auto put = [&row](const glm::vec3& v) {
+    row[0] = v.x;
+    row[1] = v.y;
+    row[2] = v.z;
+    row += 3;
+  };
+  const glm::vec3* const sh = &cloud.sh[i * (rest + 1)];
+  put(cloud.positions[i]);
+  put(glm::vec3(0));  // the normal
+  put(sh[0]);
+  for (int channel = 0; channel < 3; ++channel) {
+    for (std::size_t k = 1; k <= rest; ++k) *row++ = sh[k][channel];
+  }
+  *row++ = cloud.opacity_logits[i];
+  put(cloud.log_scales[i]);
+  const glm::quat& q = cloud.rotations[i];
+  for (const float value : {q.w, q.x, q.y, q.z}) *row++ = value;
+}
+
+void write_rows(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+                std::ostream& file) {
+  constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
+  constexpr std::size_t kRowsPerChunk = 1 << 10;
+  const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
+  const std::size_t values = kFixedValues + 3 * rest;
+  const std::string header = header_of(cloud, rest);
+  file.write(header.data(), static_cast<std::streamsize>(header.size()));
+
+  Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
+  for (std::size_t first = 0; first < cloud.size() && file; first += kRowsPerWrite) {
+    progress.update(static_cast<float>(first) / static_cast<float>(cloud.size()));
+    const std::size_t rows = std::min(kRowsPerWrite, cloud.size() - first);
+    pool.for_chunks(rows, kRowsPerChunk, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t i = begin; i < end; ++i) {
+        fill_row(cloud, first + i, rest, &buffer[i * values]);
+      }
+    });
+    file.write(reinterpret_cast<const char*>(buffer.data()),
+               static_cast<std::streamsize>(rows * values * sizeof(float)));
+  }
+  progress.update(1);
+}
+
+}  // namespace
+
+void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
+               const Progress& progress) {
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, pool, progress, file); });
+}
+
+}  // namespace qs

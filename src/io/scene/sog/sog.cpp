@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/sog/sog.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/bytes/json_entry.h"
+#include "io/bytes/json_text.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/cloud/cloud_parts.h"
+#include "io/cloud/fill_cloud.h"
+#include "io/scene/sog/sog_decoder.h"
+
+namespace qs {
+namespace {
+
+using json = nlohmann::json;
+
+constexpr const char* kMetaFile = "meta.json";
+constexpr std::uint64_t kMaxMetaBytes = 4u << 20, kMaxTreeBytes = 64u << 20;
+
+std::string_view text_of(std::span<const std::byte> content) {
+  return {reinterpret_cast<const char*>(content.data()), content.size()};
+}
+
+// Consecutive Gaussians of one decoder.
+struct Part {
+  SogDecoder* decoder;
+  std::uint64_t offset, count;
+};
+
+void fill_from(const std::vector<Part>& parts, Scene& scene, ThreadPool& pool,
+               const Progress& progress) {
+  CloudParts cloud_parts;
+  int degree = 0;
+  for (const Part& part : parts) {
+    cloud_parts.add(part.count);
+    degree = std::max(degree, part.decoder->sh_degree());
+  }
+  scene.cloud = make_cloud(cloud_parts.count(), degree);
+  fill_cloud(scene, pool, progress, 0.5f, [&](std::size_t begin, std::size_t end) {
+    cloud_parts.for_range(
+        begin, end, [&](std::size_t at, std::uint64_t offset, std::size_t from, std::size_t to) {
+          const Part& part = parts[at];
+          const std::uint64_t first = part.offset + offset;
+          for (std::size_t i = from; i < to; ++i)
+            part.decoder->fill(first + (i - from), scene.cloud, i);
+        });
+  });
+}
+
+void add_warnings(const SogDecoder& decoder, Scene& scene) {
+  if (decoder.unrotated() > 0) warn_of_missing_rotations(scene, decoder.unrotated());
+  if (decoder.unlabelled() > 0) {
+    scene.warnings.push_back(
+        fmt::format("{} Gaussians have only their base colour: their spherical harmonics are not "
+                    "in the palette.",
+                    decoder.unlabelled()));
+  }
+}
+
+bool looks_like_json(std::string_view text) {
+  const std::size_t start = text.find_first_not_of(" \t\r\n");
+  return start != std::string_view::npos && text[start] == '{';
+}
+
+// The part of the finest level that a leaf refers to.
+struct Leaf {
+  std::uint64_t file, offset, count;
+};
+
+class Tree {
+ public:
+  Tree(std::string_view text, const std::string& source)
+      : source_(source), root_(parse_json(text, source)) {
+    const JsonEntry entry{object(root_), source_};
+    const json& names = entry.get("filenames");
+    if (!names.is_array()) fail("{}: filenames is not a list", source_);
+    for (const json& name : names) {
+      if (!name.is_string()) fail("{}: filenames has something else than names", source_);
+      files.push_back(name.get<std::string>());
+    }
+    if (entry.has("environment")) environment = entry.text("environment");
+    visit(entry.get("tree"));
+  }
+
+  std::vector<std::string> files;
+  std::string environment;
+  std::vector<Leaf> leaves;
+
+ private:
+  const json& object(const json& value) const {
+    if (!value.is_object()) fail("{}: not a tree of levels of detail", source_);
+    return value;
+  }
+
+  std::uint64_t number(const json& level, const char* key) const {
+    const double value = JsonEntry{level, source_}.number(level.value(key, json()), key);
+    if (!(value >= 0 && value <= 1e12 && value == std::floor(value))) {
+      fail("{}: {} is {}, but must be a whole number from 0 up", source_, key, value);
+    }
+    return static_cast<std::uint64_t>(value);
+  }
+
+  // parse_json() limits the depth.
+  void visit(const json& node) {
+    const JsonEntry entry{object(node), source_};
+    if (entry.has("children")) {
+      if (!node["children"].is_array()) fail("{}: children is not a list", source_);
+      for (const json& child : node["children"]) visit(child);
+    }
+    if (!entry.has("lods")) return;
+    const json& levels = object(node["lods"]);
+    if (levels.empty()) return;
+    // Keys are sorted; the first one is the finest level, usually 0.
+    const json& finest = object(levels.begin().value());
+    leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
+    if (leaves.back().file >= files.size())
+      fail("{}: file {} is not in the list of files", source_, leaves.back().file);
+  }
+
+  const std::string& source_;
+  json root_;
+};
+
+// Opens each SOG scene of a tree once, when it is first needed.
+class SceneFiles {
+ public:
+  SceneFiles(FileSource& files, const std::string& source, ThreadPool& pool)
+      : files_(files), source_(source), pool_(pool) {}
+
+  SogDecoder& open(const std::string& stored_name) {
+    const std::string name = checked_file_name(stored_name, source_);
+    std::unique_ptr<SogDecoder>& decoder = decoders_[name];
+    if (decoder) return *decoder;
+    const auto meta = files_.read(name, kMaxMetaBytes);
+    const std::size_t slash = name.rfind('/');
+    const std::string folder = slash == std::string::npos ? "" : name.substr(0, slash + 1);
+    decoder =
+        std::make_unique<SogDecoder>(text_of(meta), source_ + ": " + name, files_, folder, pool_);
+    bytes_ += meta.size() + decoder->picture_bytes();
+    return *decoder;
+  }
+
+  std::uint64_t bytes() const { return bytes_; }
+  const auto& decoders() const { return decoders_; }
+
+ private:
+  FileSource& files_;
+  const std::string& source_;
+  ThreadPool& pool_;
+  std::map<std::string, std::unique_ptr<SogDecoder>> decoders_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
+
+bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+  if (is_zip(content)) return true;
+  const std::string_view text = text_of(content).substr(0, kMaxMetaBytes);
+  return looks_like_json(text) && text.find("\"means\"") != text.npos &&
+         text.find("\"quats\"") != text.npos;
+}
+
+void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  const bool zipped = is_zip(content);
+  const auto files = zipped ? files_in_zip(content, path, kMetaFile) : files_beside(path);
+  Array<std::byte> unpacked;
+  if (zipped) {
+    unpacked = files->read(kMetaFile, kMaxMetaBytes);
+    content = unpacked;
+  }
+  const std::string source = zipped ? path.string() + ": " + kMetaFile : path.string();
+  if (content.size() > kMaxMetaBytes) fail("{}: too long for a SOG scene's description", source);
+  SogDecoder decoder(text_of(content), source, *files, "", pool);
+  options.progress.update(0.5f);
+  if (files->is_folder()) scene.file_bytes += decoder.picture_bytes();
+  scene.format = fmt::format("sog, version {}{}", decoder.version(), zipped ? "" : ", folder");
+  fill_from({{&decoder, 0, decoder.count()}}, scene, pool, options.progress);
+  add_warnings(decoder, scene);
+}
+
+bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path&) {
+  const std::string_view text = text_of(content).substr(0, kMaxTreeBytes);
+  return looks_like_json(text) && text.find("\"filenames\"") != text.npos &&
+         text.find("\"tree\"") != text.npos && text.find("\"lods\"") != text.npos;
+}
+
+void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,
+                       ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  const std::string source = path.string();
+  if (content.size() > kMaxTreeBytes) fail("{}: too long for a tree of scenes", source);
+  const Tree tree(text_of(content), source);
+  const auto files = files_beside(path);
+  SceneFiles scenes(*files, source, pool);
+  std::vector<Part> parts;
+  std::map<SogDecoder*, std::uint64_t> used;
+  const auto add = [&](SogDecoder& decoder, std::uint64_t offset, std::uint64_t count) {
+    if (offset > decoder.count() || count > decoder.count() - offset) {
+      fail("{}: a leaf names Gaussians {} to {} of a file with {}", source, offset, offset + count,
+           decoder.count());
+    }
+    if ((used[&decoder] += count) > decoder.count()) {
+      fail("{}: its leaves name more Gaussians than their files have", source);
+    }
+    if (count > 0) parts.push_back({&decoder, offset, count});
+  };
+  for (std::size_t i = 0; i < tree.leaves.size(); ++i) {
+    const Leaf& leaf = tree.leaves[i];
+    add(scenes.open(tree.files[leaf.file]), leaf.offset, leaf.count);
+    options.progress.update(0.5f * static_cast<float>(i + 1) /
+                            static_cast<float>(tree.leaves.size()));
+  }
+  if (!tree.environment.empty()) {
+    SogDecoder& decoder = scenes.open(tree.environment);
+    add(decoder, 0, decoder.count());
+  }
+  if (parts.empty()) fail("{}: holds no Gaussians", source);
+  scene.file_bytes += scenes.bytes();
+  scene.format = "streamed sog, finest level";
+  fill_from(parts, scene, pool, options.progress);
+  for (const auto& [name, decoder] : scenes.decoders()) add_warnings(*decoder, scene);
+}
+
+}  // namespace qs

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "io/scene/spz/spz.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <glm/gtc/packing.hpp>
+
+#include "io/bytes/byte_cursor.h"
+#include "io/bytes/inflate.h"
+#include "io/cloud/axes.h"
+#include "io/cloud/cloud_memory.h"
+#include "io/cloud/fill_cloud.h"
+#include "io/cloud/quantised.h"
+#include "io/cloud/sample.h"
+#include "io/scene/ply/ply.h"
+#include "io/scene/spz/spz_container.h"
+
+namespace qs {
+namespace {
+
+// Index in kAxes of the frame in the extension records. A record is a type, a length and that many
+// bytes; unknown ones are skipped. Frames above 8 exchange axes, which no known writer does.
+constexpr std::size_t kRub = 3;
+
+std::size_t stored_frame(SpzContent& content) {
+  constexpr std::uint32_t kCoordinateSystem = 0xADBE0003;
+  constexpr std::uint64_t kRecordHeader = 8;
+  if ((content.header.flags & SpzHeader::kExtensions) == 0) return kRub;
+  std::span<const std::byte> rest = content.extensions;
+  bool sound = !rest.empty();
+  while (!rest.empty()) {
+    if (rest.size() < kRecordHeader) {
+      sound = false;
+      break;
+    }
+    const auto type = load<std::uint32_t>(rest.data());
+    const auto length = load<std::uint32_t>(rest.data() + 4);
+    rest = rest.subspan(kRecordHeader);
+    if (length > rest.size()) {
+      sound = false;
+      break;
+    }
+    if (type == kCoordinateSystem && length == 4) {
+      const auto number = load<std::uint32_t>(rest.data());
+      if (number >= 1 && number <= kAxes.size()) return number - 1;
+      content.warnings.push_back(
+          fmt::format("Coordinate system {} is not supported; RUB was assumed.", number));
+      return kRub;
+    }
+    rest = rest.subspan(length);
+  }
+  if (!sound) content.warnings.push_back("The .spz extensions are damaged and were ignored.");
+  return kRub;
+}
+
+// Signed 24-bit little-endian.
+float fixed_point(const std::byte* at, float step) {
+  const auto bits = load<std::uint16_t>(at) | static_cast<std::uint32_t>(at[2]) << 16;
+  return static_cast<float>(static_cast<std::int32_t>(bits << 8) >> 8) * step;
+}
+
+// Versions 1 and 2: x, y, z as bytes, w >= 0.
+glm::quat rotation_of_bytes(const std::byte* at) {
+  const auto component = [&](int i) { return static_cast<double>(at[i]) / 127.5 - 1; };
+  const auto q = restore_largest({component(0), component(1), component(2)}, 3);
+  return make_quat(q[3], q[0], q[1], q[2]);
+}
+
+// Version 3 and later: index of the largest of x, y, z, w, then three times sign and magnitude.
+glm::quat rotation_of_bits(std::uint32_t bits) {
+  const auto component = [&](int shift) {
+    const double magnitude = (bits >> shift & 511) / 511.0 * std::sqrt(0.5);
+    return (bits >> shift & 512) != 0 ? -magnitude : magnitude;
+  };
+  const auto q = restore_largest({component(20), component(10), component(0)}, bits >> 30);
+  return make_quat(q[3], q[0], q[1], q[2]);
+}
+
+// The decoded value of each byte.
+struct ByteTables {
+  std::array<float, 256> logit, dc, log_scale, sh;
+
+  ByteTables() {
+    for (std::size_t i = 0; i < 256; ++i) {
+      const auto byte = static_cast<double>(i);
+      logit[i] = logit_of_byte(static_cast<std::uint8_t>(i));
+      dc[i] = static_cast<float>((byte / 255 - 0.5) / 0.15);
+      log_scale[i] = static_cast<float>(byte / 16 - 10);
+      sh[i] = static_cast<float>((byte - 128) / 128);
+    }
+  }
+};
+
+class SpzDecoder {
+ public:
+  SpzDecoder(const SpzContent& content, GaussianCloud& cloud)
+      : content_(content),
+        cloud_(cloud),
+        row_bytes_(spz_row_bytes(content.header)),
+        step_(std::ldexp(1.0f, -content.header.fractional_bits)) {}
+
+  /// Decodes Gaussian `i` of the file. `k`: its index in the cloud.
+  void fill(std::size_t i, std::size_t k) const {
+    cloud_.positions[k] = position(row(kSpzPositions, i));
+    cloud_.opacity_logits[k] = tables_.logit[byte(row(kSpzAlphas, i), 0)];
+    cloud_.log_scales[k] = triple(tables_.log_scale, row(kSpzScales, i));
+    const std::byte* const rotation = row(kSpzRotations, i);
+    cloud_.rotations[k] = content_.header.version <= 2
+                              ? rotation_of_bytes(rotation)
+                              : rotation_of_bits(load<std::uint32_t>(rotation));
+    const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud_.sh_degree));
+    glm::vec3* const sh = &cloud_.sh[k * coefficients];
+    sh[0] = triple(tables_.dc, row(kSpzColors, i));
+    const std::byte* const rest = row(kSpzSh, i);
+    for (std::size_t c = 1; c < coefficients; ++c) sh[c] = triple(tables_.sh, rest + 3 * (c - 1));
+  }
+
+ private:
+  const std::byte* row(SpzBlock block, std::size_t i) const {
+    return content_.blocks[block].data() + i * row_bytes_[block];
+  }
+  static std::size_t byte(const std::byte* at, std::size_t i) {
+    return static_cast<std::size_t>(at[i]);
+  }
+  static glm::vec3 triple(const std::array<float, 256>& table, const std::byte* at) {
+    return {table[byte(at, 0)], table[byte(at, 1)], table[byte(at, 2)]};
+  }
+  glm::vec3 position(const std::byte* at) const {
+    if (content_.header.version == 1) {
+      return {glm::unpackHalf1x16(load<std::uint16_t>(at)),
+              glm::unpackHalf1x16(load<std::uint16_t>(at + 2)),
+              glm::unpackHalf1x16(load<std::uint16_t>(at + 4))};
+    }
+    return {fixed_point(at, step_), fixed_point(at + 3, step_), fixed_point(at + 6, step_)};
+  }
+
+  const SpzContent& content_;
+  GaussianCloud& cloud_;
+  std::array<std::uint64_t, kSpzBlocks> row_bytes_;
+  float step_;  // world units
+  ByteTables tables_;
+};
+
+void describe(const SpzHeader& header, std::size_t frame, Scene& scene) {
+  scene.axes = kAxes[frame];
+  scene.format = fmt::format("spz, version {}", header.version);
+  scene.cloud.antialiased = (header.flags & SpzHeader::kAntialiased) != 0;
+}
+
+// Of content without SH so far.
+SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool& pool,
+                      const Sampling& sampling) {
+  SceneSample sample;
+  sample.of = content.header.count;
+  sample.step = sample_step(sample.of, sampling.most);
+  sample.scene.path = scene.path;
+  sample.scene.file_bytes = scene.file_bytes;
+  sample.scene.cloud.resize((sample.of + sample.step - 1) / sample.step, 0);
+  describe(content.header, kRub, sample.scene);
+  const SpzDecoder decoder(content, sample.scene.cloud);
+  fill_cloud(sample.scene, pool, {}, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) decoder.fill(k * sample.step, k);
+    flip_axes(sample.scene.cloud, begin, end, signs_to_rdf(kRub));
+  });
+  sample.scene.warnings.clear();
+  return sample;
+}
+
+}  // namespace
+
+// Damaged gzip data is recognised by the extension, so that the reader's message says what is
+// wrong.
+bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path) {
+  return is_spz(content) || (is_gzip(content) && path.extension() == ".spz");
+}
+
+void read_spz(std::span<const std::byte> content, const std::filesystem::path& path,
+              ThreadPool& pool, const ReadOptions& options, Scene& scene) {
+  constexpr float kUnpacked = 0.5f;  // of the progress
+  const auto take_sample = [&](const SpzContent& base) {
+    // Extensions, which may declare other axes, come last.
+    const bool is_sound = (base.header.flags & SpzHeader::kExtensions) == 0;
+    if (!is_sound || !is_sampled(base.header.count, options.sampling)) return;
+    try {
+      options.sampling.take(sample_of(base, scene, pool, options.sampling));
+    } catch (const Error&) {  // none of the sample can be drawn; the others may be
+    }
+  };
+  SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked, take_sample);
+  const std::size_t frame = stored_frame(spz);
+  const AxisSigns signs = signs_to_rdf(frame);
+  scene.warnings = std::move(spz.warnings);
+
+  const int stored_rest = sh_coefficient_count(spz.header.sh_degree) - 1;
+  scene.cloud = make_cloud(spz.header.count, kept_sh_degree(stored_rest, scene));
+  describe(spz.header, frame, scene);
+
+  const SpzDecoder decoder(spz, scene.cloud);
+  fill_cloud(scene, pool, options.progress, kUnpacked, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) decoder.fill(i, i);
+    flip_axes(scene.cloud, begin, end, signs);
+  });
+}
+
+}  // namespace qs

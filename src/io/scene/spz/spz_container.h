@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Unpacks an .spz file into its uncompressed blocks. The header's claims are checked against each
+// other and against the file's size before anything is allocated, and no more is decompressed than
+// they imply.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "raster/base/parallel.h"
+#include "raster/base/progress.h"
+#include "raster/scene/gaussian_cloud.h"
+
+namespace qs {
+
+inline constexpr std::uint32_t kSpzMagic = 0x5053474e;  ///< "NGSP"
+
+struct SpzHeader {
+  std::uint32_t version = 0;         ///< 1..4
+  std::uint32_t count = 0;           ///< of Gaussians
+  std::uint8_t sh_degree = 0;        ///< 0..4
+  std::uint8_t fractional_bits = 0;  ///< of positions, 0..24; version 1 has floats instead
+  std::uint8_t flags = 0;
+
+  static constexpr std::uint8_t kAntialiased = 0x1, kExtensions = 0x2, kLodTree = 0x80;
+};
+
+enum SpzBlock {
+  kSpzPositions,
+  kSpzAlphas,
+  kSpzColors,
+  kSpzScales,
+  kSpzRotations,
+  kSpzSh,
+  kSpzBlocks
+};
+
+/// Bytes per Gaussian in each block.
+std::array<std::uint64_t, kSpzBlocks> spz_row_bytes(const SpzHeader& header);
+
+struct SpzContent {
+  SpzHeader header;
+  Array<std::byte> bytes;                                     ///< all blocks
+  std::array<std::span<const std::byte>, kSpzBlocks> blocks;  ///< into `bytes`
+  Array<std::byte> extensions;                                ///< records, see spz.cpp
+  std::vector<std::string> warnings;
+};
+
+/// True for the plain container of version 4 and for gzip data that begins with the .spz magic.
+bool is_spz(std::span<const std::byte> content);
+
+/// Reports progress from 0 to `end`. Data in gzip is unpacked in the order of its blocks:
+/// `base_is_there` is called once all but the last one, kSpzSh, are unpacked. Throws Error(input),
+/// Cancelled.
+SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
+                      ThreadPool& pool, const Progress& progress, float end,
+                      const std::function<void(const SpzContent& content)>& base_is_there);
+
+}  // namespace qs

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include <array>
+#include <cassert>
+#include <optional>
+
+#include "raster/cuda/classic/classic.cuh"
+#include "raster/cuda/fast/pipeline.cuh"
+#include "raster/cuda/gl_target.cuh"
+#include "raster/cuda/gpu_info.h"
+#include "raster/cuda/stream.cuh"
+#include "raster/make/cuda_renderer.h"
+
+namespace qs {
+namespace cuda {
+namespace {
+
+class CudaRenderer final : public Renderer {
+ public:
+  CudaRenderer(ThreadPool& pool, int device)
+      : pool_(pool), device_(device), stream_(device, true), gl_target_(device), fast_(device) {}
+
+  ~CudaRenderer() override {
+    cudaSetDevice(device_);
+    cudaStreamSynchronize(stream_);  // a cancelled frame may still run
+  }
+
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
+    select_device();
+    scene_ = std::make_shared<const GaussianCloud>();
+    clouds_ = {};
+    upload_in(Order::space, *cloud, progress);
+    scene_ = std::move(cloud);
+  }
+
+  const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
+                      const Target& target, std::stop_token stop) override {
+    assert(settings.mode >= 0 && settings.mode <= kModeCount);
+    assert(camera.width > 0 && camera.height > 0);
+    if (settings.mode == kReferenceMode) {
+      throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");
+    }
+    if (settings.tile_px != kTileSize) {
+      throw Error(ErrorKind::device, "cuda: tiles of " + std::to_string(settings.tile_px) +
+                                         " pixels run on the backend cpu only");
+    }
+    select_device();
+    const auto* texture = outputs.color ? std::get_if<GlTexture>(&target) : nullptr;
+    const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
+    const auto frame_of = [&](Order order) {
+      return FrameContext{cloud_in(order, stop), camera, settings, grid, stream_, stop, [&] {
+                            if (texture != nullptr) present(camera);
+                          }};
+    };
+    prepare_result(grid);
+    if (texture != nullptr) gl_target_.map(*texture);
+    try {
+      bool is_drawn = false;
+      if (settings.pipeline == Pipeline::fast && fast::FastPipeline::can_draw(settings, grid)) {
+        const FrameContext frame = frame_of(Order::space);
+        is_drawn = fast_.draw(frame, outputs, pixels_, clock_);
+        if (is_drawn) collect(fast_, frame, outputs, target);
+      }
+      if (!is_drawn) {
+        const FrameContext frame = frame_of(Order::file);
+        classic_.draw(frame, outputs, pixels_, clock_);
+        collect(classic_, frame, outputs, target);
+      }
+      if (texture != nullptr) result_.stats.present_ms = gl_target_.present_ms();
+    } catch (...) {
+      cudaStreamSynchronize(stream_);
+      if (texture != nullptr) gl_target_.unmap();
+      throw;
+    }
+    if (texture != nullptr) gl_target_.unmap();
+    return result_;
+  }
+
+  void prepare_target(const Target& target) override {
+    const auto* texture = std::get_if<GlTexture>(&target);
+    select_device();
+    if (texture == nullptr) {
+      gl_target_.unmap();
+    } else {
+      gl_target_.map(*texture);
+    }
+  }
+
+ private:
+  void select_device() const { check(cudaSetDevice(device_), "cudaSetDevice"); }
+
+  void prepare_result(TileGrid grid) {
+    Image color = std::move(result_.color);  // its memory is used again
+    result_ = {};
+    result_.color = std::move(color);
+    result_.color.channels = 3;
+    result_.grid = grid;
+    result_.stats.gaussians = static_cast<std::uint32_t>(scene_->size());
+  }
+
+  void present(const Camera& camera) {
+    gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
+  }
+
+  /// The scene in one order. It is uploaded when a pipeline first needs it, and stays beside the
+  /// other order if memory is plentiful.
+  const DeviceCloud& cloud_in(Order order, const std::stop_token& stop) {
+    if (!cloud(order).has_value()) {
+      const std::uint64_t bytes = scene_bytes(*scene_, order);
+      if (bytes > DeviceMemory::now().free / 2) clouds_ = {};
+      upload_in(order, *scene_, {{}, stop});
+    }
+    return *cloud(order);
+  }
+
+  std::optional<DeviceCloud>& cloud(Order order) {
+    return clouds_[static_cast<std::size_t>(order)];
+  }
+
+  void upload_in(Order order, const GaussianCloud& scene, const Progress& progress) {
+    DeviceCloud uploaded;
+    cuda::upload(scene, order, pool_, progress, stream_, uploaded);
+    cloud(order) = std::move(uploaded);
+  }
+
+  /// Fills the result from a drawn frame.
+  template <class AnyPipeline>
+  void collect(AnyPipeline& pipeline, const FrameContext& frame, const Outputs& outputs,
+               const Target& target) {
+    pipeline.collect(frame, outputs, pixels_, result_);
+    if (outputs.used) result_.stats.used_pairs = sum_of(result_.used);
+    clock_.read(result_.stats);
+    if (outputs.depth) pipeline.draw_depth(frame, pixels_);
+    collect_maps(frame.camera, outputs, target);
+  }
+
+  /// Waits for the frame and copies the requested maps to the host.
+  void collect_maps(const Camera& camera, const Outputs& outputs, const Target& target) {
+    check(cudaStreamSynchronize(stream_), "frame");
+    const std::size_t pixels = Pixels::count_of(camera);
+    const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);
+    result_.color.width = wanted ? camera.width : 0;
+    result_.color.height = wanted ? camera.height : 0;
+    result_.color.values.resize(wanted ? 3 * pixels : 0);
+    copy_to_host(pixels_.color.data(), result_.color.values.data(), result_.color.values.size(),
+                 stream_);
+    if (outputs.evaluated) result_.evaluated = copied(pixels_.evaluated.data(), pixels, stream_);
+    if (outputs.depth) {
+      const float* map = pixels_.depth.data();
+      for (auto* values : {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
+        *values = copied(map, pixels, stream_);
+        map += pixels;
+      }
+    }
+  }
+
+  ThreadPool& pool_;
+  int device_;
+  Stream stream_;
+  StageClock clock_;
+  std::shared_ptr<const GaussianCloud> scene_ = std::make_shared<const GaussianCloud>();
+  std::array<std::optional<DeviceCloud>, 2> clouds_;  // by order, on the GPU
+  Pixels pixels_;
+  GlTarget gl_target_;
+  classic::ClassicPipeline classic_;
+  fast::FastPipeline fast_;
+  Frame result_;
+};
+
+}  // namespace
+}  // namespace cuda
+
+std::unique_ptr<Renderer> make_cuda_renderer(ThreadPool& pool, int device) {
+  cuda::require_gpu(device);
+  return std::make_unique<cuda::CudaRenderer>(pool, device);
+}
+
+}  // namespace qs

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#include "raster/api/training_model.h"
+
+#include "raster/base/fail.h"
+#include "raster/cpu/train/cpu_model.h"
+#ifdef QUADSPLAT_HAVE_CUDA
+#include "raster/cuda/train/gpu_model.h"
+#endif
+
+namespace qs::train {
+
+std::unique_ptr<TrainingModel> make_training_model(Backend backend, ThreadPool& pool,
+                                                   [[maybe_unused]] int device) {
+  if (backend == Backend::cpu) return std::make_unique<cpu::train::CpuModel>(pool);
+#ifdef QUADSPLAT_HAVE_CUDA
+  return std::make_unique<cuda::train::GpuModel>(device);
+#else
+  fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
+#endif
+}
+
+}  // namespace qs::train

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat eval as users run it, on a generated scene whose photographs are its own renders.
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/command.h"
+#include "app/report/eval_report.h"
+#include "app/session/photographs.h"
+#include "app/support/run_program.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "io/picture/image_file.h"
+#include "io/scene/writer.h"
+#include "raster/api/renderer.h"
+#include "raster/scene/image_metrics.h"
+#include "support/pool.h"
+#include "support/scene_files.h"
+#include "support/scenes.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using nlohmann::json;
+using test::ProgramRun;
+using test::run_quadsplat;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+constexpr int kViews = 9;
+
+class Eval : public testing::Test {
+ protected:
+  // Nine cameras, not in the order of their names, and their renders as exact pictures.
+  void SetUp() override {
+    const GaussianCloud cloud = test::random_cloud(400, 1, 5);
+    test::write_scene(cloud, folder_ / "scene.ply");
+    std::filesystem::create_directories(folder_ / "images");
+    const auto renderer = make_renderer(Backend::cpu, test::pool());
+    renderer->upload(cloud, {});
+    std::vector<Camera> cameras;
+    for (int i = kViews; i-- > 0;) {
+      Camera camera = test::front_camera(60, 40);
+      camera.view_from_world[3].x = 0.05 * i;
+      camera.name = "view" + std::to_string(i);
+      cameras.push_back(camera);
+      Image image = renderer->render(camera).color;
+      clamp_to_unit(image);
+      write_image(image, photograph(i));
+    }
+    test::write_cameras(cameras, folder_ / "cameras.json");
+  }
+
+  std::filesystem::path photograph(int i) const {
+    return folder_ / ("images/view" + std::to_string(i) + ".pfm");
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  ProgramRun eval(std::vector<std::string> options) const {
+    options.insert(options.begin(),
+                   {"eval", path("scene.ply"), "--backend", "cpu", "--images", path("images")});
+    return run_quadsplat(options);
+  }
+
+  // The JSON report of a run that succeeds.
+  json report(std::vector<std::string> options) const {
+    options.insert(options.end(), {"--json", "-"});
+    const ProgramRun run = eval(options);
+    EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+    return parse_json(run.out, "test");
+  }
+
+  static std::vector<std::string> names(const json& report) {
+    std::vector<std::string> result;
+    for (const json& view : report["views"]) result.push_back(view["name"]);
+    return result;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Eval, a_scene_equals_its_own_renders) {
+  const json result = report({"--cull", "quadbox"});
+  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kViews));
+  for (const json& view : result["views"]) {
+    EXPECT_TRUE(view["psnr"].is_null() || view["psnr"] > 100) << view["psnr"];
+    EXPECT_NEAR(view["ssim"].get<double>(), 1, 1e-9);
+  }
+  EXPECT_EQ(result["means"][0]["mode"], "quadbox");
+  EXPECT_EQ(result["means"][0]["views"], kViews);
+  EXPECT_EQ(result["environment"]["backend"], "cpu");
+  EXPECT_EQ(result["scene"]["gaussians"], 400);
+}
+
+TEST_F(Eval, the_table_has_a_line_per_view_and_mode_and_the_means) {
+  const ProgramRun run = eval({"--cull", "quadbox,3dgs", "--csv", path("q.csv")});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 1 + 2 * kViews + 2);
+  EXPECT_THAT(run.out, HasSubstr("mean of 9  quadbox "));
+  EXPECT_THAT(run.out, HasSubstr("mean of 9  3dgs "));
+  std::ifstream file(folder_ / "q.csv");
+  std::string line;
+  std::getline(file, line);
+  EXPECT_THAT(line, EndsWith(",psnr,ssim"));
+  std::getline(file, line);
+  EXPECT_THAT(line, HasSubstr("scene.ply,view0,quadbox,cpu,400,60,40,60,40,inf,1.0"));
+}
+
+TEST_F(Eval, values_are_those_of_the_definitions_at_the_photograph_s_size) {
+  ThreadPool pool(2);
+  std::map<std::string, Image> renders;
+  for (int i = 0; i < kViews; ++i) {
+    Image image = read_image(photograph(i));
+    renders["view" + std::to_string(i)] = image;
+    image = area_average(image, 30, 20, pool);
+    for (float& value : image.values) value = 0.9f * value + 0.05f;
+    write_image(image, photograph(i));
+  }
+  const json result = report({});
+  double sum = 0;
+  for (const json& view : result["views"]) {
+    const std::string name = view["name"];
+    const Image render = area_average(renders[name], 30, 20, pool);
+    const Image truth = read_image(folder_ / ("images/" + name + ".pfm"));
+    EXPECT_NEAR(view["psnr"], psnr(render, truth, pool), 1e-9);
+    EXPECT_NEAR(view["ssim"], ssim(render, truth, pool), 1e-9);
+    EXPECT_EQ(view["compared_width"], 30);
+    sum += view["psnr"].get<double>();
+  }
+  EXPECT_NEAR(result["means"][0]["psnr"], sum / kViews, 1e-9);
+}
+
+TEST_F(Eval, ssim_border_crop_leaves_out_the_pixels_at_the_border) {
+  ThreadPool pool(2);
+  const Image render = read_image(photograph(0));
+  Image truth = render;
+  for (int x = 0; x < truth.width; ++x) truth.at(x, 20, 0) = 1;
+  truth.at(0, 0, 1) += 0.5f;  // counts with zeros only
+  write_image(truth, photograph(0));
+  for (const auto& [name, border] :
+       {std::pair{"zeros", SsimBorder::zeros}, {"crop", SsimBorder::crop}}) {
+    const json result = report({"--ssim-border", name});
+    EXPECT_NEAR(result["views"][0]["ssim"], ssim(render, truth, pool, border), 1e-6) << name;
+  }
+  const ProgramRun run = eval({"--ssim-border", "crop", "--images-scale", "4"});
+  EXPECT_EQ(run.exit_code, kExitUsage);
+  EXPECT_THAT(run.err, HasSubstr("has 15 x 10 pixels, and 11 at least are needed"));
+}
+
+TEST_F(Eval, holdout_takes_every_nth_view_by_name) {
+  EXPECT_THAT(names(report({"--holdout", "8"})), testing::ElementsAre("view0", "view8"));
+  EXPECT_THAT(names(report({"--holdout", "4"})), testing::ElementsAre("view0", "view4", "view8"));
+}
+
+TEST_F(Eval, the_images_scale_divides_the_photograph_s_size) {
+  const json result = report({"--images-scale", "4"});
+  EXPECT_EQ(result["views"][0]["compared_width"], 15);
+  EXPECT_EQ(result["views"][0]["compared_height"], 10);
+  EXPECT_TRUE(result["views"][0]["psnr"].is_null() || result["views"][0]["psnr"] > 100);
+}
+
+TEST_F(Eval, views_without_a_photograph_are_counted_and_left_out) {
+  for (int i = 2; i < kViews; ++i) std::filesystem::remove(photograph(i));
+  const ProgramRun run = eval({});
+  EXPECT_EQ(run.exit_code, kExitOk);
+  EXPECT_THAT(run.err, HasSubstr("7 views without a photograph are left out"));
+  EXPECT_THAT(run.out, HasSubstr("mean of 2"));
+}
+
+TEST_F(Eval, saved_pictures_are_what_was_compared) {
+  ASSERT_EQ(eval({"--holdout", "8", "--cull", "adr,exact", "--save", path("deep/er"),
+                  "--save-format", "pfm"})
+                .exit_code,
+            kExitOk);
+  for (const char* name :
+       {"view_view0_photograph.pfm", "view_view0_adr.pfm", "view_view8_exact.pfm"})
+    ASSERT_TRUE(std::filesystem::exists(folder_ / "deep/er" / name)) << name;
+  EXPECT_EQ(read_image(folder_ / "deep/er/view_view0_photograph.pfm").values,
+            read_image(photograph(0)).values);
+}
+
+TEST_F(Eval, wrong_use_ends_with_one_sentence) {
+  const auto expect_failure = [](const ProgramRun& run, int exit_code, const std::string& part) {
+    EXPECT_EQ(run.exit_code, exit_code) << run.err;
+    EXPECT_EQ(run.out, "");
+    EXPECT_THAT(run.err, HasSubstr(part));
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  };
+  expect_failure(run_quadsplat({"eval", path("scene.ply")}), kExitUsage, "--images is required");
+  expect_failure(eval({"--holdout", "0"}), kExitUsage, "--holdout");
+  expect_failure(eval({"--csv", "-", "--json", "-"}), kExitUsage, "cannot both go to stdout");
+  expect_failure(eval({"--images", path("nowhere")}), kExitInput, "nowhere: not a folder");
+  expect_failure(eval({"--cameras", path("nowhere")}), kExitInput, "nowhere: cannot be read");
+  std::filesystem::create_directories(folder_ / "empty");
+  const ProgramRun none = eval({"--images", path("empty")});
+  expect_failure(none, kExitInput,
+                 path("empty") + ": holds no photograph named like one of the 9 views of");
+  EXPECT_THAT(none.err, HasSubstr(path("cameras.json")));
+  write_image(Image(60, 30, 3), photograph(4));
+  expect_failure(eval({}), kExitInput,
+                 "view4.pfm: 60 x 30 pixels do not have the aspect ratio of its camera");
+  std::filesystem::remove(folder_ / "cameras.json");
+  expect_failure(eval({}), kExitInput, "name their file with --cameras");
+}
+
+TEST(EvalReport, every_number_stands_in_its_column) {
+  EvalReport report;
+  report.environment = {{"backend", "cpu"}};
+  report.scene = {{"file", "a/plush.ply"}, {"gaussians", 400}};
+  Camera camera = test::front_camera(60, 40);
+  camera.name = "left";
+  report.rows = {{camera, "left.png", 30, 20, find_culler("3dgs"), 31.5, 0.75, 0},
+                 {camera, "left.png", 30, 20, find_culler("3dgs"), 32.5, 0.25, 1},
+                 {camera, "left.png", 30, 20, find_culler("adr"), 40, 0.5, 1}};
+  EXPECT_THAT(format_eval_csv(report),
+              EndsWith("\nplush.ply,left,adr,cpu,400,60,40,30,20,40.000000,0.50000000\n"));
+  const std::string table = format_eval_table(report);
+  EXPECT_THAT(table, HasSubstr("\nleft       3dgs             31.50  0.7500\n"));
+  EXPECT_THAT(table, HasSubstr("\nmean of 2  3dgs             32.00  0.5000\n"));
+  EXPECT_THAT(table, EndsWith("\nmean of 1  adr              40.00  0.5000\n"));
+}
+
+TEST(Photographs, are_found_by_name_with_fewer_and_fewer_folders) {
+  const TemporaryFolder folder;
+  for (const char* name : {"left/1.png", "2.JPG", "2.png", "notes.txt", "a.b.ppm"}) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << "x";
+  }
+  std::filesystem::create_symlink("nowhere", folder / "broken.png");
+  const Photographs photographs(folder.path());
+  EXPECT_EQ(photographs.find("left/1"), folder / "left/1.png");
+  EXPECT_EQ(photographs.find("images/left/1"), folder / "left/1.png");
+  EXPECT_EQ(photographs.find("right/1"), std::nullopt);
+  EXPECT_EQ(photographs.find("left/2"), folder / "2.JPG");
+  EXPECT_EQ(photographs.find("a.b"), folder / "a.b.ppm");
+  EXPECT_EQ(photographs.find("notes"), std::nullopt);
+  EXPECT_EQ(photographs.find(""), std::nullopt);
+}
+
+TEST(Photographs, are_rgb_with_the_background_behind_them) {
+  const TemporaryFolder folder;
+  ThreadPool pool(1);
+  Image transparent(2, 1, 4);
+  transparent.values = {1, 0, 0, 1, 1, 1, 1, 0};
+  write_image(transparent, folder / "a.png");
+  EXPECT_EQ(read_photograph(folder / "a.png", {0, 1, 0}, 1, pool).values,
+            (std::vector<float>{1, 0, 0, 0, 1, 0}));
+  Image gray(3, 3, 1);
+  gray.values.assign(9, 1.0f);
+  write_image(gray, folder / "g.pfm");
+  const Image image = read_photograph(folder / "g.pfm", {}, 2, pool);
+  EXPECT_EQ(image.width, 2);
+  EXPECT_NEAR(image.at(1, 1, 2), 1, 1e-6);
+}
+
+}  // namespace
+}  // namespace qs

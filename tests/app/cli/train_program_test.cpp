@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// quadsplat train as users run it, on a synthetic data set.
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/support/run_program.h"
+#include "app/support/training.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+#include "raster/api/renderer.h"
+#include "support/scene_files.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using test::ProgramRun;
+using test::run_quadsplat;
+using testing::HasSubstr;
+
+class TrainProgram : public testing::Test {
+ protected:
+  void SetUp() override {
+    test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), data());
+    test::write_scene(to_cloud(test::perturbed(test::ball_of_gaussians(200, 1), 2), false),
+                      folder_ / "init.ply");
+  }
+  std::filesystem::path data() const { return folder_ / "data"; }
+  std::filesystem::path model(const std::string& name) const { return folder_ / name; }
+
+  ProgramRun train(const std::string& name, std::vector<std::string> more,
+                   const std::function<void(pid_t)>& meanwhile = {}) const {
+    std::vector<std::string> words = {
+        "train", data().string(), "--out-dir", model(name).string(), "--holdout", "4"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_quadsplat(words, meanwhile);
+  }
+  std::vector<std::string> start(int iterations) const {
+    return {"--init", (folder_ / "init.ply").string(), "--iterations", std::to_string(iterations)};
+  }
+  static std::string bytes_of(const std::filesystem::path& path) {
+    return read_text_file(path, 1 << 26);
+  }
+  std::string gaussians(const std::string& name, int iteration) const {
+    return bytes_of(model(name) / "point_cloud" / ("iteration_" + std::to_string(iteration)) /
+                    "point_cloud.ply");
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
+  std::vector<std::string> words = start(60);
+  words.insert(words.end(), {"--eval-every", "30", "--keep-best"});
+  const ProgramRun run = train("model", words);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("iteration 30: PSNR "));
+  EXPECT_THAT(run.out, HasSubstr(" on 3 test views, 200 Gaussians, "));
+  EXPECT_THAT(run.out, HasSubstr("point_cloud/iteration_60/point_cloud.ply: 200 Gaussians"));
+  const auto best = parse_json(bytes_of(model("model") / "train.json"), "test")["result"];
+  EXPECT_THAT(run.out, HasSubstr("best on the test views: iteration " +
+                                 best["best_iteration"].dump() + ", "));
+  EXPECT_FALSE(gaussians("model", best["best_iteration"].get<int>()).empty());
+  EXPECT_EQ(read_cameras(model("model")).size(), 12u);
+  EXPECT_THAT(bytes_of(model("model") / "cfg_args"), HasSubstr("white_background=False"));
+  EXPECT_THAT(bytes_of(model("model") / "train.csv"),
+              testing::StartsWith("iteration,seconds,loss,gaussians,test_psnr,test_ssim\n30,"));
+  const std::string page = bytes_of(model("model") / "train.html");
+  EXPECT_THAT(page, HasSubstr("Training of model"));
+  EXPECT_THAT(page, HasSubstr(">60</td>"));
+  EXPECT_THAT(bytes_of(model("model") / "plots/loss.gp"), HasSubstr("$rows << END\n30 "));
+  const auto json = parse_json(bytes_of(model("model") / "train.json"), "test");
+  EXPECT_EQ(json["settings"]["strategy"], "adc");
+  EXPECT_EQ(json["result"]["iteration"], 60);
+  double seconds = 0;
+  for (const auto& stage : json["result"]["stage_seconds"]) seconds += stage.get<double>();
+  EXPECT_NEAR(seconds, json["result"]["seconds"].get<double>(), 1e-9);
+
+  const ProgramRun eval =
+      run_quadsplat({"eval", model("model").string(), "--images", (data() / "images").string(),
+                     "--holdout", "4", "--backend", "cpu", "--json", "-"});
+  ASSERT_EQ(eval.exit_code, 0) << eval.err;
+  const auto measured = parse_json(eval.out, "test");
+  EXPECT_NEAR(measured["means"][0]["psnr"].get<double>(), json["result"]["test_psnr"].get<double>(),
+              0.01);
+}
+
+TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
+  std::vector<std::string> words = start(10'000'000);
+  words.insert(words.end(), {"--threads", "2", "--eval-every", "100"});
+  const ProgramRun stopped = train("parts", words, [&](pid_t process) {
+    // The model folder appears when training begins.
+    while (!std::filesystem::exists(model("parts") / "input.ply"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    kill(process, SIGINT);
+  });
+  EXPECT_EQ(stopped.exit_code, 1);
+  EXPECT_THAT(stopped.out, HasSubstr("interrupted; to continue: quadsplat train " +
+                                     data().string() + " --out-dir "));
+  EXPECT_THAT(stopped.out, HasSubstr(" --resume\n"));
+  const auto json = parse_json(bytes_of(model("parts") / "train.json"), "test");
+  // Gaussians are added at 600.
+  const int iterations = std::max(700, json["result"]["iteration"].get<int>() + 50);
+  words = start(iterations);
+  ASSERT_EQ(train("whole", words).exit_code, 0);
+  words.emplace_back("--resume");
+  const ProgramRun rest = train("parts", words);
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_EQ(gaussians("parts", iterations), gaussians("whole", iterations));
+}
+
+TEST_F(TrainProgram, resume_refuses_other_settings_data_and_damage) {
+  EXPECT_THAT(train("none", {"--resume"}).err, HasSubstr("none/checkpoint"));
+  ASSERT_EQ(train("model", start(5)).exit_code, 0);
+  EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--seed", "1"}).err,
+              HasSubstr("the run was started with other settings: seed"));
+  EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--resolution-scale", "2"}).err,
+              HasSubstr("the run was started with other photographs, sizes or cameras"));
+  const auto path = model("model") / "checkpoint";
+  std::string bytes = bytes_of(path);
+  bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] + 1);
+  std::ofstream(path, std::ios::binary) << bytes;
+  EXPECT_THAT(train("model", {"--iterations", "6", "--resume"}).err,
+              HasSubstr("checkpoint: is damaged: its hash does not match"));
+  for (const std::size_t size : {0u, 5u, 12u, 200u, 5000u}) {
+    std::ofstream(path, std::ios::binary) << bytes.substr(0, size);
+    const ProgramRun run = train("model", {"--iterations", "6", "--resume"});
+    EXPECT_EQ(run.exit_code, 2) << size;
+    EXPECT_THAT(run.err, HasSubstr("model/checkpoint: "));
+  }
+}
+
+TEST_F(TrainProgram, says_which_backend_trains_and_that_it_can_continue_on_another) {
+  std::vector<std::string> words = start(2);
+  words.insert(words.end(), {"--backend", "cpu"});
+  EXPECT_THAT(train("model", words).out, HasSubstr("training on cpu\n"));
+  words = start(3);
+  words.insert(words.end(), {"--resume", "--backend"});
+  for (const char* backend : {"auto", "cuda"}) {
+    words.emplace_back(backend);
+    const ProgramRun run = train("model", words);
+    words.pop_back();
+    if (std::string(backend) == "auto" || available_backends().front() == Backend::cuda) {
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      const std::string name = kBackendNames[static_cast<int>(available_backends().front())];
+      EXPECT_THAT(run.out, HasSubstr("training on " + name));
+    } else {
+      EXPECT_EQ(run.exit_code, 3);
+      EXPECT_THAT(run.err, HasSubstr("backend cuda: " + gpu_report().problem));
+    }
+  }
+}
+
+TEST_F(TrainProgram, starts_from_random_points_where_the_data_set_has_none) {
+  const ProgramRun run =
+      train("model", {"--iterations", "3", "--random-points", "500", "--strategy", "mcmc", "--cull",
+                      "3dgs", "--antialiased", "--background", "random"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(test::read_scene(model("model")).cloud.size(), 500u);
+  EXPECT_TRUE(test::read_scene(model("model")).cloud.antialiased);
+}
+
+}  // namespace
+}  // namespace qs

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+// Training on synthetic views: it finds the scene again, and repeats itself to the bit.
+#include <functional>
+#include <memory>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/support/training.h"
+#include "app/train/checkpoint.h"
+#include "app/train/run.h"
+#include "app/train/trainer.h"
+#include "raster/base/fail.h"
+#include "support/error_of.h"
+#include "support/pool.h"
+#include "support/temporary_folder.h"
+
+namespace qs::train {
+namespace {
+
+using test::expect_same;
+
+constexpr std::size_t kGaussians = 200;
+constexpr int kViews = 16;  // 12 for training
+
+const DataSet& synthetic() {
+  static const DataSet data = test::data_set_of(test::ball_of_gaussians(kGaussians, 1), kViews);
+  return data;
+}
+
+/// A run whose iteration `last` is over.
+Trainer perturbed_trainer(const TrainSettings& settings, int threads = 0, int last = 0) {
+  ModelState model =
+      ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+  model.iteration = last;
+  return test::trainer_on(Backend::cpu, settings, synthetic(), std::move(model), threads);
+}
+
+TrainSettings flat_colours() {
+  TrainSettings settings;
+  settings.sh_degree = 0;
+  return settings;
+}
+
+TEST(TrainFit, perturbed_gaussians_return_to_35_db_on_views_that_they_were_not_fitted_to) {
+  ASSERT_EQ(synthetic().training.size(), 12u);
+  TrainSettings settings = flat_colours();
+  settings.max_gaussians = kGaussians;
+  Trainer trainer = perturbed_trainer(settings);
+  EXPECT_LE(trainer.test_quality()->psnr, 20);
+  while (trainer.iteration() < 1400) trainer.step();
+  EXPECT_LE(trainer.gaussians(), kGaussians);
+  EXPECT_GE(trainer.test_quality()->psnr, 35);
+}
+
+TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
+  const auto masked = [](std::uint8_t hidden) {
+    DataSet data = synthetic();
+    for (auto* views : {&data.training, &data.test}) {
+      for (PhotographView& view : *views) {
+        view.mask.assign(view.rgb.size() / 3, 1);
+        for (std::size_t i = 0; i < view.mask.size(); i += 1 + i % 5) {
+          view.mask[i] = 0;
+          std::fill_n(&view.rgb[3 * i], 3, hidden);
+        }
+      }
+    }
+    return data;
+  };
+  const DataSet dark = masked(0), bright = masked(255);
+  const auto start = [] {
+    return ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+  };
+  Trainer a = test::trainer_on(Backend::cpu, flat_colours(), dark, start());
+  Trainer b = test::trainer_on(Backend::cpu, flat_colours(), bright, start());
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(a.step().loss.total, b.step().loss.total);
+  expect_same(a.model(), b.model());
+  EXPECT_EQ(a.test_quality()->psnr, b.test_quality()->psnr);
+  EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
+}
+
+// Passes everything on, but has no memory for one iteration.
+class FailingModel final : public TrainingModel {
+ public:
+  FailingModel(int iteration, std::function<void()> fails)
+      : fails_in_(iteration), fails_(std::move(fails)) {}
+
+  std::string name() const override { return model_->name(); }
+  std::size_t size() const override { return model_->size(); }
+  int iteration() const override { return model_->iteration(); }
+  int changed_before() const override { return model_->changed_before(); }
+  void set_state(ModelState state) override { model_->set_state(std::move(state)); }
+  const ModelState& state() override { return model_->state(); }
+  const Parameters& parameters() override { return model_->parameters(); }
+  const GaussianFacts& facts() override { return model_->facts(); }
+  void apply(const Plan& plan) override { model_->apply(plan); }
+  void forward(const Camera& camera, const RenderSettings& settings,
+               std::stop_token stop) override {
+    if (iteration() + 1 == fails_in_) fails_();
+    model_->forward(camera, settings, std::move(stop));
+  }
+  Image picture() override { return model_->picture(); }
+  void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
+    model_->compare_with(number, photograph);
+  }
+  void backward() override { model_->backward(); }
+  void step(const StepOrder& order) override { model_->step(order); }
+  Loss recent_loss() override { return model_->recent_loss(); }
+  std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
+
+ private:
+  std::unique_ptr<TrainingModel> model_ = make_training_model(Backend::cpu, test::pool());
+  int fails_in_;
+  std::function<void()> fails_;
+};
+
+TEST(TrainRun, a_run_without_memory_is_saved_and_continues_to_the_same_bits) {
+  TrainSettings settings = flat_colours();
+  settings.iterations = 603;
+  settings.strategy = "mcmc";
+  RunOptions options;
+  options.initial = test::perturbed(test::ball_of_gaussians(20, 1), 2);
+  const auto run = [&](const std::filesystem::path& folder, bool resume,
+                       std::unique_ptr<TrainingModel> model) {
+    options.out_dir = folder;
+    options.resume = resume;
+    return run_training(settings, synthetic(), options, std::move(model), test::pool());
+  };
+  const auto usual = [] { return make_training_model(Backend::cpu, test::pool()); };
+  const TemporaryFolder folder;
+  run(folder / "whole", false, usual());
+  const Checkpoint whole = read_checkpoint(folder / "whole" / "checkpoint");
+  EXPECT_EQ(whole.model.size(), 21u) << "it grew before iteration 601";
+
+  // In iteration 601 the set of Gaussians has changed already.
+  const std::function<void()> failures[] = {
+      [] { throw std::bad_alloc(); },
+      [] { throw Error(ErrorKind::device, "cuda: the step's pairs: 9 MiB are needed"); }};
+  for (const int iteration : {40, 601}) {
+    for (const auto& failure : failures) {
+      const auto parts = folder / "parts";
+      EXPECT_THAT(
+          test::error_of(
+              [&] { run(parts, false, std::make_unique<FailingModel>(iteration, failure)); },
+              ErrorKind::device),
+          testing::AllOf(testing::HasSubstr("the run was saved in " + parts.string()),
+                         testing::HasSubstr(fmt::format("iteration {} ", iteration))));
+      EXPECT_EQ(read_checkpoint(parts / "checkpoint").model.iteration, iteration - 1);
+      run(parts, true, usual());
+      expect_same(read_checkpoint(parts / "checkpoint").model, whole.model);
+    }
+  }
+}
+
+class TrainStrategy : public testing::TestWithParam<const char*> {
+ protected:
+  static TrainSettings settings() {
+    TrainSettings settings = flat_colours();
+    settings.strategy = GetParam();
+    settings.max_gaussians = 260;
+    settings.seed = 3;
+    return settings;
+  }
+};
+
+// Over iteration 600, after which Gaussians are added and removed.
+constexpr int kStart = 580;
+
+TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
+  constexpr int kBreak = 601, kEnd = 610;
+  Trainer whole = perturbed_trainer(settings(), 1, kStart);
+  while (whole.iteration() < kEnd) whole.step();
+  EXPECT_NE(whole.gaussians(), kGaussians) << "the set of Gaussians changed";
+
+  Trainer first = perturbed_trainer(settings(), 3, kStart);
+  while (first.iteration() < kBreak) first.step();
+  const TemporaryFolder folder;
+  write_checkpoint({settings(), "data", {}, first.model()}, folder / "checkpoint");
+  Checkpoint read = read_checkpoint(folder / "checkpoint");
+  expect_same(read.model, first.model());
+  Trainer second =
+      test::trainer_on(Backend::cpu, read.settings, synthetic(), std::move(read.model), 2);
+  while (second.iteration() < kEnd) second.step();
+  expect_same(second.model(), whole.model());
+}
+
+TEST_P(TrainStrategy, all_lossless_culling_modes_give_the_same_bits) {
+  constexpr int kEnd = 605;
+  std::optional<ModelState> expected;
+  for (const char* mode : {"adr", "exact"}) {
+    TrainSettings with_mode = settings();
+    with_mode.mode = find_culler(mode);
+    Trainer trainer = perturbed_trainer(with_mode, 0, kStart);
+    while (trainer.iteration() < kEnd) trainer.step();
+    if (!expected) expected = trainer.model();
+    expect_same(trainer.model(), *expected);
+  }
+}
+
+TEST_P(TrainStrategy, another_seed_gives_another_model) {
+  TrainSettings other = settings();
+  other.seed = 4;
+  Trainer a = perturbed_trainer(settings()), b = perturbed_trainer(other);
+  for (int i = 0; i < 5; ++i) a.step(), b.step();
+  EXPECT_NE(a.model().parameters.means, b.model().parameters.means);
+}
+
+INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc"),
+                         [](const auto& row) { return std::string(row.param); });
+
+}  // namespace
+}  // namespace qs::train

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: MIT
+//
+// Crop and clean without a window: what the user wants, what the render thread shows of the scene,
+// the files that are written, and the mathematics of the box's handles.
+#include <fstream>
+
+#include <glm/geometric.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/framing/camera_control.h"
+#include "app/picture/palette.h"
+#include "app/session/removal_text.h"
+#include "app/support/driven_viewer.h"
+#include "app/support/rendering_viewer.h"
+#include "app/viewer/commands/jobs.h"
+#include "app/viewer/render/crop_scene.h"
+#include "raster/kernel/constants.h"
+
+namespace qs {
+namespace {
+
+using test::DrivenScene;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace action;
+
+const CropBox kUnit{{-1, -2, -3}, {1, 2, 3}};
+
+glm::dvec2 pixel_of(const Camera& camera, glm::dvec3 point) {
+  const glm::dvec3 at = camera.view_from_world * glm::dvec4(point, 1);
+  return glm::dvec2(at) / at.z * camera.focal_px + camera.center_px;
+}
+
+// ---- handles -----------------------------------------------------------------------------------
+TEST(CropHandles, are_in_the_middle_of_the_faces) {
+  const CropBox box{{-1, 0, 2}, {3, 4, 8}};
+  EXPECT_EQ(handle_of(box, 0), glm::dvec3(-1, 2, 5));
+  EXPECT_EQ(handle_of(box, 1), glm::dvec3(3, 2, 5));
+  EXPECT_EQ(handle_of(box, 2), glm::dvec3(1, 0, 5));
+  EXPECT_EQ(handle_of(box, 3), glm::dvec3(1, 4, 5));
+  EXPECT_EQ(handle_of(box, 4), glm::dvec3(1, 2, 2));
+  EXPECT_EQ(handle_of(box, 5), glm::dvec3(1, 2, 8));
+}
+
+TEST(CropHandles, a_face_follows_the_cursor_along_its_axis) {
+  const Camera camera = look_at({5, -4, -9}, {0, 0, 0}, {0, -1, 0}, 1, 800, 600);
+  for (int face = 0; face < kBoxFaces; ++face) {
+    for (const double by : {-0.5, 0.0, 0.25, 0.9}) {
+      glm::dvec3 target = handle_of(kUnit, face);
+      target[face / 2] += by;
+      const auto box = dragged(kUnit, face, camera, pixel_of(camera, target));
+      ASSERT_TRUE(box) << face;
+      EXPECT_LT(glm::distance(handle_of(*box, face), target), 1e-5) << face;
+      CropBox restored = *box;
+      (face % 2 == 0 ? restored.low : restored.high)[face / 2] =
+          (face % 2 == 0 ? kUnit.low : kUnit.high)[face / 2];
+      EXPECT_EQ(restored, kUnit) << "the other faces stay";
+    }
+  }
+}
+
+TEST(CropHandles, a_cursor_beside_the_axis_counts_by_its_nearest_place) {
+  const Camera camera = look_at({0, 0, -10}, {0, 0, 0}, {0, -1, 0}, 1, 800, 600);
+  const glm::dvec2 pixel = pixel_of(camera, {0.7, 0.3, 0});
+  const auto by = slide_along(camera, {0, 0, 0}, {1, 0, 0}, pixel);
+  ASSERT_TRUE(by);
+  EXPECT_NEAR(*by, 0.7, 0.7 * 0.01);
+}
+
+TEST(CropHandles, a_face_stops_at_the_opposite_one) {
+  const Camera camera = look_at({5, -4, -9}, {0, 0, 0}, {0, -1, 0}, 1, 800, 600);
+  const auto low = dragged(kUnit, 0, camera, pixel_of(camera, {1.5, 0, 0}));
+  ASSERT_TRUE(low);
+  EXPECT_EQ(low->low.x, 1);
+  const auto high = dragged(kUnit, 1, camera, pixel_of(camera, {-1.5, 0, 0}));
+  ASSERT_TRUE(high);
+  EXPECT_EQ(high->high.x, -1);
+}
+
+TEST(CropHandles, an_axis_along_the_view_and_one_behind_the_camera_are_not_followed) {
+  const Camera camera = look_at({0, 0, -10}, {0, 0, 0}, {0, -1, 0}, 1, 800, 600);
+  EXPECT_FALSE(dragged(kUnit, 4, camera, camera.center_px));
+  EXPECT_FALSE(slide_along(camera, {0, 0, -20}, {1, 0, 0}, camera.center_px));
+}
+
+// ---- what the user wants -----------------------------------------------------------------------
+CropWish boxed(const CropBox& box) {
+  CropWish wish;
+  wish.boxed = true;
+  wish.box = box;
+  return wish;
+}
+
+TEST(Crop, the_first_box_is_around_the_core_and_is_counted_while_the_panel_is_open) {
+  DrivenScene driven(1);
+  driven.press("R");
+  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
+  EXPECT_EQ(crop_text(driven.viewer), "Choose a box, floaters or both.");
+  CropWish wish;
+  wish.boxed = true;
+  driven.apply(change_crop, wish);
+  EXPECT_EQ(driven.viewer.crop.wish.box, (CropBox{glm::vec3(-1.5f), glm::vec3(1.5f)}));
+  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::marked);
+  driven.apply(mark_removed, false);
+  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::counted);
+  driven.press("R");
+  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
+}
+
+TEST(Crop, one_request_is_under_way_and_the_newest_comes_next) {
+  DrivenScene driven(1);
+  driven.press("R");
+  driven.apply(follow_crop);
+  EXPECT_THAT(driven.jobs, IsEmpty());
+  driven.apply(change_crop, boxed(kUnit));
+  driven.apply(follow_crop);
+  driven.apply(follow_crop);
+  driven.apply(change_crop, boxed({{0, 0, 0}, {1, 1, 1}}));
+  driven.apply(follow_crop);
+  EXPECT_THAT(driven.jobs, SizeIs(1));
+  EXPECT_EQ(crop_text(driven.viewer), "counting");
+  driven.apply(crop_shown, CropRequest{boxed(kUnit), CropView::marked}, RemovalCounts{{497, 3}},
+               std::uint64_t{500});
+  EXPECT_EQ(crop_text(driven.viewer), "not counted");
+  driven.apply(follow_crop);
+  EXPECT_THAT(driven.jobs, SizeIs(2));
+  driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{496, 4}}, std::uint64_t{500});
+  driven.apply(follow_crop);
+  EXPECT_THAT(driven.jobs, SizeIs(2));
+  EXPECT_EQ(crop_text(driven.viewer), "4 of 500 Gaussians would go: 4 outside of the box");
+}
+
+TEST(Crop, a_side_that_passes_the_opposite_one_stays_at_it) {
+  DrivenScene driven(1);
+  driven.apply(change_crop, boxed(kUnit));
+  driven.apply(change_crop, boxed({{5, -2, -3}, {1, 2, 3}}));
+  EXPECT_EQ(driven.viewer.crop.wish.box.low.x, 1);
+  EXPECT_EQ(driven.viewer.crop.wish.box.high.x, 1);
+  driven.apply(change_crop, boxed({{1, -2, -3}, {1, 2, -9}}));
+  EXPECT_EQ(driven.viewer.crop.wish.box.high.z, -3);
+}
+
+TEST(Crop, applies_what_leaves_something_and_takes_something) {
+  DrivenScene driven(1);
+  driven.press("Shift+R");
+  EXPECT_FALSE(driven.viewer.crop.applied);
+  EXPECT_TRUE(driven.viewer.panels.crop) << "where a box is chosen";
+  driven.apply(change_crop, boxed(kUnit));
+  driven.apply(follow_crop);
+  const auto answer = [&](std::size_t stay, std::size_t go) {
+    driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{stay, go}},
+                 std::uint64_t{stay + go});
+    driven.press("Shift+R");
+    return driven.viewer.crop.applied;
+  };
+  EXPECT_FALSE(answer(500, 0));
+  EXPECT_EQ(driven.viewer.toasts.back().text, "nothing would go");
+  EXPECT_FALSE(answer(0, 500));
+  EXPECT_TRUE(driven.viewer.toasts.back().error);
+  EXPECT_TRUE(answer(400, 100));
+  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::rest);
+  driven.press("R");
+  EXPECT_EQ(wanted_crop(driven.viewer).view, CropView::rest) << "also with a closed panel";
+  CropWish other = driven.viewer.crop.wish;
+  other.cleans = true;
+  driven.apply(change_crop, other);
+  EXPECT_FALSE(driven.viewer.crop.applied) << "another wish is shown before it happens";
+}
+
+TEST(Crop, another_scene_is_whole) {
+  DrivenScene driven(1);
+  driven.press("R");
+  driven.apply(change_crop, boxed(kUnit));
+  driven.apply(scene_opened, test::some_scene(1), RenderSettings(), Backend::cpu);
+  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
+  EXPECT_FALSE(driven.viewer.crop.busy);
+}
+
+TEST(Crop, is_chosen_in_words) {
+  DrivenScene driven(1);
+  driven.apply(choose_crop, std::string("-1,-2,-3,1,2,3"));
+  driven.apply(choose_crop, std::string("floaters"));
+  EXPECT_EQ(driven.viewer.crop.wish.box, kUnit);
+  EXPECT_TRUE(driven.viewer.crop.wish.boxed && driven.viewer.crop.wish.cleans);
+  EXPECT_EQ(format_crop_box(kUnit), "-1,-2,-3,1,2,3");
+  driven.apply(choose_crop, std::string("nothing"));
+  EXPECT_FALSE(driven.viewer.crop.wish.removes());
+  driven.apply(choose_crop, std::string("1,2,3"));
+  EXPECT_THAT(driven.viewer.toasts.back().text, HasSubstr("crop: '1,2,3' is not X0,Y0,Z0"));
+}
+
+TEST(Crop, is_not_for_a_model_that_is_being_trained) {
+  DrivenScene driven(1);
+  driven.press("R");
+  driven.apply(change_crop, boxed(kUnit));
+  driven.apply([](Viewer& viewer) { viewer.training = Training(); });
+  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
+  driven.press("Shift+R");
+  EXPECT_FALSE(driven.viewer.crop.applied);
+  EXPECT_THAT(driven.viewer.toasts.back().text, HasSubstr("is being trained"));
+}
+
+// ---- what the render thread shows --------------------------------------------------------------
+class CropJobs : public test::RenderingViewer {
+ protected:
+  CropJobs() {
+    box_ = {{-100, -100, -100}, {0, 100, 100}};
+    for (const glm::vec3& position : cloud_.positions) inside_ += position.x <= 0 ? 1 : 0;
+    EXPECT_GT(inside_, 20u);
+    EXPECT_LT(inside_, 280u);
+  }
+  void follow() {
+    apply(call(action::follow_crop));
+    settle();
+  }
+  std::vector<std::uint8_t> picture() {
+    request_ = full_frame(viewer());
+    return draw(request_)->rgba;
+  }
+  std::vector<std::uint8_t> picture_of(GaussianCloud cloud) {
+    ThreadPool pool(1);
+    const auto renderer = make_renderer(Backend::cpu, pool);
+    renderer->upload(std::move(cloud), {});
+    std::vector<std::uint8_t> rgba;
+    const Frame& frame = renderer->render(viewer().camera, viewer().settings, {});
+    for (std::size_t i = 0; i < frame.color.values.size(); ++i) {
+      rgba.push_back(to_8bit(frame.color.values[i]));
+      if (i % 3 == 2) rgba.push_back(255);
+    }
+    return rgba;
+  }
+
+  GaussianCloud cloud_ = test::random_cloud(300, 1, 5);
+  CropBox box_;
+  std::size_t inside_ = 0;
+};
+
+TEST_F(CropJobs, what_goes_is_tinted_then_gone_then_back) {
+  const std::vector<std::uint8_t> before = picture();
+  press("R");
+  apply(call(action::change_crop, boxed(box_)));
+  follow();
+  ASSERT_TRUE(viewer().crop.counts);
+  EXPECT_EQ(viewer().crop.counts->counts[0], inside_);
+  EXPECT_EQ(viewer().scene->gaussians, 300u);
+  const Removal removal = find_removal(cloud_, box_, {});
+  EXPECT_EQ(picture(), picture_of(tinted(cloud_, removal)));
+  EXPECT_NE(picture(), before);
+
+  press("Shift+R");
+  follow();
+  EXPECT_EQ(viewer().scene->gaussians, inside_);
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("of 300 Gaussians removed"));
+  EXPECT_EQ(picture(), picture_of(keep_rest(cloud_, removal)));
+
+  press("Shift+R");
+  follow();
+  EXPECT_EQ(viewer().scene->gaussians, 300u);
+  EXPECT_EQ(picture(), before);
+  EXPECT_FALSE(viewer().crop.counts);
+}
+
+TEST_F(CropJobs, without_the_tint_the_picture_stays_and_what_goes_is_counted) {
+  const std::vector<std::uint8_t> before = picture();
+  press("R");
+  apply(call(action::mark_removed, false));
+  apply(call(action::change_crop, boxed(box_)));
+  follow();
+  EXPECT_EQ(viewer().crop.counts->counts[0], inside_);
+  EXPECT_EQ(picture(), before);
+}
+
+TEST_F(CropJobs, nothing_is_lost_if_nothing_would_stay) {
+  const std::vector<std::uint8_t> before = picture();
+  apply(call(action::change_crop, boxed({glm::vec3(900), glm::vec3(901)})));
+  press("Shift+R");  // before anything was counted
+  follow();
+  EXPECT_FALSE(viewer().crop.applied);
+  EXPECT_TRUE(viewer().toasts.back().error);
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("300 of 300 Gaussians would go"));
+  follow();
+  EXPECT_EQ(viewer().scene->gaussians, 300u);
+  EXPECT_EQ(picture(), before);
+}
+
+TEST_F(CropJobs, the_rest_is_saved_to_new_files_only) {
+  apply(call(action::save_crop, std::filesystem::path("early.ply")));
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing is cropped"));
+  EXPECT_FALSE(std::filesystem::exists(scenes_ / "early.ply"));
+
+  press("R");
+  apply(call(action::change_crop, boxed(box_)));
+  follow();
+  press("Shift+R");
+  press("Ctrl+R");  // while the picture is still tinted
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("does not show a cropped scene"));
+  follow();
+  press("Ctrl+R");
+  settle();
+  const GaussianCloud rest = keep_rest(cloud_, find_removal(cloud_, box_, {}));
+  const Scene saved = test::read_scene(scenes_ / "random_cropped_0001.ply");
+  EXPECT_EQ(saved.cloud.positions, rest.positions);
+  EXPECT_EQ(saved.cloud.sh, rest.sh);
+  press("Ctrl+R");
+  settle();
+  EXPECT_TRUE(std::filesystem::exists(scenes_ / "random_cropped_0002.ply"));
+
+  const auto original = std::filesystem::file_size(viewer().scene->path);
+  apply(call(action::save_crop, viewer().scene->path));
+  settle();
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("this file exists already"));
+  EXPECT_EQ(std::filesystem::file_size(viewer().scene->path), original);
+  apply(call(action::save_crop, std::filesystem::path("rest.spz")));
+  settle();
+  EXPECT_EQ(test::read_scene(scenes_ / "rest.spz").cloud.size(), inside_);
+  apply(call(action::save_crop, std::filesystem::path("rest.unknown")));
+  settle();
+  EXPECT_TRUE(viewer().toasts.back().error);
+  EXPECT_FALSE(viewer().loading);
+}
+
+TEST(CropTint, colours_only_what_goes) {
+  const GaussianCloud cloud = test::random_cloud(3, 1, 7);
+  const Removal removal = [] {
+    Removal marked;
+    marked.marks = {Removed::no, Removed::isolated, Removed::no};
+    marked.counts = {2, 0, 0, 0, 1};
+    return marked;
+  }();
+  const GaussianCloud shown = tinted(cloud, removal);
+  EXPECT_EQ(shown.positions, cloud.positions);
+  EXPECT_EQ(shown.opacity_logits, cloud.opacity_logits);
+  for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(shown.sh[i] == cloud.sh[i], i / 4 != 1) << i;
+  const glm::vec3 tint = (kVermillion - 0.5f) / static_cast<float>(kSh0);
+  EXPECT_LT(glm::distance(shown.sh[4], 0.3f * cloud.sh[4] + 0.7f * tint), 1e-5f);
+}
+
+}  // namespace
+}  // namespace qs

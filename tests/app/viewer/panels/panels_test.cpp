@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+//
+// The panels drawn by ImGui without a window: characters and keys go in, actions come out.
+#include "app/viewer/panels/panels.h"
+
+#include <cmath>
+#include <fstream>
+#include <string_view>
+#include <vector>
+
+#include <glm/common.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include "app/support/driven_viewer.h"
+#include "app/viewer/commands/commands.h"
+#include "app/viewer/panels/style.h"
+#include "io/bytes/json_text.h"
+#include "support/temporary_folder.h"
+#include "test_paths.h"
+
+namespace qs {
+namespace {
+
+using test::DrivenScene;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class PanelsTest : public testing::Test {
+ protected:
+  PanelsTest() {
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.DisplaySize = {1280, 720};
+    io.DeltaTime = 1.0f / 60;
+    for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+    unsigned char* pixels = nullptr;
+    int width = 0, height = 0;
+    io.Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+    apply_style(1);
+    std::ofstream(folder_ / "scene.ply") << "ply";
+    driven_.apply([this](Viewer& viewer) { viewer.scene->path = folder_ / "open.ply"; });
+  }
+  ~PanelsTest() override { ImGui::DestroyContext(); }
+
+  // One drawing of the panels, with a text typed and a key pressed since the last one.
+  void draw(const std::string& text = "", ImGuiKey key = ImGuiKey_COUNT) {
+    ImGuiIO& io = ImGui::GetIO();
+    for (const char c : text) io.AddInputCharacter(static_cast<unsigned char>(c));
+    if (key != ImGuiKey_COUNT) io.KeysDown[key] = true;
+    Actions actions;
+    ImGui::NewFrame();
+    draw_panels(driven_.viewer, state_, actions);
+    ImGui::EndFrame();
+    if (key != ImGuiKey_COUNT) io.KeysDown[key] = false;
+    driven_.apply_all(actions);
+  }
+  bool shows(const char* window) const {
+    const ImGuiWindow* found = ImGui::FindWindowByName(window);
+    return found != nullptr && found->Active;
+  }
+
+  TemporaryFolder folder_;
+  DrivenScene driven_{2};
+  PanelState state_;
+};
+
+TEST_F(PanelsTest, the_dialog_open_takes_what_is_typed_from_its_first_frame_on) {
+  driven_.press("Ctrl+O");
+  for (const char* letter : {"sc", "e", "n", "e", ".", "p", "l", "y"}) draw(letter);
+  draw();
+  EXPECT_TRUE(ImGui::GetIO().WantTextInput);
+  EXPECT_EQ(state_.chooser.typed(), "scene.ply");
+  draw("", ImGuiKey_Enter);
+  ASSERT_THAT(driven_.opened, SizeIs(1));
+  EXPECT_EQ(driven_.opened[0].path, folder_ / "scene.ply");
+  EXPECT_FALSE(driven_.viewer.panels.open);
+  draw();
+  draw();
+  EXPECT_FALSE(shows("Open"));
+  EXPECT_FALSE(ImGui::GetIO().WantTextInput);
+}
+
+TEST_F(PanelsTest, drawing_crop_and_clean_changes_nothing) {
+  CropWish wish;
+  wish.boxed = wish.cleans = true;
+  wish.box = {{-0.123456789f, -1, -1}, {1, 1, 1.5f}};
+  driven_.press("R");
+  driven_.apply(action::change_crop, wish);
+  for (const bool applied : {false, true}) {
+    driven_.apply([applied](Viewer& viewer) { viewer.crop.applied = applied; });
+    for (int i = 0; i < 3; ++i) draw();
+    EXPECT_TRUE(shows("right bar"));
+    EXPECT_EQ(shows("crop handle 0"), !applied);
+    EXPECT_EQ(driven_.viewer.crop.wish, wish);
+    EXPECT_EQ(driven_.viewer.crop.applied, applied);
+  }
+}
+
+TEST_F(PanelsTest, a_handle_of_the_box_follows_the_mouse_until_it_is_let_go) {
+  CropWish wish;
+  wish.boxed = true;
+  wish.box = {glm::vec3(-1), glm::vec3(1)};
+  driven_.press("R");
+  driven_.apply(action::change_crop, wish);
+  draw();
+  const ImGuiWindow* handle = ImGui::FindWindowByName("crop handle 1");
+  ASSERT_NE(handle, nullptr);
+  ImGuiIO& io = ImGui::GetIO();
+  io.MousePos = handle->Rect().GetCenter();
+  draw();
+  draw();
+  io.MouseDown[0] = true;
+  draw();
+  EXPECT_NEAR(driven_.viewer.crop.wish.box.high.x, 1, 0.05);
+  const float before = driven_.viewer.crop.wish.box.high.x;
+  for (int i = 0; i < 5; ++i) {
+    io.MousePos.x += 4;
+    draw();
+  }
+  io.MouseDown[0] = false;
+  draw();
+  EXPECT_NE(driven_.viewer.crop.wish.box.high.x, before);
+  EXPECT_EQ(driven_.viewer.crop.wish.box.low, wish.box.low);
+  const float after = driven_.viewer.crop.wish.box.high.x;
+  io.MousePos.x += 40;
+  draw();
+  EXPECT_EQ(driven_.viewer.crop.wish.box.high.x, after) << "once it was let go";
+}
+
+TEST_F(PanelsTest, enter_right_after_the_text_opens_it) {
+  driven_.press("Ctrl+O");
+  draw("scene.ply", ImGuiKey_Enter);
+  ASSERT_THAT(driven_.opened, SizeIs(1));
+  EXPECT_EQ(driven_.opened[0].path, folder_ / "scene.ply");
+}
+
+TEST_F(PanelsTest, the_dialog_open_closes_by_escape_and_begins_again) {
+  driven_.press("Ctrl+O");
+  for (const char* letter : {"", "s", "c"}) draw(letter);
+  EXPECT_TRUE(shows("Open"));
+  draw("", ImGuiKey_Escape);
+  EXPECT_FALSE(driven_.viewer.panels.open);
+  EXPECT_THAT(driven_.opened, IsEmpty());
+  draw();
+  driven_.press("Ctrl+O");
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_EQ(state_.chooser.typed(), "");
+  EXPECT_TRUE(ImGui::GetIO().WantTextInput);
+}
+
+TEST_F(PanelsTest, the_dialog_open_is_drawn_while_all_other_panels_are_hidden) {
+  driven_.press("Tab");
+  driven_.press("F1");
+  driven_.press("Ctrl+O");
+  draw();
+  draw();
+  EXPECT_TRUE(shows("Open"));
+  EXPECT_FALSE(shows("Help"));
+}
+
+TEST_F(PanelsTest, arrow_keys_and_enter_open_a_row) {
+  driven_.press("Ctrl+O");
+  draw();
+  draw();
+  draw("", ImGuiKey_DownArrow);  // ../
+  draw();
+  draw("", ImGuiKey_DownArrow);  // scene.ply
+  draw();
+  draw("", ImGuiKey_Enter);
+  ASSERT_THAT(driven_.opened, SizeIs(1));
+  EXPECT_EQ(driven_.opened[0].path, folder_ / "scene.ply");
+}
+
+TEST_F(PanelsTest, the_verdict_of_the_reference_stays_until_the_view_or_the_mode_changes) {
+  const auto verdict_shows = [this] {
+    draw();
+    return shows("Reference");
+  };
+  ReferenceComparison comparison;
+  comparison.view_version = driven_.viewer.view_version;
+  comparison.variant = driven_.viewer.variant();
+  driven_.apply(action::compared_with_reference, comparison);
+  EXPECT_THAT(driven_.viewer.toasts, IsEmpty()) << "the panel shows it";
+  EXPECT_TRUE(verdict_shows());
+  driven_.apply(action::tick, Turn{1000}, 1000.0);
+  EXPECT_TRUE(verdict_shows());
+  driven_.press("H");  // the same view with a heat map
+  EXPECT_TRUE(verdict_shows());
+  driven_.press("2");
+  EXPECT_FALSE(verdict_shows());
+  driven_.press("5");
+  EXPECT_TRUE(verdict_shows());
+  driven_.apply(action::dismiss_comparison);
+  EXPECT_FALSE(verdict_shows());
+  driven_.apply(action::compared_with_reference, comparison);
+  driven_.apply(action::orbit, glm::dvec2(3, 4));
+  EXPECT_FALSE(verdict_shows());
+}
+
+// The panels' windows, apart from the invisible handles of edges and ImGui's own.
+std::vector<Rect> opaque_windows() {
+  std::vector<Rect> rects;
+  for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+    if (!window->Active || (window->Flags & ImGuiWindowFlags_NoBackground) != 0 ||
+        std::string_view(window->Name).starts_with("Debug"))
+      continue;
+    const ImRect rect = window->Rect();
+    rects.push_back({{rect.Min.x, rect.Min.y}, {rect.Max.x, rect.Max.y}});
+  }
+  return rects;
+}
+
+TEST_F(PanelsTest, no_panel_covers_the_picture) {
+  driven_.apply([](Viewer& viewer) {
+    viewer.panels = {};
+    viewer.panels.hud = viewer.panels.info = viewer.panels.cameras = viewer.panels.recorder = true;
+    viewer.panels.inspector = viewer.panels.split = viewer.panels.messages = true;
+  });
+  for (const ImVec2 size : {ImVec2(1280, 720), ImVec2(1024, 640), ImVec2(1920, 1080)}) {
+    ImGui::GetIO().DisplaySize = size;
+    for (int i = 0; i < 3; ++i) draw();
+    const Rect picture =
+        layout_of(driven_.viewer, {{size.x, size.y}, ImGui::GetFontSize(), ImGui::GetFrameHeight()})
+            .picture;
+    EXPECT_GT(picture.size().x, 0.35f * size.x);
+    const std::vector<Rect> rects = opaque_windows();
+    EXPECT_GE(rects.size(), 3u);  // the menu and two bars
+    for (const Rect& rect : rects) {
+      const Rect both{glm::max(rect.low, picture.low), glm::min(rect.high, picture.high)};
+      EXPECT_TRUE(both.empty()) << rect.low.x << " " << rect.low.y << " to " << rect.high.x << " "
+                                << rect.high.y;
+    }
+  }
+}
+
+TEST_F(PanelsTest, a_bar_is_resized_by_its_edge_and_a_panel_closed_by_its_header) {
+  driven_.press("F10");
+  draw();
+  const float edge = layout_of(driven_.viewer, {{1280, 720}, ImGui::GetFontSize(), 20}).left.high.x;
+  ImGuiIO& io = ImGui::GetIO();
+  const auto mouse = [&](float x, bool down) {
+    io.MousePos = {x, 400};
+    io.MouseDown[0] = down;
+    draw();
+  };
+  mouse(edge, false);
+  mouse(edge, true);
+  mouse(edge - 60, true);
+  mouse(edge - 60, false);
+  EXPECT_NEAR(driven_.viewer.bars.left * ImGui::GetFontSize(), edge - 60, 1);
+  EXPECT_EQ(driven_.viewer.bars.right, 0);
+}
+
+TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {
+  driven_.apply([](Viewer& viewer) { viewer.scene.reset(); });
+  draw();
+  EXPECT_TRUE(shows("Welcome"));
+  driven_.apply([](Viewer& viewer) { viewer.loading = Loading{"/a.ply", "reading", 0}; });
+  draw();
+  EXPECT_FALSE(shows("Welcome"));
+  EXPECT_TRUE(shows("Loading"));
+}
+
+TEST(Hints, each_goes_away_once_it_is_followed) {
+  DrivenScene driven(0);
+  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true}; });
+  driven.press("H");
+  EXPECT_FALSE(driven.viewer.hints.map);
+  driven.apply(action::orbit, glm::dvec2(1, 0));
+  EXPECT_FALSE(driven.viewer.hints.turn);
+  EXPECT_TRUE(driven.viewer.hints.modes);
+  driven.press("1");
+  EXPECT_FALSE(driven.viewer.hints.modes);
+}
+
+// Relative luminance and contrast as the Web Content Accessibility Guidelines define them.
+double luminance(ImVec4 color) {
+  const auto linear = [](float value) {
+    const auto v = static_cast<double>(value);
+    return v <= 0.03928 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * linear(color.x) + 0.7152 * linear(color.y) + 0.0722 * linear(color.z);
+}
+
+TEST_F(PanelsTest, a_slider_s_value_is_legible_over_its_grab) {
+  const ImVec4* colors = ImGui::GetStyle().Colors;
+  for (const int grab : {ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive, ImGuiCol_FrameBg}) {
+    const double contrast =
+        (luminance(colors[ImGuiCol_Text]) + 0.05) / (luminance(colors[grab]) + 0.05);
+    EXPECT_GT(contrast, 4.5) << grab;
+  }
+}
+
+TEST(CommandHints, name_commands_that_exist_and_their_keys) {
+  EXPECT_EQ(command_hint("Flip the split"), "Flip the split (X)");
+  EXPECT_EQ(command_hint("Open a file"), "Open a file (Ctrl+O)");
+  const std::string call = "command_tooltip(\"";
+  const std::filesystem::path panels =
+      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "src/app/viewer/panels";
+  int hints = 0;
+  for (const auto& file : std::filesystem::directory_iterator(panels)) {
+    const std::string text = read_text_file(file.path(), 1 << 20);
+    for (std::size_t at = text.find(call); at != std::string::npos; at = text.find(call, at + 1)) {
+      const std::size_t begin = at + call.size();
+      const std::string help = text.substr(begin, text.find('"', begin) - begin);
+      EXPECT_NE(command_hint(help), help) << file.path();
+      ++hints;
+    }
+  }
+  EXPECT_GT(hints, 5);
+}
+
+}  // namespace
+}  // namespace qs

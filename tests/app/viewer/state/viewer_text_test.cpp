@@ -1,0 +1,556 @@
+// SPDX-License-Identifier: MIT
+//
+// The numbers that the viewer's panels show, compared with numbers that are computed here.
+#include <algorithm>
+#include <cmath>
+
+#include <glm/trigonometric.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/framing/camera_control.h"
+#include "app/viewer/state/hud_text.h"
+#include "io/bytes/json_text.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+std::string value_of(const std::vector<Fact>& facts, const std::string& label) {
+  for (const Fact& fact : facts) {
+    if (fact.label == label) return fact.value;
+  }
+  return "no fact " + label;
+}
+
+BenchRow row_of_mode(const std::string& mode, double ms, std::uint64_t pairs) {
+  BenchRow row;
+  row.mode = mode;
+  row.pipeline = "fast";
+  row.ms_median = ms;
+  row.fps_median = 1000 / ms;
+  row.pairs = pairs;
+  return row;
+}
+
+// A viewer that shows a frame of a scene with known numbers.
+Viewer known_viewer() {
+  Viewer viewer;
+  viewer.scene.emplace();
+  viewer.scene->path = "/data/garden.ply";
+  viewer.scene->name = "garden";
+  viewer.scene->format = "ply";
+  viewer.scene->gaussians = 5834784;
+  viewer.scene->file_bytes = 1447026432;
+  viewer.scene->sh_degree = 3;
+  viewer.scene->core = {glm::vec3(-1, 0, 0), glm::vec3(1.5f, 1, 1)};
+  viewer.camera = test::front_camera(640, 480);
+  viewer.camera.view_from_world[3] = glm::dvec3(1, -2, 3.4567);
+  RenderStats& stats = viewer.shown.stats;
+  stats.frame_ms = 4;
+  stats.present_ms = 0.25f;
+  stats.tile_pairs = 1796342;
+  stats.visible = 1234567;
+  stats.gaussians = 5834784;
+  stats.max_pairs_in_a_tile = 4321;
+  return viewer;
+}
+
+// ---- performance -------------------------------------------------------------------------------
+TEST(HudText, the_frame_s_numbers_are_those_of_its_statistics) {
+  Viewer viewer = known_viewer();
+  viewer.display_fps = 59.94;
+  viewer.present_ms = 0.5f;
+  viewer.process_bytes = 1'234'000'000;
+  viewer.gpu_bytes = 2'500'000;
+  const std::vector<Fact> facts = hud_facts(viewer);
+  EXPECT_EQ(value_of(facts, "render"), "4.000 ms, 250.0 FPS");  // 1000 / 4
+  EXPECT_EQ(value_of(facts, "display"), "59.9 FPS");
+  EXPECT_EQ(value_of(facts, "present"), "0.750 ms, through the host");  // 0.25 + 0.5
+  EXPECT_EQ(value_of(facts, "tile pairs"), "1,796,342");
+  EXPECT_EQ(value_of(facts, "visible"), "1,234,567 of 5,834,784");
+  EXPECT_EQ(value_of(facts, "largest tile"), "4,321 pairs");
+  EXPECT_EQ(value_of(facts, "memory"), "1.2 GB, GPU 2.5 MB");
+  viewer.gpu_bytes = 0;
+  EXPECT_EQ(value_of(hud_facts(viewer), "memory"), "1.2 GB");
+  viewer.shown.interop = true;
+  EXPECT_EQ(value_of(hud_facts(viewer), "present"), "0.750 ms, by interop");
+}
+
+TEST(HudText, an_empty_window_has_no_times) {
+  const std::vector<Fact> facts = hud_facts(Viewer());
+  EXPECT_EQ(value_of(facts, "render"), "-");
+  EXPECT_EQ(value_of(facts, "display"), "at rest");
+}
+
+TEST(HudText, digits_follow_the_size_of_a_number) {
+  EXPECT_EQ(ms_text(0.00049), "0.000");
+  EXPECT_EQ(ms_text(12.34567), "12.346");
+  EXPECT_EQ(fps_text(999.94), "999.9");
+  EXPECT_EQ(fps_text(1000), "1000");
+  EXPECT_EQ(signed_text(-1234567), "-1,234,567");
+  EXPECT_EQ(signed_text(5), "+5");
+  EXPECT_EQ(signed_text(0), "+0");
+}
+
+TEST(HudText, the_table_shows_the_numbers_of_the_csv) {
+  Viewer viewer = known_viewer();
+  BenchRow base = row_of_mode("3dgs", 1.9518, 5227642);
+  base.pairs_per_visible = 20.481;
+  BenchRow quad = row_of_mode("quadbox", 0.9612, 1796352);
+  quad.false_positives = 449088;
+  quad.false_positive_share = 0.25;  // 449088 of 1796352
+  viewer.numbers = {viewer.view_version, {base, quad}};
+  EXPECT_TRUE(numbers_are_current(viewer));
+  EXPECT_THAT(format_csv(viewer.numbers.rows), HasSubstr("1.9518"));
+  const std::vector<HudRow> table = hud_rows(viewer);
+  ASSERT_THAT(table, SizeIs(kCullerCount));
+  EXPECT_EQ(table[0].name, "3dgs");
+  EXPECT_EQ(table[0].ms, "1.952");
+  EXPECT_EQ(table[0].fps, "512.3");  // 1000 / 1.9518
+  EXPECT_EQ(table[0].pairs, "5,227,642");
+  EXPECT_EQ(table[0].per_visible, "20.48");
+  EXPECT_EQ(table[0].unused, "-");
+  EXPECT_EQ(table[0].ratio, "1.00x");
+  EXPECT_EQ(table[1].ms, "-");
+  EXPECT_EQ(table[1].ratio, "-");
+  EXPECT_EQ(table[4].ratio, "2.03x");  // 1.9518 / 0.9612
+  EXPECT_EQ(table[4].fps, "1040");     // 1000 / 0.9612
+  EXPECT_EQ(table[4].unused, "25.0 %");
+  EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "449,088 pairs, 25.0 %");
+  viewer.zoom.running = true;  // its frames are of other views
+  EXPECT_FALSE(numbers_are_current(viewer));
+  EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "no fact unused");
+  viewer.zoom.running = false;
+  ++viewer.view_version;
+  EXPECT_FALSE(numbers_are_current(viewer));
+  EXPECT_EQ(value_of(hud_facts(viewer), "unused"), "no fact unused");
+}
+
+TEST(HudText, both_pipelines_are_compared_with_their_own_3dgs) {
+  Viewer viewer = known_viewer();
+  viewer.backend = Backend::cuda;
+  viewer.settings.pipeline = Pipeline::fast;
+  std::vector<BenchRow> rows;
+  for (const auto& [mode, ms, pipeline] :
+       {std::tuple("3dgs", 2.0, "fast"), std::tuple("quadbox", 1.0, "fast"),
+        std::tuple("3dgs", 9.0, "classic"), std::tuple("quadbox", 3.0, "classic")}) {
+    rows.push_back(row_of_mode(mode, ms, 1));
+    rows.back().pipeline = pipeline;
+  }
+  viewer.numbers = {viewer.view_version, rows};
+  EXPECT_EQ(other_pipeline(viewer), Pipeline::classic);
+  HudRow quad = hud_rows(viewer)[4];
+  EXPECT_EQ(quad.ms, "1.000");
+  EXPECT_EQ(quad.ratio, "2.00x");
+  EXPECT_EQ(quad.other_ms, "3.000");
+  EXPECT_EQ(quad.other_ratio, "3.00x");
+  viewer.settings.pipeline = Pipeline::classic;
+  quad = hud_rows(viewer)[4];
+  EXPECT_EQ(quad.ms, "3.000");
+  EXPECT_EQ(quad.other_ratio, "2.00x");
+}
+
+// A row whose frames took these times.
+BenchRow row_of_frames(const std::string& mode, std::vector<double> round_ms) {
+  std::vector<double> sorted = round_ms;
+  std::sort(sorted.begin(), sorted.end());
+  BenchRow row = row_of_mode(mode, sorted[sorted.size() / 2], 1);
+  row.round_ms = std::move(round_ms);
+  return row;
+}
+
+TEST(HudText, a_number_has_only_the_digits_that_its_uncertainty_leaves) {
+  EXPECT_EQ(significant(12.3456, 0.04), "12.35");
+  EXPECT_EQ(significant(12.3456, 0.4), "12.3");
+  EXPECT_EQ(significant(12.3456, 0.99), "12.3");
+  EXPECT_EQ(significant(12.3456, 1), "12");
+  EXPECT_EQ(significant(1234, 40), "1230");
+  EXPECT_EQ(significant(12.3456, 1e-9), "12.346");
+  EXPECT_EQ(significant(12.3456, 0), "12.346");
+}
+
+TEST(HudText, a_time_has_its_spread_and_a_ratio_its_interval) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {10.24, 10.0, 10.1, 10.3, 9.9}),
+                     row_of_frames("quadbox", {5.0, 5.12, 4.9, 5.0, 5.2})}};
+  const std::vector<HudRow> table = hud_rows(viewer);
+  // Quartiles of 9.9, 10.0, 10.1, 10.24, 10.3 are 10.0 and 10.24.
+  EXPECT_EQ(table[0].ms, "10.1 \u00b10.1");
+  EXPECT_EQ(table[0].ratio, "1.00x");
+  EXPECT_EQ(table[4].ms, "5.00 \u00b10.06");
+  // The mean logarithm of 10.24/5, 10/5.12, 10.1/4.9, 10.3/5, 9.9/5.2 is log 2.0042; its standard
+  // error is 0.01630, and the t factor of four degrees of freedom is 2.776.
+  EXPECT_EQ(table[4].ratio, "2.00x \u00b10.09");
+  EXPECT_FALSE(table[4].is_noisy);
+  EXPECT_EQ(table[1].ratio, "-");
+  EXPECT_EQ(trust_text(viewer, table[4].mode),
+            "median of 5 frames; the middle half of them spans 0.1 ms\n"
+            "95 % interval of the ratio to 3dgs: 1.92 to 2.10");
+  EXPECT_EQ(trust_text(viewer, 2), "not measured yet");
+}
+
+TEST(HudText, an_interval_that_contains_one_or_a_wide_spread_is_noisy) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {10, 10, 10, 10, 10}),
+                     row_of_frames("adr", {9.9, 10.1, 9.8, 10.2, 10.1}),
+                     row_of_frames("exact", {3, 5, 4, 3, 5})}};
+  const std::vector<HudRow> table = hud_rows(viewer);
+  EXPECT_FALSE(table[0].is_noisy);
+  EXPECT_TRUE(table[1].is_noisy);
+  EXPECT_THAT(table[1].ratio, testing::EndsWith(" noisy"));
+  EXPECT_THAT(trust_text(viewer, 2), HasSubstr("do not show which is faster"));
+  EXPECT_TRUE(table[5].is_noisy) << "the quartiles are 3 and 5: a quarter of the median of 4";
+  EXPECT_THAT(table[5].ratio, testing::EndsWith(" noisy"));
+}
+
+TEST(HudText, ratios_are_relative_to_the_chosen_baseline) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(hud_columns(viewer).back(), "vs 3dgs");
+  viewer.numbers = {viewer.view_version, {row_of_mode("3dgs", 6, 1), row_of_mode("adr", 3, 1)}};
+  viewer.baseline = find_culler("adr");
+  EXPECT_EQ(hud_columns(viewer).back(), "vs adr");
+  EXPECT_EQ(hud_rows(viewer)[0].ratio, "0.50x");
+  EXPECT_EQ(hud_rows(viewer)[1].ratio, "1.00x");
+}
+
+TEST(HudText, stages_stand_in_their_order) {
+  BenchRow row;
+  row.preprocess_ms = 0.125;
+  row.bin_ms = 0.25;
+  row.sort_ms = 0.5;
+  row.blend_ms = 1;
+  EXPECT_THAT(stages_of(row), ElementsAre(0.125, 0.25, 0.5, 1.0));
+  EXPECT_EQ(stages_text(row), "preprocess 0.125 ms\nbin 0.250 ms\nsort 0.500 ms\nblend 1.000 ms");
+}
+
+TEST(HudText, the_plot_s_caption_names_its_longest_frame) {
+  Viewer viewer;
+  viewer.frame_ms = {1, 2.5f, 2};
+  EXPECT_EQ(frame_plot_text(viewer), "render ms, last 3 frames, 0 to 2.500");
+}
+
+TEST(HudText, a_hindered_frame_is_no_measurement) {
+  Viewer viewer;
+  EXPECT_EQ(hud_caveat(viewer), "") << "frames on demand are the rule";
+  viewer.on_demand = false;
+  EXPECT_THAT(hud_caveat(viewer), HasSubstr("waits for the display"));
+  viewer.vsync = false;
+  EXPECT_EQ(hud_caveat(viewer), "");
+  viewer.shown.divisor = 2;
+  EXPECT_EQ(hud_caveat(viewer), "drawn at 1/2 size: not a measurement");
+  viewer.shown.heatmap.emplace();
+  viewer.shown.other.emplace();
+  EXPECT_EQ(hud_caveat(viewer),
+            "drawn at 1/2 size, with a heat map, in a split window: not a measurement");
+}
+
+TEST(HudText, the_state_of_the_table_is_said) {
+  Viewer viewer;
+  const char* measuring = "measuring all modes for this view ...";
+  EXPECT_EQ(hud_status(viewer), measuring) << "it begins at once";
+  viewer.last_motion = viewer.now;
+  EXPECT_EQ(hud_status(viewer), "not measured yet; measured once this view is still");
+  viewer.numbers = {viewer.view_version,
+                    {row_of_frames("3dgs", {1, 2, 3}), row_of_frames("adr", {1, 2})}};
+  EXPECT_EQ(hud_status(viewer),
+            "all modes measured off screen for this view: medians of 2 frames each");
+  viewer.measuring = true;
+  EXPECT_EQ(
+      hud_status(viewer),
+      "all modes measured off screen for this view: medians of 2 frames each, measuring more ...");
+  viewer.measuring = false;
+  ++viewer.view_version;
+  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  viewer.now += 1;
+  EXPECT_EQ(hud_status(viewer), measuring);
+  viewer.playback.running = true;
+  EXPECT_EQ(hud_status(viewer), "from an earlier view; measured once this view is still");
+  viewer.on_demand = false;
+  EXPECT_EQ(hud_status(viewer),
+            "from an earlier view; all modes are measured while drawing on demand only");
+  viewer.measuring = true;
+  EXPECT_EQ(hud_status(viewer), measuring);
+  viewer.numbers.version = viewer.view_version;
+  viewer.zoom.running = true;
+  EXPECT_EQ(hud_status(viewer), "recording a zoom") << "the camera of this view is not shown";
+}
+
+// ---- the split window ---------------------------------------------------------------------------
+TEST(PanelText, the_split_window_says_how_its_frames_differ) {
+  Viewer viewer = known_viewer();
+  EXPECT_THAT(split_facts(viewer), SizeIs(0));
+  ShownOther other;
+  other.variant = {find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
+  other.stats.tile_pairs = 5227642;
+  other.pixels.psnr = 41.256;
+  other.pixels.largest = 7;
+  other.pixels.largest_at = {12, 34};
+  other.pixels.pixels = 98765;
+  other.pairs.emplace();
+  other.pairs->total = 1796342 - 5227642;
+  viewer.shown.other = other;
+  std::vector<Fact> facts = split_facts(viewer);
+  EXPECT_EQ(value_of(facts, "PSNR"), "41.26 dB");
+  EXPECT_EQ(value_of(facts, "largest error"), "7/255 at 12, 34");
+  EXPECT_EQ(value_of(facts, "pixels that differ"), "98,765");
+  EXPECT_EQ(value_of(facts, "tile pairs"), "1,796,342 and 5,227,642: -3,431,300");
+  EXPECT_THAT(split_names(viewer), ElementsAre("quadbox", "3dgs"));
+  viewer.split.flipped = true;
+  EXPECT_THAT(split_names(viewer), ElementsAre("3dgs", "quadbox"));
+  viewer.shown.other->pixels = {};
+  viewer.shown.other->pixels.psnr = INFINITY;
+  facts = split_facts(viewer);
+  EXPECT_EQ(value_of(facts, "PSNR"), "equal");
+  EXPECT_EQ(value_of(facts, "largest error"), "0");
+}
+
+TEST(PanelText, a_scene_beside_is_named_with_the_numbers_of_both) {
+  Viewer viewer = known_viewer();
+  viewer.scene->path = "/data/one/garden.ply";
+  viewer.shown.stats.frame_ms = 4;
+  ShownOther other;
+  other.variant = viewer.variant();
+  other.scene = SceneBeside{"/data/two/house.spz", 1234};
+  other.stats.frame_ms = 2.5f;
+  other.stats.tile_pairs = 5678;
+  viewer.shown.other = other;
+  EXPECT_THAT(split_names(viewer), ElementsAre("garden", "house"));
+  EXPECT_EQ(
+      status_line(viewer).numbers,
+      "garden | house  \u00b7  quadbox  \u00b7  4.000 | 2.500 ms  \u00b7  1,796,342 | 5,678 pairs");
+  EXPECT_THAT(value_of(split_facts(viewer), "Gaussians"), testing::EndsWith(" and 1,234"));
+  viewer.split.flipped = true;
+  EXPECT_EQ(
+      status_line(viewer).numbers,
+      "house | garden  \u00b7  quadbox  \u00b7  2.500 | 4.000 ms  \u00b7  5,678 | 1,796,342 pairs");
+  viewer.shown.other->scene->path = "/data/two/garden.ply";
+  EXPECT_THAT(split_names(viewer), ElementsAre("/data/two/garden.ply", "/data/one/garden.ply"));
+}
+
+TEST(PanelText, differences_are_shown_by_the_chosen_factor_or_by_one_from_the_frames) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(shown_amplification(viewer), 1);
+  viewer.shown.other.emplace();
+  for (const auto& [usual, factor] : {std::pair(0, 128),
+                                      {1, 128},
+                                      {2, 64},
+                                      {3, 64},
+                                      {4, 32},
+                                      {16, 8},
+                                      {127, 2},
+                                      {128, 1},
+                                      {255, 1}}) {
+    viewer.shown.other->pixels.usual = usual;
+    EXPECT_EQ(shown_amplification(viewer), factor) << usual;
+    EXPECT_EQ(shown_split(viewer).amplification, factor);
+  }
+  viewer.split.amplification = 16;
+  EXPECT_EQ(shown_amplification(viewer), 16);
+  const std::vector<BarTick> ticks = difference_ticks(16);
+  ASSERT_THAT(ticks, SizeIs(2));
+  EXPECT_EQ(ticks[0].text, "0");
+  EXPECT_EQ(ticks[1].text, "15.9 / 255");  // 255 / 16
+}
+
+TEST(PanelText, the_reference_s_verdict_names_the_pixel_and_the_reason) {
+  ReferenceComparison comparison;
+  comparison.variant = {find_culler("dualbox"), kDefaultPipeline, Backend::cpu};
+  comparison.tolerance = 2;
+  comparison.verdict.region = {10, 20, 266, 276};
+  comparison.verdict.difference.psnr = 71.5;
+  comparison.verdict.difference.largest = 1;
+  comparison.verdict.difference.largest_at = {3, 4};
+  std::vector<Fact> facts = verdict_facts(comparison);
+  EXPECT_EQ(value_of(facts, "frame"), "dualbox, cpu");
+  EXPECT_EQ(value_of(facts, "pixels"), "256 x 256 from 10, 20");
+  EXPECT_EQ(value_of(facts, "verdict"), "equal within 2/255");
+  EXPECT_EQ(value_of(facts, "PSNR"), "71.50 dB");
+  EXPECT_EQ(value_of(facts, "largest error"), "1/255 at 3, 4");
+  EXPECT_EQ(value_of(facts, "first pixel"), "no fact first pixel");
+  comparison.verdict.difference.pixels = 12345;
+  comparison.verdict.difference.first = {40, 50};
+  comparison.verdict.tile = 67;
+  comparison.verdict.gaussian = 89;
+  comparison.verdict.why = Disagreement::missing;
+  facts = verdict_facts(comparison);
+  EXPECT_EQ(value_of(facts, "verdict"), "12,345 differ by more than 2/255");
+  EXPECT_EQ(value_of(facts, "first pixel"), "40, 50 in tile 67, ringed in the picture");
+  EXPECT_EQ(value_of(facts, "reason"), "Gaussian 89: the frame does not blend it");
+  comparison.verdict.gaussian.reset();
+  comparison.verdict.why = Disagreement::rounding;
+  EXPECT_EQ(value_of(verdict_facts(comparison), "reason"), "the pixel differs by rounding only");
+}
+
+TEST(PanelText, the_verdict_is_current_for_its_view_and_mode_and_not_while_a_zoom_moves) {
+  Viewer viewer = known_viewer();
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.comparison.emplace();
+  viewer.comparison->view_version = viewer.view_version;
+  viewer.comparison->variant = viewer.variant();
+  EXPECT_TRUE(verdict_is_current(viewer));
+  ++viewer.version;
+  EXPECT_TRUE(verdict_is_current(viewer));
+  viewer.zoom.running = true;
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.zoom.running = false;
+  viewer.settings.pipeline = Pipeline::classic;
+  EXPECT_FALSE(verdict_is_current(viewer));
+  viewer.settings.pipeline = kDefaultPipeline;
+  ++viewer.view_version;
+  EXPECT_FALSE(verdict_is_current(viewer));
+}
+
+TEST(PanelText, the_scale_of_pair_differences_is_symmetric) {
+  ShownFrame shown;
+  shown.map_scale = {500, 2500};
+  const std::vector<BarTick> ticks = pair_ticks(shown);
+  ASSERT_THAT(ticks, SizeIs(3));
+  EXPECT_EQ(ticks[0].text, "-2,500");
+  EXPECT_EQ(ticks[1].text, "0");
+  EXPECT_EQ(ticks[1].at, 0.5f);
+  EXPECT_EQ(ticks[2].text, "+2,500 pairs in a tile");
+}
+
+// ---- heat maps ----------------------------------------------------------------------------------
+TEST(PanelText, a_heat_map_s_ticks_stand_at_their_values) {
+  ShownFrame shown;
+  shown.heatmap.emplace();
+  shown.heatmap->values = {0, 1234, 2000};
+  shown.map_scale = {500, 2000};
+  const std::vector<BarTick> ticks = heat_ticks(shown);
+  ASSERT_THAT(ticks, SizeIs(5));
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    EXPECT_FLOAT_EQ(ticks[i].at, 0.25f * static_cast<float>(i));
+    EXPECT_THAT(ticks[i].text, HasSubstr(i == 0 ? "0" : i % 2 == 0 ? "000" : "500"));
+  }
+  EXPECT_EQ(heat_text(shown, 1), "here: 1,234 pairs");
+}
+
+TEST(PanelText, a_map_of_missed_contributions_names_their_alpha_and_error) {
+  ShownFrame shown;
+  shown.heatmap.emplace();
+  shown.heatmap->quantity = HeatQuantity::missed;
+  shown.heatmap->values = {0, 3};
+  shown.missed.emplace();
+  shown.missed->alphas = {0, 0.25f};
+  shown.missed->errors = {0, 0.125f};
+  EXPECT_EQ(heat_text(shown, 0), "here: 0 contributions");
+  EXPECT_EQ(heat_text(shown, 1), "here: 3 contributions, alpha to 0.25, color off by 0.125");
+  EXPECT_EQ(heat_facts(shown), "mode quadbox \u00b7 " + missed_sentence(*shown.missed));
+}
+
+TEST(PanelText, a_legend_of_depth_is_in_units_and_names_the_value_under_the_cursor) {
+  ShownFrame shown;
+  shown.values = ValueMap{Quantity::depth, 2, 1, {0, 1.23456f}, {1, 2, 0.5f}};
+  const std::vector<BarTick> ticks = value_ticks(shown);
+  ASSERT_THAT(ticks, SizeIs(3));
+  EXPECT_EQ(ticks[0].text, "1.0");
+  EXPECT_EQ(ticks[1].text, "1.5");
+  EXPECT_FLOAT_EQ(ticks[1].at, 0.5f);
+  EXPECT_EQ(ticks[2].text, "2.0 units");
+  EXPECT_EQ(value_text(shown, 0), "here: nothing");
+  EXPECT_EQ(value_text(shown, 1), "here: 1.235 units");
+  EXPECT_THAT(value_facts(shown), HasSubstr("units of the scene"));
+  shown.values->quantity = Quantity::alpha;
+  EXPECT_EQ(value_text(shown, 1), "here: 1.235");
+  Viewer viewer;
+  viewer.shown = shown;
+  EXPECT_EQ(hud_caveat(viewer), "without colours: not a measurement");
+}
+
+// ---- the scene, cameras, the inspector ----------------------------------------------------------
+TEST(PanelText, the_scene_s_facts_are_those_of_its_file) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(scene_summary(viewer), "garden   5,834,784 Gaussians   cpu   640 x 480");
+  const std::vector<Fact> facts = scene_facts_of(viewer);
+  EXPECT_EQ(value_of(facts, "file"), "/data/garden.ply");
+  EXPECT_EQ(value_of(facts, "Gaussians"), "5,834,784");
+  EXPECT_EQ(value_of(facts, "size"), "1.4 GB");
+  EXPECT_EQ(value_of(facts, "SH degree"), "3");
+  EXPECT_EQ(value_of(facts, "extent"), "2.5");
+  EXPECT_THAT(value_of(facts, "cameras"), HasSubstr("none"));
+  EXPECT_EQ(value_of(facts, "view"), "from -1, 2, -3.46");
+  const double fov = 2 * std::atan(0.5 * 480 / viewer.camera.focal_px.y);
+  EXPECT_EQ(std::stod(value_of(facts, "lens")), std::round(10 * glm::degrees(fov)) / 10);
+}
+
+TEST(PanelText, lists_count_cameras_from_0_and_keyframes_from_1) {
+  Viewer viewer = known_viewer();
+  viewer.scene->cameras = {test::front_camera(800, 600), test::front_camera(320, 240)};
+  viewer.scene->cameras[1].name = "IMG_7";
+  viewer.scene->photographs[1] = "/IMG_7.jpg";
+  EXPECT_EQ(camera_label(*viewer.scene, 1), "1  IMG_7  320 x 240  photograph");
+  EXPECT_THAT(camera_label(*viewer.scene, 0), HasSubstr("800 x 600"));
+  EXPECT_EQ(value_of(scene_facts_of(viewer), "cameras"), "2, 1 with a photograph");
+  viewer.keyframes = {{0, viewer.camera}, {1.25, viewer.camera}};
+  EXPECT_EQ(keyframe_label(viewer, 1), "2  at 1.25 s");
+}
+
+TEST(PanelText, the_inspector_s_cells_are_the_contribution_s_numbers) {
+  Contribution row;
+  row.depth = 3.14159f;
+  row.alpha = 0.5f;
+  row.transmittance = 0.25f;
+  row.weight = 0.125f;
+  EXPECT_THAT(contribution_cells(row, false), ElementsAre("3.142", "0.5000", "0.2500", "0.1250"));
+  EXPECT_THAT(contribution_cells(row, true), ElementsAre("3.142", "0.5000", "0.2500", "-"));
+  PixelReport pixel;
+  pixel.pixel = {40, 120};
+  pixel.listed = 17;
+  pixel.contributions.resize(5);
+  EXPECT_EQ(inspected_pixel_text(pixel),
+            "Pixel 40, 120: 5 of the 17 Gaussians of its tile are blended");
+}
+
+// ---- the zoom recorder --------------------------------------------------------------------------
+TEST(PanelText, a_zoom_s_curves_go_through_its_times) {
+  ZoomRecording zoom;
+  zoom.steps = 3;
+  EXPECT_EQ(zoom_curves(zoom).longest_ms, 0);
+  for (std::uint64_t step = 0; step < 2; ++step) {
+    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+      zoom.rows.push_back(
+          row_of_mode(mode_name(mode), mode * (1.0 + static_cast<double>(step)), 1));
+      zoom.rows.back().view = step;
+    }
+  }
+  const double longest = 1.1 * 2 * kCullerCount;
+  const ZoomCurves curves = zoom_curves(zoom);
+  EXPECT_DOUBLE_EQ(curves.longest_ms, longest);
+  for (int mode = 1; mode <= kCullerCount; ++mode) {
+    const std::vector<glm::vec2>& points = curves.modes[static_cast<std::size_t>(mode - 1)];
+    ASSERT_THAT(points, SizeIs(2));
+    EXPECT_FLOAT_EQ(points[0].x, 0);
+    EXPECT_FLOAT_EQ(points[1].x, 0.5f);  // the second of three steps
+    EXPECT_FLOAT_EQ(points[0].y, static_cast<float>(mode / longest));
+    EXPECT_FLOAT_EQ(points[1].y, static_cast<float>(2 * mode / longest));
+  }
+  zoom.running = true;
+  EXPECT_EQ(zoom_status(zoom), "step 2 of 3");
+  zoom.running = false;
+  EXPECT_EQ(zoom_status(zoom), "stopped after 2 steps");
+  zoom.folder = "zoom/garden_0001";
+  EXPECT_EQ(zoom_status(zoom), "saved in zoom/garden_0001");
+}
+
+TEST(StateJson, holds_the_numbers_of_the_panels) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {viewer.view_version, {row_of_mode("quadbox", 0.9612, 1796352)}};
+  const auto json = parse_json(state_json(viewer), "test");
+  EXPECT_EQ(json["scene"], "garden");
+  EXPECT_EQ(json["gaussians"], 5834784);
+  EXPECT_EQ(json["modes"][4]["ms"], "0.961");
+  EXPECT_EQ(json["modes"][4]["pairs"], "1,796,352");
+  EXPECT_EQ(json["facts"]["render"], "4.000 ms, 250.0 FPS");
+}
+
+}  // namespace
+}  // namespace qs

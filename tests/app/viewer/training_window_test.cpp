@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: MIT
+// Training in the window: the budget of drawing, the commands, the thread, and the whole program.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/support/driven_viewer.h"
+#include "app/support/program_in_window.h"
+#include "app/support/training.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/training_thread.h"
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/training_actions.h"
+#include "io/picture/image_file.h"
+
+namespace qs {
+namespace {
+
+using test::Driven;
+using test::DrivenScene;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// ---- budget -------------------------------------------------------------------------------------
+TEST(DrawingBudget, work_that_waits_for_permission_takes_at_most_its_share) {
+  for (const double most : {0.2, 0.5}) {
+    DrawingBudget budget;
+    double now = 100, spent = 0;
+    for (int i = 0; i < 100; ++i) {
+      while (!budget.allows(now)) now += 0.001;
+      const double seconds = 0.01 + 0.03 * (i % 4);
+      now += seconds;
+      spent += seconds;
+      budget.spent(now, seconds, most);
+    }
+    while (!budget.allows(now)) now += 0.001;
+    EXPECT_NEAR(spent / (now - 100), most, 0.01);
+    EXPECT_NEAR(budget.share(now), most, 0.1);
+    EXPECT_EQ(budget.share(now + 10), 0);
+  }
+}
+
+// ---- state --------------------------------------------------------------------------------------
+struct DrivenTraining : DrivenScene {
+  DrivenTraining() : DrivenScene(2) {
+    apply(action::training_began, std::filesystem::path("/data/model"));
+  }
+  TrainingProgress at(int iteration) const {
+    TrainingProgress progress;
+    progress.iteration = iteration;
+    progress.iterations = 3000;
+    progress.loss = 0.25;
+    progress.gaussians = 1234;
+    return progress;
+  }
+};
+
+TEST(TrainingState, commands_reach_the_host_in_the_phases_in_which_they_make_sense) {
+  Driven without;
+  without.press("Shift+T");
+  EXPECT_TRUE(without.training.empty()) << "nothing is trained";
+  DrivenTraining driven;
+  EXPECT_TRUE(driven.viewer.panels.training);
+  driven.press("Shift+T");
+  driven.apply(action::command_training, TrainingCommand::resume);
+  driven.apply(action::training_paused, true);
+  driven.press("Ctrl+T");
+  driven.press("Shift+T");
+  driven.apply(action::command_training, TrainingCommand::pause);
+  driven.apply(action::training_paused, false);
+  driven.apply(action::command_training, TrainingCommand::save);
+  driven.apply(action::command_training, TrainingCommand::stop);
+  driven.apply(action::training_ended, std::string("stopped and saved"), false);
+  driven.apply(action::command_training, TrainingCommand::stop);
+  using enum TrainingCommand;
+  EXPECT_THAT(driven.training, ElementsAre(pause, step, resume, save, stop));
+}
+
+TEST(TrainingState, a_run_starts_unless_one_is_under_way) {
+  Driven driven;
+  const std::vector<std::string> words = {"garden", "--out-dir", "model"};
+  driven.apply(action::start_training, words);
+  EXPECT_THAT(driven.trained, ElementsAre(words));
+  driven.apply(action::start_training, words);
+  EXPECT_EQ(driven.trained.size(), 1u);
+  EXPECT_THAT(driven.viewer.log.back().text, HasSubstr("stop that run first"));
+  driven.apply(action::training_ended, std::string("finished and saved"), false);
+  driven.apply(action::start_training, words);
+  EXPECT_EQ(driven.trained.size(), 2u);
+}
+
+TEST(TrainingState, measuring_waits_and_scripts_wait_while_a_model_is_trained) {
+  DrivenTraining driven;
+  Viewer viewer = driven.viewer;
+  viewer.panels.hud = true;
+  viewer.shown.version = viewer.version;
+  viewer.now = 1e3;
+  EXPECT_FALSE(numbers_are_wanted(viewer));
+  EXPECT_FALSE(is_settled(viewer));
+  for (const TrainingPhase phase : {TrainingPhase::paused, TrainingPhase::ended}) {
+    viewer.training->phase = phase;
+    viewer.panels.hud = false;
+    EXPECT_TRUE(is_settled(viewer));
+    viewer.panels.hud = true;
+    EXPECT_TRUE(numbers_are_wanted(viewer));
+  }
+}
+
+TEST(TrainingState, another_model_needs_another_frame_and_both_take_from_the_budget) {
+  DrivenTraining driven;
+  EXPECT_TRUE(may_draw(driven.viewer));
+  const int version = driven.viewer.version, view_version = driven.viewer.view_version;
+  driven.apply(action::model_shown, 70, std::uint64_t{999}, 0.1);
+  EXPECT_GT(driven.viewer.version, version);
+  EXPECT_GT(driven.viewer.view_version, view_version);
+  EXPECT_EQ(driven.viewer.scene->gaussians, 999u);
+  EXPECT_EQ(driven.viewer.training->shown, 70);
+  EXPECT_FALSE(may_draw(driven.viewer));
+  Turn turn;
+  turn.now = driven.viewer.now + 0.41;  // 0.1 s are a fifth of 0.5 s
+  driven.apply(action::tick, turn, 0.41);
+  EXPECT_TRUE(may_draw(driven.viewer));
+  ShownFrame frame;
+  frame.stats.frame_ms = 100;
+  driven.apply(action::frame_shown, frame);
+  EXPECT_FALSE(may_draw(driven.viewer));
+  driven.apply(action::training_paused, true);
+  EXPECT_TRUE(may_draw(driven.viewer)) << "nothing to take time from";
+}
+
+TEST(TrainingState, the_panel_says_how_far_training_is) {
+  DrivenTraining driven;
+  TrainingProgress progress = driven.at(1500);
+  progress.test_psnr = 24.5;
+  progress.test_ssim = 0.875;
+  progress.evaluated = 1400;
+  progress.iterations_per_second = 12.34;
+  driven.apply(action::training_progressed, progress);
+  std::map<std::string, std::string> facts;
+  for (const Fact& fact : training_facts(driven.viewer)) facts[fact.label] = fact.value;
+  EXPECT_EQ(facts["state"], "running");
+  EXPECT_EQ(facts["iteration"], "1,500 of 3,000");
+  EXPECT_EQ(facts["loss"], "0.2500");
+  EXPECT_EQ(facts["test PSNR"], "24.50 dB, SSIM 0.8750 at iteration 1,400");
+  EXPECT_EQ(facts["Gaussians"], "1,234");
+  EXPECT_EQ(facts["speed"], "12.3 iterations/s");
+  EXPECT_EQ(facts["drawing"], "0 % of the time");
+  driven.apply(action::training_ended, std::string("no memory"), true);
+  EXPECT_EQ(training_facts(driven.viewer)[0].value, "no memory");
+  EXPECT_TRUE(driven.viewer.log.back().error);
+}
+
+// ---- the thread ---------------------------------------------------------------------------------
+// A trainer that counts; its model has as many Gaussians as iterations, and one more.
+class CountingRun {
+ public:
+  std::string operator()(TrainingThread& thread) {
+    thread.began("/model", "/data");
+    TrainingProgress progress;
+    progress.iterations = 1'000'000'000;
+    for (;; ++progress.iteration) {
+      iteration = progress.iteration;
+      const TrainingWish wish = thread.after_iteration(progress, [&] {
+        GaussianCloud cloud;
+        cloud.positions.resize(static_cast<std::size_t>(progress.iteration) + 1);
+        return cloud;
+      });
+      if (wish == TrainingWish::stop) return "stopped";
+      if (wish == TrainingWish::save) ++saves, --progress.iteration;
+    }
+  }
+  std::atomic<int> iteration = 0, saves = 0;
+};
+
+class TrainingThreadTest : public testing::Test {
+ protected:
+  // Takes reports until the state is as expected. The limit is far beyond what a run needs.
+  void wait_until(const std::function<bool()>& expected) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(100);
+    while (!expected()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end);
+      Actions actions;
+      thread_.take_reports(actions);
+      driven_.apply_all(actions);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  TrainingPhase phase() const { return driven_.viewer.training->phase; }
+  void pause() {
+    thread_.command(TrainingCommand::pause);
+    wait_until([&] {
+      thread_.take_model();
+      return phase() == TrainingPhase::paused && !thread_.busy();
+    });
+  }
+
+  CountingRun run_;
+  DrivenTraining driven_;
+  TrainingThread thread_{[] {}, [this](TrainingThread& thread) { return run_(thread); }};
+};
+
+TEST_F(TrainingThreadTest, pauses_steps_resumes_saves_and_stops) {
+  pause();
+  const int paused_at = run_.iteration;
+  EXPECT_EQ(driven_.viewer.training->progress.iteration, paused_at);
+  thread_.command(TrainingCommand::save);
+  wait_until([&] { return !thread_.busy(); });
+  EXPECT_EQ(run_.saves, 1);
+  EXPECT_EQ(run_.iteration, paused_at) << "saving trains nothing";
+  for (int step = 1; step <= 2; ++step) {
+    thread_.command(TrainingCommand::step);
+    std::optional<TrainedModel> model;
+    wait_until([&] { return (model = thread_.take_model()).has_value(); });
+    EXPECT_EQ(model->iteration, paused_at + step);
+    EXPECT_EQ(model->scene->cloud.size(), static_cast<std::size_t>(paused_at + step) + 1);
+    wait_until([&] { return !thread_.busy(); });
+    EXPECT_EQ(run_.iteration, paused_at + step);
+  }
+  thread_.command(TrainingCommand::resume);
+  wait_until([&] { return phase() == TrainingPhase::running && run_.iteration > paused_at + 10; });
+  thread_.command(TrainingCommand::stop);
+  wait_until([&] { return phase() == TrainingPhase::ended; });
+  EXPECT_EQ(driven_.viewer.training->outcome, "stopped");
+}
+
+TEST_F(TrainingThreadTest, copies_the_model_only_if_the_window_wants_one) {
+  wait_until([&] { return thread_.take_model().has_value(); });
+  const int seen = run_.iteration;
+  wait_until([&] { return run_.iteration > seen + 50; });
+  EXPECT_FALSE(thread_.take_model());
+  thread_.want_model();
+  std::optional<TrainedModel> model;
+  wait_until([&] { return (model = thread_.take_model()).has_value(); });
+  EXPECT_GT(model->iteration, seen);
+}
+
+// ---- the program --------------------------------------------------------------------------------
+TEST(TrainingWindow, shows_pauses_steps_and_ends_with_the_bits_of_a_run_without_a_window) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), folder / "data");
+  test::write_scene(to_cloud(test::perturbed(test::ball_of_gaussians(200, 1), 2), false),
+                    folder / "init.ply");
+  std::ofstream(folder / "script")
+      << "key Shift+T\nwait\nstate " << path("paused.json") << "\nkey Ctrl+T\nwait\nstate "
+      << path("step.json") << "\nkey Shift+T\nwait\nstate " << path("ended.json") << "\nshot "
+      << path("ended.png") << "\nquit\n";
+  const auto train = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"train",        path("data"), "--out-dir", path(name),
+                                      "--holdout",    "4",          "--init",    path("init.ply"),
+                                      "--iterations", "100",        "--threads", "2",
+                                      "--eval-every", "10"};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_quadsplat(words);
+  };
+  const auto run = train("window", {"--view", "--settings", "-", "--input", path("script")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto state = [&](const std::string& name) {
+    return parse_json(read_text_file(folder / (name + ".json"), 1 << 20), "test");
+  };
+  EXPECT_EQ(state("paused")["training"]["state"], "paused");
+  const int paused_at = state("paused")["training"]["shown"].get<int>();
+  EXPECT_EQ(state("paused")["training"]["iteration"], fmt::format("{} of 100", paused_at));
+  EXPECT_EQ(state("paused")["gaussians"], 200);
+  EXPECT_EQ(state("step")["training"]["iteration"], fmt::format("{} of 100", paused_at + 1));
+  EXPECT_EQ(state("step")["training"]["shown"], paused_at + 1);
+  EXPECT_EQ(state("ended")["training"]["iteration"], "100 of 100");
+  EXPECT_EQ(state("ended")["training"]["state"], "finished and saved");
+  EXPECT_EQ(state("ended")["training"]["shown"], 100);
+  EXPECT_THAT(state("ended")["training"]["test PSNR"].get<std::string>(),
+              HasSubstr("at iteration 100"));
+  EXPECT_EQ(state("ended")["scene"], "window");
+  const Image shot = read_image(folder / "ended.png");
+  EXPECT_GT(std::count_if(shot.values.begin(), shot.values.end(),
+                          [](float value) { return value > 0.4f; }),
+            1000);
+
+  ASSERT_EQ(train("terminal", {}).exit_code, 0);
+  const auto gaussians = [&](const std::string& name) {
+    return read_text_file(folder / name / "point_cloud/iteration_100/point_cloud.ply", 1 << 26);
+  };
+  EXPECT_EQ(gaussians("window"), gaussians("terminal"));
+}
+
+TEST(TrainingWindow, prints_how_to_continue_if_it_was_closed_before_the_end) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const std::string data = (folder / "my data").string(), model = (folder / "model").string();
+  const std::string script = (folder / "script").string();
+  test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), data);
+  std::ofstream(script) << "key Shift+T\nwait\nquit\n";
+  const auto run = test::run_quadsplat({"train", data, "--out-dir", model, "--threads", "2",
+                                        "--view", "--settings", "-", "--input", script});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(
+      run.out,
+      testing::EndsWith("stopped; to continue: quadsplat train '" + data + "' --out-dir " + model +
+                        " --threads 2 --view --settings - --input " + script + " --resume\n"));
+}
+
+TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), folder / "data");
+  // A shot waits until the window was drawn. Focus needs a few drawings, a key press one. A field
+  // keeps what was typed, and typing replaces it.
+  std::ofstream script(folder / "script");
+  const auto train_from = [&](const std::string& data) {
+    script << "key Ctrl+Shift+T\n";
+    for (int i = 0; i < 4; ++i) script << "shot " << path("dialog.png") << "\n";
+    script << "type " << path(data) << "\n";
+    for (int i = 0; i < 2; ++i) script << "shot " << path("typed.png") << "\n";
+    script << "key Enter\n";
+    for (int i = 0; i < 2; ++i) script << "shot " << path("started.png") << "\n";
+  };
+  train_from("nothing");
+  script << "wait\nstate " << path("refused.json") << "\n";
+  train_from("data");
+  script << "key Shift+T\nwait\nstate " << path("paused.json") << "\nquit\n";
+  script.close();
+  const auto run = test::run_quadsplat({"view", "--settings", path("settings.json"), "--threads",
+                                        "2", "--input", path("script"), "--size", "800x500"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto state = [&](const std::string& name) {
+    return parse_json(read_text_file(folder / (name + ".json"), 1 << 20), "test");
+  };
+  EXPECT_THAT(state("refused")["training"]["state"].get<std::string>(), HasSubstr("nothing"));
+  const nlohmann::json training = state("paused")["training"];
+  EXPECT_EQ(training["state"], "paused");
+  EXPECT_THAT(training["iteration"].get<std::string>(), HasSubstr(" of 30,000"));
+  EXPECT_EQ(training["model"], path("data_model"));
+  EXPECT_EQ(state("paused")["scene"], "data_model");
+  EXPECT_TRUE(std::filesystem::exists(folder / "data_model/checkpoint")) << "closing saves it";
+}
+
+}  // namespace
+}  // namespace qs

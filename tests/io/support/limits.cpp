@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include "io/support/limits.h"
+
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+namespace qs::test {
+namespace {
+
+constexpr std::size_t kMaxHeapBytes = std::size_t{1} << 30;
+constexpr std::chrono::seconds kMaxTime{5};
+
+}  // namespace
+
+void expect_within_limits(const std::function<std::size_t()>& read) {
+  const HeapPeak heap;
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t decoded = read();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, kMaxTime);
+  EXPECT_LE(heap.bytes(), kMaxHeapBytes + decoded);
+}
+
+std::size_t bytes_of(const GaussianCloud& cloud) {
+  const auto bytes = [](const auto& array) { return array.capacity() * sizeof array[0]; };
+  return bytes(cloud.positions) + bytes(cloud.log_scales) + bytes(cloud.rotations) +
+         bytes(cloud.opacity_logits) + bytes(cloud.sh);
+}
+
+}  // namespace qs::test

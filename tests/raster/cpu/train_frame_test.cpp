@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+// The forward and the backward pass of training: against the renderer, and against differences of
+// whole frames.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "raster/cpu/train/backward.h"
+#include "raster/make/cpu_renderer.h"
+#include "support/differences.h"
+#include "support/pool.h"
+#include "support/scenes.h"
+#include "support/train_scenes.h"
+
+namespace qs::cpu::train {
+namespace {
+
+using test::for_each_group;
+using test::groups_of;
+using test::kHeight;
+using test::kWidth;
+using test::pixel_weights;
+using test::pool;
+using test::settings_of;
+using test::small_scene;
+
+template <class Real>
+Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings& settings,
+                             int threads = 2) {
+  const Camera camera = test::front_camera(kWidth, kHeight);
+  const StepView view{camera, settings, pool(threads)};
+  ForwardFrame<Real> frame;
+  BackwardScratch<Real> scratch;
+  Gradients<Real> gradients;
+  forward(view, scene, frame);
+  backward<Real>(view, scene, frame, pixel_weights<Real>(), scratch, gradients);
+  return gradients;
+}
+
+TEST(TrainFrame, equals_the_renderers_picture) {
+  for (const bool antialiased : {false, true}) {
+    const Parameters<float> scene = small_scene<float>(300, 1);
+    const Camera camera = test::front_camera(kWidth, kHeight);
+    const RenderSettings settings = settings_of(kDefaultMode, antialiased);
+    ForwardFrame<float> frame;
+    forward({camera, settings, pool()}, scene, frame);
+    const auto renderer = make_cpu_renderer(pool());
+    renderer->upload(to_cloud(scene, antialiased), {});
+    const Image& expected = renderer->render(camera, settings).color;
+    for (std::size_t i = 0; i < frame.color.size(); ++i) {
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(frame.color[i][c], expected.values[3 * i + static_cast<std::size_t>(c)], 2e-5);
+    }
+  }
+}
+
+TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
+  for (const bool antialiased : {false, true}) {
+    const RenderSettings settings = settings_of(find_culler("3dgs"), antialiased);
+    Parameters<double> scene = small_scene<double>(24, 5);
+    const Camera camera = test::front_camera(kWidth, kHeight);
+    const auto weights = pixel_weights<double>();
+    const Gradients<double> gradients = gradients_of(scene, settings);
+    ForwardFrame<double> frame;
+    const auto loss = [&] {
+      forward({camera, settings, pool(1)}, scene, frame);
+      double sum = 0;
+      for (std::size_t i = 0; i < weights.size(); ++i) sum += glm::dot(weights[i], frame.color[i]);
+      return sum;
+    };
+    const auto expected = groups_of(gradients.by);
+    std::size_t group = 0;
+    for_each_group(scene, [&](const char* name, std::size_t values, double* first) {
+      double scale = 0;
+      for (const double value : expected[group]) scale = std::max(scale, std::abs(value));
+      EXPECT_GT(scale, 0);
+      // Of the coefficients, a share: they are many, and each is linear.
+      const std::size_t step = values > 4 ? 11 : 1;
+      for (std::size_t i = 0; i < values * scene.size(); i += step) {
+        const double before = first[i], h = 1e-6;
+        first[i] = before + h;
+        const double above = loss();
+        first[i] = before - h;
+        const double below = loss();
+        first[i] = before;
+        EXPECT_NEAR(expected[group][i], (above - below) / (2 * h), 1e-6 * scale)
+            << name << " " << i << (antialiased ? ", antialiased" : "");
+      }
+      ++group;
+    });
+  }
+}
+
+TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) {
+  for (const bool antialiased : {false, true}) {
+    const RenderSettings settings = settings_of(kDefaultMode, antialiased);
+    const auto values = groups_of(gradients_of(small_scene<float>(24, 5), settings).by);
+    const auto expected = groups_of(gradients_of(small_scene<double>(24, 5), settings).by);
+    for (std::size_t group = 0; group < values.size(); ++group) {
+      SCOPED_TRACE(group);
+      test::expect_close(values[group], expected[group], 1e-3);
+    }
+  }
+}
+
+TEST(TrainFrame, every_lossless_mode_gives_the_same_gradients) {
+  const Parameters<float> scene = small_scene<float>(200, 7);
+  const Gradients<float> expected = gradients_of(scene, settings_of(find_culler("adr"), false));
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some of the others' pixels.
+    if (!row_of(mode).lossless) continue;
+    const Gradients<float> gradients = gradients_of(scene, settings_of(mode, false));
+    EXPECT_EQ(groups_of(gradients.by), groups_of(expected.by)) << mode_name(mode);
+    EXPECT_EQ(gradients.visible, expected.visible) << mode_name(mode);
+  }
+}
+
+TEST(TrainFrame, gradients_do_not_depend_on_the_number_of_threads) {
+  const Parameters<float> scene = small_scene<float>(5000, 9);
+  const RenderSettings settings = settings_of(kDefaultMode, true);
+  const Gradients<float> expected = gradients_of(scene, settings, 1);
+  for (const int threads : {2, 3, 7}) {
+    const Gradients<float> gradients = gradients_of(scene, settings, threads);
+    EXPECT_EQ(groups_of(gradients.by), groups_of(expected.by)) << threads;
+    EXPECT_EQ(gradients.mean_px, expected.mean_px) << threads;
+    EXPECT_EQ(gradients.visible, expected.visible) << threads;
+  }
+}
+
+TEST(TrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
+  Parameters<float> scene = small_scene<float>(3, 11);
+  scene.means[1].z = -3;
+  const Gradients<float> gradients = gradients_of(scene, settings_of(kDefaultMode, false));
+  EXPECT_EQ(gradients.visible, (std::vector<std::uint8_t>{1, 0, 1}));
+  EXPECT_EQ(gradients.by.means[1], glm::vec3(0));
+  EXPECT_NE(gradients.by.means[0], glm::vec3(0));
+}
+
+// Both means lie 1.8 standard deviations outside of the image. At an opacity of 0.01, alpha falls
+// below 1/255 at 1.4 standard deviations.
+TEST(TrainFrame, views_that_a_faint_gaussian_does_not_reach_do_not_count_in_any_mode) {
+  const Camera camera = test::front_camera(kWidth, kHeight);
+  constexpr double kDepth = 3, kSigmaPx = 6;
+  Parameters<float> scene = small_scene<float>(2, 13);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double x_px = -1.8 * kSigmaPx;
+    scene.means[i] =
+        glm::dvec3((x_px - camera.center_px.x) / camera.focal_px.x * kDepth, 0, kDepth);
+    scene.log_scales[i] = glm::vec3(glm::dvec3(std::log(kSigmaPx * kDepth / camera.focal_px.x)));
+  }
+  scene.opacity_logits = {static_cast<float>(std::log(0.01 / 0.99)), 2};
+  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    EXPECT_EQ(gradients_of(scene, settings_of(mode, false)).visible,
+              (std::vector<std::uint8_t>{0, 1}))
+        << mode_name(mode);
+  }
+}
+
+}  // namespace
+}  // namespace qs::cpu::train

@@ -19,7 +19,7 @@ constexpr double kTurn = 2 * glm::pi<double>(), kLargestGap = 0.25 * kTurn;
 constexpr double kArcMargin = 0.1;  ///< of an arc at each end, which few cameras saw
 constexpr double kAsFar = 0.75;  ///< of the eye's distance: nearer cameras may stand before a wall
 
-constexpr int kDirections = 48;   ///< all around
+constexpr int kArcSteps = 48;     ///< all around
 constexpr double kNear = 0.45;    ///< of the eye's distance: what is nearer can hide the subject
 constexpr double kHidden = 0.05;  ///< mean change of the picture without it: it hides the subject
 
@@ -66,7 +66,7 @@ Arc open_arc(const GaussianCloud& cloud, const Framing& framing, ThreadPool& poo
   const double free = kNear * glm::distance(framing.eye, framing.target);
   const auto obstruction = [&](int direction) {
     const Camera start = framed_camera(framing, 16, 9);
-    const double angle = kTurn * direction / kDirections;
+    const double angle = kTurn * direction / kArcSteps;
     Framing turned = framing;
     turned.eye = orbited(start, framing.target, framing.up, angle, 0).position();
     const ViewQuality view = views.measure(turned, free);
@@ -74,10 +74,10 @@ Arc open_arc(const GaussianCloud& cloud, const Framing& framing, ThreadPool& poo
   };
   const double most = obstruction(0) + kHidden;
   int left = 0, right = 0;
-  while (left < kDirections && obstruction(left + 1) < most) ++left;
-  if (left == kDirections) return arc_of(360);
+  while (left < kArcSteps && obstruction(left + 1) < most) ++left;
+  if (left == kArcSteps) return arc_of(360);
   while (obstruction(-right - 1) < most) ++right;
-  return {-kTurn * right / kDirections, kTurn * left / kDirections};
+  return {-kTurn * right / kArcSteps, kTurn * left / kArcSteps};
 }
 
 Arc free_arc(const std::vector<Camera>& cameras, const GaussianCloud& cloud, const Framing& framing,

@@ -14,7 +14,7 @@ namespace {
 // The part of the driver's binary interface that is used here, as in its API reference.
 using Result = int;
 using Device = int;
-using Context = struct CUctx_st*;
+using Context = void*;
 using Address = unsigned long long;
 
 Address address_of(const void* memory) { return reinterpret_cast<Address>(memory); }

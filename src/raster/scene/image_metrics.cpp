@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMetricRows = 32;  // rows of a chunk
 
-bool same_shape(const Image& a, const Image& b) {
+[[maybe_unused]] bool same_shape(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
 }
 

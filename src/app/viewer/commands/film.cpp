@@ -74,7 +74,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "filming", 0});
   try {
-    film_view(path, plan, shown_progress(path, "filming", context.stop, context.reports));
+    write_film(path, plan, shown_progress(path, "filming", context.stop, context.reports));
   } catch (const Cancelled&) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;

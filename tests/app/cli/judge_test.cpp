@@ -31,7 +31,7 @@ using test::ProgramRun;
 using test::run_quadsplat;
 using testing::HasSubstr;
 
-constexpr int kViews = 3;
+constexpr int kJudgedViews = 3;
 
 class Judge : public testing::Test {
  protected:
@@ -39,7 +39,7 @@ class Judge : public testing::Test {
   void SetUp() override {
     cloud_ = test::random_cloud(400, 1, 5);
     test::write_scene(cloud_, folder_ / "scene.ply");
-    for (int i = 0; i < kViews; ++i) {
+    for (int i = 0; i < kJudgedViews; ++i) {
       Camera camera = test::front_camera(60, 40);
       camera.view_from_world[3].x = 0.05 * i;
       camera.name = "view" + std::to_string(i);
@@ -47,7 +47,7 @@ class Judge : public testing::Test {
     }
     test::write_cameras(cameras_, folder_ / "cameras.json");
     for (const char* name : {"truth", "other"}) std::filesystem::create_directories(folder_ / name);
-    for (int i = 0; i < kViews; ++i) write_image(render(i), picture("truth", i));
+    for (int i = 0; i < kJudgedViews; ++i) write_image(render(i), picture("truth", i));
   }
 
   std::filesystem::path picture(const std::string& folder, int i) const {
@@ -84,13 +84,13 @@ class Judge : public testing::Test {
 };
 
 TEST_F(Judge, two_folders_are_compared_by_the_names_of_their_pictures) {
-  for (int i = 0; i < kViews; ++i) write_image(changed(i), picture("other", i));
+  for (int i = 0; i < kJudgedViews; ++i) write_image(changed(i), picture("other", i));
   const json result = report({"judge", path("truth"), path("other")});
-  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kViews));
+  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kJudgedViews));
   double psnr_sum = 0, flip_sum = 0;
-  for (int k = 0; k < kViews; ++k) {
+  for (int k = 0; k < kJudgedViews; ++k) {
     const json& view = result["views"][static_cast<std::size_t>(k)];
-    const int i = kViews - 1 - k;  // the worst first
+    const int i = kJudgedViews - 1 - k;  // the worst first
     EXPECT_EQ(view["view"], "view" + std::to_string(i));
     EXPECT_NEAR(view["psnr"], psnr(render(i), changed(i), test::pool()), 1e-9);
     EXPECT_NEAR(view["ssim"], ssim(render(i), changed(i), test::pool()), 1e-9);
@@ -98,8 +98,8 @@ TEST_F(Judge, two_folders_are_compared_by_the_names_of_their_pictures) {
     psnr_sum += view["psnr"].get<double>();
     flip_sum += view["flip"].get<double>();
   }
-  EXPECT_NEAR(result["mean"]["psnr"], psnr_sum / kViews, 1e-9);
-  EXPECT_NEAR(result["mean"]["flip"], flip_sum / kViews, 1e-9);
+  EXPECT_NEAR(result["mean"]["psnr"], psnr_sum / kJudgedViews, 1e-9);
+  EXPECT_NEAR(result["mean"]["flip"], flip_sum / kJudgedViews, 1e-9);
 }
 
 TEST_F(Judge, a_scene_is_drawn_in_the_size_of_the_pictures_that_it_is_compared_with) {
@@ -123,7 +123,7 @@ TEST_F(Judge, the_files_of_render_are_found_by_the_camera_at_the_end_of_their_na
                                         "--all-cameras", "--output", path("other/out.pfm")});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
   const json result = report({"judge", path("scene.ply"), path("other")});
-  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kViews));
+  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kJudgedViews));
   for (const json& view : result["views"]) EXPECT_TRUE(view["psnr"].is_null()) << view["psnr"];
 }
 
@@ -133,7 +133,7 @@ TEST_F(Judge, compare_with_two_scenes_draws_both_with_the_cameras_of_the_first) 
   std::filesystem::create_directories(folder_ / "elsewhere");
   test::write_scene(dimmer, folder_ / "elsewhere/dimmer.ply");
   const json result = report({"compare", path("scene.ply"), path("elsewhere/dimmer.ply")});
-  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kViews));
+  ASSERT_EQ(result["views"].size(), static_cast<std::size_t>(kJudgedViews));
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(dimmer, {});
   for (const json& view : result["views"]) {
@@ -145,7 +145,7 @@ TEST_F(Judge, compare_with_two_scenes_draws_both_with_the_cameras_of_the_first) 
 }
 
 TEST_F(Judge, the_folder_holds_table_json_and_a_sheet_of_the_worst_views) {
-  for (int i = 0; i < kViews; ++i) write_image(changed(i), picture("other", i));
+  for (int i = 0; i < kJudgedViews; ++i) write_image(changed(i), picture("other", i));
   const ProgramRun run = run_quadsplat(
       {"judge", path("truth"), path("other"), "--out-dir", path("out"), "--sheet-views", "2"});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;

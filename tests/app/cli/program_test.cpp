@@ -249,7 +249,8 @@ TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
     const std::filesystem::path picture = folder_ / ("p_000" + std::to_string(i) + ".ppm");
     ASSERT_TRUE(std::filesystem::exists(picture)) << picture;
     EXPECT_EQ(read_image(picture).width, 32);
-    const Camera camera = parse_camera(stats["frames"][i]["camera"].dump(), "stats");
+    const Camera camera =
+        parse_camera(stats["frames"][static_cast<std::size_t>(i)]["camera"].dump(), "stats");
     EXPECT_NEAR(camera.view_from_world[3].x, 0.05 * i, 1e-6);
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "p_0005.ppm"));

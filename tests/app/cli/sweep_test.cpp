@@ -174,7 +174,7 @@ TEST_P(Sweep, no_pair_of_options_crashes) {
   constexpr std::size_t kMost = 8;                               // settings of a run
   const bool headless = GetParam().name == std::string("view");  // at best it finds no display
   Options options(GetParam().name, GetParam().summary);
-  const Action action = GetParam().declare(options);
+  const CommandAction action = GetParam().declare(options);
   const std::vector<Option>& table = options.table();
   const std::vector<Setting> settings = settings_of(table);
 
@@ -229,7 +229,7 @@ TEST_P(Sweep, no_pair_of_options_crashes) {
 
 TEST_P(Sweep, nonsense_values_end_with_a_sentence_or_are_taken) {
   Options options(GetParam().name, GetParam().summary);
-  const Action action = GetParam().declare(options);
+  const CommandAction action = GetParam().declare(options);
   const std::vector<Option>& table = options.table();
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table[i].most == 0) continue;

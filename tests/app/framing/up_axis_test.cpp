@@ -22,7 +22,7 @@ namespace {
 
 constexpr glm::dvec3 kConvention{0, -1, 0};
 
-double degrees_between(glm::dvec3 a, glm::dvec3 b) {
+double angle_between(glm::dvec3 a, glm::dvec3 b) {
   return glm::degrees(std::acos(std::min(1.0, glm::dot(a, b) / (glm::length(a) * glm::length(b)))));
 }
 
@@ -40,7 +40,7 @@ TEST(UpAxis, is_the_normal_of_a_tilted_floor_under_objects_and_floaters) {
       builder.disc(6000, middle, normal, 2 * scale);
       builder.ball(4000, middle + 0.5f * scale * normal, 0.5f * scale);
       builder.floaters(300, middle, 8 * scale, 0.2f * scale);
-      EXPECT_LT(degrees_between(up_of(builder.cloud), up), 2) << up.x << ' ' << scale;
+      EXPECT_LT(angle_between(up_of(builder.cloud), up), 2) << up.x << ' ' << scale;
     }
   }
 }
@@ -53,13 +53,13 @@ TEST(UpAxis, is_the_normal_of_a_bare_floor_under_dense_things_and_below_a_roof) 
   kitchen.box(3000, {0, -0.4f, 0}, {0.6f, 0.4f, 0.9f});
   kitchen.ball(3000, {0, -1.1f, 0}, 0.3f);
   kitchen.turn(lean);
-  EXPECT_LT(degrees_between(up_of(kitchen.cloud), up), 2);
+  EXPECT_LT(angle_between(up_of(kitchen.cloud), up), 2);
   test::SceneBuilder house(3);
   house.room({4, 2.5f, 3}, false);
   for (const float side : {-1.0f, 1.0f})
     house.rectangle(6000, {0, -6, 1.5f * side}, {4.5f, 0, 0}, {0, -1, -1.6f * side});
   house.turn(lean);
-  EXPECT_LT(degrees_between(up_of(house.cloud), up), 2);
+  EXPECT_LT(angle_between(up_of(house.cloud), up), 2);
 }
 
 TEST(UpAxis, is_the_convention_s_at_a_wall_and_around_a_ball) {
@@ -77,7 +77,7 @@ TEST(UpAxis, is_perpendicular_to_walls_without_a_floor) {
   test::SceneBuilder walls(6);
   walls.rectangle(4000, {0, 0, 2}, 2.0f * aside, up);
   walls.rectangle(3000, 2.0f * aside, {0, 0, 2}, up);
-  EXPECT_LT(degrees_between(up_of(walls.cloud), glm::dvec3(up)), 2);
+  EXPECT_LT(angle_between(up_of(walls.cloud), glm::dvec3(up)), 2);
 }
 
 // The normal was fitted to the data set's own points, which no Gaussian was made from here.
@@ -85,7 +85,7 @@ TEST(UpAxis, of_trained_scenes_is_within_five_degrees_of_the_plane_of_their_poin
   for (const char* name : {"scenes/plush.spz", "scenes/plush_big.spz", "scenes/plush_small.spz"}) {
     QS_NEEDS_SHARED(name);
     const Scene scene = read_scene(test::shared_path(name), test::pool());
-    EXPECT_LT(degrees_between(up_of(scene.cloud), {0.002, -0.877, -0.481}), 5) << name;
+    EXPECT_LT(angle_between(up_of(scene.cloud), {0.002, -0.877, -0.481}), 5) << name;
   }
 }
 

@@ -16,17 +16,17 @@
 namespace qs::test {
 namespace {
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 void redirect(int descriptor, const std::filesystem::path& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (file < 0 || dup2(file, descriptor) < 0) _exit(127);
 }
 
 }  // namespace
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 ProgramRun run_program(const std::string& program, const std::vector<std::string>& arguments,
                        const std::function<void(pid_t)>& meanwhile) {

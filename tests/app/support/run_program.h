@@ -3,6 +3,7 @@
 // Runs the real program as a user does and keeps what it said.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,6 +16,9 @@ struct ProgramRun {
   int exit_code = -1;  ///< 128 + signal when it was killed
   std::string out, err;
 };
+
+/// The bytes of a file; empty if it cannot be read.
+std::string content_of(const std::filesystem::path& path);
 
 /// `program` is found in PATH if it has no slash; exit code 127 if it is not found. `meanwhile` is
 /// called with the program's process while it runs.

@@ -16,6 +16,7 @@
 
 #include "app/base/environment.h"
 #include "app/cli/command.h"
+#include "app/support/run_program.h"
 #include "io/bytes/base64.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
@@ -25,11 +26,6 @@
 
 namespace qs::test {
 namespace {
-
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// Sends a stream of this process to a file while it lives.
 class Redirected {
@@ -280,7 +276,7 @@ void Transcript::run(const std::string& command_line) {
   {
     const Redirected out(stdout, "stdout.txt"), err(stderr, "stderr.txt");
     try {
-      code = run_program(words);
+      code = qs::run_program(words);
     } catch (const Error& error) {
       code = static_cast<int>(error.kind());
       sentence = fmt::format("quadsplat: {}\n", error.what());

@@ -20,20 +20,20 @@ using test::error_of;
 using testing::HasSubstr;
 
 template <class T>
-void put(std::string& bytes, T value) {
+void put_bytes(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 // Two points; the second was seen in two images.
 std::string binary_points(double x = 0.25) {
   std::string bytes;
-  put<std::uint64_t>(bytes, 2);
+  put_bytes<std::uint64_t>(bytes, 2);
   for (int i = 0; i < 2; ++i) {
-    put<std::uint64_t>(bytes, 17);
-    for (const double value : {x, -2.5, 3.0 + i}) put(bytes, value);
-    for (const int value : {0, 51, 255}) put(bytes, static_cast<std::uint8_t>(value));
-    put(bytes, 0.7);
-    put<std::uint64_t>(bytes, static_cast<std::uint64_t>(2 * i));
+    put_bytes<std::uint64_t>(bytes, 17);
+    for (const double value : {x, -2.5, 3.0 + i}) put_bytes(bytes, value);
+    for (const int value : {0, 51, 255}) put_bytes(bytes, static_cast<std::uint8_t>(value));
+    put_bytes(bytes, 0.7);
+    put_bytes<std::uint64_t>(bytes, static_cast<std::uint64_t>(2 * i));
     bytes.append(static_cast<std::size_t>(16 * i), 'x');
   }
   return bytes;

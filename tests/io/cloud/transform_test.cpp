@@ -14,7 +14,7 @@
 namespace qs::test {
 namespace {
 
-glm::dvec3 color(const GaussianCloud& cloud, std::size_t i, const glm::dvec3& direction) {
+glm::dvec3 sh_color(const GaussianCloud& cloud, std::size_t i, const glm::dvec3& direction) {
   return sh_sum(cloud, i, cloud.sh_degree, direction);
 }
 
@@ -34,7 +34,8 @@ void expect_moved(const glm::dmat4& matrix, const glm::dmat3& turn) {
     const double largest = std::max({expected[0][0], expected[1][1], expected[2][2]});
     for (int c = 0; c < 3; ++c) EXPECT_LT(glm::distance(actual[c], expected[c]), 1e-5 * largest);
     const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.7, 0.2 + 0.1 * double(i)));
-    EXPECT_LT(glm::distance(color(moved, i, turn * direction), color(cloud, i, direction)), 1e-5);
+    EXPECT_LT(glm::distance(sh_color(moved, i, turn * direction), sh_color(cloud, i, direction)),
+              1e-5);
   }
 }
 

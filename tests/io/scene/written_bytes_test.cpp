@@ -29,7 +29,7 @@ namespace {
 
 using testing::ElementsAreArray;
 
-class Bytes {
+class ByteText {
  public:
   template <class... T>
   void put(T... values) {
@@ -63,7 +63,7 @@ void expect_same_bytes(const std::string& actual, const std::string& expected) {
 std::size_t coefficients(const GaussianCloud& cloud) {
   return static_cast<std::size_t>((cloud.sh_degree + 1) * (cloud.sh_degree + 1));
 }
-double opacity(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
+double opacity_value(float logit) { return 1 / (1 + std::exp(-static_cast<double>(logit))); }
 
 // To the nearest whole number, brought into 0 to `most`.
 std::uint32_t rounded(double value, std::uint32_t most) {
@@ -96,7 +96,7 @@ TEST(WrittenBytes, ply_has_one_row_of_floats_for_each_gaussian) {
     GaussianCloud cloud = some_cloud(70, degree);
     cloud.antialiased = degree == 1;
     const std::size_t n = coefficients(cloud);
-    Bytes expected;
+    ByteText expected;
     expected.text("ply\nformat binary_little_endian 1.0\nelement vertex 70\n");
     const auto property = [&](const std::string& name) {
       expected.text("property float " + name + "\n");
@@ -128,14 +128,14 @@ TEST(WrittenBytes, ply_has_one_row_of_floats_for_each_gaussian) {
 
 TEST(WrittenBytes, splat_has_rows_of_32_bytes_the_largest_first) {
   const GaussianCloud cloud = some_cloud(70, 1);
-  Bytes expected;
+  ByteText expected;
   for (const std::uint32_t i : largest_first(cloud)) {
     const glm::vec3 s = cloud.log_scales[i], dc = cloud.sh[4 * i];
     expected.put(cloud.positions[i]);
     expected.put(std::exp(s.x), std::exp(s.y), std::exp(s.z));
     for (int c = 0; c < 3; ++c)
       expected.put(byte(255 * (0.5 + 0.28209479177387814 * static_cast<double>(dc[c]))));
-    expected.put(byte(255 * opacity(cloud.opacity_logits[i])));
+    expected.put(byte(255 * opacity_value(cloud.opacity_logits[i])));
     const glm::quat& q = cloud.rotations[i];
     for (const float v : {q.w, q.x, q.y, q.z})
       expected.put(byte(128 * static_cast<double>(v) + 128));
@@ -184,7 +184,7 @@ std::uint32_t packed_rotation(const glm::quat& q) {
 std::string expected_compressed_ply(const GaussianCloud& cloud) {
   const std::size_t n = coefficients(cloud), chunks = (cloud.size() + 255) / 256;
   const std::string count = std::to_string(cloud.size());
-  Bytes expected, rows, sh;
+  ByteText expected, rows, sh;
   expected.text("ply\nformat binary_little_endian 1.0\nelement chunk " + std::to_string(chunks) +
                 "\n");
   for (const char* name : {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x",
@@ -223,7 +223,7 @@ std::string expected_compressed_ply(const GaussianCloud& cloud) {
       };
       rows.put(triple(0), packed_rotation(cloud.rotations[order[i]]), triple(3),
                step(6, 255) << 24 | step(7, 255) << 16 | step(8, 255) << 8 |
-                   rounded(255 * opacity(cloud.opacity_logits[order[i]]), 255));
+                   rounded(255 * opacity_value(cloud.opacity_logits[order[i]]), 255));
       for (int channel = 0; channel < 3; ++channel) {
         for (std::size_t k = 1; k < n; ++k) {
           const double value = static_cast<double>(cloud.sh[order[i] * n + k][channel]);
@@ -255,7 +255,7 @@ constexpr bool kOddInYOrZ[] = {false, true, true,  false, true, false, false, tr
 
 std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
   const std::size_t n = coefficients(cloud);
-  Bytes positions, alphas, colors, scales, rotations, sh;
+  ByteText positions, alphas, colors, scales, rotations, sh;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const glm::vec3 up = cloud.positions[i] * glm::vec3(1, -1, -1);
     for (int axis = 0; axis < 3; ++axis) {
@@ -264,7 +264,7 @@ std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
       for (int k = 0; k < 3; ++k)
         positions.put(static_cast<std::uint8_t>(static_cast<std::uint32_t>(fixed) >> (8 * k)));
     }
-    alphas.put(byte(255 * opacity(cloud.opacity_logits[i])));
+    alphas.put(byte(255 * opacity_value(cloud.opacity_logits[i])));
     for (int c = 0; c < 3; ++c) {
       colors.put(byte(255 * (0.15 * static_cast<double>(cloud.sh[i * n][c]) + 0.5)));
       scales.put(byte(16 * (static_cast<double>(cloud.log_scales[i][c]) + 10)));
@@ -295,7 +295,7 @@ std::string expected_spz_blocks(const GaussianCloud& cloud, int bits) {
 }
 
 std::string spz_start(const GaussianCloud& cloud, std::uint32_t version, int bits) {
-  Bytes start;
+  ByteText start;
   start.text("NGSP");
   start.put(version, static_cast<std::uint32_t>(cloud.size()),
             static_cast<std::uint8_t>(cloud.sh_degree), static_cast<std::uint8_t>(bits),
@@ -339,7 +339,7 @@ TEST(WrittenBytes, spz_of_version_4_has_a_table_of_streams_after_32_bytes) {
     write_scene(cloud, folder / "a.spz", {}, "spz-v4");
     const auto bytes = file_bytes(folder / "a.spz");
     const std::uint8_t streams = cloud.sh_degree == 0 ? 5 : 6;
-    Bytes header;
+    ByteText header;
     header.text(spz_start(cloud, 4, bits));
     header.put(streams, std::uint32_t{32});
     header.text(std::string(12, '\0'));
@@ -409,7 +409,7 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
       columns.insert(columns.end(), {-q.x, -q.y, q.z, q.w});
     for (const glm::vec3& s : cloud.log_scales) add(glm::vec3(glm::exp(glm::dvec3(s))));
     for (const float logit : cloud.opacity_logits)
-      columns.push_back(static_cast<float>(opacity(logit)));
+      columns.push_back(static_cast<float>(opacity_value(logit)));
     // Odd in x or y but not both.
     constexpr bool kOdd[] = {false, true, false, true, false, true, false, true,
                              false, true, false, true, false, true, false, true};
@@ -417,8 +417,9 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
       for (std::size_t i = 0; i < count; ++i) add(cloud.sh[i * n + k] * (kOdd[k] ? -1.0f : 1.0f));
     }
 
-    using json = nlohmann::ordered_json;
-    json names = json::object(), accessors = json::array(), views = json::array();
+    using nlohmann::ordered_json;
+    ordered_json names = ordered_json::object(), accessors = ordered_json::array(),
+                 views = ordered_json::array();
     std::size_t offset = 0;
     const char* const types[] = {"", "SCALAR", "", "VEC3", "VEC4"};
     for (const auto& [name, components] : attributes) {
@@ -435,27 +436,27 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
     }
     accessors[0]["min"] = {low.x, low.y, low.z};
     accessors[0]["max"] = {high.x, high.y, high.z};
-    const json description = {{"asset", {{"version", "2.0"}, {"generator", "quadsplat"}}},
-                              {"extensionsUsed", {"KHR_gaussian_splatting"}},
-                              {"scene", 0},
-                              {"scenes", {{{"nodes", {0}}}}},
-                              {"nodes", {{{"mesh", 0}}}},
-                              {"meshes",
-                               {{{"primitives",
-                                  {{{"attributes", names},
-                                    {"mode", 0},
-                                    {"extensions",
-                                     {{"KHR_gaussian_splatting",
-                                       {{"kernel", "ellipse"},
-                                        {"colorSpace", "srgb_rec709_display"},
-                                        {"projection", "perspective"},
-                                        {"sortingMethod", "cameraDistance"}}}}}}}}}}},
-                              {"accessors", accessors},
-                              {"bufferViews", views},
-                              {"buffers", {{{"byteLength", offset}}}}};
+    const ordered_json description = {{"asset", {{"version", "2.0"}, {"generator", "quadsplat"}}},
+                                      {"extensionsUsed", {"KHR_gaussian_splatting"}},
+                                      {"scene", 0},
+                                      {"scenes", {{{"nodes", {0}}}}},
+                                      {"nodes", {{{"mesh", 0}}}},
+                                      {"meshes",
+                                       {{{"primitives",
+                                          {{{"attributes", names},
+                                            {"mode", 0},
+                                            {"extensions",
+                                             {{"KHR_gaussian_splatting",
+                                               {{"kernel", "ellipse"},
+                                                {"colorSpace", "srgb_rec709_display"},
+                                                {"projection", "perspective"},
+                                                {"sortingMethod", "cameraDistance"}}}}}}}}}}},
+                                      {"accessors", accessors},
+                                      {"bufferViews", views},
+                                      {"buffers", {{{"byteLength", offset}}}}};
     std::string text = description.dump();
     while (text.size() % 4 != 0) text += ' ';
-    Bytes expected;
+    ByteText expected;
     expected.text("glTF");
     expected.put(std::uint32_t{2}, static_cast<std::uint32_t>(28 + text.size() + offset),
                  static_cast<std::uint32_t>(text.size()));

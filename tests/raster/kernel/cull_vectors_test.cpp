@@ -26,7 +26,7 @@ const test::CullVectors& vectors() {
 }
 
 template <class P>
-std::set<int> tile_set(const CullVector& vector) {
+std::set<int> vector_tiles(const CullVector& vector) {
   std::set<int> tiles;
   if (!(vector.footprint.gamma > 0) && !P::kKeepsFaint) return tiles;
   for_each_tile<P>(vector.footprint, vector.grid, [&](int tile) { tiles.insert(tile); });
@@ -59,7 +59,7 @@ TEST(CullVectors, are_passed_by_every_mode) {
     with_culler(mode, [&]<class P>(P) {
       ASSERT_TRUE(vectors().map_of_mode.contains(P::kName)) << P::kName;
       for (const CullVector& vector : vectors().all) {
-        const std::set<int> listed = tile_set<P>(vector);
+        const std::set<int> listed = vector_tiles<P>(vector);
         EXPECT_EQ(vector.maps.at(vectors().map_of_mode.at(P::kName)).fault_of(listed), "")
             << P::kName << " " << vector.name;
         if (!P::kLossless) continue;

@@ -16,7 +16,7 @@ struct Size {
 };
 
 constexpr Size kSizes[] = {{1, 1}, {17, 33}, {640, 97}, {97, 640}, {256, 256}};
-constexpr int kDraws = 600;            // per kind and size
+constexpr int kCullerDraws = 600;      // per kind and size
 constexpr int kBruteForceDraws = 150;  // for tests that try every pixel
 
 template <class P>
@@ -35,7 +35,7 @@ std::set<int> tile_set(const Footprint& footprint, TileGrid grid) {
 /// Calls check(footprint, grid, size) for every kind, size and draw. Ends a kind at its first
 /// failure.
 template <class Check>
-void for_each_footprint(const Check& check, int draws = kDraws) {
+void for_each_footprint(const Check& check, int draws = kCullerDraws) {
   for (const test::FootprintKind& kind : test::footprint_kinds()) {
     for (const Size size : kSizes) {
       std::mt19937 random(20260504);

@@ -16,13 +16,13 @@ constexpr int kWidth = 320, kHeight = 200;
 constexpr float kThickest = 1e-3f;  // f^2 of what counts as a needle here
 
 template <class P>
-std::set<int> tile_set(const Footprint& footprint, TileGrid grid) {
+std::set<int> tiles_listed_by(const Footprint& footprint, TileGrid grid) {
   std::set<int> tiles;
   for_each_tile<P>(footprint, grid, [&](int tile) { tiles.insert(tile); });
   return tiles;
 }
 
-bool includes(const std::set<int>& outer, const std::set<int>& inner) {
+bool all_in(const std::set<int>& outer, const std::set<int>& inner) {
   return std::includes(outer.begin(), outer.end(), inner.begin(), inner.end());
 }
 
@@ -56,28 +56,30 @@ TEST(Peers, lose_no_visible_pixel_of_a_gaussian_that_is_no_needle) {
           needed.insert(grid.tile_of(x, y));
       }
     }
-    EXPECT_TRUE(includes(tile_set<SnugBox>(footprint, grid), needed));
-    EXPECT_TRUE(includes(tile_set<AccuTile>(footprint, grid), needed));
-    EXPECT_TRUE(includes(tile_set<FlashGs>(footprint, grid), needed));
-    EXPECT_TRUE(includes(tile_set<StopThePop>(footprint, grid), needed));
-    EXPECT_TRUE(includes(tile_set<FasterGs>(footprint, grid), needed));
+    EXPECT_TRUE(all_in(tiles_listed_by<SnugBox>(footprint, grid), needed));
+    EXPECT_TRUE(all_in(tiles_listed_by<AccuTile>(footprint, grid), needed));
+    EXPECT_TRUE(all_in(tiles_listed_by<FlashGs>(footprint, grid), needed));
+    EXPECT_TRUE(all_in(tiles_listed_by<StopThePop>(footprint, grid), needed));
+    EXPECT_TRUE(all_in(tiles_listed_by<FasterGs>(footprint, grid), needed));
   });
 }
 
 TEST(Peers, list_the_same_tiles_where_their_statements_agree) {
   for_each_thick_footprint([](const Footprint& footprint, TileGrid grid) {
-    EXPECT_EQ(tile_set<AccuTile>(footprint, grid), tile_set<FlashGs>(footprint, grid));
-    EXPECT_EQ(tile_set<StopThePop>(footprint, grid), tile_set<FasterGs>(footprint, grid));
+    EXPECT_EQ(tiles_listed_by<AccuTile>(footprint, grid),
+              tiles_listed_by<FlashGs>(footprint, grid));
+    EXPECT_EQ(tiles_listed_by<StopThePop>(footprint, grid),
+              tiles_listed_by<FasterGs>(footprint, grid));
   });
 }
 
 TEST(Peers, nest_from_squares_of_pixel_centres_to_boxes) {
   for_each_thick_footprint([](const Footprint& footprint, TileGrid grid) {
-    const std::set<int> accutile = tile_set<AccuTile>(footprint, grid);
-    const std::set<int> centers = tile_set<FasterGs>(footprint, grid);
-    EXPECT_TRUE(includes(tile_set<Exact>(footprint, grid), centers));
-    EXPECT_TRUE(includes(accutile, centers));
-    EXPECT_TRUE(includes(tile_set<SnugBox>(footprint, grid), accutile));
+    const std::set<int> accutile = tiles_listed_by<AccuTile>(footprint, grid);
+    const std::set<int> centers = tiles_listed_by<FasterGs>(footprint, grid);
+    EXPECT_TRUE(all_in(tiles_listed_by<Exact>(footprint, grid), centers));
+    EXPECT_TRUE(all_in(accutile, centers));
+    EXPECT_TRUE(all_in(tiles_listed_by<SnugBox>(footprint, grid), accutile));
   });
 }
 
@@ -91,7 +93,7 @@ void expect_every_passing_tile(const Footprint& footprint, TileGrid grid) {
     const int column = tile % grid.columns, row = tile / grid.columns;
     if (box.contains(column, row) && walk.test.meets(column, row)) passing.insert(tile);
   }
-  EXPECT_EQ(tile_set<P>(footprint, grid), passing) << P::kName;
+  EXPECT_EQ(tiles_listed_by<P>(footprint, grid), passing) << P::kName;
 }
 
 TEST(Peers, that_test_tiles_list_every_tile_of_their_box_that_passes) {

@@ -1,7 +1,16 @@
 # SPDX-License-Identifier: MIT
 # The Debian package of the components `program` and `plugin`: scripts/deb. dpkg-shlibdeps finds the packages of the shared
-# libraries; those that the program loads while it runs, and the programs that it starts, are named here.
-set(maintainer "quadsplat maintainers <maintainers@quadsplat.invalid>")
+# libraries; those that the program loads while it runs, and the programs that it starts, are named here. Without a maintainer,
+# as in a source archive without git's history, there is no package.
+set(maintainer "${QUADSPLAT_MAINTAINER}")
+if(NOT maintainer)
+  execute_process(COMMAND git log -1 "--format=%an <%ae>" WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+    OUTPUT_VARIABLE maintainer OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(NOT maintainer MATCHES "^[^<>]+ <[^<>@ ]+@[^<>@ ]+>$")
+  file(REMOVE ${PROJECT_BINARY_DIR}/CPackConfig.cmake)
+  return()
+endif()
 string(TIMESTAMP today "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(WRITE ${PROJECT_BINARY_DIR}/debian/changelog "quadsplat (${PROJECT_VERSION}) unstable; urgency=medium\n
   * CHANGELOG.md lists the changes.\n\n -- ${maintainer}  ${today}\n")

@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # Functions shared by several scripts, which source this file: root, say, fail, gpu_present, find_nvcc, nvcc_major,
-# debian_mirror.
+# debian_mirror, write_webp.
 
 # shellcheck disable=SC2034  # used by the scripts that source this
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -44,4 +44,10 @@ debian_mirror() {
                                awk -v release="$here" '$2 == release { print $1; exit }')
   [[ -n $mirror ]] || fail "apt's sources name no mirror for $here: set MIRROR"
   echo "$mirror"
+}
+
+# write_webp FROM TO [OPTIONS...]: a picture of the documentation, a third of a JPEG's size, with ImageMagick's convert.
+# Without the deblocking filter the edges of tiles in heat maps stay sharp.
+write_webp() {
+  convert "$1" -strip -quality 88 -define webp:method=6 -define webp:use-sharp-yuv=1 -define webp:filter-strength=0 "${@:3}" "$2"
 }

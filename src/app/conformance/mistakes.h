@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The usual mistakes of renderers. Each can be applied to a drawing, so that the picture of a
-// renderer can be compared with pictures that have the mistake. To add a mistake: a function and a
-// row of kMistakes in mistakes.cpp. The tests run for every row: it must change a scene of the kit,
-// and no other mistake may draw all scenes like it.
+// renderer can be compared with pictures that have the mistake.
+// To add a mistake: a function and a row of kMistakes in mistakes.cpp. The tests run for every row:
+// it must change a scene of the kit, and no other mistake may draw all scenes like it.
 #pragma once
 
 #include <cstdint>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The kernels that list full macro-tiles:
-//   find_slices sorts the samples of every full macro-tile and chooses its cuts by depth
-//   fill_slices copies all its entries to the slices, in any order place_slices counts the entries
-//   of the slices per tile, and reserves room for the lists sort_slices sorts every slice and
-//   writes its part of the lists
+//   find_slices    sorts the samples of every full macro-tile and chooses its cuts by depth
+//   fill_slices    copies all its entries to the slices, in any order
+//   place_slices   counts the entries of the slices per tile, and reserves room for the lists
+//   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
 #include <type_traits>
 

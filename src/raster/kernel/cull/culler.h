@@ -5,10 +5,10 @@
 //   struct MyMode {
 //     static constexpr const char* kName = "my-mode";  // CLI, GUI, CSV
 //     static constexpr const char* kSummary = "...";   // one clause for tables and help
-//     static constexpr bool kLossless = true; // lists a Gaussian in every tile where it has a
-//     pixel of alpha >= 1/255 static constexpr bool kKeepsFaint = false; // lists Gaussians of
-//     opacity <= 1/255 template <int kTilePx = kTileSize> static QS_HD Walk walk(const Footprint&,
-//     TileGrid);
+//     static constexpr bool kLossless = true;          // lists every tile with alpha >= 1/255
+//     static constexpr bool kKeepsFaint = false;       // lists Gaussians of opacity <= 1/255
+//     template <int kTilePx = kTileSize>
+//     static QS_HD Walk walk(const Footprint&, TileGrid);
 //   };
 //
 // A convex footprint meets every line of tiles in one contiguous run. So a mode is a Walk: an axis,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The machine and the build that measured a report's numbers.
+// The machine and the build with which a report's numbers were measured.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@
 namespace qs {
 
 /// The text of a bar: "LABEL [####    ]  50 %, 0:07 left". `seconds` have passed since the start.
-/// The time left is that of the same speed, and is shown from the first step on.
+/// The time left assumes constant speed, and is shown from the first step on.
 std::string progress_line(const std::string& label, float fraction, double seconds);
 
 /// Reports 0..1 as begin..end of another progress.

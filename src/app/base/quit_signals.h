@@ -21,7 +21,7 @@ class QuitSignals {
 
  private:
   struct sigaction terminate_ {
-  }, interrupt_{};  // what they did before
+  }, interrupt_{};  // the previous handlers
 };
 
 }  // namespace qs

@@ -35,7 +35,7 @@ std::vector<std::string> separated(std::string_view text, char separator = ',');
 /// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
-/// A word for a POSIX shell, in single quotes unless the shell takes it as it is.
+/// A word for a POSIX shell, in single quotes unless the shell reads it unchanged.
 std::string shell_word(const std::string& word);
 
 /// 1796342 -> "1,796,342".

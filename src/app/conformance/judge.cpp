@@ -9,13 +9,13 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kMostMistakes = 6;  // of a cause
-constexpr std::size_t kMostCauses = 3;    // more that fit equally well explain nothing
+constexpr std::size_t kMostCauses = 3;    // a larger number of equal fits explains nothing
 
-// How well a set of mistakes explains all pictures.
+// The fit of a set of mistakes to all pictures.
 struct Score {
   MistakeSet set;
   std::size_t matched = 0;
-  double squared_error = 0;  // of the matched ones
+  double squared_error = 0;  // of the matched pictures
 };
 
 bool better(const Score& a, const Score& b) {
@@ -24,7 +24,7 @@ bool better(const Score& a, const Score& b) {
   return a.squared_error < b.squared_error;
 }
 
-// The sets that are not clearly worse than the best one, which comes first.
+// The best set and all sets that are not clearly worse, best first.
 std::vector<MistakeSet> best_sets(std::vector<Score> scores) {
   std::stable_sort(scores.begin(), scores.end(), better);
   std::vector<MistakeSet> sets;
@@ -115,7 +115,7 @@ class KitJudge {
     if (!judgement_.causes.empty()) judgement_.explained = explained_by(judgement_.causes.front());
   }
 
-  // The scores of the set with each further mistake.
+  // The scores of the sets that add one mistake to `set`.
   std::vector<Score> scores_of_larger(const MistakeSet& set) {
     std::vector<Score> scores;
     for (std::size_t mistake = 0; mistake < mistakes().size(); ++mistake) {
@@ -140,7 +140,7 @@ class KitJudge {
     return count;
   }
 
-  // The mistakes of the set without which this scene would look different.
+  // The mistakes of the set that change this scene: without them its picture is different.
   MistakeSet visible_part(std::size_t scene, MistakeSet set) const {
     const Picture8 picture = picture8(draw_with(views_[scene], set));
     for (std::size_t i = set.size(); i-- > 0;) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Compares the pictures that a renderer drew of the kit's scenes with the truth, and finds the
-// mistakes that explain them: those with which the plain renderer draws the same pictures.
+// mistakes that explain them: with these mistakes the plain renderer draws the same pictures.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ inline constexpr double kLeastPsnr = 48;  ///< dB; every value differs by 1: 48.
 /// An explanation is clearly better than another one if its squared error is smaller by 3 dB.
 inline constexpr double kClearlyBetter = 2;
 
-/// How well a picture fits an expected one.
+/// The fit of a picture to an expected picture.
 struct Fit {
   double squared_error = 0;  ///< sum over the 8-bit values
   int largest = 0;           ///< difference of an 8-bit value
@@ -34,7 +34,8 @@ struct Fit {
 /// then only `largest` is set.
 Fit fit_of(const Picture8& picture, const Picture8& expected, int limit = 255);
 
-/// What sets of mistakes draw of every scene of the kit. Equal pictures are stored once.
+/// The pictures that sets of mistakes give for every scene of the kit. Equal pictures are stored
+/// once.
 class Variants {
  public:
   /// All sets of at most `most` mistakes.
@@ -44,7 +45,7 @@ class Variants {
   const Picture8& picture(std::size_t scene, std::size_t set) const {
     return pictures_[scene][which_[scene][set]];
   }
-  /// The fit of every set. Of those that do not match only `largest` is set.
+  /// The fit of every set. If a set does not match, only `largest` is set.
   std::vector<Fit> fits(std::size_t scene, const Picture8& picture) const;
 
  private:
@@ -53,10 +54,11 @@ class Variants {
   std::vector<std::vector<Picture8>> pictures_;    // scene, different pictures
 };
 
-/// The pictures of a renderer, one per scene of the kit. Empty: there is none.
+/// The pictures of a renderer, one per scene of the kit; empty if the picture is missing.
 struct Submission {
   std::vector<Picture8> pictures;
-  std::vector<std::string> problems;  ///< per scene: why its file is no picture of it; usually ""
+  /// per scene: the reason why its file is not a picture of it; usually ""
+  std::vector<std::string> problems;
 };
 
 /// Reads NAME.png of every scene. Throws Error(input) if `folder` has none of them.
@@ -69,28 +71,29 @@ struct SceneVerdict {
   Result result = Result::missing;
   std::string problem;  ///< the file's, if it is not a picture of the scene
   Fit fit;              ///< against the truth
-  /// The smallest sets that draw this picture, best first. Several: this scene cannot distinguish
-  /// them. Empty: no known mistake explains it.
+  /// The smallest sets of mistakes that give this picture, best first. Several sets: this scene
+  /// cannot distinguish them. Empty: no known mistake explains the picture.
   std::vector<MistakeSet> causes;
   double explained_psnr = 0;  ///< dB against the picture of the first cause
-  /// Without causes: the set, of at most two, whose picture is closest, and its PSNR in dB. It
-  /// explains nothing; it is a hint.
+  /// Without causes: the set of at most two mistakes whose picture is closest, and its PSNR in dB.
+  /// It is a hint and explains nothing.
   MistakeSet closest = {};
   double closest_psnr = 0;
 };
 
 struct KitVerdict {
   std::vector<SceneVerdict> scenes;  ///< parallel to kit_scenes()
-  /// The smallest sets that explain most scenes, also those that pass; best first. Several: the
-  /// kit cannot distinguish them. Empty: all scenes pass, or no set explains more scenes than none.
+  /// The smallest sets that explain most scenes, passing scenes included; best first. Several sets:
+  /// the kit cannot distinguish them. Empty: all scenes pass, or no set explains more scenes than
+  /// the empty set.
   std::vector<MistakeSet> causes;
   std::size_t explained = 0;  ///< failed scenes that the first of `causes` draws
 
   std::size_t count(Result result) const;
 };
 
-/// `variants` has sets of at most two mistakes. If no two explain all pictures, further mistakes
-/// are added one by one as long as each explains more of them.
+/// `variants` has sets of at most two mistakes. If no two mistakes explain all pictures, mistakes
+/// are added one by one while each explains more pictures.
 KitVerdict judge_kit(const Submission& submission, const Variants& variants, ThreadPool& pool);
 
 }  // namespace qs

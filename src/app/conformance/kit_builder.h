@@ -14,7 +14,7 @@ namespace qs {
 inline constexpr int kKitWidth = 64, kKitHeight = 48;
 inline constexpr double kKitFocal = 60;  ///< px
 
-/// One Gaussian in the units in which people think.
+/// One Gaussian in convenient units.
 struct Blob {
   glm::vec3 position{0, 0, 3};
   glm::vec3 sigma{0.2f};  ///< standard deviations, world units

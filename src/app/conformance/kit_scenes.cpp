@@ -67,7 +67,8 @@ KitView small_gaussians(bool antialiased) {
 KitView dilation() { return small_gaussians(false); }
 KitView antialiased() { return small_gaussians(true); }
 
-// Many Gaussians in the same place show what a single one hides in a rounding step.
+// Many Gaussians in the same place make an effect visible that a rounding step hides for a single
+// Gaussian.
 KitView alpha_threshold() {
   const Camera camera = kit_camera();
   std::vector<Blob> blobs(48, round_blob(camera, {17, 24}, 3, 7, glm::vec3(1), 0.0037f));
@@ -75,8 +76,8 @@ KitView alpha_threshold() {
   return view_of(blobs, camera);
 }
 
-// Gaussians whose 3-sigma square covers the picture look the same to renderers that draw that
-// square only.
+// Gaussians whose 3-sigma square covers the picture, so that renderers that draw only that square
+// give the same picture.
 KitView alpha_maximum() {
   const Camera camera = kit_camera();
   return view_of({round_blob(camera, {31.7, 24.2}, 2, 60, glm::vec3(0), 0.999999f),
@@ -93,7 +94,7 @@ KitView transmittance_stop() {
                  camera);
 }
 
-// Nothing may be cut where alpha is still 1/255. The 3-sigma square covers all tiles of the
+// No pixel with an alpha of 1/255 or more may be cut. The 3-sigma square covers all tiles of the
 // picture.
 KitView tails() {
   const Camera camera = kit_camera(80, 48);

@@ -14,12 +14,12 @@ namespace qs {
 struct KitView {
   GaussianCloud cloud;
   Camera camera;
-  RenderSettings settings;  ///< background; the rest is the default
+  RenderSettings settings;  ///< only the background differs from the default
 };
 
 struct KitScene {
   const char* name;  ///< of its files
-  const char* what;  ///< what it tests, a clause
+  const char* what;  ///< the rule that it tests, a clause
   KitView (*make)();
 };
 

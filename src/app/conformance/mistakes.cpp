@@ -52,7 +52,7 @@ void sh_opposite(Drawing& d) {  // odd functions change their sign
   });
 }
 
-void sh_signs(Drawing& d) {  // those that 3DGS defines with a minus
+void sh_signs(Drawing& d) {  // functions that 3DGS defines with a minus
   change_sh(d, [](glm::vec3* sh, std::size_t count) {
     for (const std::size_t k : {1u, 3u, 5u, 7u, 9u, 11u, 13u, 15u}) {
       if (k < count) sh[k] = -sh[k];

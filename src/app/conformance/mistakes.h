@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The usual mistakes of renderers. Each changes what is drawn, so that the picture of a renderer
-// can be compared with pictures that have the mistake.
+// The usual mistakes of renderers. Each can be applied to a drawing, so that the picture of a
+// renderer can be compared with pictures that have the mistake.
 // To add a mistake: a function and a row of kMistakes in mistakes.cpp. The tests run for every row:
 // it must change a scene of the kit, and no other mistake may draw all scenes like it.
 #pragma once
@@ -64,7 +64,7 @@ std::span<const Mistake> mistakes();
 /// Indices of mistakes(), ascending.
 using MistakeSet = std::vector<std::size_t>;
 
-/// No mistake; or each one alone; or every two that do not exclude each other.
+/// The empty set; or each mistake alone; or every two mistakes that do not exclude each other.
 std::vector<MistakeSet> sets_of_mistakes(int count);
 
 /// "quaternion-xyzw + dilation-missing"; "none" for an empty set.

@@ -55,7 +55,7 @@ class Plain {
   }
 
  private:
-  // 0 where the Gaussian is not drawn.
+  // The alpha at a pixel; 0 if the Gaussian is not drawn there.
   double alpha_at(const PlainSplat& splat, double x, double y) const {
     const double dx = x - splat.mean.x, dy = y - splat.mean.y;
     const double distance2 =
@@ -88,14 +88,16 @@ class Plain {
     splats_.push_back(splat);
   }
 
-  // The eigenvalues get the floor's distance from their mean. False if one is not positive.
+  // The eigenvalues get the floor's distance from their mean. False if an eigenvalue is not
+  // positive.
   bool lengthen(Covariance2<double>& covariance) const {
     const double mean = 0.5 * (covariance.xx + covariance.yy);
     const double root =
         std::sqrt(std::max(rules_.eigenvalue_floor, mean * mean - covariance.determinant()));
     if (!(mean - root > 0)) return false;
     glm::dvec2 axis(covariance.xy, mean + root - covariance.xx);
-    // Of an ellipse along x both are 0. The rounding of viewers that do this makes it upright.
+    // For an ellipse along x both components are 0. In the viewers with this mistake, rounding then
+    // gives the y axis.
     axis = glm::length(axis) < kAlongX * covariance.xx ? glm::dvec2(0, 1) : glm::normalize(axis);
     const double xx = axis.x * axis.x, yy = axis.y * axis.y, xy = axis.x * axis.y;
     covariance = {(mean + root) * xx + (mean - root) * yy, 2 * root * xy,
@@ -139,7 +141,7 @@ class Plain {
 
   static constexpr double kNegligible = 1e-9;  // alpha without an effect on any scene
   static constexpr double kAlongX = 1e-5;
-  static constexpr double kDarkest = 1024;  // no colour of a scene is below its negative
+  static constexpr double kDarkest = 1024;  // no colour of a scene is below -kDarkest
 
   const GaussianCloud& cloud_;
   const RenderSettings& settings_;

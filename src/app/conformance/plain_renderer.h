@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A small renderer in double precision whose rules can be changed one by one. It draws what other
-// renderers would draw with a mistake. With the rules of 3DGS it draws the image of mode
-// `reference`.
+// A small renderer in double precision whose rules can be changed one by one. It draws the image
+// that another renderer would draw with a mistake. With the rules of 3DGS it draws the image of
+// mode `reference`.
 #pragma once
 
 #include <limits>
@@ -12,8 +12,8 @@
 
 namespace qs {
 
-/// The rules that a change of the cloud, the camera or the settings cannot express. The values here
-/// are those of 3DGS.
+/// The rules that a change of the cloud, the camera or the settings cannot express. The default
+/// values are the rules of 3DGS.
 struct Rules {
   enum class Order { depth, depth_reversed, distance, file };
   enum class Stop { before, after, never };
@@ -30,7 +30,7 @@ struct Rules {
   double slope_limit = 1;        ///< factor on the limit of the slopes in the Jacobian
   bool view_directions = false;  ///< SH are evaluated with directions in view axes
   bool clamps_dark = true;       ///< colours of Gaussians below 0 become 0
-  bool clamps_bright = false;    ///< and those above 1 become 1
+  bool clamps_bright = false;    ///< colours above 1 become 1
 };
 
 /// Tries every Gaussian at every pixel: for small images. Not clamped.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How the camera of a film moves: round a subject, or along a path of keyframes.
+// The track of a film's camera: around a subject, or along a path of keyframes.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace qs {
 
-/// Where the camera slows down to a stop, besides the keyframes that say so themselves: nowhere,
-/// where the film begins and ends, or at every keyframe.
+/// The places where the camera slows down to a stop, besides keyframes with `eases`: nowhere, at
+/// the film's begin and end, or at every keyframe.
 enum class Ease { none, ends, all };
 
 /// Index = Ease.
@@ -20,16 +20,16 @@ inline constexpr const char* kEaseNames[] = {"none", "ends", "all"};
 
 struct CameraTrack {
   double seconds = 0;   ///< its own duration
-  bool closed = false;  ///< it ends where it begins
+  bool closed = false;  ///< its end equals its begin
   /// `share`: of the duration, 0 to 1; `size`: of the picture.
   std::function<Camera(double share, glm::ivec2 size)> at;
 };
 
 inline constexpr double kTurntableSeconds = 10;
 
-/// Round what a framing shows, from its own eye and at its height: all the way round, or from one
-/// end of the arc to the other and back, like a pendulum. A turntable has no keyframes: Ease::all
-/// means Ease::ends.
+/// Circles around the framing's target, at the height and distance of its eye: a full circle, or
+/// from one end of the arc to the other and back, like a pendulum. A turntable has no keyframes:
+/// Ease::all means Ease::ends.
 CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease);
 
 /// Along the keyframes in their own times. At least two.

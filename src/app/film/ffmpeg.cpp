@@ -43,8 +43,9 @@ std::vector<std::string> command_line(const std::filesystem::path& output, glm::
   return words;
 }
 
-// A group of its own keeps Ctrl+C from the process, so that this program alone decides what becomes
-// of the film. posix_spawnp() and not fork(): this process has threads, and perhaps a CUDA context.
+// A group of its own keeps Ctrl+C from the process, so that only this program decides if the film
+// is completed. posix_spawnp() and not fork(): this process has threads, and perhaps a CUDA
+// context.
 pid_t start(std::vector<std::string> words, int input, int messages) {
   posix_spawn_file_actions_t actions;
   posix_spawnattr_t attributes;
@@ -130,7 +131,7 @@ void Ffmpeg::close_pipe() {
   pipe_ = -1;
 }
 
-// What follows the first one are its consequences.
+// The first line of ffmpeg's messages; later lines follow from the first error.
 std::string Ffmpeg::first_message() const {
   std::string text(1000, '\0');
   const ssize_t count = pread(messages_, text.data(), text.size(), 0);

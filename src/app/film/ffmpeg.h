@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// An ffmpeg process that encodes pictures which it reads from this program.
+// An ffmpeg process that encodes pictures, which it reads from this program.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ class Ffmpeg {
   Ffmpeg(const Ffmpeg&) = delete;
   Ffmpeg& operator=(const Ffmpeg&) = delete;
 
-  /// Passes on an RGB picture of the film's size. Throws Error(input) with what ffmpeg said if it
-  /// has ended.
+  /// Sends an RGB picture of the film's size to ffmpeg. Throws Error(input) with ffmpeg's message
+  /// if it has ended.
   void add(const Image& picture);
 
   /// Waits until the file is complete. Throws as add().

@@ -15,7 +15,7 @@
 namespace qs {
 namespace {
 
-// The numbers of one way's frames so far.
+// The frame times and pair counts of a strip so far.
 struct Numbers {
   std::vector<double> frame_ms, tile_pairs;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Films: a camera moves along a track, and every picture shows its view in one or several ways.
+// Films: a camera moves along a track, and every picture shows its view drawn in one or several
+// ways.
 #pragma once
 
 #include <filesystem>
@@ -26,8 +27,8 @@ struct FilmPlan {
   double seconds = 0, fps = 30;         ///< pictures per second
   std::vector<FilmedBy> ways;           ///< at least one
   bool numbers = false;                 ///< name, FPS and tile pairs are part of the picture
-  Quantity quantity = Quantity::color;  ///< others are drawn by a colour map
-  ValueScale scale;                     ///< of that map; see film_scale()
+  Quantity quantity = Quantity::color;  ///< other quantities are drawn by a colour map
+  ValueScale scale;                     ///< of the colour map; see film_scale()
 
   /// Number of pictures, at least 1.
   int frames() const;
@@ -43,7 +44,7 @@ struct FilmedNumbers {
 ValueScale film_scale(const FilmPlan& plan, const Progress& progress);
 
 /// Draws the film and writes it, see film_file.h. Returns the numbers of each way. The FPS in the
-/// picture are the median of the last second. Throws Error and Cancelled; nothing is left then.
+/// picture are the median of the last second. Throws Error and Cancelled, and then leaves no file.
 std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
                                       const Progress& progress);
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 fs::path picture_name(int number) { return fmt::format("frame_{:05}.png", number); }
 
-// A hidden folder beside the one that it becomes.
+// A hidden folder beside its final path.
 struct HiddenFolder {
   fs::path path;
   explicit HiddenFolder(const fs::path& target)

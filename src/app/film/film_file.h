@@ -15,9 +15,10 @@ namespace qs {
 /// Takes the next picture of a film: RGB, of the film's size.
 using AddPicture = std::function<void(const Image& picture)>;
 
-/// Calls draw(add), which adds the pictures in order, and moves what they became to `path`. The
-/// name decides what that is, see film_format.h. A folder holds frame_00000.png and so on, and no
-/// pictures of an earlier film that was longer. Throws what draw() throws, and Error.
+/// Calls draw(add), which adds the pictures in order, and moves the finished file or folder to
+/// `path`. The name of `path` determines the format, see film_format.h. A folder holds
+/// frame_00000.png and so on; pictures of an earlier, longer film are removed. Throws what draw()
+/// throws, and Error.
 void write_film_file(const std::filesystem::path& path, glm::ivec2 size, double fps,
                      const std::function<void(const AddPicture& add)>& draw);
 

@@ -34,7 +34,8 @@ const std::vector<FilmFormat>& formats() {
   static const std::vector<FilmFormat> kFormats = {
       {".mp4", video({"-c:v", "libx264", "-crf", "18", "-movflags", "+faststart"}), true},
       {".webm", video({"-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-row-mt", "1"})},
-      // A palette per picture: one for all would need all pictures in memory.
+      // A palette per picture, because a palette for the whole film would need all pictures in
+      // memory.
       {".gif",
        {"-vf",
         "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=sierra2_4a"},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a film can be written as. To add an ending that ffmpeg can write: a row in film_format.cpp.
+// The formats of films. To add a format that ffmpeg can write: a row in film_format.cpp.
 #pragma once
 
 #include <filesystem>
@@ -20,11 +20,11 @@ struct FilmFormat {
   bool folder() const { return ending.empty(); }
 };
 
-/// The format of a film with this name. Throws Error: usage for an unknown ending and for what the
-/// format cannot hold, device if it needs ffmpeg and that is not installed.
+/// The format of a film with this name. Throws Error: usage for an unknown extension and for a size
+/// or rate that the format cannot hold, device if it needs ffmpeg and ffmpeg is not installed.
 const FilmFormat& film_format(const std::filesystem::path& path, glm::ivec2 size, double fps);
 
-/// Whether ffmpeg is on the PATH.
+/// True if ffmpeg is on the PATH.
 bool ffmpeg_is_installed();
 
 }  // namespace qs

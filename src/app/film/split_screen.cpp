@@ -12,14 +12,14 @@ namespace {
 constexpr const char* kWidestLine = "00,000,000 pairs";
 constexpr float kPlateOpacity = 0.7f;
 
-// The plate of the labels has one width in the whole film.
+// The plate of the labels has the same width in the whole film.
 int plate_width(const Font& font, const std::vector<StripName>& names) {
   int widest = font.width(kWidestLine);
   for (const StripName& name : names) widest = std::max(widest, font.width(name.text));
   return widest + font.line_height();
 }
 
-// As high as is easy to read, but no wider than a strip.
+// The height of letters: easy to read, but a label must fit into a strip.
 int letter_height(const std::vector<StripName>& names, int width, int height) {
   constexpr int kLeast = 8;
   const int room = width / static_cast<int>(names.size());

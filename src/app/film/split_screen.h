@@ -15,7 +15,7 @@
 
 namespace qs {
 
-/// What a strip is called.
+/// The name of a strip and its colour.
 struct StripName {
   std::string text;
   glm::vec3 color{1.0f};  ///< on a dark ground

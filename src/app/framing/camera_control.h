@@ -37,7 +37,8 @@ glm::dvec3 pan_step(const Camera& camera, double depth, glm::dvec2 pixels);
 /// Rotates clockwise around the viewing direction.
 Camera rolled(const Camera& camera, double angle);
 
-/// The vertical field of view, and the camera with another one, clamped to 0.5 .. 170 degrees.
+/// The vertical field of view, and the camera with another field of view, clamped to 0.5 .. 170
+/// degrees.
 double vertical_fov(const Camera& camera);
 Camera with_vertical_fov(const Camera& camera, double fov);
 

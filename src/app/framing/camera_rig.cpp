@@ -70,8 +70,8 @@ std::optional<Framing> framing_of(const std::vector<Camera>& cameras, glm::dvec3
     middle += camera.position() / static_cast<double>(cameras.size());
   const std::optional<glm::dvec3> target = cameras_target(cameras);
   const double usual = usual_distance(cameras, target.value_or(middle));
-  // Of a target: the camera that looks straightest at it from about the usual distance. Without
-  // one: the camera in the middle of the others.
+  // With a target: the camera that looks straightest at it from about the usual distance. Without a
+  // target: the camera nearest to the middle of all cameras.
   std::optional<Framing> best;
   double least = 0;
   for (const Camera& camera : cameras) {

@@ -44,7 +44,8 @@ double mean(const Image& image, Channel channel) {
   return 3 * sum / static_cast<double>(image.values.size());
 }
 
-// The outline of the subject is no detail of it.
+// The mean difference of neighbouring pixels inside the subject. The outline of the subject is not
+// a detail.
 double mean_step(const Image& image) {
   double sum = 0;
   for (int y = 1; y < image.height; ++y) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How good a view of a sample is, from pictures of it in the size of a thumbnail.
+// Measures the quality of views of a sample, from pictures of thumbnail size.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ struct ViewQuality {
   double detail = 0;       ///< mean difference of neighbouring pixels of the subject
   double shown = 0;        ///< share of the subject that is inside the picture
   double cut = 0;          ///< share of the picture's edge that shows the subject
-  double obstruction = 0;  ///< how much the picture changes without what is near the eye
+  double obstruction = 0;  ///< change of the picture when nothing near the eye is drawn
   bool blocked = false;    ///< the eye is inside a Gaussian
 };
 
@@ -27,14 +27,14 @@ class CandidateViews {
   CandidateViews(const CloudSample& sample, const Subject& subject, const Ground& ground,
                  const Shape& shape, ThreadPool& pool);
 
-  /// `free`: what is nearer to the eye obstructs the view.
+  /// `free`: Gaussians nearer to the eye than this obstruct the view; world units.
   ViewQuality measure(const Framing& framing, double free);
 
-  /// How much of a picture shows what is at the border of the subject; what is half way from its
-  /// middle counts half.
+  /// The share of a picture, 0 to 1, that shows the border of the subject. Gaussians half way
+  /// between its middle and its border count half.
   double border_share(const Camera& camera);
 
-  /// Whether a point lies in a Gaussian: within 3 standard deviations of one that can be seen.
+  /// True if a point is inside a Gaussian: within 3 standard deviations of a visible Gaussian.
   bool is_inside_a_gaussian(glm::dvec3 point) const;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A sample of a cloud, from which a first view is chosen: the time no longer depends on the size of
-// the scene, and the same cloud always gives the same sample.
+// A sample of a cloud, from which a first view is chosen: so that the time does not depend on the
+// size of the scene. The same cloud always gives the same sample.
 #pragma once
 
 #include <span>
@@ -15,12 +15,13 @@ namespace qs {
 
 struct CloudSample {
   GaussianCloud gaussians;       ///< with the base colour only
-  std::vector<float> opacities;  ///< 0..1; all 1 if every one of them is 0
+  std::vector<float> opacities;  ///< 0..1; all 1 if all of them are 0
   double represented = 1;        ///< Gaussians of the cloud per Gaussian of the sample, >= 1
 };
 
-/// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out those with
-/// values that are not numbers, infinite positions or infinite sizes, and those of drop_huge().
+/// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out Gaussians with
+/// values that are not numbers, with infinite positions or sizes, and those that drop_huge()
+/// removes.
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
 
 /// The same from a sample that a reader took with `most` as its Sampling::most.
@@ -37,7 +38,7 @@ class Quantiles {
   std::vector<std::pair<double, double>> sorted_;  // values and the sums of the weights up to them
 };
 
-/// How far a scene reaches along an axis: low <= high, world units.
+/// The range of a scene along an axis: low <= high, world units.
 struct Extent {
   double low = 0, high = 0;
   double size() const { return high - low; }

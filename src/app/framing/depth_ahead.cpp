@@ -16,7 +16,7 @@ struct Share {
   double depth, cover;  // integral of the opacity over a cell's area
 };
 
-// Half of the light of a cell comes from what is nearer than this depth. The shares are spread
+// Half of the light of a cell comes from Gaussians nearer than this depth. The shares are spread
 // evenly over the cell, so transmittance falls exponentially (Beer and Lambert).
 double depth_of_cell(std::vector<Share>& shares) {
   std::sort(shares.begin(), shares.end(),

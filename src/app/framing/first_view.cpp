@@ -17,7 +17,7 @@
 namespace qs {
 namespace {
 
-constexpr float kMostOfScene = 0.7f;  ///< a subject that is smaller has surroundings
+constexpr float kMostOfScene = 0.7f;  ///< a smaller subject has surroundings
 constexpr int kAzimuths = 12;
 constexpr double kElevations[] = {glm::radians(12.0), glm::radians(25.0), glm::radians(45.0)};
 constexpr double kLiking[] = {0.8, 1.0, 0.2};  ///< of the elevations
@@ -26,7 +26,7 @@ constexpr double kInsideFov = glm::radians(65.0);
 struct Candidate {
   Framing framing;
   ViewQuality quality;
-  double liking = 0;  ///< 0 to 1: how usual the direction is
+  double liking = 0;  ///< 0 to 1: preference for the direction
 };
 
 float longest_side(const Subject& subject) {
@@ -79,8 +79,9 @@ std::vector<Candidate> views_inside(double eye_height, const Ground& ground,
 }
 
 const Framing& best_of(const std::vector<Candidate>& candidates) {
-  // Between the subject's area in the picture and in the world, which grows with the squared
-  // distance: broad sides win over narrow ones that are seen from nearer.
+  // A compromise between the subject's area in the picture and its area in the world, which is the
+  // former times the squared distance. So a broad side is better than a narrow side seen from
+  // nearer.
   const auto area_of = [](const Candidate& c) {
     const glm::dvec3 eye = framed_camera(c.framing, 16, 9).position();
     return c.quality.coverage * glm::distance(eye, c.framing.target);

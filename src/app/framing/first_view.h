@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The view that a scene without cameras opens with: a few dozen views of its subject are drawn at
-// the size of a thumbnail, and the best one is taken. The choice depends on the cloud alone, not on
-// threads or chance.
+// The first view of a scene without cameras: a few dozen views of its subject are drawn at the size
+// of a thumbnail, and the best one is taken. The choice depends on the cloud alone, not on threads
+// or chance.
 #pragma once
 
 #include <optional>
@@ -26,7 +26,7 @@ struct Framing {
 };
 
 /// The camera of a framing. Pictures narrower than `aspect` are taken from farther away, up to
-/// `farthest`, and pictures higher than wide from as far as they need in addition.
+/// `farthest`, and pictures higher than wide from still farther away, as far as they need.
 Camera framed_camera(const Framing& framing, int width, int height);
 
 /// The best view of a cloud: the opacity-weighted 5th to 95th percentile of the subject fills 45 to
@@ -40,7 +40,7 @@ Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec
 Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool);
 
-/// The up axis that the user or else the file declares. `given` is what the user says.
+/// The up axis that the user or else the file declares. `given` is the user's; unset: none.
 std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,
                                       const std::string& vertical_axis);
 

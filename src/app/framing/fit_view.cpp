@@ -14,7 +14,7 @@ constexpr std::size_t kMostPoints = 400;
 constexpr double kFilled = 0.72, kLeastFilled = 0.5;  ///< of the height, by the box
 constexpr double kLeastDense = 0.47;  ///< of the height, by the middle 90 % of the points
 constexpr double kShown = 0.95;       ///< of the height, at most, by the middle 98 %
-constexpr double kMostOff = 0.06;     ///< of the height: how far the box's middle may be off
+constexpr double kMostOff = 0.06;     ///< of the height: largest offset of the box's middle
 constexpr double kLine = 4;           ///< a shape so much wider than high shows its whole width
 
 /// A rectangle in the picture, in heights of the picture from its centre.
@@ -24,16 +24,16 @@ struct Rectangle {
   double height() const { return std::max(high.y - low.y, 1e-3); }  // flat shapes seen edge-on
 };
 
-/// Where a shape is in the picture.
+/// The extents of a shape in the picture.
 struct ScreenExtents {
   Rectangle box;            ///< its corners
   Rectangle dense, nearly;  ///< the middle 90 % and 98 % of its points
 };
 
-/// The camera of fit_view() before it is one.
+/// The eye and axes from which fit_view() makes a camera.
 struct Viewpoint {
   glm::dvec3 right, down, forward, eye;
-  double nearest;  ///< depth of what is not in front of the eye
+  double nearest;  ///< smallest depth; nearer points and points behind the eye get it
 
   glm::dvec2 project(glm::dvec3 point) const {
     const glm::dvec3 from = point - eye;

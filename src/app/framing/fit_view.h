@@ -8,7 +8,7 @@
 
 namespace qs {
 
-/// What a view is fitted to.
+/// The shape to which a view is fitted.
 struct Shape {
   std::vector<glm::dvec3> corners;  ///< of the subject's box
   std::vector<glm::dvec3> points;   ///< some hundred of its Gaussians
@@ -21,7 +21,7 @@ struct Shape {
 Shape shape_of(const Subject& subject, double smallest);
 
 /// The view from `toward_eye`, a unit vector that is not parallel to `up`, with the shape's box in
-/// the middle and 72 % as high as the picture, or less if more sticks out of the box.
+/// the middle and 72 % as high as the picture, or less if much of the shape extends beyond the box.
 Framing fit_view(const Shape& shape, glm::dvec3 toward_eye, glm::dvec3 up);
 
 }  // namespace qs

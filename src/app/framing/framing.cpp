@@ -10,7 +10,7 @@
 namespace qs {
 namespace {
 
-constexpr double kMargin = 1.15;  // shows some of what is outside the core box
+constexpr double kMargin = 1.15;  // shows some surroundings of the core box
 constexpr double kElevation = glm::radians(15.0);
 
 // The horizontal viewing direction: z, the forward axis of RDF, or y if z points up.

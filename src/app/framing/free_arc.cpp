@@ -16,12 +16,13 @@ namespace qs {
 namespace {
 
 constexpr double kTurn = 2 * glm::pi<double>(), kLargestGap = 0.25 * kTurn;
-constexpr double kArcMargin = 0.1;  ///< of an arc at each end, which few cameras saw
+constexpr double kArcMargin = 0.1;  ///< of an arc, removed at each end, which few cameras saw
 constexpr double kAsFar = 0.75;  ///< of the eye's distance: nearer cameras may stand before a wall
 
-constexpr int kArcSteps = 48;     ///< all around
-constexpr double kNear = 0.45;    ///< of the eye's distance: what is nearer can hide the subject
-constexpr double kHidden = 0.05;  ///< mean change of the picture without it: it hides the subject
+constexpr int kArcSteps = 48;   ///< all around
+constexpr double kNear = 0.45;  ///< of the eye's distance: nearer Gaussians can hide the subject
+/// mean change of the picture without these Gaussians, above which they hide the subject
+constexpr double kHidden = 0.05;
 
 }  // namespace
 
@@ -43,7 +44,7 @@ Arc seen_arc(const std::vector<Camera>& cameras, const Framing& framing) {
     angles.push_back(std::atan2(glm::dot(at, left), glm::dot(at, ahead)));
   }
   std::sort(angles.begin(), angles.end());
-  // The largest gap is behind the arc.
+  // The arc is the circle without its largest gap.
   double gap = angles.front() + kTurn - angles.back();
   Arc arc{angles.front(), angles.back()};
   for (std::size_t i = 1; i < angles.size(); ++i) {

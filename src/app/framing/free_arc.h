@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// How far a camera can go round what a scene is of, before it sees a side that was not
+// The angles around the subject from which a camera has a free view of it: the sides that were
+// photographed.
 // photographed.
 #pragma once
 
@@ -10,21 +11,21 @@
 
 namespace qs {
 
-/// Angles round what a framing shows, in radians. 0 is the framing's own eye; positive angles are
-/// to its left.
+/// Angles around a framing's target, in radians. 0 is the framing's own eye; positive angles are to
+/// its left.
 struct Arc {
   double low = 0, high = 0;  ///< low <= 0 <= high
-  bool whole() const;        ///< all the way round
+  bool whole() const;        ///< true if it is a full circle
 };
 
-/// `degrees` around the framing's eye; all the way round from 360.
+/// `degrees` around the framing's eye; a full circle from 360.
 Arc arc_of(double degrees);
 
-/// The angles from which cameras saw what the framing shows, from about as far away. All the way
-/// round if they leave no gap of more than 90 degrees.
+/// The angles from which cameras saw the framing's target from about the framing's distance. A full
+/// circle if they leave no gap of more than 90 degrees.
 Arc seen_arc(const std::vector<Camera>& cameras, const Framing& framing);
 
-/// The angles from which nothing near the eye hides what the framing shows. For scenes without
+/// The angles from which nothing near the eye hides the framing's target. For scenes without
 /// cameras.
 Arc open_arc(const GaussianCloud& cloud, const Framing& framing, ThreadPool& pool);
 

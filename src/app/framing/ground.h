@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The horizontal plane of a world, and how far a subject extends in it.
+// The horizontal plane of a world, and a subject's extents in it.
 #pragma once
 
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace qs {
 
 struct Ground {
-  /// Unit vectors. `forward` is the usual viewing direction: +z or, where that is vertical, +y. It
-  /// is turned by up to 45 degrees where that makes the box below clearly smaller, as in a street.
+  /// Unit vectors. `forward` is the usual viewing direction: +z or, if that is vertical, +y. It is
+  /// turned by up to 45 degrees if that makes the box below clearly smaller, as in a street.
   glm::dvec3 up, forward, right;
   /// The opacity-weighted 5th to 95th percentile of the subject in these axes.
   Extent height, ahead, aside;

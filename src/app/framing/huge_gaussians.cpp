@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-/// Whether a Gaussian of a cloud is huge.
+/// Decides if a Gaussian of a cloud is huge.
 class IsHuge {
  public:
   IsHuge(const GaussianCloud& cloud, float length)

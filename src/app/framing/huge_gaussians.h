@@ -22,7 +22,7 @@ inline std::size_t count_huge(const GaussianCloud& cloud) {
   return count_huge(cloud, scene_length(cloud));
 }
 
-/// Removes those above scene_length() and returns their number.
+/// Removes Gaussians above scene_length() and returns their number.
 std::size_t drop_huge(GaussianCloud& cloud);
 
 /// "3 Gaussians are larger than the scene", with the right form for 1.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLeastClosed = 0.85, kLeastFloor = 0.65;
 
-/// How much of the horizon around a place is closed by what is at the border of the subject.
+/// The share of the horizon around a place, 0 to 1, that the border of the subject closes.
 double closed_share(glm::dvec3 eye, const Ground& ground, CandidateViews& views) {
   double sum = 0;
   for (int side = 0; side < 4; ++side) {
@@ -26,7 +26,7 @@ double closed_share(glm::dvec3 eye, const Ground& ground, CandidateViews& views)
   return sum;
 }
 
-/// How much of the ground under the subject is covered by Gaussians at its lower border.
+/// The share of the ground under the subject, 0 to 1, that Gaussians at its lower border cover.
 double floor_share(const GaussianCloud& sample, const Ground& ground) {
   constexpr int kSide = 10;
   constexpr double kThickness = 0.15;  // of half the height

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Whether a scene is seen best from inside: a room, a street, a place among trees.
+// Detects scenes that are seen best from inside: a room, a street, a place among trees.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace qs {
 
-/// The height, along the ground's up, of an eye that what is at the subject's border surrounds,
-/// over a floor. Empty for objects.
+/// The height, along the ground's up, of an eye inside the subject: above its floor, with its
+/// border all around. Empty for objects, which have no such place.
 std::optional<double> eye_height_inside(const GaussianCloud& sample, const Ground& ground,
                                         CandidateViews& views);
 

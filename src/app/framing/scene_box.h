@@ -9,7 +9,7 @@
 
 namespace qs {
 
-/// Of the cameras that framings make.
+/// The vertical field of view of the cameras that framings make.
 inline constexpr double kVerticalFov = glm::radians(60.0);
 
 /// An axis-aligned box, world units; low <= high.
@@ -23,7 +23,8 @@ struct SceneBox {
 /// centres. An empty cloud gives a box of size 0 at the origin.
 SceneBox scene_box(const GaussianCloud& cloud, double low = 0, double high = 1);
 
-/// Without the outermost 5 % at each end of each axis. Sets the view and the speed of movements.
+/// The box without the outermost 5 % of the centres at each end of each axis. It determines the
+/// view and the speed of movements.
 inline SceneBox core_box(const GaussianCloud& cloud) { return scene_box(cloud, 0.05, 0.95); }
 
 }  // namespace qs

@@ -12,7 +12,7 @@ constexpr int kCells = kSide * kSide * kSide;
 constexpr float kCellsInCore = 8;  ///< along the longest side of the middle half of the opacity
 constexpr double kLeastGroup = 0.1;
 
-/// A grid of cells around the middle of the scene. Far outliers lie outside of it.
+/// A grid of cells around the middle of the scene. Far outliers are outside of it.
 class Grid {
  public:
   Grid(const SceneBox& core)
@@ -21,7 +21,7 @@ class Grid {
 
   bool degenerate() const { return !(cell_ > 0); }
 
-  /// -1 outside.
+  /// -1 outside of the grid.
   int cell_of(const glm::vec3& position) const {
     const glm::vec3 at = (position - low_) / cell_;
     const auto inside = [](float x) { return x >= 0 && x < kSide; };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a scene is of: its dense parts, without floaters and thin surroundings.
+// The subject of a scene: its dense parts, without floaters and thin surroundings.
 #pragma once
 
 #include <vector>
@@ -17,12 +17,12 @@ struct Subject {
   SceneBox box;                      ///< the weighted 5th to 95th percentile of the positions
 };
 
-/// Of the typical density of opacity: where the scene is, and where it was captured best, which is
-/// what its pictures were taken of.
+/// Least densities of opacity, as factors on the typical density: of the whole scene, and of its
+/// subject, the part that its pictures capture best.
 inline constexpr double kSceneDensity = 0.03, kSubjectDensity = 0.4;
 
-/// The Gaussians of a sample where the density of opacity is at least this part of what is typical,
-/// without isolated groups of less than 10 % of the largest group.
+/// The Gaussians of a sample where the density of opacity is at least `least_density` times the
+/// typical density, without isolated groups of less than 10 % of the largest group.
 Subject find_subject(const CloudSample& sample, double least_density);
 
 }  // namespace qs

@@ -20,7 +20,7 @@ constexpr double kFarthestTilt = glm::radians(60.0);  ///< of the estimate from 
 constexpr double kTypicalTilt = glm::radians(35.0);
 constexpr double kLargeSize = 0.01, kThickness = 0.015;  ///< of the subject's diagonal
 constexpr std::size_t kMostPieces = 10'000;              ///< examined Gaussians
-constexpr std::size_t kLeastPieces = 60;                 ///< fewer are no plane
+constexpr std::size_t kLeastPieces = 60;                 ///< fewer pieces are no plane
 constexpr double kLeastShare = 0.1;                      ///< of the plane in all Gaussians
 constexpr double kUpsideDown = 1.25;                     ///< times the score of the floor below
 
@@ -30,15 +30,16 @@ struct Piece {
   double size;      ///< opacity times mean standard deviation in the surface, at most 1
   double flatness;  ///< 0 to 1
 
-  /// How much it says for a plane with this normal: flat ones that lie in it count most.
+  /// The piece's vote for a plane with this normal: flat pieces parallel to the plane count most.
   double weight(glm::dvec3 plane_normal) const {
     const double cosine = glm::dot(normal, plane_normal), squared = cosine * cosine;
     return size * (0.2 + 0.8 * flatness * squared * squared);
   }
 };
 
-/// Large Gaussians count more than small ones, because a bare floor has few. Those of `large`
-/// standard deviation and larger count alike: surroundings have huge ones.
+/// Large Gaussians count more than small ones, because a bare floor has few Gaussians. All
+/// Gaussians with a standard deviation of at least `large` count alike, because surroundings have
+/// huge ones.
 std::vector<Piece> pieces_of(const CloudSample& sample, const Subject& subject, double large) {
   std::vector<std::size_t> held;
   for (std::size_t i = 0; i < subject.holds.size(); ++i) {
@@ -65,7 +66,7 @@ std::vector<Piece> pieces_of(const CloudSample& sample, const Subject& subject, 
   return pieces;
 }
 
-/// A plane and the weight of the pieces that lie in it.
+/// A plane and the weight of the pieces in it.
 struct Plane {
   glm::dvec3 normal{0};
   double offset = 0, weight = 0;
@@ -78,7 +79,7 @@ class PlaneFinder {
   PlaneFinder(const std::vector<Piece>& pieces, glm::dvec3 middle, double thickness)
       : pieces_(pieces), middle_(middle), thickness_(thickness) {}
 
-  /// The weight of about the heaviest plane with this normal, from every second piece.
+  /// The approximate weight of the heaviest plane with this normal, from every second piece.
   double rough_weight(glm::dvec3 normal) const {
     constexpr int kHalf = 128, kBins = 2 * kHalf;
     double bins[kBins] = {};
@@ -108,7 +109,7 @@ class PlaneFinder {
  private:
   // Slides a window along the normal.
   Plane heaviest_offset(glm::dvec3 normal, double thickness) const {
-    std::vector<std::pair<double, double>> offsets;  // and weights
+    std::vector<std::pair<double, double>> offsets;  // with weights
     for (const Piece& piece : pieces_)
       offsets.emplace_back(glm::dot(piece.position, normal), piece.weight(normal));
     std::sort(offsets.begin(), offsets.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which way is up in a scene without cameras.
+// Estimates the up direction of a scene without cameras.
 #pragma once
 
 #include <string_view>
@@ -15,15 +15,16 @@ glm::dvec3 world_up(std::string_view vertical_axis);
 
 struct UpEstimate {
   glm::dvec3 up;  ///< unit vector
-  /// The subject hangs from its floor, as in a file that states the wrong axes: with `up` up, the
-  /// likeliest floor is overhead.
+  /// True if the likeliest floor is above the subject when `up` points up, as in a file that
+  /// declares the wrong axes.
   bool upside_down = false;
 };
 
 /// Up is the upward normal of the subject's floor: the plane that holds most of its Gaussians, if
-/// they are a tenth of all and the normal is within 60 degrees of `convention`. Large Gaussians
-/// count most, flat ones that are parallel to the plane, and planes with much above them. Without
-/// such a plane the axis perpendicular to the normals of flat Gaussians, walls. Else `convention`.
+/// these are at least a tenth of all Gaussians and the normal is within 60 degrees of `convention`.
+/// Large Gaussians and flat Gaussians parallel to the plane count most, and planes with many
+/// Gaussians above them are preferred. Without such a plane, up is the axis perpendicular to the
+/// normals of flat Gaussians (walls), else `convention`.
 UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::dvec3 convention);
 
 }  // namespace qs

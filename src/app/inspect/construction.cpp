@@ -65,7 +65,7 @@ Image main_panel(const ConstructionInput& input, const Box& window) {
   return panel.picture();
 }
 
-/// The lines of tiles that QPass walks, numbered in order, with the interval that it finds in each.
+/// The lines of tiles that QPass walks, numbered in order, with the interval of each line.
 Image walk_panel(const ConstructionInput& input, const Box& window, const Font& font) {
   const GaussianReport& g = *input.inspection.gaussian;
   const ModeTiles& quad = g.modes[static_cast<std::size_t>(kQuad) - 1];

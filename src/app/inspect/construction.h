@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A drawing of how every mode bounds one Gaussian, to scale on its frame: the ellipse, the boxes of
-// the modes on the tile grid, the lines that QPass walks, and for each mode its tiles with their
-// PairUse.
+// A drawing of the bounds of one Gaussian in every mode, to scale on its frame: the ellipse, the
+// boxes of the modes on the tile grid, the lines that QPass walks, and for each mode its tiles with
+// their PairUse.
 #pragma once
 
 #include <string>

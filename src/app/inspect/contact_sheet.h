@@ -17,14 +17,14 @@ namespace qs {
 struct SheetRow {
   PictureQuality quality;
   Image truth, judged;  ///< RGB
-  Image flip;           ///< one channel; a pixel is the mean of those that it covers
+  Image flip;           ///< one channel; a pixel is the mean of the pixels that it covers
 };
 
 /// The pair at most `width` pixels wide.
 SheetRow sheet_row(const PicturePair& pair, int width, ThreadPool& pool);
 
-/// What the colour bar ends with: the least of 0.05, 0.1, 0.2, 0.5 and 1 that at least 99.5 % of
-/// the drawn errors do not exceed.
+/// The end of the colour bar: the least of 0.05, 0.1, 0.2, 0.5 and 1 that at least 99.5 % of the
+/// drawn errors do not exceed.
 double flip_scale(std::span<const SheetRow> rows);
 
 /// `truth` and `judged` name the two sides. At least one row. `scale`: the error at the end of the

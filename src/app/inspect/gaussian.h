@@ -43,7 +43,7 @@ struct GaussianReport {
   bool visible = false;          ///< opacity above 1/255: the ellipse exists
   Box square;                    ///< of mode 3dgs
   Box adr;                       ///< the ellipse's bounding box
-  std::vector<Box> dual_boxes;   ///< two quadrants of it
+  std::vector<Box> dual_boxes;   ///< its two quadrants along the major axis
   std::vector<Box> quad_boxes;   ///< four
   std::vector<ModeTiles> modes;  ///< index = CullMode - 1
 };
@@ -54,10 +54,10 @@ GaussianReport inspect_gaussian(const Trace& trace, std::size_t slot, const Tile
 /// The tiles that the renderer lists in mode `mode`. For any tile size.
 ModeTiles mode_tiles(CullMode mode, const Footprint& footprint, const TileGrid& grid);
 
-/// The number of those tiles.
+/// The number of mode_tiles().
 std::uint32_t count_mode_tiles(CullMode mode, const Footprint& footprint, const TileGrid& grid);
 
-/// As in GaussianReport.
+/// GaussianReport::anisotropy.
 float anisotropy_of(const Footprint& footprint);
 float tilt_of(const Footprint& footprint);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Frames with a heat map of any quantity. HeatQuantity::missed compares two frames; all others need
-// one.
+// Frames with a heat map of any quantity. HeatQuantity::missed compares two frames; all other
+// quantities need one frame.
 #pragma once
 
 #include <optional>

@@ -12,13 +12,14 @@ namespace qs {
 
 struct Inspection {
   PixelReport pixel;
-  std::optional<GaussianReport> gaussian;  ///< the picked one; unset if the pixel blends none
+  std::optional<GaussianReport> gaussian;  ///< the picked Gaussian; unset if the pixel blends none
   std::vector<std::vector<PairUse>> uses;  ///< parallel to gaussian->modes and their tiles
 };
 
 /// `frame` was rendered with inspection_outputs(); its image has `size` pixels. `gaussian`: index
-/// in the cloud of the Gaussian to pick, default: the one with the largest weight in the pixel.
-/// Throws Error(usage) if it is not visible in the frame, or if `pixel` is outside the image.
+/// in the cloud of the Gaussian to pick, default: the Gaussian with the largest weight in the
+/// pixel. Throws Error(usage) if it is not visible in the frame, or if `pixel` is outside the
+/// image.
 Inspection inspect(const Frame& frame, glm::ivec2 size, glm::ivec2 pixel, glm::vec3 background,
                    std::optional<std::uint32_t> gaussian = std::nullopt);
 

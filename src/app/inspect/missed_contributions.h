@@ -3,7 +3,7 @@
 // The contributions (alpha >= 1/255 before the pixel stops) that a mode drops, because its lists
 // lack the Gaussian in the pixel's tile. They are found by comparing with a frame of a lossless
 // mode, whose lists are complete. Mode `3dgs` drops contributions beyond three standard deviations,
-// `dualbox` those of two quadrants.
+// `dualbox` drops contributions in two quadrants.
 #pragma once
 
 #include <stop_token>

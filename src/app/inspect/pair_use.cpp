@@ -35,7 +35,7 @@ void for_each_pixel(const PixelBox& box, Visit&& visit) {
   }
 }
 
-/// Whether alpha reaches 1/255 at a pixel of the box.
+/// True if alpha reaches 1/255 at a pixel of the box.
 bool reaches(const Splat& splat, const PixelBox& box) {
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
@@ -97,7 +97,7 @@ void uses_in_tile(const Frame& frame, glm::ivec2 size, const std::vector<std::ui
   }
 }
 
-/// Whether `other` is composited before the Gaussian in `slot`.
+/// True if `other` is composited before the Gaussian in `slot`.
 bool in_front(const Trace& trace, std::size_t other, std::size_t slot) {
   const auto key = [&](std::size_t s) {
     return std::pair(std::bit_cast<std::uint32_t>(trace.depths[s]), trace.gaussians[s]);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Classifies pairs (a Gaussian listed in a tile). A pair that no pixel blends is a false positive:
-// either empty, because alpha reaches 1/255 at no pixel centre of the tile, which a tighter bound
-// avoids; or hidden, because all pixels that it reaches have stopped before it, which no bound can
-// detect. So mode `exact` has false positives too.
+// either empty, because alpha reaches 1/255 at no pixel centre of the tile, and a tighter bound
+// would avoid it; or hidden, because all pixels that it reaches have stopped before it. No bound
+// can detect hidden pairs. So mode `exact` has false positives too.
 #pragma once
 
 #include <stop_token>
@@ -33,8 +33,8 @@ std::vector<PairUse> pair_uses(const Frame& frame, glm::ivec2 size, ThreadPool& 
 
 PairUses sum_up(const std::vector<PairUse>& uses);
 
-/// The use of a pair of the Gaussian in `slot` of the trace and a tile. The tile does not have to
-/// list the Gaussian.
+/// The use of a pair of the Gaussian in `slot` of the trace and a tile. The tile need not list the
+/// Gaussian.
 PairUse use_in_tile(const Frame& frame, glm::ivec2 size, std::size_t slot, int tile);
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How far a picture is from the true one of the same view: PSNR, SSIM, FLIP.
+// The quality of a picture compared with the true picture of the same view: PSNR, SSIM, FLIP.
 #pragma once
 
 #include <string>

@@ -28,8 +28,8 @@ struct Contribution {
 struct PixelReport {
   glm::ivec2 pixel{0};
   int tile = 0;
-  std::uint32_t listed = 0;                 ///< Gaussians in the tile's list
-  std::uint32_t evaluated = 0;              ///< how many are evaluated until the pixel stops
+  std::uint32_t listed = 0;     ///< Gaussians in the tile's list
+  std::uint32_t evaluated = 0;  ///< list entries that are evaluated until the pixel stops
   std::vector<Contribution> contributions;  ///< front to back
   std::optional<Contribution> stopped_by;
   float transmittance = 1;  ///< of all contributions: weight of the background
@@ -45,7 +45,7 @@ std::optional<std::size_t> slot_of(const Trace& trace, std::uint32_t gaussian);
 /// slot_of() every Gaussian of a cloud of `size`; 0xffffffff if it is not visible.
 std::vector<std::uint32_t> slots_of(const Trace& trace, std::size_t size);
 
-/// The tile's list: indices in the cloud, front to back. Mode reference has one for all tiles.
+/// The tile's list: indices in the cloud, front to back. Mode reference has one list for all tiles.
 std::span<const std::uint32_t> list_of(const Trace& trace, int tile);
 
 }  // namespace qs

@@ -17,7 +17,7 @@ namespace {
 constexpr float kAlphaTolerance = 2e-3f, kColorTolerance = 2e-3f;
 constexpr int kBands = 16;  // of rows; progress and cancellation are checked between them
 
-// What the frame does, index = Disagreement.
+// The frame's behaviour in words, index = Disagreement.
 constexpr const char* kDisagreements[] = {"does not blend it",
                                           "should not blend it",
                                           "blends it with another alpha",

@@ -12,21 +12,22 @@
 
 namespace qs {
 
-/// Why a pixel differs from the reference's.
+/// The reason why a pixel differs from the reference's.
 enum class Disagreement {
   missing,   ///< only the reference blends the Gaussian
   extra,     ///< only the frame blends the Gaussian
   alpha,     ///< both blend it, with different alphas
   color,     ///< both blend it, with different colours
-  stops,     ///< one of them stops at the Gaussian, the other blends it
+  stops,     ///< either the frame or the reference stops at the Gaussian, the other blends it
   rounding,  ///< all contributions agree
 };
 
 struct ReferenceCheck {
   PixelBox region;
-  ImageDifference difference;             ///< inside the region
-  int tile = -1;                          ///< tile of difference.first
-  std::optional<std::uint32_t> gaussian;  ///< the first in that pixel on which they disagree
+  ImageDifference difference;  ///< inside the region
+  int tile = -1;               ///< tile of difference.first
+  /// the first Gaussian of that pixel on which frame and reference disagree
+  std::optional<std::uint32_t> gaussian;
   Disagreement why = Disagreement::rounding;
 };
 
@@ -43,10 +44,10 @@ ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, Rend
                                        std::optional<PixelBox> region, int tolerance,
                                        const Progress& progress);
 
-/// What the frame does with the Gaussian: "does not blend it".
+/// The disagreement as a predicate whose subject is the frame: "does not blend it".
 const char* disagreement_text(Disagreement why);
 
-/// "equal to the reference within 1/255, 92.10 dB", or what differs.
+/// "equal to the reference within 1/255, 92.10 dB", or a description of the difference.
 std::string check_sentence(const ReferenceCheck& check, int tolerance);
 
 }  // namespace qs

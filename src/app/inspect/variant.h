@@ -26,7 +26,8 @@ std::string drawn_by(const Variant& variant);
 /// "quadbox, cuda fast", "quadbox, cpu" or "reference".
 std::string full_name(const Variant& variant);
 
-/// The shortest name that distinguishes it from `other`: "quadbox" or "quadbox, cuda classic".
+/// The shortest name that distinguishes `variant` from `other`: "quadbox" or "quadbox, cuda
+/// classic".
 std::string name_beside(const Variant& variant, const Variant& other);
 
 /// The variant with this full_name(); or with this mode, and backend and pipeline of `like`. Unset

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Compares several variants (mode, pipeline, backend) of one view with the truth, which is the
-// reference or one of them, and finds the crop where they differ most.
+// reference or one of the variants, and finds the crop where they differ most.
 #pragma once
 
 #include <string>
@@ -31,8 +31,8 @@ struct ViewComparison {
 ViewVariant draw_variant(Renderer& renderer, const Camera& camera, const RenderSettings& settings,
                          std::string name, const Image& truth, std::stop_token stop = {});
 
-/// The box of this size, limited to the image's, in which one of the variants differs most from the
-/// truth by the sum of squared differences. The middle of the image if no variant differs.
+/// The box of this size, limited to the image's, in which a variant differs most from the truth, by
+/// the sum of squared differences. The middle of the image if no variant differs.
 PixelBox most_different_crop(const Image& truth, const std::vector<ViewVariant>& variants,
                              glm::ivec2 size);
 

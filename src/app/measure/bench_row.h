@@ -11,12 +11,12 @@
 
 namespace qs {
 
-/// The backend of rows of renderers that were measured beside this program's own.
+/// The backend in the rows of renderers from outside this program.
 inline constexpr const char* kPluginBackend = "plugin";
 
 /// Times in milliseconds. The members are named like the columns. A plugin's row has the plugin's
-/// name as its mode, and the pipeline of the modes that it took turns with; numbers that it does
-/// not report are 0.
+/// name as its mode, and the pipeline of the modes with which it was interleaved; numbers that it
+/// does not report are 0.
 struct BenchRow {
   std::string scene, camera, mode, pipeline = "classic", backend;
   int width = 0, height = 0;
@@ -37,7 +37,7 @@ struct BenchRow {
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
   std::vector<double> round_ms;        ///< median of every round, in order
-  std::optional<double> round_spread;  ///< relative_spread() of round_ms; one round has none
+  std::optional<double> round_spread;  ///< relative_spread() of round_ms; unset for one round
 };
 
 /// Calls visit(name, member) for the columns of the CSV, in their order.

@@ -45,7 +45,7 @@ V spline(V a, V b, V c, V d, const Piece& piece, double t) {
          slope_c * (u3 - u2);
 }
 
-// q and -q are the same rotation; the spline needs the one nearer to its neighbour.
+// q and -q are the same rotation; the spline needs the sign that is nearer to its neighbour.
 glm::dquat near(glm::dquat rotation, glm::dquat neighbour) {
   return glm::dot(rotation, neighbour) < 0 ? -rotation : rotation;
 }
@@ -135,7 +135,7 @@ std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes) {
   closed.insert(closed.end(), keyframes.begin(), keyframes.end());
   closed.push_back(shifted(keyframes[0], length));
   closed.push_back(shifted(keyframes[1], length));
-  // camera_at() takes the size and the near plane of the front.
+  // camera_at() takes the size and the near plane of the first keyframe.
   const Camera& first = keyframes.front().camera;
   closed.front().camera = closed.front().camera.resized(first.width, first.height);
   closed.front().camera.near_depth = first.near_depth;

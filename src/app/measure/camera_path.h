@@ -30,12 +30,12 @@ std::string format_camera_path(const std::vector<Keyframe>& keyframes);
 /// The camera at `time`, clamped to the path, with the size and near plane of the first keyframe.
 Camera camera_at(const std::vector<Keyframe>& keyframes, double time);
 
-/// The path and its way back: after the last keyframe the camera returns to the first one in the
-/// mean time between keyframes, without a corner in the way. camera_at() is valid from the first
-/// keyframe's time to closed_length() later.
+/// The path and the return to its begin: after the last keyframe the camera moves to the first
+/// keyframe in the mean time between keyframes, with continuous speed. camera_at() is valid from
+/// the first keyframe's time to closed_length() later.
 std::vector<Keyframe> closed_path(const std::vector<Keyframe>& keyframes);
 
-/// The seconds from the first keyframe through all others back to it.
+/// The seconds from the first keyframe through all others back to the first.
 double closed_length(const std::vector<Keyframe>& keyframes);
 
 /// `count` cameras at equal time steps from the first keyframe to the last, both included.

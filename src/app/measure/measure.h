@@ -15,14 +15,14 @@
 
 namespace qs {
 
-/// A renderer from outside this program. If it throws an Error, the rest is measured without it.
+/// A renderer from outside this program. If it throws an Error, it is left out from then on.
 struct Guest {
   std::string name;
   Renderer* renderer = nullptr;
 };
 
 struct ModeResult {
-  CullMode mode = kDefaultMode;  ///< of a guest: meaningless
+  CullMode mode = kDefaultMode;  ///< meaningless for a guest
   RenderStats stats;             ///< of the frame with the median time
   std::vector<double> frame_ms;  ///< of every measured frame, in order
   float marked_frame_ms = 0;     ///< median frame time of mark_stages(), 0 if it did not run
@@ -39,8 +39,8 @@ struct MeasurePlan {
   std::span<const Guest> guests = {};  ///< after the modes in every round; draw into DeviceImage
 };
 
-/// Renders all rounds and calls visit(mode, frame) with the modes' frames of the last one. Returns
-/// one result per mode and guest. Throws Cancelled if plan.progress.stop is triggered.
+/// Renders all rounds and calls visit(mode, frame) with the modes' frames of the last round.
+/// Returns one result per mode and guest. Throws Cancelled if plan.progress.stop is triggered.
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,

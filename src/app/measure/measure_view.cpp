@@ -67,7 +67,8 @@ struct Measured {
   std::vector<double> frame_ms, medians;
 };
 
-// Measures everyone once. A guest with a problem takes no part, and keeps its first one.
+// Measures all modes and guests once. A guest with a problem is left out and keeps its first
+// problem.
 void measure_round(Session& session, const std::vector<CullMode>& modes, const Camera& camera,
                    const ViewPlan& plan, const Progress& progress, int round,
                    std::vector<Measured>& all) {
@@ -97,7 +98,7 @@ void measure_round(Session& session, const std::vector<CullMode>& modes, const C
   }
 }
 
-// mark_stages() of a guest, which keeps its other results only if that succeeds too.
+// mark_stages() of a guest. If it fails, the guest loses its other results.
 void mark_guest(const Session& session, const Camera& camera, const Guest& guest,
                 const ViewPlan& plan, ModeResult& result, const std::stop_token& stop) {
   if (!result.problem.empty()) return;

@@ -17,7 +17,7 @@ struct ViewPlan {
   bool details = true;        ///< stage times and false positives, which take extra frames
   GpuClock* clock = nullptr;  ///< takes readings between the timed frames
   std::vector<Guest> guests = {};
-  /// Called with the Error of a guest, which gets no row.
+  /// Called with the Error of a guest; the guest gets no row.
   std::function<void(const Guest& guest, const std::string& problem)> guest_failed = {};
 };
 

@@ -16,7 +16,7 @@ inline constexpr double kNoiseTolerance = 0.03;  ///< largest acceptable noise()
 /// The larger of the row's absolute drift and its round_spread, if it has one.
 double noise(const BenchRow& row);
 
-/// One sentence: the number of noisy rows, the worst of them and its likely cause. Empty if no row
+/// One sentence: the number of noisy rows, the noisiest row and its likely cause. Empty if no row
 /// is noisy.
 std::string noise_sentence(const std::vector<BenchRow>& rows);
 

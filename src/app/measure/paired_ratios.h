@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// How many times as fast as a baseline the modes of a benchmark are. Times are paired: each is
-// compared with the baseline's time of the same scene, camera, pipeline and round, so differences
-// between cameras and slow changes of the machine cancel.
+// The speed of the modes of a benchmark relative to a baseline. Times are paired: each is compared
+// with the baseline's time of the same scene, camera, pipeline and round, so differences between
+// cameras and slow changes of the machine cancel.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace qs {
 
 inline constexpr const char* kUsualBaseline = "3dgs";
 
-/// Baseline time / time of a mode.
+/// The ratio baseline time / time of a mode.
 struct PairedRatio {
   std::string scene, camera;  ///< `camera` is empty for the ratio over all cameras of the scene
   std::string mode, pipeline;

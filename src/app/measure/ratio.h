@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Ratios of times and how far they can be trusted. Ratios are averaged as logarithms, so that
+// Ratios of times and their confidence intervals. Ratios are averaged as logarithms, so that
 // swapping the two times gives exactly the inverse.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which scene was measured, with a hash that shows whether a file is still the measured one.
+// Identifies the measured scene, with a hash that shows if a file is still the measured one.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Divides the views of a sweep among processes: of every `count` consecutive views, shard i takes
-// the i-th. `--shard 1/4` to `--shard 4/4` together measure what one run measures.
+// the i-th. `--shard 1/4` to `--shard 4/4` together measure the same views as one run.
 #pragma once
 
 #include <cstddef>

@@ -11,7 +11,7 @@ namespace qs {
 /// All in the unit of the values; an empty list gives zeros.
 struct Summary {
   double median = 0, p05 = 0, p95 = 0, mean = 0;
-  double drift = 0;  ///< median of the later half over that of the earlier half, minus 1
+  double drift = 0;  ///< median of the later half / median of the earlier half, minus 1
 };
 
 /// The percentile at `fraction` (0..1) of at least one value.

@@ -40,7 +40,7 @@ glm::vec3 viridis(float t) { return mixed(kViridis, t); }
 
 glm::vec3 heat(float t) { return viridis(0.2f + 0.8f * std::clamp(t, 0.0f, 1.0f)); }
 
-// shaders/present.frag repeats these two.
+// shaders/present.frag repeats heat_of_zero() and with_detail().
 glm::vec3 heat_of_zero(float gray) { return glm::vec3(0.05f + 0.08f * gray); }
 
 glm::vec3 with_detail(glm::vec3 color, float detail) { return (1 + 0.5f * detail) * color; }

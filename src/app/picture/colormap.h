@@ -14,11 +14,12 @@ glm::vec3 viridis(float t);
 /// For counts above 0: viridis without its darkest fifth. `t` is clamped to 0..1.
 glm::vec3 heat(float t);
 
-/// For a count of 0 where the picture has this gray, 0..1: neutral, and darker than every count.
+/// The colour for a count of 0 over a picture of gray `gray`, 0..1: neutral, and darker than the
+/// colour of every count.
 glm::vec3 heat_of_zero(float gray);
 
-/// The colour of a cell with the picture's own contrast: `detail` is how much lighter the picture
-/// is here than around, -1 to 1. All colours are lightened or darkened by the same factor.
+/// The colour of a cell with the picture's own contrast: `detail` is the picture's brightness here
+/// minus the mean around, -1 to 1. All colours are lightened or darkened by the same factor.
 glm::vec3 with_detail(glm::vec3 color, float detail);
 
 /// For signed values: blue, almost white at 0, orange to brown. `t` is clamped to -1..1.

@@ -26,7 +26,7 @@ float gray(const Image& image, int x, int y) {
   return std::clamp(value, 0.0f, 1.0f);
 }
 
-// Side of the blocks in which the frame's contrast is drawn: the cells, if they are tiles.
+// Side of the blocks in which the frame's contrast is drawn: cells if these are tiles, else tiles.
 int block_px(const Heatmap& heatmap) { return heatmap.cell_px > 1 ? heatmap.cell_px : kTileSize; }
 
 // The frame is drawn as its difference from the block's mean gray, so that the mean colour of a
@@ -55,7 +55,7 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
 // Sizes of the legend in pixels, derived from the picture's width.
 struct LegendLayout {
   int padding, text, title, bar, tick;
-  bool two_lines;  // the facts are below the title: both do not fit in one line
+  bool two_lines;  // the facts are below the title, because both do not fit in one line
   int height() const {
     return padding + (two_lines ? title + text : title) + padding / 2 + bar + 2 * tick + text +
            padding;
@@ -83,7 +83,8 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
     fill_rect(image, {left + x, y, 1, layout.bar}, zero ? heat_of_zero(0.5f) : heat(t));
   }
   y += layout.bar;
-  // From the last label, which has the unit, to the left: labels that would touch it are left out.
+  // Draws from the last label, which has the unit, to the left, and leaves out labels that would
+  // touch their neighbour.
   const std::vector<std::uint32_t> ticks = scale.ticks();
   int free_until = image.width;
   for (std::size_t i = ticks.size(); i-- > 0;) {

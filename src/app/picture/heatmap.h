@@ -34,7 +34,7 @@ inline constexpr std::array kHeatmaps = {
                "tile"},
 };
 
-/// Comes from comparing two frames, see inspect/missed_contributions.h.
+/// Made from two frames, see inspect/missed_contributions.h.
 inline constexpr HeatmapRow kMissedHeatmap{
     "missed", "Missed contributions per pixel: what the mode drops", "contributions", "pixel"};
 
@@ -65,14 +65,14 @@ Outputs outputs_for(HeatQuantity quantity);
 /// `frame` has width x height pixels and was rendered with outputs_for(quantity).
 Heatmap make_heatmap(const Frame& frame, HeatQuantity quantity, int width, int height);
 
-/// The tile pairs of one frame minus those of another one of the same view.
+/// The tile pairs of one frame minus the tile pairs of another frame of the same view.
 struct PairDifference {
   TileGrid grid;
   std::vector<std::int32_t> values;  ///< per tile
   std::int64_t total = 0;
 };
 
-/// Both are Frame::pairs of frames with this grid.
+/// `a` and `b` are Frame::pairs of frames with this grid.
 PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
                                std::span<const std::uint32_t> b);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How two images of one view differ. Compared are 8-bit RGB values, as a PNG file or a display
-// holds them.
+// Compares two images of one view by their 8-bit RGB values, as in a PNG file or on a display.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +20,7 @@ struct ImageDifference {
   int largest = 0;                                        ///< largest difference of an 8-bit value
   glm::ivec2 largest_at{-1};        ///< the first pixel, row by row, that has it
   std::uint64_t pixels = 0;         ///< pixels that differ by more than the tolerance
-  std::optional<glm::ivec2> first;  ///< the first of them, row by row
+  std::optional<glm::ivec2> first;  ///< the first of these pixels, row by row
   int usual = 0;  ///< at most one in fifty of the pixels that differ at all differs by more
 };
 
@@ -49,7 +48,7 @@ int visible_amplification(const ImageDifference& difference);
 /// All pixels of the image.
 PixelBox box_of(const Image& image);
 
-/// Reads a picture of this size as RGB. Throws Error(input), also for another size.
+/// Reads a picture of this size as RGB. Throws Error(input), also if the picture has another size.
 Image read_reference(const std::filesystem::path& path, int width, int height);
 
 /// OUT.png -> OUT.difference.png; always a PNG.

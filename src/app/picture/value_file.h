@@ -22,9 +22,9 @@ void require_value_file(const std::string& who, const std::filesystem::path& pat
 double depth_step_for(float largest);
 
 /// Writes the values. `step`: units per step of a PNG of depths; unset: depth_step_for() the
-/// largest. Returns what the file holds: "units", "steps of 0.0005 units". Metadata gets it too,
-/// and Picture, the quantity's name. Throws Error(usage) if the largest depth has no step, and as
-/// write_image().
+/// largest. Returns the unit of the file's values: "units", "steps of 0.0005 units". The metadata
+/// contain the unit, and as `Picture` the quantity's name. Throws Error(usage) if the largest depth
+/// has no step, and as write_image().
 std::string write_values(const ValueMap& map, const std::filesystem::path& path,
                          std::optional<double> step, ImageMetadata metadata,
                          const Progress& progress = {});

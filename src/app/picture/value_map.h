@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures of other quantities than colour: alpha and depth, as values and by a colour map. To add
-// one: a map in DepthMaps and a row in kQuantities.
+// a quantity: a map in DepthMaps and a row in kQuantities.
 #pragma once
 
 #include <array>
@@ -57,8 +57,8 @@ struct ValueMap {
   ValueScale scale;
 };
 
-/// 0 to 1 for alpha. For depths four to eight steps (or fewer) around all but 0.5 % of the values
-/// on each side; values of 0 do not count.
+/// For alpha: 0 to 1. For depths: four to eight steps (or fewer) that contain all values but 0.5 %
+/// at each end; values of 0 do not count.
 ValueScale scale_for(Quantity quantity, std::span<const float> values);
 
 /// The outputs that map_of() needs.
@@ -70,8 +70,8 @@ ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height);
 /// The values as an image of one channel.
 Image values_of(const ValueMap& map);
 
-/// The values by a colour map, from dark violet (low) to yellow (high); dark gray where nothing is
-/// drawn.
+/// The values by a colour map, from dark violet (low) to yellow (high); dark gray for pixels
+/// without Gaussians.
 Image colored(const ValueMap& map);
 
 }  // namespace qs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Memory of a GPU for plugins that draw there. It uses CUDA's driver, loaded when it is first
+// Memory of a GPU for plugins that draw on it. It uses CUDA's driver, loaded when it is first
 // needed, so that a program built without CUDA can measure plugins that use it.
 #pragma once
 

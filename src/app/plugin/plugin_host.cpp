@@ -156,7 +156,7 @@ class Host {
 }  // namespace
 
 int run_plugin_host(const std::string& library) {
-  // A plugin that hangs ends with the thread of quadsplat that started this process.
+  // A plugin that hangs is killed when the thread of quadsplat that started this process ends.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Processes that the plugin starts do not keep these open.
   for (const int descriptor : {kPluginSocket, kPluginScene, kPluginImage}) {

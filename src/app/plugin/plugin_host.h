@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The other side of PluginProcess: loads a plugin and calls it as the requests ask, until the
-// socket is closed. A crash of the plugin ends this process and nothing else.
+// The other side of PluginProcess: loads a plugin and calls it for every request, until the socket
+// is closed. A crash of the plugin ends this process and nothing else.
 #pragma once
 
 #include <string>

@@ -42,7 +42,7 @@ pid_t start(const std::filesystem::path& library, int socket, int scene, int ima
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  // stdout is for reports, so what a plugin prints goes to stderr.
+  // stdout is for reports, so the output of a plugin goes to stderr.
   posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, socket, kPluginSocket);
   posix_spawn_file_actions_adddup2(&actions, scene, kPluginScene);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The process that runs a plugin: this program with the command `plugin-host`. A request that is
-// not answered in time, or whose process ends, is an Error, and the process is gone.
+// The process that runs a plugin: this program with the command `plugin-host`. If a request is not
+// answered in time, or the process ends, an Error is thrown and the process is killed.
 #pragma once
 
 #include <filesystem>
@@ -29,11 +29,11 @@ class PluginProcess {
   /// False after request() threw.
   bool running() const { return process_ > 0; }
 
-  /// Whether the last request was not answered in time.
+  /// True if the last request was not answered in time.
   bool timed_out() const { return timed_out_; }
 
-  /// Waits for the reply. Throws Error(device) with a clause that begins with a verb and says what
-  /// the process did instead of answering, and Cancelled.
+  /// Waits for the reply. Throws Error(device) with a clause that begins with a verb and describes
+  /// the failure of the process, and Cancelled.
   PluginReply request(const PluginRequest& request, int timeout_s, const std::stop_token& stop);
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A plugin (quadsplat/plugin.h) as a renderer that benchmarks measure beside their own. It lives in
-// a process of its own, so a plugin that crashes, hangs or returns wrong values is an Error like
-// any other.
+// A plugin (quadsplat/plugin.h) as a renderer that benchmarks measure beside the program's own. It
+// runs in a separate process, so a plugin that crashes, hangs or returns wrong values is an Error
+// like any other.
 #pragma once
 
 #include <filesystem>
@@ -28,14 +28,14 @@ class PluginRenderer final : public Renderer {
   PluginRenderer(PluginOptions options, ThreadPool& pool);
 
   /// Starts the process, loads the library and opens the scene. Throws Error(device): "plugin LIB:
-  /// what happened", or Error(input) if the library is no plugin.
+  /// what happened", or Error(input) if the library is not a plugin.
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override;
   using Renderer::upload;
 
   /// HostImage copies the image, checks that every value is finite and takes a little longer;
-  /// DeviceImage leaves it where the plugin draws. `settings.mode`, `pipeline` and `tile_px` do not
-  /// concern a plugin. Of the outputs only color and stage_times are supported. After an Error the
-  /// next frame starts the process again, unless usable() is false.
+  /// DeviceImage leaves it in the plugin's memory. Plugins ignore `settings.mode`, `pipeline` and
+  /// `tile_px`. Of the outputs only color and stage_times are supported. After an Error the next
+  /// frame starts the process again, unless usable() is false.
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override;
 
@@ -47,7 +47,8 @@ class PluginRenderer final : public Renderer {
 
   const std::string& name() const { return name_; }  ///< the library's until upload()
   const std::string& description() const { return description_; }
-  bool measures_itself() const { return measures_itself_; }  ///< of the last frame
+  /// the plugin reported the time of the last frame
+  bool measures_itself() const { return measures_itself_; }
   bool on_device() const { return memory_ == QS_MEMORY_CUDA; }
 
   std::size_t frames() const { return frames_; }  ///< rendered without an Error
@@ -68,7 +69,7 @@ class PluginRenderer final : public Renderer {
   ThreadPool& pool_;
   SharedMemory scene_, image_;
   QsScene header_ = {};
-  bool antialiased_ = false;                // how the cloud was trained
+  bool antialiased_ = false;                // as the cloud was trained
   std::unique_ptr<PluginProcess> process_;  // null: not started, or it ended
   std::string name_, description_;
   std::uint32_t memory_ = QS_MEMORY_HOST, image_layout_ = QS_IMAGE_HWC;

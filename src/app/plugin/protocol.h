@@ -34,7 +34,8 @@ using PluginText = std::array<char, kBytes>;  ///< ends with a 0
 
 struct PluginReply {
   std::int32_t failed = 0;
-  PluginText<1024> message = {};  ///< if failed: what the plugin did, without a subject
+  /// if failed: the failure as a predicate whose subject is the plugin
+  PluginText<1024> message = {};
   // open
   std::uint32_t memory = QS_MEMORY_HOST, image_layout = QS_IMAGE_HWC;
   PluginText<33> name = {};

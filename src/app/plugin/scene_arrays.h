@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The arrays of a QsScene in one piece of memory, which both processes find by the same layout.
+// The arrays of a QsScene in one block of memory with the same layout in both processes.
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@
 namespace qs {
 namespace {
 
-constexpr int kLowestKept = 16;  // lower numbers are those of a child's own descriptors
+constexpr int kLowestKept = 16;  // lower numbers are used by a child's own descriptors
 
 [[noreturn]] void refuse(const char* what, std::size_t bytes) {
   fail(ErrorKind::device, "plugin: {} bytes of shared memory: {}: {}", bytes, what,
@@ -69,7 +69,8 @@ SharedMemory::SharedMemory()
 void SharedMemory::resize(std::size_t bytes) {
   if (bytes == mapping_.size()) return;
   mapping_ = {};
-  // Allocated here, because a page that cannot be allocated later ends the process that touches it.
+  // The pages are allocated here: if the allocation of a page failed later, the process that
+  // touches the page would be killed.
   if (ftruncate(file_.get(), 0) != 0) refuse("ftruncate", bytes);
   const int error = bytes == 0 ? 0 : posix_fallocate(file_.get(), 0, static_cast<off_t>(bytes));
   if (error != 0) {

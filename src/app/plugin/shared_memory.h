@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Memory that this process shares with one that it starts: an anonymous file, mapped in both.
+// Memory that this process shares with a child process: an anonymous file, mapped in both.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ class Descriptor {
   int number_ = -1;
 };
 
-/// Takes over a new descriptor and gives it a number that no child process expects something else
-/// at. Throws Error(device) if `number` is -1, with errno's reason.
+/// Takes ownership of a new descriptor and moves it to a number above those that child processes
+/// expect. Throws Error(device) if `number` is -1, with errno's reason.
 Descriptor kept(int number, const char* what);
 
 /// A mapping of a whole file.

@@ -40,7 +40,7 @@ ordered_json to_json(const std::optional<std::uint64_t>& value) {
 ordered_json to_json(const std::optional<bool>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
-// A ratio without an interval has neither end.
+// The lower end of a ratio's interval; unset without an interval.
 std::optional<double> low_of(const Ratio& ratio) {
   return ratio.interval ? std::optional(ratio.interval->low) : std::nullopt;
 }

@@ -31,7 +31,8 @@ std::vector<BenchRow> read_rows(const nlohmann::ordered_json& list);  ///< throw
 
 std::string format_csv(const std::vector<BenchRow>& rows);
 
-/// The mode that all ratios of the report are relative to: of `bench --baseline`, or the usual one.
+/// The mode to which all ratios of the report are relative: given by `bench --baseline`, or the
+/// default.
 std::string baseline_of(const BenchReport& report);
 
 /// One line per ratio.
@@ -43,7 +44,7 @@ std::string format_bench_json(const BenchReport& report);
 /// Parses the result of format_bench_json(). Throws json::exception.
 BenchReport parse_bench_report(const nlohmann::ordered_json& json);
 
-/// The device that captions name: the GPU on CUDA, else the model of the CPU.
+/// The device for captions: the GPU on CUDA, else the model of the CPU.
 std::string measured_on(const nlohmann::ordered_json& environment);
 
 /// "; pipeline fast" if rows are from CUDA, else "".

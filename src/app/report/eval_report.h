@@ -32,7 +32,7 @@ struct Quality {
 
 struct EvalReport {
   nlohmann::ordered_json environment, scene;  ///< environment_json() and scene_json()
-  nlohmann::ordered_json method;              ///< which views, and how they were compared
+  nlohmann::ordered_json method;              ///< the choice of views and the method of comparison
   std::size_t view_count = 0;                 ///< of all shards
   std::vector<Quality> rows;                  ///< ordered by view, then by mode
 };
@@ -44,7 +44,7 @@ struct MeanQuality {
   double psnr = 0, ssim = 0;
 };
 
-/// How SSIM is computed, for the method of a report.
+/// Describes the computation of SSIM, for the method of a report.
 std::string ssim_method(SsimBorder border);
 
 /// One entry per mode, in the order of their first rows.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Pictures of many views judged against true ones, as a table, as CSV with a row per view, and as
-// JSON:
+// Pictures of many views compared with the true pictures, as a table, as CSV with a row per view,
+// and as JSON:
 //   {"truth": "plush.spz", "judged": "plush.splat", "environment": {...}, "method": {...},
 //    "mean": {...}, "views": [{"view": "7", "psnr": 41.2, "ssim": 0.99, "flip": 0.01, ...}, ...]}
 // The worst view comes first. The PSNR of equal pictures is "inf", null in JSON.
@@ -19,11 +19,11 @@ namespace qs {
 
 struct Judgement {
   std::string truth, judged;                   ///< the names of the two sides
-  nlohmann::ordered_json environment, method;  ///< null without a scene; how they were compared
+  nlohmann::ordered_json environment, method;  ///< null without a scene; the method of comparison
   std::vector<PictureQuality> views;
 };
 
-/// Sorts the views by PSNR, the worst first; those with equal PSNR by name.
+/// Sorts the views by PSNR, the worst first; views with equal PSNR by name.
 void sort_worst_first(std::vector<PictureQuality>& views);
 
 std::string format_judgement_table(const Judgement& judgement);

@@ -109,7 +109,7 @@ std::string quality_table(const std::vector<ModeMean>& means) {
 }
 
 // Arithmetic means over the scenes. The ratio is a geometric mean. It has no interval, because
-// scenes are chosen and are no sample of all scenes.
+// scenes are chosen and not a random sample of all scenes.
 std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
   std::vector<ModeMean> result;
   for (const ModeMean& first : means) {

@@ -21,10 +21,11 @@ struct ModeMean {
   double ms_fastest = 0, ms_slowest = 0;   ///< means of the cameras' fastest and slowest rounds
   std::size_t rounds = 0;                  ///< smallest number of rounds of a camera
   double stage_ms[4] = {};                 ///< index = Stage
-  std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have one
-  std::optional<bool> repeats;             ///< whether every camera's frames repeat, if all have it
-  bool plugin = false;                     ///< pairs of 0 are not measured, sort bytes never
-  std::optional<Ratio> ratio;              ///< to the baseline in the same pipeline, if measured
+  std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have a value
+  /// true if every camera's frames repeat; unset if a camera lacks it
+  std::optional<bool> repeats;
+  bool plugin = false;         ///< pairs of 0 are not measured, sort bytes never
+  std::optional<Ratio> ratio;  ///< to the baseline in the same pipeline, if measured
   double fps() const { return 1000 / ms; }
 };
 

@@ -35,7 +35,8 @@ std::string scene_words(const ordered_json& report) {
   return joined(words, ", ");
 }
 
-// What all parts must share. `key`: the word of the environment in which a mixed report names all.
+// A fact that must be equal in all parts. `key`: the entry of the environment in which a mixed
+// report lists all values.
 struct Fact {
   const char* what;
   std::string (*of)(const ordered_json& report);
@@ -68,7 +69,7 @@ void require_equal(std::span<const ReportPart> parts, const Fact& fact, bool mix
   if (words.size() > 1 && fact.key) environment[fact.key] = joined(words, " + ");
 }
 
-// The whole was not measured with the shards' --shard.
+// Removes --shard from the flags, because the merged report covers all views.
 void forget_shard(ordered_json& environment) {
   if (!environment.contains("flags")) return;
   ordered_json flags = ordered_json::array();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Draws plots with gnuplot. Every plot is a script NAME.gp that contains its data. It is saved next
-// to NAME.png and NAME.svg, so that anyone can edit it and draw it again with `gnuplot NAME.gp`.
+// to NAME.png and NAME.svg, so that it can be edited and drawn again with `gnuplot NAME.gp`.
 #pragma once
 
 #include <cstddef>

@@ -13,7 +13,7 @@
 
 namespace qs {
 
-/// Where the time of a plugin's frame begins and ends, below the tables.
+/// The sentence below the tables that defines the timed part of a plugin's frame.
 inline constexpr const char* kTimingScope =
     "Times of plugins, as those of the modes, are from the camera's arrival to the finished image "
     "in "
@@ -25,7 +25,7 @@ struct PluginFacts {
   std::string file;  ///< name and hash of the library
   bool measures_itself = false;
   bool on_device = false;  ///< its scene and image are in CUDA's memory
-  std::string scene;       ///< on which call_factor was measured
+  std::string scene;       ///< scene on which call_factor was measured
   double call_factor = 1;  ///< time of its calls by the host's clock / its own times
 };
 

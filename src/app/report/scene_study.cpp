@@ -95,7 +95,7 @@ class ModeSums {
 
  private:
   // Lossless modes list the same pairs that reach a pixel, and draw the same picture. So they
-  // differ in the number of empty pairs only, and one of them is examined.
+  // differ only in the number of empty pairs, and only one lossless mode is examined.
   PairUses uses_of(CullMode which, const Frame& frame) {
     if (!row_of(which).lossless) return sum_up(pair_uses(frame, size_, pool_, stop_));
     if (!examined_) lossless_ = sum_up(pair_uses(frame, size_, pool_, stop_));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the views of a scene cost: the visible Gaussians, the pairs that each mode saves on them,
+// The cost of the views of a scene: the visible Gaussians, the pairs that each mode saves on them,
 // the uses of the pairs and their distribution over the tiles, for several tile sizes. All numbers
 // are sums over the views; study_page and study_plots present them. To add a quantity by which
 // Gaussians are grouped: a row in kGaussianQuantities.
@@ -58,15 +58,15 @@ struct ModeStudy {
 struct SceneStudy {
   std::size_t views = 0;
   std::uint64_t gaussians = 0;      ///< in the cloud
-  std::uint64_t huge = 0;           ///< of these, larger than the scene
+  std::uint64_t huge = 0;           ///< of the cloud's Gaussians, those larger than the scene
   std::uint64_t visible = 0;        ///< in mode 3dgs, summed over the views
   std::vector<BinnedPairs> binned;  ///< parallel to quantities()
   std::array<std::array<ModeStudy, kCullerCount>, kTileSizes.size()> modes;  ///< [size][mode - 1]
   /// Milliseconds of a frame in tiles of the usual size: the mean over the views of the median of
   /// kStudyFrames interleaved frames. Index = CullMode - 1.
   std::array<double, kCullerCount> frame_ms{};
-  /// The Gaussian on which `quadbox` saves most compared with `adr`, of those whose boxes are
-  /// inside the image and not too large for a drawing.
+  /// The Gaussian on which `quadbox` saves most pairs compared with `adr`, among the Gaussians
+  /// whose boxes are inside the image and small enough for a drawing.
   struct Example {
     std::size_t view = 0;
     std::uint32_t gaussian = 0;

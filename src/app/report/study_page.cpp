@@ -19,7 +19,7 @@ using Row = std::vector<std::string>;
 
 constexpr std::size_t index_of(CullMode mode) { return static_cast<std::size_t>(mode - 1); }
 
-/// "-" where the whole is 0.
+/// A share in percent; "-" if the whole is 0.
 template <class Count>
 std::string ratio(Count part, Count whole, const char* format = "{:.2f}", double factor = 1) {
   if (whole == 0) return "-";
@@ -246,7 +246,8 @@ class Writer {
 std::string format_study_page(const StudyPage& page, std::string& problem) {
   const WorkFolder folder;
   const std::string drawn = draw_plots(folder.path(), study_plots(page.study, page.plots));
-  // Leaves out the instructions for drawing the plots: the scripts are deleted with the folder.
+  // Leaves out the instructions for drawing the plots, because the scripts are deleted with the
+  // folder.
   problem = drawn.substr(0, drawn.find(';'));
   return Writer(page, folder.path(), problem.empty()).text(problem);
 }

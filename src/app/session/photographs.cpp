@@ -40,7 +40,7 @@ Photographs::Photographs(const std::filesystem::path& folder) {
     if (!entry->is_regular_file(unreachable)) continue;
     const std::string file = entry->path().lexically_relative(folder).generic_string();
     const std::string name = photograph_name(file);
-    if (name == file) continue;  // not the ending of a picture
+    if (name == file) continue;  // not the extension of a picture
     const auto [place, added] = files_.emplace(name, entry->path());
     // Of several endings the first in the alphabet, because folders are listed in any order.
     if (!added && entry->path() < place->second) place->second = entry->path();

@@ -50,8 +50,8 @@ Image divided(const Image& photograph, int divisor, ThreadPool& pool);
 void require_same_shape(const Image& photograph, const std::filesystem::path& path,
                         const Camera& camera);
 
-/// The photograph without the distortion of its lens, in the same size: every pixel is
-/// interpolated from the four around the place where the lens shows its direction.
+/// The photograph without the distortion of its lens, in the same size: every pixel is interpolated
+/// from the four pixels around the point at which the lens shows its direction.
 Image undistorted(const Image& photograph, const LensCamera& camera, ThreadPool& pool);
 
 }  // namespace qs

@@ -24,7 +24,7 @@ bool contains(const CropBox& box, glm::vec3 p) {
   return glm::all(glm::lessThanEqual(box.low, p)) && glm::all(glm::lessThanEqual(p, box.high));
 }
 
-// ln of the longest standard deviation; NaN if one of them is.
+// ln of the longest standard deviation; NaN if a value is NaN.
 float log_size(const GaussianCloud& cloud, std::size_t i) {
   const glm::vec3& s = cloud.log_scales[i];
   return std::isnan(s.x + s.y + s.z) ? std::numeric_limits<float>::quiet_NaN()
@@ -127,7 +127,7 @@ struct Grid {
     const glm::dvec3 at = glm::floor((glm::dvec3(position) - middle) / cell);
     std::uint64_t fields[3];
     for (int axis = 0; axis < 3; ++axis) {
-      // Farther out all cells are the border's.
+      // Gaussians farther out are counted in the border's cells.
       const double clamped = std::clamp(at[axis], -double{kMiddle}, double{kLast - kMiddle});
       fields[axis] = static_cast<std::uint64_t>(static_cast<std::int64_t>(clamped) + kMiddle);
     }
@@ -172,7 +172,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
     const Numbers& here = of_level[static_cast<std::size_t>(level)];
     if (here.empty()) continue;
     const auto lonely = lonely_cells(cells, static_cast<std::uint64_t>(fewest_neighbours));
-    if (lonely.empty()) break;  // nor is a cell of a coarser grid
+    if (lonely.empty()) break;  // then no cell of a coarser grid is lonely
     for (const std::uint32_t i : here) {
       std::uint64_t key = *grid.key(cloud.positions[i]);
       for (int coarse = 0; coarse < level; ++coarse) key = coarser(key);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which Gaussians a crop box and a search for floaters remove from a cloud. Nothing depends on
-// threads or chance; the time is n log n in the number of Gaussians.
+// Finds the Gaussians of a cloud that a crop box and a search for floaters remove. The result does
+// not depend on threads or chance; the time is n log n in the number of Gaussians.
 #pragma once
 
 #include <array>
@@ -27,20 +27,20 @@ struct CropBox {
 /// Criteria of floaters, which can be switched off one by one.
 struct Floaters {
   bool faint = true, large = true, isolated = true;
-  float least_opacity = 0.02f;  ///< 0..1: fainter ones go
-  /// Those with a longer standard deviation go; a factor on the longest side of the box that holds
-  /// the middle 90 % of the centres per axis.
+  float least_opacity = 0.02f;  ///< 0..1: fainter Gaussians are removed
+  /// Gaussians with a longer standard deviation are removed. A factor on the longest side of the
+  /// box that holds the middle 90 % of the centres per axis.
   float largest_size = 0.5f;
-  /// Those with fewer neighbours go. Neighbours are in the 27 cells around the centre. The cells of
-  /// a grid are kCellSigmas standard deviations of the median Gaussian long; larger Gaussians use
-  /// grids with cells 4, 16, ... times as long.
+  /// Gaussians with fewer neighbours are removed. Neighbours are in the 27 cells around the centre.
+  /// The cells of a grid are kCellSigmas standard deviations of the median Gaussian long; larger
+  /// Gaussians use grids with cells 4, 16, ... times as long.
   int fewest_neighbours = 8;
 
   static constexpr float kCellSigmas = 4;
   bool operator==(const Floaters&) const = default;
 };
 
-/// Why a Gaussian goes: the first reason that applies.
+/// The reason why a Gaussian is removed: the first that applies.
 enum class Removed : std::uint8_t { no, outside, faint, large, isolated };
 inline constexpr std::size_t kRemovedReasons = 5;
 
@@ -56,8 +56,8 @@ struct Removal : RemovalCounts {
   std::vector<Removed> marks;  ///< per Gaussian
 };
 
-/// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to these.
-/// Values that are not numbers fail every criterion.
+/// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to those
+/// Gaussians only. Values that are not numbers fail every criterion.
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
                      const std::optional<Floaters>& floaters);
 

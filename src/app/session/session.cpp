@@ -38,7 +38,7 @@ std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
   return renderer;
 }
 
-// Leaves out the Gaussians that are larger than the scene, or counts them.
+// Removes the Gaussians that are larger than the scene if `skips`, else only counts them.
 void look_for_huge(Scene& scene, bool skips) {
   if (skips) {
     const std::size_t dropped = drop_huge(scene.cloud);

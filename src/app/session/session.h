@@ -22,19 +22,21 @@ namespace qs {
 struct FrameOptions {
   std::filesystem::path scene;
   int iteration = -1;  ///< of a model folder; -1: the highest
-  std::string axes;    ///< overrides the axes declared by the file, see is_axes(); empty: trust it
-  std::optional<std::filesystem::path> cameras;  ///< unset: those beside the scene
+  /// overrides the axes declared by the file, see is_axes(); empty: trust the file
+  std::string axes;
+  std::optional<std::filesystem::path> cameras;  ///< unset: the cameras file beside the scene
   std::optional<glm::dvec3> up;    ///< unit vector, up in the world; unset: declared or estimated
   std::optional<glm::ivec2> size;  ///< unset: the camera's
   std::vector<CullMode> modes = {kDefaultMode};
-  std::optional<Backend> backend;  ///< unset: the best one that can render these modes
+  std::optional<Backend> backend;  ///< unset: the best backend that can render these modes
   int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
   int device = 0;                  ///< index into GpuReport::gpus
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;
-  std::optional<glm::vec3> background;  ///< unset: white if the model was trained so, else black
-  std::optional<bool> antialiased;      ///< unset: as the scene was trained
+  /// unset: white if the model was trained with white, else black
+  std::optional<glm::vec3> background;
+  std::optional<bool> antialiased;  ///< unset: as the scene was trained
   int tile_px = kTileSize;
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
 };

@@ -2,9 +2,10 @@
 //
 // Adaptive density control (Kerbl et al. 2023, with the defaults of the published code). Gaussians
 // that the loss wants to move far on the image are cloned if they are small and split in two if
-// they are large; nearly transparent ones are removed. From time to time all become nearly
-// transparent, so that those which nothing needs do not return. The published rule that removes
-// Gaussians larger than 20 pixels never acts in the published code, and is left out.
+// they are large; nearly transparent ones are removed. From time to time all opacities are reset to
+// nearly 0; Gaussians that the loss does not need stay transparent and are removed. The published
+// rule that removes Gaussians larger than 20 pixels never acts in the published code, and is left
+// out.
 #include <algorithm>
 #include <cmath>
 
@@ -16,26 +17,26 @@ namespace qs::train {
 namespace {
 
 constexpr int kAdcInterval = 100, kFirst = 600,
-              kAdcEnd = 15'000;  // densification: first, and not at end
+              kAdcEnd = 15'000;  // densification: from the first to before the last
 constexpr int kResetInterval = 3000, kWhiteReset = 500;
 constexpr float kGradientThreshold = 2e-4f;
 constexpr double kSmall = 0.01, kHuge = 0.1;  // times the extent
 constexpr double kLeastOpacity = 0.005, kResetOpacity = 0.01;
 constexpr double kSplitShrink = 1.6;
 
-// Whether Gaussians are added and removed between this iteration and the next.
+// True if Gaussians are added and removed between this iteration and the next.
 bool adc_changes_after(int iteration) {
   return iteration >= kFirst && iteration < kAdcEnd && iteration % kAdcInterval == 0;
 }
 
-// Whether opacities become small between this iteration and the next.
+// True if opacities are reset between this iteration and the next.
 bool resets_after(const TrainSettings& settings, int iteration) {
   const bool usual = iteration > 0 && iteration < kAdcEnd && iteration % kResetInterval == 0;
   return usual || (settings.white() && iteration == kWhiteReset);
 }
 
-// The Gaussians to clone or split, ascending; the ones with the largest gradients if the limit does
-// not allow all.
+// The Gaussians to clone or split, ascending; if the limit does not allow all of them, those with
+// the largest gradients.
 std::vector<std::uint32_t> chosen(const IterationContext& context, const GaussianFacts& facts) {
   std::vector<std::uint32_t> rows;
   for (std::uint32_t i = 0; i < facts.size(); ++i) {

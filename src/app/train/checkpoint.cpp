@@ -46,7 +46,7 @@ class HashedStream {
   std::uint64_t hash_ = hash_of({});
 };
 
-// Allocates the arrays after their size was compared with the bytes that are left.
+// Allocates the arrays after their size was compared with the remaining bytes.
 void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, std::uint64_t left,
                   const std::string& where) {
   const std::uint64_t values =

@@ -22,7 +22,7 @@ struct Checkpoint {
   ModelState model;
 };
 
-/// The same values where they are, because a copy of the model may not fit into memory.
+/// References to the same values, because a copy of the model may not fit into memory.
 struct CheckpointView {
   const TrainSettings& settings;
   const std::string& data;

@@ -27,7 +27,8 @@ std::vector<LensCamera> blender_cameras(const std::filesystem::path& file) {
   return cameras;
 }
 
-// All cameras by name. Set: the number of training views, which then come first.
+// All cameras by name. In Blender's data sets the training cameras come first, and `first` is set
+// to their number.
 std::vector<LensCamera> cameras_of(const DataOptions& options, std::optional<std::size_t>& first) {
   const auto train = options.data / "transforms_train.json";
   const auto test = options.data / "transforms_test.json";
@@ -55,7 +56,7 @@ std::filesystem::path photographs_of(const DataOptions& options) {
   return std::filesystem::is_directory(usual, error) ? usual : options.data;
 }
 
-// Empty: there are none.
+// The folder of the masks; empty: no masks.
 std::filesystem::path masks_of(const DataOptions& options) {
   if (!options.masks.empty()) return options.data / options.masks;
   std::error_code error;
@@ -71,7 +72,7 @@ class Masks {
     if (!masks.empty()) masks_.emplace(masks);
   }
 
-  /// Empty: the photograph has none.
+  /// The mask of a photograph; empty: it has none.
   std::filesystem::path find(const std::filesystem::path& photograph) const {
     if (!masks_) return {};
     const std::string name = photograph.lexically_relative(photographs_).generic_string();

@@ -23,8 +23,9 @@ std::uint64_t half_of_memory();
 
 struct DataOptions {
   std::filesystem::path data;
-  std::filesystem::path images;         ///< in `data`; empty: `images`, or `data` without one
-  std::filesystem::path masks;          ///< in `data`; empty: `masks` if there is one
+  /// in `data`; empty: `images`, or `data` itself if that folder is missing
+  std::filesystem::path images;
+  std::filesystem::path masks;          ///< in `data`; empty: `masks` if that folder exists
   std::optional<int> resolution_scale;  ///< unset: 1, but photographs at most 1,600 pixels wide
   int holdout = 8;          ///< every N-th view with a photograph, by name, is a test view; 0: none
   glm::vec3 background{0};  ///< behind transparent photographs
@@ -38,11 +39,11 @@ struct DataSet {
   std::vector<ScenePoint> points;              ///< empty if the data set has none
   std::size_t skipped = 0;                     ///< cameras without a photograph
   std::filesystem::path masks;                 ///< the folder; empty: no masks
-  std::size_t without_mask = 0;                ///< photographs that a folder of masks lacks
-  bool blender = false;                        ///< has transforms_train.json
-  std::uint64_t photo_memory = 0;              ///< bytes that photograph_cache.h may use
+  std::size_t without_mask = 0;    ///< photographs without a mask in the folder of masks
+  bool blender = false;            ///< has transforms_train.json
+  std::uint64_t photo_memory = 0;  ///< bytes that photograph_cache.h may use
 
-  /// The photographs need more than photo_memory, so all views are without pixels.
+  /// True if the photographs need more than photo_memory, so that all views are without pixels.
   bool on_disk() const { return !training.empty() && !training.front().has_pixels(); }
 
   void release_pixels();  ///< of all views
@@ -56,7 +57,7 @@ struct DataSet {
   std::string fingerprint() const;
 };
 
-/// Blender's data sets have transforms_train.json and transforms_test.json; then these are the
+/// Blender's data sets have transforms_train.json and transforms_test.json; their views are the
 /// training and the test views, and names begin with the photographs' folder: "train/r_0". The mask
 /// of the photograph a/1.jpg is a/1.jpg.png or a/1.png, or the same without leading folders. If all
 /// pixels together exceed DataOptions::photo_memory, no view has its pixels. Throws Error(input)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// FNV-1a with 64 bits (Fowler, Noll and Vo): notices damage and other data, not attacks.
+// FNV-1a with 64 bits (Fowler, Noll and Vo): it detects damage and changed data, but not attacks.
 #pragma once
 
 #include <cstddef>

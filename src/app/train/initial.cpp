@@ -30,18 +30,19 @@ Box box_around_cameras(const DataSet& data) {
 
 constexpr int kCells = 64;  // of the grid along an axis of the box
 
-// The cell's low corner, counted in cells from that of the box.
+// The cell's low corner, in cells from the low corner of the box.
 glm::dvec3 corner_of(std::size_t cell) {
   return {cell % kCells, cell / kCells % kCells, cell / (kCells * kCells)};
 }
 
-// `place` is counted as corner_of() does.
+// The position of `place`, which has the units of corner_of().
 glm::dvec3 position_in(const Box& box, glm::dvec3 place) {
   return box.low + box.size * place / double{kCells};
 }
 
-// The cells that many pictures show: at least half as many as show the cell that most show. A cell
-// is shown if its middle is. Most pictures show a subject that cameras go round, few show a camera.
+// The cells that many pictures show: at least half as many as the largest number of pictures that
+// show the same cell. A picture shows a cell if it shows the cell's middle. If cameras circle a
+// subject, most pictures show the subject and few show a camera.
 std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const Box& box) {
   constexpr std::size_t kMostCameras = 200;
   const std::size_t stride = 1 + (data.training.size() - 1) / kMostCameras;

@@ -21,9 +21,9 @@ struct InitialGaussians {
 Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaussians& initial,
                         ThreadPool& pool);
 
-/// `count` gray points. They are uniform in the places that many training pictures show, at least
-/// half as many as show the place that most show, within the cameras' bounding box enlarged 3 times
-/// around its middle. For Blender's data sets they are uniform in the cube from -1.3 to 1.3.
+/// `count` gray points. They are uniform in the part of the cameras' bounding box, enlarged 3 times
+/// around its middle, that many training pictures show: at least half as many as show the most
+/// visible place. For Blender's data sets they are uniform in the cube from -1.3 to 1.3.
 std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, std::uint64_t seed);
 
 }  // namespace qs::train

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // 3DGS as Markov Chain Monte Carlo (Kheradmand et al. 2024, arXiv 2404.09591, with the defaults of
-// the published code). Nearly transparent Gaussians move to others, which share their opacity
-// (equation 9), the number grows by 5 % up to a limit, and noise moves nearly transparent ones.
-// Noise and the weight on scales are in units of the cameras' extent. The published code has them
-// in the data set's units; its noise is the cube of a length, so it scatters Gaussians in large
-// worlds.
+// the published code). Nearly transparent Gaussians move to other Gaussians and share their opacity
+// (equation 9). The number of Gaussians grows by 5 % up to a limit. Noise moves nearly transparent
+// Gaussians. Noise and the weight on scales are in units of the cameras' extent. In the published
+// code they are in the data set's units. Its noise is the cube of a length, so it scatters
+// Gaussians in large worlds.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +21,7 @@ constexpr int kMostCopies = 51;
 constexpr double kNoise = 5e5;  // times the rate of the means and the covariance
 constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 
-// Whether Gaussians are moved and added between this iteration and the next.
+// True if Gaussians are moved and added between this iteration and the next.
 bool mcmc_changes_after(int iteration) {
   return iteration > kAfter && iteration < kMcmcEnd && iteration % kMcmcInterval == 0;
 }
@@ -32,7 +32,7 @@ double binomial(int n, int k) {
   return value;
 }
 
-// Equation 9: opacity and scale of `copies` Gaussians in the place of one.
+// Equation 9: opacity and scale of `copies` Gaussians that replace one Gaussian.
 void share(Plan& p, std::size_t i, int copies) {
   const double before = opacity(p, i);
   const double after = 1 - std::pow(1 - before, 1.0 / copies);
@@ -50,7 +50,7 @@ void share(Plan& p, std::size_t i, int copies) {
     p.log_scales[i] += glm::vec3(static_cast<float>(std::log(factor)));
 }
 
-// `count` of the candidates, drawn by opacity with replacement.
+// Draws `count` candidates by opacity, with replacement.
 std::vector<std::uint32_t> drawn(const Plan& p, const std::vector<std::uint32_t>& candidates,
                                  std::size_t count, const Random& random) {
   std::vector<double> sums;

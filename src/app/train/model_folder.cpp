@@ -116,7 +116,8 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
                                         const std::string& backend, ThreadPool& pool) {
-  // The checkpoint first: it needs no memory, and everything else can be made from it.
+  // The checkpoint is written first, because it needs no memory and everything else can be made
+  // from it.
   write_checkpoint(checkpoint, checkpoint_path(folder));
   auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_stats(folder / "train.csv", format_train_csv(checkpoint.log));

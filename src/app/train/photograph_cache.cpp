@@ -56,7 +56,7 @@ std::size_t PhotographCache::reads() const {
   return reads_;
 }
 
-// The first wanted view that is neither in memory, nor being read, nor unreadable. Needs the mutex.
+// The first wanted view that is not in memory, not being read and not unreadable. Needs the mutex.
 const PhotographView* PhotographCache::next_to_read() const {
   for (const PhotographView* view : wanted_) {
     if (!held_.contains(view) && !being_read_.contains(view) && !errors_.contains(view))

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The pixels of a data set's photographs in limited memory. Background threads read the photographs
-// that are not in memory, also those that are used next. The least recently used ones make room.
-// Pixels that were read again are the same as before, or it is an error.
+// The pixels of a data set's photographs in limited memory. Background threads read missing
+// photographs, including those that are needed next. The least recently used photographs are
+// dropped to make room. If a photograph has changed when it is read again, that is an error.
 #pragma once
 
 #include <condition_variable>
@@ -25,7 +25,7 @@ class PhotographCache {
   static constexpr unsigned kMostThreads = 8;
 
   /// Starts the threads if `data`, which must outlive the cache, is larger than its limit of
-  /// memory. The photographs of two views always find room: the one in use and the next one.
+  /// memory. The photographs of two views always fit: the view in use and the next view.
   explicit PhotographCache(const DataSet& data);
   ~PhotographCache();
   PhotographCache(const PhotographCache&) = delete;
@@ -37,7 +37,7 @@ class PhotographCache {
   const PhotographView& view(const PhotographView& wanted,
                              std::span<const PhotographView* const> next);
 
-  /// How many times a photograph was read.
+  /// The number of times that photographs were read.
   std::size_t reads() const;
 
  private:
@@ -58,7 +58,7 @@ class PhotographCache {
   std::map<const PhotographView*, Entry> held_;
   std::set<const PhotographView*> being_read_;
   std::map<const PhotographView*, std::exception_ptr> errors_;
-  Wanted wanted_;            // the view in use and those after it
+  Wanted wanted_;            // the view in use and the next views
   std::uint64_t bytes_ = 0;  // of held_ and being_read_
   std::uint64_t uses_ = 0;
   std::size_t reads_ = 0;

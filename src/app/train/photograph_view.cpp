@@ -107,7 +107,7 @@ PhotographView read_view(const PhotographSource& source, ThreadPool& pool) {
   std::transform(image.values.begin(), image.values.end(), view.rgb.begin(), to_8bit);
   if (!source.mask.empty()) view.mask = read_mask(source, photograph, pool);
   if (!source.keep_alpha) return view;
-  // Over white a pixel is brighter by 1 - alpha.
+  // Over white, a pixel is brighter than over black by 1 - alpha.
   const Image white =
       reduced(read_checked(source, glm::vec3(1), pool), source.resolution_scale, pool);
   for (std::size_t i = 0; i < image.values.size(); i += 3)

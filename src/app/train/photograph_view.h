@@ -18,7 +18,7 @@
 
 namespace qs::train {
 
-/// Where a photograph comes from and how it is read.
+/// The file of a photograph and the options of reading it.
 struct PhotographSource {
   LensCamera taken;                     ///< of the photograph's full size
   std::filesystem::path file, mask;     ///< `mask` empty: every pixel counts
@@ -41,7 +41,7 @@ struct PhotographView {
   /// Pixels may have been released to save memory; photograph_cache.h reads them again.
   bool has_pixels() const { return !rgb.empty(); }
   void release_pixels();
-  /// Of the pixels, also while they are released.
+  /// The hash of the pixels; known also while they are released.
   std::uint64_t content_hash() const;
   std::uint64_t bytes() const;
 
@@ -49,8 +49,8 @@ struct PhotographView {
 };
 
 /// Throws Error(input) naming the file of the photograph or of the mask. A mask has the
-/// photograph's size. Its black pixels are masked out, and every pixel of the view that has a part
-/// of one.
+/// photograph's size. Its black pixels are masked out, and so is every pixel of the view that
+/// contains a part of a black pixel.
 PhotographView read_view(const PhotographSource& source, ThreadPool& pool);
 
 }  // namespace qs::train

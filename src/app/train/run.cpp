@@ -116,7 +116,7 @@ class Run {
   }
 
  private:
-  // Does what the watcher wishes; false: the run should stop.
+  // Carries out the watcher's request. Returns false if the run should stop.
   bool goes_on(double loss) {
     if (!options_.watch) return true;
     RunWish wish = RunWish::go_on;
@@ -129,7 +129,7 @@ class Run {
     try {
       write_checkpoint(checkpoint(), checkpoint_path(options_.out_dir));
     } catch (const std::exception&) {
-      saved = false;  // what happened first is reported
+      saved = false;  // the first event is reported
     }
     fail(ErrorKind::device,
          "{}, for iteration {} with {} Gaussians{}; a smaller --max-gaussians needs less memory",

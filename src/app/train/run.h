@@ -18,7 +18,7 @@ namespace qs::train {
 class Trainer;
 struct TrainLog;
 
-/// What a run shows to its watcher.
+/// The state of a run, for its watcher.
 struct RunStatus {
   const Trainer& trainer;
   const TrainLog& log;
@@ -34,8 +34,8 @@ struct RunOptions {
   bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
-  /// Called before the first iteration, after every one, and after the last evaluation. After
-  /// `save` it is called again. A watched run notes no signals.
+  /// Called before the first iteration, after every one, and after the last evaluation. It is
+  /// called again after it returned `save`. A watched run does not handle signals.
   std::function<RunWish(const RunStatus&)> watch;
 };
 
@@ -43,8 +43,8 @@ enum class RunEnd { finished, interrupted };
 
 /// `model` is new; its backend trains. Trains until settings.iterations, or until a signal arrives
 /// (quit_signals.h), and saves the model in both cases. Prints the backend, one line per evaluation
-/// and one for the saved model to stdout. Throws Error; one for lack of memory or of a device is
-/// thrown after the model was saved, if that succeeded.
+/// and one line for the saved model to stdout. Throws Error. If memory or a device is lacking, the
+/// model is first saved if possible.
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
                     std::unique_ptr<TrainingModel> model, ThreadPool& pool);
 

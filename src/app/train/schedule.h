@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What changes with the iteration, which counts from 1: learning rates, the SH degree and the view
-// (Kerbl et al. 2023 and the defaults of its published code).
+// The values that depend on the iteration, which counts from 1: learning rates, the SH degree and
+// the view (Kerbl et al. 2023 and the defaults of its published code).
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace qs::train {
 
-/// The rate of the means falls from 1.6e-4 to 1.6e-6 times `extent` in 30,000 iterations, however
-/// many are run. `opacity_rate` is the strategy's.
+/// The rate of the means falls from 1.6e-4 to 1.6e-6 times `extent` in 30,000 iterations,
+/// independent of the number of iterations that are run. `opacity_rate` is the strategy's.
 Rates rates_at(int iteration, double extent, double opacity_rate);
 
-/// 0, and one more every 1,000 iterations, up to `most`.
+/// Starts at 0 and grows by 1 every 1,000 iterations, up to `most`.
 int sh_degree_at(int iteration, int most);
 
-/// All views in random order, then all again in another order, and so on.
+/// All views in random order, then all views again in another order, and so on.
 class ViewOrder {
  public:
   ViewOrder(std::size_t views, std::uint64_t seed) : views_(views), seed_(seed) {}

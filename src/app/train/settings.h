@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The choices that decide what a training run computes. Two runs with equal settings and data give
-// the same model to the bit.
+// The settings of a training run. Two runs with equal settings and data give the same model to the
+// bit.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ nlohmann::ordered_json settings_json(const TrainSettings& settings);
 TrainSettings settings_of(const nlohmann::ordered_json& json);
 
 /// The names of the settings that differ, except `iterations` and `max_gaussians`: a resumed run
-/// may end later, and may have to do with less memory.
+/// may end later, and may have less memory.
 std::string differences_of(const TrainSettings& a, const TrainSettings& b);
 
 }  // namespace qs::train

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Strategies: how the set of Gaussians changes while it is trained. They decide on the host, by a
-// few numbers per Gaussian, so every backend has all of them. To add one: a file with its
-// functions, declared here, a row in strategy.cpp and a test.
+// A strategy changes the set of Gaussians while it is trained. It decides on the host, from a few
+// numbers per Gaussian, so every backend supports all strategies. To add a strategy: a file with
+// its functions, declared here, a row in strategy.cpp and a test.
 #pragma once
 
 #include <span>
@@ -35,13 +35,13 @@ struct Strategy {
   double opacity_rate;                    ///< learning rate of opacity logits
   double initial_opacity, initial_scale;  ///< see InitialGaussians
   std::size_t default_max_gaussians;      ///< 0: no limit
-  /// Whether the set of Gaussians changes in front of the iteration, by the plan. That is after the
-  /// model was saved and evaluated, as in the published code.
+  /// True if the plan changes the set of Gaussians before the iteration starts. The model is saved
+  /// and evaluated before the change, as in the published code.
   bool (*changes_before)(const TrainSettings& settings, int iteration);
   /// Sets `plan`. Its memory is used again.
   void (*plan)(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
-  /// The optimizer's step. No step is taken in front of a change of Gaussians, as in the published
-  /// code.
+  /// The optimizer's step. In an iteration that is followed by a change of Gaussians no step is
+  /// taken, as in the published code.
   StepOrder (*step)(const IterationContext& context);
 
   std::size_t max_gaussians(const TrainSettings& settings) const {
@@ -51,7 +51,7 @@ struct Strategy {
 
 std::span<const Strategy> strategies();
 
-/// Throws Error(usage) for another name.
+/// The strategy of this name. Throws Error(usage) if there is none.
 const Strategy& find_strategy(std::string_view name);
 
 bool adc_changes_before(const TrainSettings& settings, int iteration);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a training run reports: one row per interval, as train.csv and train.json hold it.
+// The report of a training run: one row per interval, as train.csv and train.json hold it.
 // train.json alone has the memory.
 #pragma once
 
@@ -37,7 +37,8 @@ struct TrainLog {
   void close_row(const Trainer& trainer, const std::optional<Quality>& test);
 };
 
-/// The row with the highest PSNR on the test views, the first of equal ones; nullptr without any.
+/// The row with the highest PSNR on the test views, the first of equal rows; nullptr if no row has
+/// a PSNR.
 const LogRow* best_row(const TrainLog& log);
 
 /// The most memory of the GPU in any row; unset if no row has it.

@@ -94,7 +94,7 @@ StepResult Trainer::step() {
   const int iteration = model_->iteration() + 1;
   const IterationContext context{settings_, iteration, extent_,
                                  rates_at(iteration, extent_, strategy_.opacity_rate)};
-  // The change was made already if the memory did not suffice for the iteration after it.
+  // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
     strategy_.plan(context, model_->facts(), plan_);
     model_->apply(plan_);
@@ -113,7 +113,7 @@ StepResult Trainer::step() {
   }
   model_->forward(view.camera, render);
   clock.next();
-  // The pixels of a data set that is too large for the memory are in the cache only.
+  // The pixels of a data set that is too large for the memory are only in the cache.
   const auto number =
       data_.on_disk() ? std::nullopt : std::optional<std::size_t>(views_.at(iteration));
   model_->compare_with(number, view.photograph());

@@ -19,14 +19,14 @@
 namespace qs::train {
 
 /// The parts of an iteration: adding and removing Gaussians, the passes, the optimizer's step, and
-/// what remains: on a GPU the time in which it waits for the host.
+/// the remainder: on a GPU, the time in which the GPU waits for the host.
 inline constexpr std::array kTrainStages = {"density",  "forward",   "loss",
                                             "backward", "optimizer", "other"};
 
 struct StepResult {
-  Loss loss;  ///< before the step; on CUDA mostly of the step before, see recent_loss()
-  /// By stage; together the time of the step. On CUDA the passes are those of the step before, on
-  /// the GPU's clock.
+  Loss loss;  ///< before the step; on CUDA usually of the previous step, see recent_loss()
+  /// By stage; together the time of the step. On CUDA the passes' times are from the previous step,
+  /// on the GPU's clock.
   std::array<double, kTrainStages.size()> seconds = {};
 };
 
@@ -35,7 +35,7 @@ struct Quality {
   double psnr = 0, ssim = 0;
 };
 
-/// The Gaussians that a run starts from: the data set's points, or random ones.
+/// The Gaussians that a run starts from: the data set's points, or random points.
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings, ThreadPool& pool);
 
 class Trainer {

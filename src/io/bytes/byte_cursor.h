@@ -27,7 +27,7 @@ T load(const std::byte* at) {
   return value;
 }
 
-/// Whether `count` items of `item_bytes` fit into `available` bytes; never overflows.
+/// True if `count` items of `item_bytes` fit into `available` bytes; never overflows.
 constexpr bool fits(std::uint64_t count, std::uint64_t item_bytes, std::uint64_t available) {
   return item_bytes == 0 || count <= available / item_bytes;
 }

@@ -21,14 +21,14 @@ inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 25;
 nlohmann::json parse_json(std::string_view text, std::string_view source,
                           std::size_t max_values = kMaxJsonValues);
 
-/// JSON that this program wrote. Throws nlohmann::json::parse_error for damaged text.
+/// Parses JSON that this program wrote. Throws nlohmann::json::parse_error for damaged text.
 nlohmann::ordered_json parse_own_json(std::string_view text);
 
 /// The text of a JSON file: indented by two spaces, with a line break at the end. Damaged UTF-8 is
 /// replaced.
 std::string json_file_text(const nlohmann::ordered_json& json);
 
-/// The same value in one line, without a line break.
+/// The value in one line, without a line break.
 std::string json_line(const nlohmann::ordered_json& json);
 
 /// The whole text of a small file. Throws Error(input) when it is missing or larger than

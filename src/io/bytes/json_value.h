@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads values of JSON that this program wrote and that somebody may have edited.
+// Reads values of JSON that this program wrote and that a user may have edited.
 #pragma once
 
 #include <concepts>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Maps a file into memory, read-only. The file must not shrink while it is mapped: if another
-// program truncates it, this program is killed (SIGBUS). That is the price of not copying
-// gigabytes.
+// program truncates it, this program is killed (SIGBUS). The reason for mapping is that gigabytes
+// need not be copied.
 #pragma once
 
 #include <cstddef>

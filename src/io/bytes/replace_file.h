@@ -11,10 +11,10 @@
 
 namespace qs {
 
-/// Calls write(temporary) and moves what it wrote to `path`. What is no regular file, such as
-/// /dev/stdout or a pipe, is written directly; a link stays, and the file that it leads to is
-/// replaced. Throws what `write` throws, and Error(input) when the folder does not exist or the
-/// file cannot be moved there.
+/// Calls write(temporary) and moves the written file to `path`. A symbolic link is followed: its
+/// target is replaced. Anything but a regular file, such as /dev/stdout or a pipe, is written
+/// directly. Throws what `write` throws, and Error(input) when the folder does not exist or the
+/// file cannot be moved to it.
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 

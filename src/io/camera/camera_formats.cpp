@@ -64,7 +64,7 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
     return row.recognises(file, start);
   });
-  // An unrecognised file is passed to the reader of cameras.json, whose message says what is wrong.
+  // An unrecognised file is passed to the reader of cameras.json, whose message names the defect.
   std::vector<LensCamera> cameras =
       format == kFormats.end() ? read_cameras_json(file) : format->read(file);
   for (std::size_t i = 0; i < cameras.size(); ++i)
@@ -86,7 +86,7 @@ std::string photograph_name(const std::string& file_name) {
 }
 
 void check_camera(const Camera& camera, const std::string& where) {
-  // Frames are computed in single precision, in which squares end at 3e38.
+  // Frames are computed in single precision, which holds squares up to 3e38.
   constexpr double kMost = 1e15;
   const glm::dvec3 position = camera.position();
   for (const double value : {position.x, position.y, position.z}) {

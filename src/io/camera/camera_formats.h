@@ -48,7 +48,7 @@ std::vector<LensCamera> read_colmap_text(const std::filesystem::path& file);
 bool recognises_transforms_json(const std::filesystem::path& file, std::string_view start);
 std::vector<LensCamera> read_transforms_json(const std::filesystem::path& file);
 
-/// The name without its extension if that is one of a picture, else the whole name.
+/// The name without its extension if the extension is a picture format's, else the whole name.
 std::string photograph_name(const std::string& file_name);
 
 /// Deviation of the matrix from a rotation: the largest deviation of its product with its transpose
@@ -56,7 +56,7 @@ std::string photograph_name(const std::string& file_name);
 double rotation_error(const glm::dmat3& matrix);
 inline constexpr double kMaxRotationError = 1e-3;
 
-/// Throws Error(input) "WHERE: ..." for a camera whose frames single precision cannot hold.
+/// Throws Error(input) "WHERE: ..." for a camera whose values are too large for single precision.
 void check_camera(const Camera& camera, const std::string& where);
 
 }  // namespace qs

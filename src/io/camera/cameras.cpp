@@ -3,7 +3,7 @@
 // cameras.json, see cameras.h. Keys beyond INRIA's layout: cx, cy, near, and the exact values
 // "translation" and "center_px". format_camera() adds these two because computing them from
 // position and cx loses the last bits. They are ignored if they disagree with position and cx, cy,
-// so that editing those by hand works.
+// so that position, cx and cy can be edited by hand.
 #include "io/camera/cameras.h"
 
 #include <cmath>

@@ -21,7 +21,7 @@
 namespace qs {
 
 /// All cameras of a file or folder (a data set, COLMAP's `sparse` or `sparse/0`), in file order;
-/// COLMAP's by name. Throws Error(input) naming file, camera and field.
+/// COLMAP cameras are sorted by name. Throws Error(input) naming file, camera and field.
 std::vector<Camera> read_cameras(const std::filesystem::path& path);
 
 /// The same with the lenses of photographs that must be undistorted. cameras.json has them as an
@@ -42,7 +42,8 @@ std::string format_camera(const Camera& camera);
 /// A whole cameras.json.
 std::string format_cameras(const std::vector<LensCamera>& cameras);
 
-/// The same for a part of a larger JSON file: the camera as an object, and the camera of an object.
+/// The same as a part of a larger JSON file: the camera as an object, and the camera from an
+/// object.
 nlohmann::ordered_json camera_json(const Camera& camera);
 Camera camera_of(const nlohmann::ordered_json& object, std::string_view source);
 

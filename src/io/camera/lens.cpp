@@ -30,7 +30,7 @@ void for_each_border_point(const Camera& camera, const Visit& visit) {
   }
 }
 
-// Whether every pixel of the pinhole camera lies in the photograph, and no direction is shown
+// True if every pixel of the pinhole camera is inside the photograph, and no direction is shown
 // twice.
 bool fills(const Camera& camera, const Lens& lens) {
   bool inside = true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Lenses that distort, and the pinhole cameras that take their place. A photograph is undistorted
-// when it is read; from then on its camera is a pinhole camera.
+// Lenses that distort, and the pinhole cameras that replace them. A photograph is undistorted when
+// it is read; from then on its camera is a pinhole camera.
 #pragma once
 
 #include <filesystem>
@@ -15,9 +15,9 @@
 
 namespace qs {
 
-/// COLMAP's model OPENCV, which contains SIMPLE_RADIAL (k1) and RADIAL (k1, k2). Pixels are those
-/// of the camera's image size and count from pixel centres.
-/// Smaller coefficients count as none: under 0.01 px at the edge of a picture of 10,000 px.
+/// COLMAP's model OPENCV, which contains SIMPLE_RADIAL (k1) and RADIAL (k1, k2). Pixels refer to
+/// the camera's image size and count from pixel centres. Smaller coefficients count as none: under
+/// 0.01 px at the edge of a picture of 10,000 px.
 inline constexpr double kNoDistortion = 1e-6;
 
 struct Lens {
@@ -25,7 +25,7 @@ struct Lens {
   double k1 = 0, k2 = 0;  ///< radial
   double p1 = 0, p2 = 0;  ///< tangential
 
-  /// Where the lens shows the direction (x/z, y/z), as a direction:
+  /// The direction at which the lens shows the direction (x/z, y/z):
   ///   x (1 + k1 r^2 + k2 r^4) + 2 p1 x y + p2 (r^2 + 2 x^2)
   ///   y (1 + k1 r^2 + k2 r^4) + 2 p2 x y + p1 (r^2 + 2 y^2)
   glm::dvec2 distort(glm::dvec2 slope) const;
@@ -34,9 +34,9 @@ struct Lens {
 /// The camera of a photograph.
 struct LensCamera {
   Camera camera;             ///< of the undistorted photograph
-  std::optional<Lens> lens;  ///< of the photograph as it was taken; unset: it does not distort
-  /// The photograph's path from the folder of the cameras file, as transforms.json has it: perhaps
-  /// without ending. Empty: only the name is known.
+  std::optional<Lens> lens;  ///< of the photograph as it was taken; unset: no distortion
+  /// The photograph's path from the folder of the cameras file, as written in transforms.json,
+  /// possibly without an extension. Empty: only the name is known.
   std::filesystem::path photograph = {};
 
   /// The same view in another resolution: each axis is scaled by its own factor.
@@ -44,14 +44,14 @@ struct LensCamera {
 };
 
 /// The pinhole camera for a lens, of the size and principal point of `size`: its focal lengths are
-/// the lens's times the smallest factor for which every pixel of the undistorted photograph lies in
-/// the photograph. Throws Error(input) "WHERE: ..." if the lens shows a direction twice.
+/// those of the lens times the smallest factor for which every pixel of the undistorted photograph
+/// is inside the photograph. Throws Error(input) "WHERE: ..." if the lens shows a direction twice.
 LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::string& where);
 
 /// Cameras of equal names keep their order.
 void sort_by_name(std::vector<LensCamera>& cameras);
 
-/// Without their lenses.
+/// The cameras without their lenses.
 std::vector<Camera> pinhole_cameras(const std::vector<LensCamera>& cameras);
 
 }  // namespace qs

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The points that structure from motion leaves beside a data set's cameras: COLMAP's points3D.
+// The points from structure from motion that a data set stores beside its cameras: COLMAP's
+// points3D.
 #pragma once
 
 #include <filesystem>

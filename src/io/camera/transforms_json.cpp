@@ -4,7 +4,7 @@
 // transform_matrix is world_from_view by rows, with OpenGL's view axes (x right, y up, z back).
 // Intrinsics are given for the file or, with precedence, for the frame: fl_x, fl_y or
 // camera_angle_x, _y; cx, cy from pixel corners; w, h, or else the size of the first frame's
-// photograph. Distortion k1, k2, p1, p2 is that of Lens.
+// photograph. Distortion k1, k2, p1, p2 is defined as in Lens.
 #include <cmath>
 
 #include <glm/mat3x3.hpp>

@@ -9,7 +9,7 @@
 namespace qs {
 namespace {
 
-// Where the letter points in RDF; 0 for another letter.
+// The direction of a letter in RDF; 0 for another letter.
 glm::dvec3 direction_of(char letter) {
   switch (letter) {
     case 'R':

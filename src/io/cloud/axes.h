@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Frames are named by where their x, y and z point: Left or Right, Down or Up, Back or Forward.
+// Frames are named by the directions of x, y and z: Left or Right, Down or Up, Back or Forward.
 // SPZ's RUB has x right, y up, z back; the cloud's RDF x right, y down, z forward; RFU has z up.
 // flip_axes() converts between frames with parallel axes: position, rotation and SH together.
 // Flipping one sign mirrors the scene; the formulas still hold, because a Gaussian's covariance has
@@ -41,11 +41,11 @@ constexpr AxisSigns signs_to_rdf(std::size_t number) {
           (number & 4) != 0 ? 1.0f : -1.0f};
 }
 
-/// Whether `name` is one of kAxes or of the other right-handed frames, 28 in all.
+/// True if `name` is in kAxes or another right-handed frame, 28 names in all.
 bool is_axes(std::string_view name);
 
-/// The name after half a turn about the axis from left to right: up and down change places, and so
-/// do back and forward.
+/// The name after half a turn about the axis from left to right: up and down are exchanged, and so
+/// are back and forward.
 std::string turned_over(std::string_view name);
 
 /// Turns vectors of the frame into RDF. is_axes(name) must hold.

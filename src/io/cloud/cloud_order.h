@@ -13,7 +13,7 @@
 namespace qs {
 
 /// Indices of all Gaussians, largest first: by opacity times the product of the two largest
-/// standard deviations. Equal ones keep their order.
+/// standard deviations. Gaussians of equal size keep their order.
 std::vector<std::uint32_t> largest_first(const GaussianCloud& cloud);
 
 /// Indices of all Gaussians along a Morton curve through the cloud's bounding box: neighbours in
@@ -23,7 +23,8 @@ std::vector<std::uint32_t> morton_order(const GaussianCloud& cloud);
 /// The Gaussians with these indices, in this order.
 GaussianCloud select(const GaussianCloud& cloud, std::span<const std::uint32_t> numbers);
 
-/// The `count` largest Gaussians in their old order; all if the cloud has no more than that.
+/// The `count` largest Gaussians in their old order; all Gaussians if the cloud has at most
+/// `count`.
 GaussianCloud keep_largest(GaussianCloud cloud, std::size_t count);
 
 }  // namespace qs

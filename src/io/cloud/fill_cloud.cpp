@@ -22,7 +22,7 @@ constexpr float kMaxLogScale = 40;
 constexpr float kMaxColor = 1e6f;
 // Logit of 1/255, below which nothing is drawn.
 constexpr float kFaintestLogit = -5.5373f;
-// A few Gaussians may look odd by chance; this many do not.
+// A few Gaussians may look odd by chance, but not as many as this.
 constexpr std::size_t kEnoughToJudge = 64;
 
 constexpr std::array<const char*, 5> kFlawNames = {
@@ -53,7 +53,8 @@ class Sieve {
   // May be called from several threads for disjoint ranges.
   void inspect(std::size_t begin, std::size_t end);
 
-  // Removes what inspect() found and adds the warnings to `scene`, which owns the cloud.
+  // Removes the Gaussians that inspect() rejected and adds the warnings to `scene`, which owns the
+  // cloud.
   void finish(Scene& scene);
 
  private:
@@ -74,9 +75,9 @@ class Sieve {
   bool all_transparent_ = true;
 };
 
-// In double precision, in which the square of 1e-30 does not underflow and that of 1e30 does not
-// overflow. Quaternions that are unit length up to float rounding are not changed: writing and
-// reading them is exact.
+// Computes in double precision, in which the square of 1e-30 does not underflow and the square of
+// 1e30 does not overflow. Quaternions that are unit length up to float rounding are not changed:
+// writing and reading them is exact.
 bool Sieve::normalise_rotations(std::size_t begin, std::size_t end) {
   bool sound = true;
   for (std::size_t i = begin; i < end; ++i) {
@@ -190,8 +191,8 @@ void Sieve::finish(Scene& scene) {
 }
 
 // Hands out chunks. Each worker first takes the chunks of its own contiguous stretch, then helps
-// with the others: if two threads filled neighbouring chunks, both would clear the same new 2 MiB
-// page.
+// with the other stretches: if two threads filled neighbouring chunks, both would clear the same
+// new 2 MiB page.
 class Stretches {
  public:
   Stretches(std::size_t chunks, std::size_t workers) : stretches_(workers) {
@@ -201,7 +202,7 @@ class Stretches {
     }
   }
 
-  // Must be called exactly once per chunk, so that one is always left.
+  // Must be called exactly once per chunk, so that a chunk is always left.
   std::size_t take(std::size_t worker) {
     for (;; worker = (worker + 1) % stretches_.size()) {
       const std::size_t chunk = stretches_[worker].next.fetch_add(1);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The last step of every reader: fills a cloud in parallel, normalises rotations, removes Gaussians
-// that no renderer can draw (NaN, infinite or absurdly large values) and adds warnings about what
-// was removed or looks wrong. Afterwards the invariants documented on GaussianCloud's members hold.
+// that no renderer can draw (NaN, infinite or absurdly large values) and adds warnings about
+// removed Gaussians and suspicious values. Afterwards the invariants documented on GaussianCloud's
+// members hold.
 #pragma once
 
 #include <cstddef>

@@ -7,10 +7,10 @@
 
 namespace qs {
 
-/// Whether a sample of a scene with `count` Gaussians is wanted.
+/// True if `sampling` requests a sample of a scene with `count` Gaussians.
 bool is_sampled(std::size_t count, const Sampling& sampling);
 
-/// The sample of a scene that is complete.
+/// The sample of a complete scene.
 SceneSample sample_of(const Scene& scene, const Sampling& sampling);
 
 }  // namespace qs

@@ -18,12 +18,12 @@ namespace qs {
 /// A cloud and the facts its file states about it.
 struct Scene {
   GaussianCloud cloud;
-  std::filesystem::path
-      path;            ///< the file that was read (inside a model directory, the one chosen)
+  std::filesystem::path path;  ///< the file that was read (of a model directory: the chosen file)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed
   std::string axes = "RDF";  ///< frame of the file's values, see axes.h; the cloud is always in RDF
-  std::string declared_axes = "RDF";  ///< as the file or its format says; ReadOptions::axes differ
+  /// as the file or its format declares; ReadOptions::axes do not change it
+  std::string declared_axes = "RDF";
   std::string vertical_axis;     ///< as the file declares it ("y", "-z", ...); empty if it does not
   std::uint64_t file_bytes = 0;  ///< of all files that were read
   double unpack_ms = 0;          ///< headers, decompression and allocation
@@ -44,10 +44,11 @@ constexpr std::size_t sample_step(std::size_t count, std::size_t most) {
 
 struct Sampling {
   /// Receives the sample, at most once and as early as the format permits: .spz in gzip before its
-  /// SH are unpacked, others when all Gaussians are read. On the thread that reads the scene.
+  /// SH are unpacked, other formats when all Gaussians are read. Called on the thread that reads
+  /// the scene.
   std::function<void(SceneSample sample)> take;
   std::size_t most = 50'000;     ///< of the sample
-  std::size_t fewest = 300'000;  ///< of the file; smaller ones are read in a moment
+  std::size_t fewest = 300'000;  ///< of the file; smaller files give no sample
 };
 
 struct ReadOptions {

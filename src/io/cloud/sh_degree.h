@@ -7,7 +7,7 @@
 
 namespace qs {
 
-/// The cloud with SH up to `degree` (0..3); unchanged when it has no more than that.
+/// The cloud with SH up to `degree` (0..3); unchanged if its degree is not higher.
 GaussianCloud with_sh_degree(GaussianCloud cloud, int degree);
 
 }  // namespace qs

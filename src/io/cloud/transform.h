@@ -28,7 +28,7 @@ class Transform {
   /// True if the transform consists of rotation, translation and uniform scaling.
   bool is_similarity() const { return is_similarity_; }
 
-  /// Applies it to Gaussian `i`.
+  /// Applies the transform to Gaussian `i`.
   void apply(GaussianCloud& cloud, std::size_t i) const;
 
  private:
@@ -39,7 +39,7 @@ class Transform {
   glm::dquat rotation_{1, 0, 0, 0};  // of a similarity
   float log_scale_ = 0;              // of a similarity
   bool is_similarity_ = false;
-  // New coefficient k from old ones j within a degree: k, j below 7.
+  // New coefficient k from old coefficients j within a degree: k, j below 7.
   std::array<std::array<std::array<float, 7>, 7>, kMaxShDegree + 1> sh_{};
 };
 

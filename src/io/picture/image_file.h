@@ -19,8 +19,8 @@ namespace qs {
 /// Stored as text in formats that support it (PNG tEXt, EXR attributes), ignored elsewhere.
 using ImageMetadata = std::map<std::string, std::string>;
 
-/// The entry that names the channel of an EXR file with one channel, "Y" without it. Other programs
-/// look for depth in "Z" and for alpha in "A".
+/// The entry that names the channel of an EXR file with one channel; without this entry it is "Y".
+/// Other programs look for depth in "Z" and for alpha in "A".
 inline constexpr const char* kChannelText = "Channel";
 
 /// Returns 1 to 4 channels as stored, integers scaled to 0..1. Throws Error(input), or
@@ -39,7 +39,7 @@ void write_image(const Image& image, const std::filesystem::path& path,
 void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata = {}, const Progress& progress = {});
 
-/// ".png": in lower case, with .jpg for .jpeg.
+/// The extension in lower case, such as ".png", with .jpg for .jpeg.
 std::string picture_extension(const std::filesystem::path& path);
 
 }  // namespace qs

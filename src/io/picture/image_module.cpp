@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Loads the OpenImageIO module on first use and keeps it until the process ends. It is searched
-// beside the executable (a build tree) and in ../lib/quadsplat (an installed one).
+// beside the executable (build tree) and in ../lib/quadsplat (installation).
 #include <memory>
 #include <string>
 #include <system_error>

@@ -18,8 +18,8 @@
 namespace qs {
 namespace {
 
-// The four words before the pixels (magic, width, height, maximum or scale) and where the pixels
-// begin.
+// The four words before the pixels (magic, width, height, maximum or scale) and the offset of the
+// pixels.
 struct Header {
   std::array<std::string_view, 4> words;
   std::size_t end = 0;

@@ -29,7 +29,7 @@ std::string_view value_of(std::string_view dictionary, std::string_view key) {
   return rest.substr(std::min(rest.find_first_not_of(' '), rest.size()));
 }
 
-/// The numbers of a tuple such as "(480, 640)". Empty if it is not one.
+/// The numbers of a tuple such as "(480, 640)". Empty if the text is not a tuple.
 std::vector<std::int64_t> numbers_of(std::string_view tuple) {
   std::vector<std::int64_t> numbers;
   const std::size_t end = tuple.find(')');

@@ -27,11 +27,11 @@ using File = std::unique_ptr<std::FILE, FileCloser>;
 struct PictureTarget {
   const std::filesystem::path& file;
   const std::filesystem::path& shown;
-  const Progress& progress;  ///< of formats that take long
+  const Progress& progress;  ///< reported by formats that take long
 };
 
-/// A format that is read without the module; image_file.cpp has one row per format. To add one:
-/// write NAME.cpp with both functions, declare them here, add the row.
+/// A format that is read without the module; image_file.cpp has one row per format. To add a
+/// format: write NAME.cpp with both functions, declare them here, add the row.
 struct PictureFormat {
   const char* extension;  ///< ".png", lower case
   Image (*read)(const std::filesystem::path& path);

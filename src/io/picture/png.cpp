@@ -67,7 +67,7 @@ bool read_png_pixels(PngReader& reader, png_bytep* rows) {
 
 // ---- writing ------------------------------------------------------------------------------------
 
-/// What libpng's callbacks get. The message is first, as keep_message() expects it.
+/// The state that libpng's callbacks get. The message is first, as keep_message() expects it.
 struct WriterState {
   char message[kMessageSize] = "";
   const Progress* progress = nullptr;

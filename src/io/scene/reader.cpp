@@ -64,8 +64,8 @@ bool has_extension_of(const ReaderRow& row, const std::filesystem::path& path) {
   return false;
 }
 
-// Chooses by content; if several rows recognise it, the one with the file's extension. If none
-// does, the reader of the extension is chosen, whose message says what is wrong.
+// Chooses by content; if several rows recognise the content, the row with the file's extension. If
+// no row does, it chooses the reader of the extension, whose message names the defect.
 const ReaderRow& choose_reader(std::span<const std::byte> content,
                                const std::filesystem::path& path) {
   const ReaderRow* chosen = nullptr;
@@ -102,7 +102,7 @@ void assume_axes(Scene& scene, std::string_view axes) {
     const Transform transform((glm::dmat4(turn)));
     for (std::size_t i = 0; i < scene.cloud.size(); ++i) transform.apply(scene.cloud, i);
   }
-  // The file's vertical axis is one of the frame that it declares.
+  // The file's vertical axis belongs to the frame that it declares.
   if (scene.axes != axes) scene.vertical_axis.clear();
   scene.axes = axes;
 }

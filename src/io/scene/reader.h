@@ -24,7 +24,7 @@ struct ReaderRow {
   const char* summary;
   const char* axes;        ///< default frame of its values: "RDF"
   const char* sh_degrees;  ///< SH degrees that are read: "0-3"
-  const char* limits;      ///< what is refused or lost
+  const char* limits;      ///< content that is refused or lost
   bool (*recognises)(std::span<const std::byte> content, const std::filesystem::path& path);
   void (*read)(std::span<const std::byte> content, const std::filesystem::path& path,
                ThreadPool& pool, const ReadOptions& options, Scene& scene);
@@ -39,8 +39,8 @@ std::span<const ReaderRow> readers();
 Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
                  const ReadOptions& options = {});
 
-/// Reinterprets the scene as if its file had declared the frame `axes`, for files
-/// that declare none or the wrong one. Throws Error(usage) for another name.
+/// Reinterprets the scene as if its file had declared the frame `axes`, for files that declare no
+/// frame or a wrong one. Throws Error(usage) unless is_axes(axes).
 void assume_axes(Scene& scene, std::string_view axes);
 
 /// The scene file for `path`: `path` itself, or the file inside a model directory.

@@ -27,7 +27,7 @@ struct WriterRow {
 
 std::span<const WriterRow> writers();
 
-/// Writes the format called `format`, or else the first one with the extension of `path`, and
+/// Writes the format called `format`, or else the first format with the extension of `path`, and
 /// returns its row. The file appears whole or not at all. Throws Error(usage) for an unknown
 /// extension or name, Error(input) if the file cannot be written.
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,

@@ -80,15 +80,16 @@ struct PixelBox {
 /// stage; the times of a frame on CUDA do not include it.
 struct Outputs {
   bool color = true;
-  bool pairs = false;              ///< Frame::pairs
-  bool evaluated = false;          ///< Frame::evaluated
-  bool used = false;               ///< Frame::used and RenderStats::used_pairs
-  bool depth = false;              ///< Frame::depth
-  bool trace = false;              ///< Frame::trace
-  std::optional<PixelBox> region;  ///< mode reference draws only these pixels, the rest is 0
-  bool stage_times = false;        ///< RenderStats::stage_ms; measuring them may slow the frame
+  bool pairs = false;      ///< Frame::pairs
+  bool evaluated = false;  ///< Frame::evaluated
+  bool used = false;       ///< Frame::used and RenderStats::used_pairs
+  bool depth = false;      ///< Frame::depth
+  bool trace = false;      ///< Frame::trace
+  /// inside the image; mode reference draws only these pixels, the rest is 0
+  std::optional<PixelBox> region;
+  bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
 
-  /// Whether the frame needs the blend stage.
+  /// True if the frame needs the blend stage.
   bool blends() const { return color || evaluated || used; }
 };
 
@@ -102,7 +103,7 @@ struct GlTexture {      ///< in a texture of the current GL context, rows from t
   bool operator==(const GlTexture&) const = default;
 };
 
-/// Where a frame's colours are stored. The CPU backend supports only HostImage.
+/// The place to which a frame's colours are written. The CPU backend supports only HostImage.
 using Target = std::variant<HostImage, DeviceImage, GlTexture>;
 
 /// The rasterizer's decisions, for tests and the inspector. In mode reference the trace has a
@@ -163,8 +164,9 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
 
-  /// Replaces the scene. The renderer may keep `cloud` until the next upload. Throws Error (no
-  /// memory) and Cancelled.
+  /// Replaces the scene. `cloud` is not null and does not change afterwards; `progress` may be
+  /// empty. The renderer may keep `cloud` until the next upload. Throws Error (no memory) and
+  /// Cancelled.
   virtual void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) = 0;
 
   /// The same for a cloud that the caller does not share.
@@ -172,10 +174,11 @@ class Renderer {
     upload(std::make_shared<const GaussianCloud>(std::move(cloud)), progress);
   }
 
-  /// Renders a frame of the uploaded scene and returns when it is finished; meanwhile other threads
-  /// run on and may cancel it through `stop`. The result is valid until the next render(). Throws
-  /// Error when the backend lacks the mode, the target or memory, and Cancelled; the renderer stays
-  /// usable after both.
+  /// Renders a frame of the uploaded scene and returns when it is finished. A scene must have been
+  /// uploaded; `camera` has a size and focal lengths above 0; `outputs` may request nothing. Other
+  /// threads may cancel the frame through `stop`. The result is valid until the next render().
+  /// Throws Error when the backend lacks the mode, the target or memory, and Cancelled; the
+  /// renderer stays usable after both.
   virtual const Frame& render(const Camera& camera, const RenderSettings& settings = {},
                               const Outputs& outputs = {}, const Target& target = HostImage{},
                               std::stop_token stop = {}) = 0;
@@ -202,7 +205,7 @@ struct Gpu {
   std::string name;
   std::uint64_t total_bytes = 0, free_bytes = 0;
   int major = 0, minor = 0;  ///< compute capability
-  std::string problem;       ///< why this build cannot use it, a clause; empty = usable
+  std::string problem;  ///< a clause, the reason why this build cannot use the GPU; empty = usable
 };
 
 /// The GPUs and CUDA versions of this machine.
@@ -210,7 +213,8 @@ struct GpuReport {
   std::vector<Gpu> gpus;  ///< in the order of CUDA's device numbers
   std::string driver;     ///< newest CUDA version that the driver supports, "13.0"; empty = none
   std::string runtime;    ///< CUDA version of this build; empty = built without CUDA
-  std::string problem;    ///< why no GPU can be used, one sentence; empty = one can
+  /// a sentence, the reason why no GPU can be used; empty = a GPU can be used
+  std::string problem;
 };
 
 /// Queries the driver at every call. Does not throw.

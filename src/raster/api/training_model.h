@@ -2,8 +2,9 @@
 //
 // A model in training, in the memory of a backend, and the passes of an iteration over it:
 //   forward -> compare_with -> backward -> step
-// Between iterations the set of Gaussians may change by a plan. One thread at a time uses a model.
-// Equal calls give equal states, to the bit, on the same backend.
+// Each pass requires the passes before it. Between iterations a plan may change the set of
+// Gaussians. One thread at a time uses a model. Equal calls give equal states, to the bit, on the
+// same backend.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,7 @@
 
 namespace qs::train {
 
-/// What happens at the end of an iteration.
+/// The work at the end of an iteration.
 struct StepOrder {
   int iteration = 0;            ///< counts from 1
   bool counts_density = false;  ///< adds the view to the density statistics
@@ -45,45 +46,51 @@ class TrainingModel {
 
   virtual std::size_t size() const = 0;  ///< Gaussians
 
-  /// Replaces the model.
+  /// Replaces the model. `state` has at least one Gaussian, and all its arrays have one element per
+  /// Gaussian.
   virtual void set_state(ModelState state) = 0;
   virtual int iteration() const = 0;       ///< of the last step
   virtual int changed_before() const = 0;  ///< see ModelState
   /// A reference to the model or to a copy of it. Valid until the next call.
   virtual const ModelState& state() = 0;
-  /// The same of the parameters alone.
+  /// Like state(), for the parameters alone.
   virtual const Parameters& parameters() = 0;
 
-  /// What strategies decide by. A reference to a copy, valid until the next call.
+  /// The numbers per Gaussian from which strategies decide. A reference to a copy, valid until the
+  /// next call.
   virtual const GaussianFacts& facts() = 0;
-  /// Changes the set of Gaussians. After an error the set is as before.
+  /// Replaces the set of Gaussians by the plan's. The sources in `plan` are indices below size().
+  /// After an error the set is as before.
   virtual void apply(const Plan& plan) = 0;
 
-  /// Draws a view. Of the settings, mode, sh_degree, background, antialiased (unset = no) and
-  /// dilation are used. Throws Cancelled.
+  /// Draws a view; set_state() must have been called. Of the settings, mode, sh_degree, background,
+  /// antialiased (unset = no) and dilation are used. Throws Cancelled.
   virtual void forward(const Camera& camera, const RenderSettings& settings,
                        std::stop_token stop = {}) = 0;
-  /// The drawn view, not clamped.
+  /// The view that forward() drew, not clamped.
   virtual Image picture() = 0;
-  /// Computes the loss of the drawn view and its derivatives by the pixels. The backend may keep
-  /// the photograph of a number; one without is read again for every use.
+  /// Computes the loss of the drawn view and its derivatives by the pixels. `photograph` has the
+  /// size of the drawn view. `number` identifies it: the backend may keep a copy and does not read
+  /// a photograph with the same number again. A photograph without a number is read at every call.
   virtual void compare_with(std::optional<std::size_t> number, const Photograph& photograph) = 0;
-  /// From the derivatives by the pixels to those by all parameters.
+  /// Computes the derivatives by all parameters from the derivatives by the pixels.
   virtual void backward() = 0;
   virtual void step(const StepOrder& order) = 0;
 
-  /// The loss of the last comparison, or of the one before it, so that nobody waits for a GPU: it
-  /// is known when the next view is drawn.
+  /// The loss of this iteration's comparison, or of the one before it: reading it later avoids
+  /// waiting for the GPU. At least one comparison must have been made.
   virtual Loss recent_loss() = 0;
-  /// The times of the same iteration on the GPU's clock. Unset if passes have run when they return.
+  /// The times of the iteration of recent_loss() on the GPU's clock. Unset if passes have run when
+  /// they return.
   virtual std::optional<PassSeconds> pass_seconds() = 0;
-  /// Memory of the GPU in use now, less that before the model was made. Unset on the CPU.
+  /// Memory of the GPU in use now, minus the memory in use before the model was made. Unset on the
+  /// CPU.
   virtual std::optional<std::uint64_t> gpu_memory_bytes() { return std::nullopt; }
 };
 
-/// `device` is an index into GpuReport::gpus; the CPU backend ignores it. `pool` must outlive the
-/// model. Its passes throw Error(device) or std::bad_alloc if memory is short. Throws Error(device)
-/// with the reason when the backend cannot run on this machine.
+/// `pool` must outlive the model. `device` is an index into GpuReport::gpus; the CPU backend
+/// ignores it. The model's passes throw Error(device) or std::bad_alloc if memory is short. Throws
+/// Error(device) with the reason when the backend cannot run on this machine.
 std::unique_ptr<TrainingModel> make_training_model(Backend backend, ThreadPool& pool,
                                                    int device = 0);
 

@@ -23,7 +23,7 @@ struct ThreadPool::State {
   std::condition_variable_any wake;
   std::condition_variable finished;
   Loop loop;
-  unsigned generation = 0;  // of the loop; a worker joins each one once
+  unsigned generation = 0;  // number of the loop; a worker joins each loop once
   int running = 0;
   std::exception_ptr error;
   std::vector<std::jthread> workers;

@@ -10,7 +10,8 @@
 namespace qs {
 namespace {
 
-/// Of the readings that have the value; unset if none has. The median is the value of a reading.
+/// Range of a value over the readings that have it; unset if none has. The median is the value of a
+/// reading.
 template <class ValueOf>
 std::optional<SensorRange> range_of(const std::vector<GpuReading>& readings,
                                     const ValueOf& value_of) {

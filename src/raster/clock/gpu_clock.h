@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The clock of a GPU while frames are measured: readings of its sensors and their summary. A slower
-// clock makes every time longer, so a published time needs the clock it was measured at.
+// clock makes every time longer, so a published time is given together with the clock.
 #pragma once
 
 #include <chrono>
@@ -16,8 +16,8 @@ namespace qs {
 /// The sensors of a GPU at one moment. Values that the GPU does not report are unset.
 struct GpuReading {
   double sm_mhz = 0;
-  /// Why the clock is lower than the load asks for, in words; empty = not throttled. An idle GPU
-  /// and a clock that was set by hand are not throttled.
+  /// The reasons why the clock is lower than the load requires, in words; empty = not throttled. An
+  /// idle GPU and a clock that was set by hand are not throttled.
   std::optional<std::vector<std::string>> throttles;
   std::optional<double> celsius, watts;
 };
@@ -70,7 +70,7 @@ class GpuClock {
 /// "NVIDIA H200: SM clock 1,980 MHz, not throttled".
 std::string clock_text(const std::string& gpu, const std::optional<GpuClockSummary>& summary);
 
-/// A sentence that warns of throttling; empty if none was read.
+/// A sentence that warns of throttling; empty if no reading shows any.
 std::string throttle_warning(const std::optional<GpuClockSummary>& summary);
 
 }  // namespace qs

@@ -43,7 +43,8 @@ struct FrameContext {
     });
   }
 
-  /// The same for the loop that takes most of the time, over what the frame consists of.
+  /// Like for_chunks(), for the loop that takes most of the frame's time: also reports the progress
+  /// of the frame.
   template <class Body>
   void for_frame(std::size_t count, std::size_t grain, const Body& body) const {
     for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int worker) {

@@ -8,7 +8,7 @@
 
 namespace qs::cuda {
 
-/// `Range` is where a tile's list is stored; `Entry` is what a pipeline blends per Gaussian.
+/// `Range` locates a tile's list; `Entry` is the record that a pipeline blends per Gaussian.
 template <class Range, class Entry>
 struct BlendInput {
   const Range* ranges;             ///< per tile: its list in `gaussians`

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Copies what a frame decided to the host, for both pipelines: lists, used pairs and trace.
+// Copies a frame's decisions (lists, used pairs, trace) to the host, for both pipelines.
 #pragma once
 
 #include <utility>
@@ -19,9 +19,9 @@ inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& 
   trace.splats.push_back(splat);
 }
 
-/// Fills the requested ones of Frame::pairs, used and trace, and waits for them. `list_ranges()`
-/// returns where the list of each tile is in `listed`, and `append_gaussians(trace)` calls
-/// append_visible() in the order of the cloud.
+/// Fills Frame::pairs, used and trace as requested, and waits for them. `list_ranges()` returns the
+/// range of each tile's list in `listed`, and `append_gaussians(trace)` calls append_visible() in
+/// the order of the cloud.
 template <class ListRanges, class AppendGaussians>
 void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
                    const ListRanges& list_ranges, const DeviceBuffer<std::uint32_t>& listed,

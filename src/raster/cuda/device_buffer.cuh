@@ -73,7 +73,7 @@ class DeviceBuffer {
     if (error == cudaErrorMemoryAllocation) {
       data_ = nullptr;
       cudaGetLastError();
-      require_memory(what, needed, 0);  // throws the message with the sizes, if they explain it
+      require_memory(what, needed, 0);  // throws the message with the sizes, if memory is short
     }
     check(error, what);
     capacity_ = count;

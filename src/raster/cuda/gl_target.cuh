@@ -26,7 +26,8 @@ class GlTarget {
   GlTarget& operator=(const GlTarget&) = delete;
 
   /// Maps the texture for CUDA, concurrently with the work of other streams. Unmaps the texture
-  /// mapped before, if it is another one. Throws Error(device) if OpenGL runs on another GPU.
+  /// mapped before, if it is a different texture. Throws Error(device) if OpenGL runs on another
+  /// GPU.
   void map(const GlTexture& texture);
 
   /// Enqueues in `stream` the copy of `color` (height x width x 3 on the device, rounded to 8 bits)
@@ -53,7 +54,7 @@ class GlTarget {
     GlTexture texture;
     cudaGraphicsResource* resource = nullptr;  // null: no texture is mapped
     cudaExtent size{};
-    cudaSurfaceObject_t surface = 0;  // what kernels write to
+    cudaSurfaceObject_t surface = 0;  // the surface that kernels write to
   } mapping_;
 
   struct InteropStream {

@@ -44,8 +44,8 @@ Gpu inspect(int device) {
   return gpu;
 }
 
-/// Why cudaGetDeviceCount found no GPU. A missing driver and one that is too old give the same
-/// error; only the driver's version distinguishes them.
+/// The reason why cudaGetDeviceCount found no GPU. A missing driver and an outdated driver give the
+/// same error; only the driver's version distinguishes them.
 std::string why_none(cudaError_t error, int driver, int runtime) {
   if (driver == 0) {
     return "no NVIDIA driver was found: a GPU needs one for CUDA " + version_text(runtime) +

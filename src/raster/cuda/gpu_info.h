@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Lists the GPUs, or says why none can be used; locates them on the bus. Plain C++.
+// Lists the GPUs, or gives the reason why none can be used; locates them on the bus. Plain C++.
 #pragma once
 
 #include "raster/api/renderer.h"

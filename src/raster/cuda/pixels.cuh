@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A frame's image and maps on the device, as both pipelines write them. Every target (host image,
-// GL texture) is filled from these.
+// GL texture) is filled from them.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace qs::cuda {
 
-/// Where the list of a tile is in the lists of all tiles: [begin, end).
+/// The range [begin, end) of a tile's list in the lists of all tiles.
 struct ListRange {
   std::uint32_t begin, end;
   QS_HD std::uint32_t size() const { return end - begin; }

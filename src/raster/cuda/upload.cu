@@ -90,7 +90,7 @@ unsigned sh_width(const GaussianCloud& cloud) {
   return static_cast<unsigned>(3 * sh_coefficient_count(cloud.sh_degree));
 }
 
-/// Uploads a scene, with coefficients as halves if wanted.
+/// Uploads a scene, with coefficients as halves on request.
 class Upload {
  public:
   Upload(const GaussianCloud& cloud, std::span<const std::uint32_t> order, ThreadPool& pool,
@@ -140,7 +140,7 @@ class Upload {
   }
 
  private:
-  /// Enqueues the copy of all but the coefficients, which the rows have.
+  /// Enqueues the copy of all values but the coefficients, which are in the returned rows.
   Rows copy_chunk(std::size_t first, const Progress& progress) {
     progress.update(0.3f + 0.7f * static_cast<float>(first) / static_cast<float>(cloud_.size()));
     const std::size_t count = std::min(kChunk, cloud_.size() - first);
@@ -162,7 +162,7 @@ class Upload {
   static constexpr const char* kScene = "the scene";
 
   const GaussianCloud& cloud_;
-  std::span<const std::uint32_t> order_;  // empty: that of the file
+  std::span<const std::uint32_t> order_;  // empty: the order of the file
   ThreadPool& pool_;
   cudaStream_t stream_;
   DeviceCloud& device_;

@@ -16,7 +16,7 @@ namespace qs::cuda {
 /// The order of the Gaussians on the GPU: as in the file, or as spatial_order() has them.
 enum class Order { file, space };
 
-/// Gaussians with common bounds, in the order in space: those of one block of threads.
+/// Number of Gaussians with common bounds in Order::space: one block of threads.
 inline constexpr unsigned kBlockGaussians = kThreads;
 
 /// The pointers that kernels read. Passed by value.
@@ -29,8 +29,8 @@ struct CloudView {
   // In the order in space only:
   const std::uint32_t* file_indices;  ///< index in the file, which decides ties of depth
   const BlockBounds* bounds;          ///< per kBlockGaussians
-  /// Coefficients of degree >= 1 if halves equal all of the scene, as they do for scenes from .spz
-  /// files; `sh` then has the first one only. Or null.
+  /// Coefficients of degree >= 1 as halves, if halves equal all coefficients of the scene, as in
+  /// scenes from .spz files; `sh` then has only the coefficient of degree 0. Otherwise null.
   const std::uint16_t* sh_halves;
 
   __device__ ActiveGaussian gaussian(std::uint32_t i) const {

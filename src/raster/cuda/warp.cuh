@@ -29,7 +29,7 @@ __device__ unsigned peers_of(std::uint32_t digit, bool valid) {
 }
 
 /// Consecutive places for the lanes that need one, counted by *count. All lanes of the warp must
-/// call it; the others' index is undefined.
+/// call it; the index of a lane without need is undefined.
 __device__ inline std::uint32_t reserve_slot(bool needs, std::uint32_t* count) {
   const unsigned all = __ballot_sync(kAllLanes, needs);
   std::uint32_t first = 0;

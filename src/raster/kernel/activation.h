@@ -35,7 +35,7 @@ QS_HD Real opacity_of(Real logit) {
   return 1 / (1 + std::exp(-logit));
 }
 
-/// Rounds a Gaussian's values to what footprints are made from.
+/// Rounds a Gaussian's values to the single precision from which footprints are made.
 QS_HD ActiveGaussian active_gaussian(const glm::vec3& position, const Covariance3<double>& c,
                                      double opacity) {
   return {position,

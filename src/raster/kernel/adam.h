@@ -17,7 +17,8 @@ struct Rates {
   double mean = 0, log_scale = 0, rotation = 0, opacity = 0, sh_dc = 0, sh_rest = 0;
 };
 
-/// What a step has in common for all values: the corrections of the moments' start at 0.
+/// The values that a step shares between all parameters: the corrections of the moments' start at
+/// 0.
 struct AdamStep {
   float first, second;  ///< 1 / (1 - beta1^t) and 1 / sqrt(1 - beta2^t) of step t = 1, 2, ...
 

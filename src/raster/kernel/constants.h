@@ -41,8 +41,8 @@ inline constexpr float kLog2Slack = 0.05f;
 /// Bound of the relative rounding error of the falloff's terms, which cancel on thin Gaussians.
 inline constexpr float kFalloffRounding = 4e-6f;
 
-/// Polynomial for 2^x on [-1/2, 1/2]: coefficients of x^1 to x^5; that of x^0 is 1. A minimax fit
-/// with a relative error below 2e-7 in fp32.
+/// Polynomial for 2^x on [-1/2, 1/2]: coefficients of x^1 to x^5; the coefficient of x^0 is 1. A
+/// minimax fit with a relative error below 2e-7 in fp32.
 inline constexpr float kExp2C1 = 0.6931470036506653f;
 inline constexpr float kExp2C2 = 0.24022242426872253f;
 inline constexpr float kExp2C3 = 0.05550733581185341f;

@@ -7,14 +7,15 @@
 
 namespace qs {
 
-/// Real is float, or double in mode reference.
+/// The state of one pixel. Real is float, or double in mode reference.
 template <class Real>
 struct PixelDepth {
   Real transmittance = 1;
   Real weights = 0, weighted_depths = 0;  ///< sums
   Real median = 0;                        ///< 0 until the transmittance is <= 1/2
 
-  /// Blends a Gaussian with this alpha; `next` is the transmittance behind it.
+  /// Blends a Gaussian of view depth `depth` with alpha 0..1; `next` is the transmittance behind
+  /// it.
   QS_HD void add(Real alpha, Real depth, Real next) {
     const Real weight = alpha * transmittance;
     weights += weight;

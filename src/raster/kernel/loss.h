@@ -2,10 +2,10 @@
 //
 // The loss of a picture against a photograph (Kerbl et al. 2023), as both backends compute it:
 //   (1 - w) L1 + w (1 - SSIM),   w = 0.2
-// L1 is the mean of absolute differences over pixels and channels; SSIM is that of
+// L1 is the mean of absolute differences over pixels and channels; SSIM is defined in
 // scene/image_metrics.h. The picture is compared as it is shown: values are clamped to 0..1, and
-// those outside have no derivative, as in the published training code. Masked pixels are not in the
-// means and count as outside of both pictures.
+// values outside that range have no derivative, as in the published training code. Masked pixels
+// are not in the means and count as outside of both pictures.
 #pragma once
 
 #include "raster/kernel/hd.h"

@@ -11,13 +11,14 @@
 
 namespace qs {
 
-/// RGB, 0..1.
+/// RGB, 0..1. `rgb` points to three values.
 QS_HD glm::vec3 photograph_color(const std::uint8_t* rgb) {
   return {static_cast<float>(rgb[0]) / 255, static_cast<float>(rgb[1]) / 255,
           static_cast<float>(rgb[2]) / 255};
 }
 
-/// What a pixel of this alpha shows of the background. A photograph with alpha is stored over
+/// The background's share of a pixel with this alpha. Photographs with alpha are stored over black,
+/// and this is added.
 /// black, and this is added.
 QS_HD glm::vec3 background_behind(std::uint8_t alpha, const glm::vec3& background) {
   return background * (1 - static_cast<float>(alpha) / 255);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Random numbers as a function of where they are used, so that they need no state: the same on all
-// backends and threads, and the same after training is resumed.
+// Random numbers as a function of seed, purpose, step and index. They need no state, so they are
+// the same on all backends and threads, and after training is resumed.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ QS_HD std::uint64_t mix_bits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// What a random number is for. Every purpose has its own sequence.
+/// The purpose of a random number. Every purpose has its own sequence.
 enum class RandomUse : std::uint64_t { views, background, start, split, relocate, add, noise };
 
 struct Random {

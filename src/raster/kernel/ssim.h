@@ -12,8 +12,8 @@ inline constexpr int kSsimRadius = 5;  ///< px, of the window
 inline constexpr int kSsimSize = 2 * kSsimRadius + 1;
 inline constexpr double kSsimC1 = 0.01 * 0.01, kSsimC2 = 0.03 * 0.03;
 
-/// SSIM from the means of a, b, a^2, b^2 and ab in the window, and its derivatives by those that
-/// contain the picture a.
+/// SSIM from the means of a, b, a^2, b^2 and ab in the window, and its derivatives by the means
+/// that contain the picture a.
 template <class Real>
 struct Similarity {
   Real value, by_a, by_aa, by_ab;

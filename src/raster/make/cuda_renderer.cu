@@ -89,7 +89,7 @@ class CudaRenderer final : public Renderer {
   void select_device() const { check(cudaSetDevice(device_), "cudaSetDevice"); }
 
   void prepare_result(TileGrid grid) {
-    Image color = std::move(result_.color);  // its memory is used again
+    Image color = std::move(result_.color);  // reuses its memory
     result_ = {};
     result_.color = std::move(color);
     result_.color.channels = 3;

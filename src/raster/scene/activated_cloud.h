@@ -15,7 +15,7 @@ struct Activated {
   float opacity;  ///< 0..1
 };
 
-/// Rounds a Gaussian's values, computed in double precision, to what renderers read.
+/// Rounds a Gaussian's values, computed in double precision, to the precision that renderers read.
 Activated activate(glm::vec3 position, const Covariance3<double>& covariance, double opacity);
 
 Activated activate(const GaussianCloud& cloud, std::size_t i);

@@ -75,7 +75,7 @@ double color_distance(glm::dvec3 a, glm::dvec3 b) {
   return std::pow(std::abs(d.x) + std::hypot(d.y, d.z), kColorExponent);
 }
 
-// A distance as an error of 0 to 1: small ones take most of the range.
+// A distance as an error of 0 to 1: small distances take most of the range.
 double color_error(double distance) {
   static const double largest = color_distance(lab_of({0, 1, 0}), lab_of({0, 0, 1}));
   const double knee = kColorKnee * largest;
@@ -124,7 +124,7 @@ struct Size {
   }
 };
 
-// Convolves rows, then columns. Pixels outside repeat those of the border.
+// Convolves rows, then columns. Pixels outside repeat the pixels of the border.
 Plane filtered(const Plane& plane, Size size, const Filter& across, const Filter& down,
                ThreadPool& pool) {
   const auto pass = [&](const Plane& from, const Filter& filter, bool along_rows) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// FLIP, the difference that a person sees who alternates between two pictures (Andersson et al.
-// 2020, "FLIP: A Difference Evaluator for Alternating Images"), in its form for pictures of a
-// display (LDR).
+// FLIP, the difference that a viewer sees when two pictures alternate (Andersson et al. 2020,
+// "FLIP: A Difference Evaluator for Alternating Images"), in its form for pictures of a display
+// (LDR).
 #pragma once
 
 #include "raster/base/parallel.h"

@@ -18,7 +18,7 @@ constexpr std::size_t kMetricRows = 32;  // rows of a chunk
   return a.width == b.width && a.height == b.height && a.channels == b.channels;
 }
 
-// The pixels that a mask of image_metrics.h leaves in.
+// The pixels that a mask (see image_metrics.h) does not exclude.
 struct Counted {
   const Image& image;
   std::span<const std::uint8_t> mask;
@@ -80,7 +80,7 @@ struct Share {
 std::vector<Share> shares(int from, int to) {
   std::vector<Share> result(static_cast<std::size_t>(to));
   for (int i = 0; i < to; ++i) {
-    // The unit is 1 / to of an old pixel: new pixel i covers [begin, end), an old one `to` units.
+    // The unit is 1 / to of an old pixel: new pixel i covers [begin, end), an old pixel `to` units.
     const std::int64_t begin = std::int64_t{i} * from, end = begin + from;
     Share& share = result[static_cast<std::size_t>(i)];
     share.first = static_cast<int>(begin / to);

@@ -20,8 +20,8 @@ struct AdamState {
   static AdamState like(const Parameters& parameters);
 };
 
-/// What adaptive density control decides by: how much the loss wants to move a Gaussian on the
-/// image, as the mean over the views that showed it.
+/// The statistics of adaptive density control: the length of the loss's gradient by a Gaussian's
+/// position on the image, as the mean over the views that showed the Gaussian.
 struct DensityStatistics {
   /// Per Gaussian: sum of |dL/d mean| in normalised device coordinates, where the image is 2 wide
   /// and 2 high, and the number of views in it.
@@ -35,7 +35,7 @@ struct DensityStatistics {
 
 struct ModelState {
   int iteration = 0;       ///< of the last step; 0: none was taken
-  int changed_before = 0;  ///< the set of Gaussians changed last in front of this iteration
+  int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
   Parameters parameters;
   AdamState adam;
   DensityStatistics density;

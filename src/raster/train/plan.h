@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// How a strategy changes the set of Gaussians. The strategy reads a few numbers per Gaussian, and
-// its plan names the old Gaussians that the new ones come from. The backend, which has the rest of
-// the model in its memory, gathers by the plan.
+// A plan that changes the set of Gaussians. A strategy reads a few numbers per Gaussian and makes
+// the plan, which names the old Gaussian that each new one comes from. The backend, whose memory
+// holds the rest of the model, gathers by the plan.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace qs::train {
 
-/// What strategies decide by.
+/// The numbers per Gaussian from which strategies decide.
 struct GaussianFacts {
   std::vector<glm::vec3> means, log_scales;
   std::vector<glm::quat> rotations;
@@ -42,19 +42,20 @@ double largest_scale(const Gaussians& gaussians, std::size_t i) {
 struct Plan {
   static constexpr std::uint32_t kZeros = std::numeric_limits<std::uint32_t>::max();
 
-  int iteration = 0;  ///< in front of this one the set changes
+  int iteration = 0;  ///< the set changes before this iteration
 
   // Per new Gaussian.
   std::vector<glm::vec3> means, log_scales;
   std::vector<float> opacity_logits;
-  std::vector<std::uint32_t> sources;         ///< the old Gaussian whose rotation and SH it gets
-  std::vector<std::uint32_t> moment_sources;  ///< the one whose moments it gets; kZeros: none, 0
+  std::vector<std::uint32_t> sources;  ///< the old Gaussian whose rotation and SH it gets
+  /// the old Gaussian whose moments it gets; kZeros: moments 0
+  std::vector<std::uint32_t> moment_sources;
 
-  bool clears_opacity_moments = false;  ///< also of Gaussians that keep the others
+  bool clears_opacity_moments = false;  ///< also of Gaussians that keep their other moments
   bool resets_statistics = false;       ///< must be true if the set changes
 
-  /// Makes this the plan in front of iteration `in_front_of` by which every Gaussian stays as it
-  /// is. Its memory is used again.
+  /// Makes this a plan for the change before `iteration` that keeps every Gaussian as it is. Reuses
+  /// the memory.
   void keep_all(const GaussianFacts& facts, int in_front_of);
 
   std::size_t size() const { return means.size(); }

@@ -20,7 +20,7 @@ struct OiioMessage {
 struct OiioPicture {
   int width, height, channels;
   float* values;
-  const char* channel;  ///< name of the only channel that write() uses; null: the usual one
+  const char* channel;  ///< name of the only channel that write() uses; null: the default name
 };
 
 /// Metadata entry.

@@ -89,7 +89,7 @@ class GltfScene {
     }
   }
 
-  // Those of materials and textures do not matter for Gaussians.
+  // Extensions of materials and textures do not matter for Gaussians.
   void check_required_extensions() const {
     constexpr std::string_view kKnown[] = {kExtension, kSpzExtension, "KHR_mesh_quantization"};
     for (const std::string& name : file_.model().extensionsRequired) {
@@ -111,7 +111,7 @@ class GltfScene {
       if (!transform && placed.world_from_mesh != glm::dmat4(1)) {
         transform = transform_of(placed);
       }
-      // Limits amplification: many nodes may show one mesh, so few bytes can stand for many
+      // Limits amplification: many nodes may show one mesh, so few bytes can represent many
       // Gaussians.
       constexpr std::uint64_t kAlwaysAllowed = 1 << 20, kPerByte = 8;
       parts_.add(splats->count);
@@ -234,7 +234,7 @@ class GltfScene {
       }
       return result;
     };
-    // The name of the extension, or that of the draft of 2024 where the file has only this one.
+    // The name of the extension, or the name in the draft of 2024 if the file has only that.
     const auto name_of = [&](const std::string& name) {
       const bool old = primitive.attributes.count("_" + name) > 0 &&
                        primitive.attributes.count(attribute_name(name)) == 0;

@@ -44,7 +44,8 @@ glm::dmat4 parent_from_node(const tinygltf::Node& node, int number, const std::s
   return matrix;
 }
 
-// The root nodes of the default scene; without scenes, the nodes that are no other node's child.
+// The root nodes of the default scene; without scenes, all nodes that are not a child of another
+// node.
 std::vector<int> root_nodes(const tinygltf::Model& model, const std::string& source) {
   if (!model.scenes.empty()) {
     const int scene = model.defaultScene < 0 ? 0 : model.defaultScene;

@@ -18,9 +18,9 @@ struct PlacedMesh {
   glm::dmat4 world_from_mesh{1};
 };
 
-/// The meshes of the default scene; without one, of all nodes; without nodes, all meshes
-/// untransformed. Nodes are walked without recursion. Throws Error(input) "source: ..." if they do
-/// not form a tree.
+/// The meshes of the default scene. Without a default scene: the meshes of all nodes. Without
+/// nodes: all meshes, untransformed. Nodes are walked without recursion. Throws Error(input)
+/// "source: ..." if they do not form a tree.
 std::vector<PlacedMesh> placed_meshes(const tinygltf::Model& model, const std::string& source);
 
 }  // namespace qs

@@ -22,7 +22,7 @@ struct GltfSplats {
   std::shared_ptr<const GaussianCloud>
       cloud;  ///< set for compressed data; then the accessors below are empty
   GltfNumbers positions, rotations, scales;
-  GltfNumbers opacities, colors;  ///< either opacities, or RGBA as in drafts, 0 to 1
+  GltfNumbers opacities, colors;  ///< opacities, or RGBA as in drafts, 0 to 1
   std::vector<GltfNumbers> sh;    ///< from degree 0 on, or from degree 1 on with `colors`
   bool scales_are_logarithms = false;
 };

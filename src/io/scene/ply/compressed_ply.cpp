@@ -33,7 +33,7 @@ const PlyColumn& need(const PlyRows& rows, const std::string& name, const std::s
   return *column;
 }
 
-// The first `count` chunks; the rows have that many.
+// The first `count` chunks; there are at least `count` rows.
 Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::string& path) {
   const auto columns = [&](const char* a, const char* b, const char* c) {
     return std::array{need(rows, a, path), need(rows, b, path), need(rows, c, path)};
@@ -61,8 +61,8 @@ Array<Chunk> read_chunks(const PlyRows& rows, std::uint64_t count, const std::st
   return chunks;
 }
 
-// Ascii numbers can have any value. Binary ones of the usual types take the fast path: a Gaussian
-// has 49 of them.
+// Ascii numbers can have any value. Binary numbers of the usual types take the fast path, because a
+// Gaussian has 49 of them.
 std::uint32_t whole_number(const PlyRows& rows, std::uint64_t row, const PlyColumn& column,
                            std::uint32_t max, const std::string& path) {
   const std::byte* const at = rows.data + row * rows.row_bytes + column.offset;

@@ -19,8 +19,8 @@
 namespace qs {
 namespace {
 
-// Every row is first brought into one order, that of INRIA's files without normals: position, DC,
-// the rest of the SH channel by channel, opacity, log scale, rotation (w, x, y, z).
+// Every row is first brought into the order of INRIA's files without normals: position, DC, the
+// rest of the SH channel by channel, opacity, log scale, rotation (w, x, y, z).
 constexpr std::size_t kPosition = 0, kDc = 3, kRest = 6;
 constexpr std::size_t kValuesBesidesRest = 14;
 constexpr std::size_t kMaxValues = kValuesBesidesRest + 3 * 15;
@@ -200,7 +200,7 @@ void apply_ply_comments(const PlyHeader& header, Scene& scene) {
   for (const std::string& comment : header.comments) {
     const std::string text = trimmed(lower(comment));
     constexpr std::string_view kVerticalAxis = "vertical axis:";
-    // Brush, Postshot, Brush.
+    // Written by Brush, Postshot and Brush.
     if (text == "splatrendermode: mip" || text == "antialiased 1") scene.cloud.antialiased = true;
     if (!text.starts_with(kVerticalAxis)) continue;
     const std::string axis = trimmed(std::string_view(text).substr(kVerticalAxis.size()));

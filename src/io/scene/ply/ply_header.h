@@ -48,10 +48,10 @@ struct PlyHeader {
   const PlyElement* find(std::string_view element) const;
 };
 
-/// Whether the content begins with the line "ply".
+/// True if the content begins with the line "ply".
 bool is_ply(std::span<const std::byte> content);
 
-/// Throws Error(input) naming the line that is wrong.
+/// Throws Error(input) naming the wrong line.
 PlyHeader parse_ply_header(std::span<const std::byte> content, const std::filesystem::path& path);
 
 /// The start of a .ply file as text, up to end_header: enough to recognise a dialect.

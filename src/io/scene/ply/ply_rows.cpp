@@ -47,7 +47,7 @@ std::string_view text_of(std::span<const std::byte> content) {
 }
 
 // The two encodings of a stream of numbers. number() and skip() return false if the bytes end or
-// are not a number; `problem` then says what is wrong.
+// are not a number; `problem` then describes the defect.
 struct BinaryNumbers {
   std::span<const std::byte> content;
   std::uint64_t offset;
@@ -100,7 +100,7 @@ struct AsciiNumbers {
 
 // Walks over the rows of an element. The time is O(bytes) for any count that the header claims,
 // because every row takes at least one byte. Stores scalars to `values` unless it is nullptr.
-// Returns what is wrong with the rows, or an empty string.
+// Returns the defect of the rows, or an empty string.
 template <class Numbers>
 std::string walk(const PlyElement& element, Numbers& numbers, double* values,
                  const Progress& progress) {
@@ -136,7 +136,7 @@ std::string announced(std::uint64_t rows, std::uint64_t row_bytes, std::uint64_t
 }
 
 struct Walked {
-  std::uint64_t end;    // where the element ends
+  std::uint64_t end;    // offset of the element's end
   std::string problem;  // empty if the element is complete
 };
 
@@ -218,7 +218,8 @@ PlyRows PlyBody::rows(std::string_view name) {
     rows.columns[i].offset = i * sizeof(double);
   }
   rows.row_bytes = rows.columns.size() * sizeof(double);
-  // One more than needed: data() of an empty array could be nullptr, which would decode nothing.
+  // One more value than needed: data() of an empty array could be nullptr, and then nothing would
+  // be decoded.
   rows.decoded.resize(element->count * rows.columns.size() + 1);
   const auto [end, problem] =
       walk(content_, header_.format, *element, begin, rows.decoded.data(), progress_);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // SOG (PlayCanvas), versions 1 and 2: meta.json and WebP pictures, in a folder or zipped; and
-// streamed SOG: lod-meta.json, a tree whose leaves are parts of several SOG scenes, of which the
-// finest level is read.
+// streamed SOG: lod-meta.json, a tree whose leaves are parts of several SOG scenes. Its finest
+// level is read.
 #pragma once
 
 #include <cstddef>

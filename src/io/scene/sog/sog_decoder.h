@@ -2,7 +2,7 @@
 //
 // One SOG scene in memory: its decoded pictures, and the conversion of their texels into Gaussians.
 // Before anything is decoded, each picture's size is read from its header and checked against the
-// number of Gaussians, and that number against the bytes of all pictures.
+// number of Gaussians, and the number of Gaussians against the bytes of all pictures.
 #pragma once
 
 #include <atomic>

@@ -18,13 +18,13 @@ using ByteTable = std::array<float, 256>;
 struct SogMeta {
   int version = 0;          ///< 1 or 2
   std::uint64_t count = 0;  ///< of Gaussians, at least 1
-  /// Of positions p as sign(p) ln(|p| + 1), finite.
+  /// Bounds of positions p, stored as sign(p) ln(|p| + 1), finite.
   glm::dvec3 position_low{0}, position_high{0};
   std::array<ByteTable, 3> log_scale, dc;  ///< by axis and by colour channel
   ByteTable logit;                         ///< by alpha
   std::string positions_low, positions_high, scales, rotations, colors;  ///< file names
 
-  int sh_bands = 0;              ///< 0 none, 1..3; -1: told by the width of `centroids` (version 1)
+  int sh_bands = 0;  ///< 0 none, 1..3; -1: given by the width of `centroids` (version 1)
   std::uint64_t sh_palette = 0;  ///< rows of coefficients in `centroids`; 0: as many as fit
   ByteTable sh;
   std::string centroids, labels;

@@ -56,8 +56,8 @@ struct Section {
   int degree = 0;
   std::uint64_t row_bytes = 0;
   std::span<const std::byte> rows;
-  // Positions of levels 1 and 2 are relative to buckets: full ones first, then some with fewer
-  // rows.
+  // Positions of levels 1 and 2 are relative to buckets: first full buckets, then partial buckets
+  // with fewer rows.
   std::uint64_t bucket_size = 1, full_buckets = 0;
   std::vector<std::uint64_t> partial_ends;  // end row of each partial bucket
   std::span<const std::byte> centers;

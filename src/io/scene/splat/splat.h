@@ -2,7 +2,7 @@
 //
 // Reads .splat (antimatter15): rows of 32 bytes without a header: position and linear scale as
 // floats, colour and opacity as four bytes, the quaternion w, x, y, z as bytes (v - 128) / 128. The
-// format has no magic number; files are recognised by values that are plausible only as such rows.
+// format has no magic number; files are recognised by values that are plausible only in such rows.
 #pragma once
 
 #include <cstddef>

@@ -21,8 +21,9 @@
 namespace qs {
 namespace {
 
-// Index in kAxes of the frame in the extension records. A record is a type, a length and that many
-// bytes; unknown ones are skipped. Frames above 8 exchange axes, which no known writer does.
+// Index in kAxes of the frame in the extension records. A record is a type, a length and that
+// number of bytes; unknown records are skipped. Frames above 8 exchange axes; no known writer uses
+// them.
 constexpr std::size_t kRub = 3;
 
 std::size_t stored_frame(SpzContent& content) {
@@ -150,7 +151,7 @@ void describe(const SpzHeader& header, std::size_t frame, Scene& scene) {
   scene.cloud.antialiased = (header.flags & SpzHeader::kAntialiased) != 0;
 }
 
-// Of content without SH so far.
+// The sample of content whose SH are not unpacked yet.
 SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool& pool,
                       const Sampling& sampling) {
   SceneSample sample;
@@ -171,8 +172,7 @@ SceneSample sample_of(const SpzContent& content, const Scene& scene, ThreadPool&
 
 }  // namespace
 
-// Damaged gzip data is recognised by the extension, so that the reader's message says what is
-// wrong.
+// Damaged gzip data is recognised by the extension, so that the reader's message names the defect.
 bool recognises_spz(std::span<const std::byte> content, const std::filesystem::path& path) {
   return is_spz(content) || (is_gzip(content) && path.extension() == ".spz");
 }
@@ -186,7 +186,8 @@ void read_spz(std::span<const std::byte> content, const std::filesystem::path& p
     if (!is_sound || !is_sampled(base.header.count, options.sampling)) return;
     try {
       options.sampling.take(sample_of(base, scene, pool, options.sampling));
-    } catch (const Error&) {  // none of the sample can be drawn; the others may be
+      // no Gaussian of the sample can be drawn; the other Gaussians may be drawable
+    } catch (const Error&) {
     }
   };
   SpzContent spz = unpack_spz(content, path, pool, options.progress, kUnpacked, take_sample);

@@ -61,8 +61,8 @@ void make_blocks(SpzContent& content, std::uint64_t file_bytes, const std::strin
   }
 }
 
-// Fills all of `out` but its first `filled` bytes up to `goal`. Inflates in pieces, so that it can
-// be cancelled. Returns the number of bytes in `out`.
+// Fills the bytes of `out` from `filled` up to `goal`. Inflates in pieces, so that it can be
+// cancelled. Returns the number of bytes in `out`.
 std::size_t inflate_into(std::span<std::byte> out, std::size_t filled, std::size_t goal,
                          Inflater& inflater, const Progress& progress, float end) {
   constexpr std::size_t kPiece = 1 << 20;  // a few milliseconds

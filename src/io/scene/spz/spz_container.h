@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Unpacks an .spz file into its uncompressed blocks. The header's claims are checked against each
-// other and against the file's size before anything is allocated, and no more is decompressed than
-// they imply.
+// other and against the file's size before anything is allocated, and never more is decompressed
+// than the header implies.
 #pragma once
 
 #include <array>
@@ -57,8 +57,8 @@ struct SpzContent {
 bool is_spz(std::span<const std::byte> content);
 
 /// Reports progress from 0 to `end`. Data in gzip is unpacked in the order of its blocks:
-/// `base_is_there` is called once all but the last one, kSpzSh, are unpacked. Throws Error(input),
-/// Cancelled.
+/// `base_is_there` is called once all blocks but the last, kSpzSh, are unpacked. Throws
+/// Error(input), Cancelled.
 SpzContent unpack_spz(std::span<const std::byte> content, const std::filesystem::path& path,
                       ThreadPool& pool, const Progress& progress, float end,
                       const std::function<void(const SpzContent& content)>& base_is_there);

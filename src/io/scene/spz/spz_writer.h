@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes .spz, see spz.h, in its frame RUB and with the precision of Niantic's own writer:
-// positions in 1/4096 (coarser where a scene is larger than 2048), SH in 5 bits of degree 1 and 4
-// of the others.
+// positions in 1/4096 (coarser if a scene is larger than 2048), SH in 5 bits for degree 1 and 4
+// bits for the others.
 #pragma once
 
 #include <filesystem>

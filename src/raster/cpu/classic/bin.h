@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 3: lists every visible Gaussian in the tiles that the mode gives it.
+// Stage 3: lists every visible Gaussian in the tiles that the culling mode assigns to it.
 #pragma once
 
 #include "raster/cpu/classic/sort.h"

@@ -18,8 +18,9 @@ constexpr int kStrips = kTileSize / kLanes;  // in a row of a tile
 struct Strip {
   float transmittance[kLanes];
   float r[kLanes], g[kLanes], b[kLanes];
-  std::int32_t live[kLanes];       ///< 1 until the pixel stops, then 0; 0 outside of the image
-  std::int32_t evaluated[kLanes];  ///< list entries up to and including the one it stopped at
+  std::int32_t live[kLanes];  ///< 1 until the pixel stops, then 0; 0 outside of the image
+  /// list entries up to and including the entry at which it stopped
+  std::int32_t evaluated[kLanes];
   bool any_live;
 };
 

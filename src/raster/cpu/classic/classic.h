@@ -17,7 +17,7 @@ class Classic {
   /// Fills `result`, whose maps already have their sizes, except for depth and the frame's time.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
-  /// Makes the tile lists of a frame that pipeline fast drew: theirs are the same.
+  /// Makes the tile lists of a frame that pipeline fast drew; both pipelines have the same lists.
   void list(const FrameContext& frame);
 
   /// Fills used and used_pairs of a frame after draw() or list().

@@ -12,7 +12,7 @@
 namespace qs::cpu {
 
 /// Conservative bound of the pixels with alpha >= 1/255, used to skip pixels cheaply. It may
-/// include pixels that do not count but never excludes one that does.
+/// include other pixels but never excludes such a pixel.
 struct PixelBound {
   glm::vec2 half;   ///< half size in pixels of a box around the mean; 0 = no pixel
   float slope;      ///< along a row the falloff is largest at dx = slope * dy
@@ -26,7 +26,7 @@ struct BoundedSplat {
   PixelBound bound;
 };
 
-/// Whether one of `count` pixels side by side can have alpha >= 1/255. (dx, dy): the first of them
+/// True if one of `count` pixels side by side can have alpha >= 1/255. (dx, dy) is the first pixel
 /// minus the mean.
 inline bool touches(const BoundedSplat& bounded, float dx, float dy, int count) {
   const glm::vec3& conic = bounded.splat.log2_conic;

@@ -24,7 +24,7 @@ struct alignas(64) Batch {
   /// kNone up to a multiple of kMultiple.
   std::uint32_t reaching[kCells][kRoom];
   std::uint32_t counts[kCells];
-  bool limited;  ///< whether an entry has a finite limit
+  bool limited;  ///< true if an entry has a finite limit
 
   Batch();
 

@@ -31,8 +31,8 @@ constexpr float kFloorExp2C3 = 0.055826318f;
 constexpr float kFloorExp2C4 = 0.0089893397f;
 constexpr float kFloorExp2C5 = 0.0018775767f;
 
-/// Entries whose alphas are computed side by side: each of them is a chain of dependent
-/// instructions, too long for a CPU to overlap the chains by itself.
+/// Entries whose alphas are computed side by side: each alpha is a chain of dependent instructions,
+/// too long for a CPU to overlap the chains by itself.
 constexpr std::uint32_t kChains = HWY_MAX_BYTES >= 64 ? 4 : 2;
 static_assert(Batch::kMultiple % kChains == 0);
 
@@ -86,7 +86,7 @@ HWY_INLINE void exp2_polynomial(V (&x)[kChains]) {
 
 #endif
 
-/// Where a vector of pixels lies, from the tile's middle.
+/// The position of a vector of pixels, relative to the tile's middle.
 struct Place {
   V x, y, xx, xy, yy;
 

@@ -25,9 +25,9 @@ struct alignas(64) Block {
 /// Number of Gaussians whose colour coefficients are interleaved.
 inline constexpr std::size_t kGroup = 16;
 
-/// Colour coefficients, indexed [group][coefficient][channel][member]. Those of degree >= 1 are
-/// most of the memory that a frame reads, so they are stored in half precision if that is exact for
-/// the whole scene, as it is for scenes from .spz files.
+/// Colour coefficients, indexed [group][coefficient][channel][member]. The coefficients of degree
+/// >= 1 are most of the memory that a frame reads, so they are stored in half precision if that is
+/// exact for the whole scene, as it is for scenes from .spz files.
 struct Harmonics {
   int degree = 0;
   Array<float> base;            ///< degree 0

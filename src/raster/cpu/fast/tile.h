@@ -18,14 +18,14 @@ constexpr int kCells = kCellsInRow * kCellsInRow;
 struct alignas(64) Cell {
   /// 0: the pixel has stopped or lies outside of the image. Otherwise >= kTransmittanceMin.
   float transmittance[kCellPixels];
-  /// They begin with the background, which the composited colours do not contain. So the
-  /// transmittance is needed only to know when a pixel stops.
+  /// The colours begin with the background, which the composited colours do not contain. So the
+  /// transmittance is needed only to decide when a pixel stops.
   float red[kCellPixels], green[kCellPixels], blue[kCellPixels];
 };
 
 struct Tile {
   Cell cells[kCells];
-  bool open[kCells];  ///< whether the cell may have live pixels
+  bool open[kCells];  ///< true if the cell may have live pixels
   alignas(64) std::uint32_t evaluated[kCells][kCellPixels];  ///< list entries up to the stop
 
   static int cell_of(int column, int row) {
@@ -37,7 +37,7 @@ struct Tile {
 
   explicit Tile(const TileJob& job);
 
-  /// Whether a cell is open.
+  /// True if a cell is open.
   bool live() const;
   void write(const TileJob& job) const;
 };

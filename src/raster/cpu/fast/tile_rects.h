@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The tiles that the mode gives to each Gaussian, as rectangles that do not overlap. Rectangles are
-// short lists even for Gaussians with many tiles, and have the same form for walks along rows and
-// along columns. They are computed once per frame; counting and binning read them.
+// The tiles that the culling mode assigns to each Gaussian, as rectangles that do not overlap.
+// Rectangles are short lists even for Gaussians with many tiles, and have the same form for walks
+// along rows and along columns. They are computed once per frame; counting and binning read them.
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
@@ -44,7 +44,7 @@ struct Listing {
 };
 
 /// Appends the rectangles of `survivors` to `rects`, removes survivors without any, and writes
-/// listings[k] for the k-th that remains.
+/// listings[k] for the k-th survivor that remains.
 void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
                 Listing* listings);
 

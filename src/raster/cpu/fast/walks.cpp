@@ -38,7 +38,7 @@ HWY_INLINE Spans tiles_meeting(V low, V high, V limit) {
 
 HWY_INLINE V select(M mask, V yes, V no) { return hn::IfThenElse(mask, yes, no); }
 
-/// What all walks read of a vector of footprints.
+/// The values that all walks read from a vector of footprints.
 struct Footprints {
   V mean_x, mean_y, xx, xy, yy, gamma, determinant, conic_b;
 

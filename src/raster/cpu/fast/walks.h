@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The walks of the culling modes for a whole block, by vectors: their conditions are unpredictable
-// as branches. All modes but quadbox-naive, whose loops are not a walk, have them here, so that
-// none is faster only for its implementation. A new mode works without them, more slowly.
+// as branches. All modes have vector code here, except quadbox-naive, whose loops are not a walk.
+// So no mode is faster only because of its implementation. A new mode works without vector code,
+// more slowly.
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"

@@ -10,8 +10,8 @@
 namespace qs::cpu::train {
 namespace {
 
-// Composites the tile front to back again. A pixel knows its final colour, so the colour that is
-// still to come is the difference to the colour so far.
+// Composites the tile front to back again. The final colour of a pixel is known, so the colour of
+// the Gaussians behind is the difference to the colour so far.
 template <class Real>
 void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
                     std::span<const glm::vec<3, Real>> d_color, std::size_t tile,
@@ -71,7 +71,7 @@ void order_by_slot(const ForwardFrame<Real>& frame, BackwardScratch<Real>& scrat
     scratch.order[next[slots[pair]]++] = pair;
 }
 
-// From the values that pixels read of Gaussian i to its parameters.
+// The gradient of Gaussian i, from the values that pixels read to its parameters.
 template <class Real>
 void set_gradient(const GradientRules<Real>& rules, const Parameters<Real>& parameters,
                   std::size_t i, const SplatGradient<Real>& splat, Gradients<Real>& gradients) {

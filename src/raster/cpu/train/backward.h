@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The backward pass of training: from the loss's derivatives by the pixels to those by all
-// parameters. The result does not depend on the number of threads: every pair of a tile and a
+// The backward pass of training: from the loss's derivatives by the pixels to its derivatives by
+// all parameters. The result does not depend on the number of threads: every pair of a tile and a
 // Gaussian gets its own sum over the tile's pixels, row by row, and a Gaussian's pairs are summed
 // in the order of tiles.
 #pragma once
@@ -17,7 +17,7 @@ namespace qs::cpu::train {
 template <class Real>
 struct BackwardScratch {
   std::vector<PixelSums<Real>> pairs;  ///< per pair, in the order of the tile lists
-  std::vector<std::uint64_t> begin;    ///< per slot: its first element of `order`; one more
+  std::vector<std::uint64_t> begin;    ///< slots + 1 offsets into `order`
   std::vector<std::uint64_t> order;    ///< pairs by slot and tile
 };
 

@@ -160,7 +160,7 @@ TileBox TileBox::of(const StepView& view, std::size_t tile) {
 
 template <class Real>
 void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame) {
-  // The stages below read no other facts of a cloud.
+  // The stages below read nothing else of a cloud.
   GaussianCloud facts;
   facts.sh_degree = parameters.sh_degree;
   facts.antialiased = view.antialiased();

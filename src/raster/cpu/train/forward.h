@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: the frame of pipeline `classic`, with what the backward pass needs
-// of every pixel. Tile lists are decided in single precision as in every frame, also when Real is
-// double.
+// The forward pass of training: the frame of pipeline `classic`, with the values of every pixel
+// that the backward pass needs. Tile lists are decided in single precision as in every frame, also
+// when Real is double.
 #pragma once
 
 #include <cmath>
@@ -39,7 +39,7 @@ struct PixelArea {
   /// Columns of row y.
   float low(float y, float half) const { return mean_px.x + slope * (y - mean_px.y) - half; }
   float high(float y, float half) const { return mean_px.x + slope * (y - mean_px.y) + half; }
-  /// Half the length of row y in pixels; < 0 if no pixel of it counts.
+  /// Half the length of row y in pixels; < 0 if no pixel of the row counts.
   float half_length(float y) const {
     const float dy = y - mean_px.y;
     const float rest = gamma - dy * dy * by_row;
@@ -85,7 +85,7 @@ struct ForwardFrame {
   // Per pixel, row by row.
   std::vector<glm::vec<3, Real>> color;  ///< over the background, not clamped
   std::vector<Real> transmittance;       ///< behind the last Gaussian
-  std::vector<std::uint32_t> last;       ///< entries of the tile's list up to the last blended one
+  std::vector<std::uint32_t> last;  ///< entries of the tile's list up to the last blended entry
 };
 
 /// Throws Cancelled, and Error(device) if the tile lists do not fit into memory.

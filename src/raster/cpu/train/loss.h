@@ -24,8 +24,8 @@ struct LossScratch {
 
 /// Compares `color` with `target`, both per pixel, row by row, and sets `d_color` to the
 /// derivatives of the total by `color`. A channel equal to the target's has no derivative of L1.
-/// Pixels whose value in `mask` is 0 are left out and have no derivative; without a mask all count,
-/// otherwise at least one must.
+/// Pixels whose value in `mask` is 0 are left out and have no derivative; without a mask all pixels
+/// count, with a mask at least one pixel must count.
 template <class Real>
 Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
              std::span<const glm::vec3> target, ThreadPool& pool, LossScratch<Real>& scratch,

@@ -23,7 +23,7 @@ __global__ void __launch_bounds__(kThreads)
   });
 }
 
-// Finds offsets and the number of pairs, and makes room for these.
+// Finds offsets and the number of pairs, and makes room for the pairs.
 void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
   const std::uint32_t gaussians = frame.cloud.count;
   pairs.count = 0;

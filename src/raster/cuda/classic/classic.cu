@@ -17,8 +17,8 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
     work();
     clock.end(stage, frame.stream);
   };
-  // Where processes take turns on a GPU, the first kernel of a turn starts 0.14 ms late (H200).
-  // This one absorbs the delay before the frame is timed.
+  // If processes take turns on a GPU, the first kernel of a turn starts 0.14 ms late (H200). This
+  // empty kernel absorbs the delay before the frame is timed.
   launch("frame", empty, blocks_for(1), frame.stream);
   clock.begin(outputs.stage_times, frame.stream);
   timed(Stage::preprocess, [&] { preprocess(frame, visible_); });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The tiles that a Gaussian lists, by macro-tile: how `project` appends Gaussians to macro-tiles.
+// The tiles that a Gaussian lists, grouped by macro-tile. `project` appends Gaussians to
+// macro-tiles with this code.
 #pragma once
 
 #include "raster/cuda/fast/preprocess.cuh"
@@ -20,7 +21,7 @@ struct MacroMask {
 
   __device__ Span lines(bool by_rows) const { return by_rows ? window.rows : window.columns; }
 
-  /// Adds the tiles of `span` in a line of a walk, one of lines().
+  /// Adds the tiles of `span` in line `line` of a walk; `line` is in lines().
   __device__ void add(bool by_rows, int line, Span span) {
     const Span along = by_rows ? window.columns : window.rows;
     const Span run = intersection(span, along);
@@ -172,9 +173,9 @@ struct StagedEntry {
 };
 
 /// Calls visit(exists, macro-tile, owner, mask of tiles) for each macro-tile that one of 32
-/// Gaussians may meet; these have the places from `first_place` on, the owner is 0 to 31, and
-/// `exists` if it lists tiles there. All lanes of a warp call it together, share the work and call
-/// visit() together.
+/// Gaussians may meet. The Gaussians have the places from `first_place` on, and owners 0 to 31.
+/// `exists` is true if the owner lists tiles there. All lanes of a warp call it together, share the
+/// work and call visit() together.
 template <class P, class Visit>
 __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_place,
                                     const VisibleView& visible, const MacroTiles& macro_tiles,

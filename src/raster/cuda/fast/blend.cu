@@ -10,7 +10,7 @@ constexpr unsigned kBlendThreads = kTileWarps * kWarp;
 constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
 constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
 constexpr unsigned kJoinBlocks = 256;                 // share the long lists
-constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of a segment that is opaque
+constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
 
 /// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
 /// BlendOutput::evaluated and used, which is slower.
@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, Li
 }
 
 /// Sets the pixels that stop in segment `index` to their transmittance in front of it, and the
-/// others to 0. False if none stops.
+/// other pixels to 0. False if no pixel stops.
 __device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std::uint32_t number,
                               const HalfTile& half, Column<Cut::flush>& column) {
   float before[kPixels] = {1, 1, 1, 1};

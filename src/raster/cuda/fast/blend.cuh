@@ -9,8 +9,8 @@
 
 namespace qs::cuda::fast {
 
-/// True if long lists are composited by blend_long_lists(): unless a map is requested, which needs
-/// one walk through the whole list.
+/// True if blend_long_lists() composites long lists. A requested map needs one walk through the
+/// whole list, so then it does not.
 inline bool cuts_long_lists(const Outputs& outputs) {
   return outputs.color && !outputs.evaluated && !outputs.used;
 }

@@ -19,10 +19,10 @@ struct Staged {
   float blue;    // all colours without the background
 };
 
-/// How pixels recognise alpha < 1/255.
+/// The way in which pixels detect alpha < 1/255.
 enum class Cut {
-  flush,   ///< alphas are scaled so that 1/255 is the smallest normal float: smaller ones become 0
-  compare  ///< alphas are compared, at the cost of an instruction: as exact as on the CPU
+  flush,  ///< alphas are scaled so that 1/255 is the smallest normal float: smaller alphas become 0
+  compare  ///< alphas are compared, which costs an instruction and is as exact as on the CPU
 };
 
 template <Cut kCut>

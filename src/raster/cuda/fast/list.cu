@@ -7,7 +7,7 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kWholeBlocks = 132;  // share the fuller macro-tiles
+constexpr unsigned kWholeBlocks = 132;  // share the macro-tiles with at least kUsual Gaussians
 
 /// Lists a macro-tile, or the empty list if `size` is 0.
 template <unsigned kBlock>
@@ -32,8 +32,8 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   block.write(out);
 }
 
-/// A block per macro-tile with less than kUsual Gaussians, and per other if `lists_all`: these list
-/// nothing.
+/// Launched with a block per macro-tile. A block lists a macro-tile with less than kUsual
+/// Gaussians. For other macro-tiles it writes empty lists if `lists_all`, else nothing.
 __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
     list_usual_macro_tiles(MacroTiles macro_tiles, Lists out, bool lists_all) {
   const std::uint32_t own = macro_tiles.order[blockIdx.x], size = macro_tiles.counts[own];
@@ -42,7 +42,8 @@ __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
   list_macro_tile<kUsualThreads>(macro_tiles, own, is_usual ? size : 0, MacroTiles::kUsual, out);
 }
 
-/// The others, which come first in the order; blocks take them in turns.
+/// Lists the macro-tiles with at least kUsual Gaussians, which come first in the order. Blocks take
+/// them in turns.
 __global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
     list_whole_macro_tiles(MacroTiles macro_tiles, Lists out) {
   const std::uint32_t capacity = macro_tiles.slicing.size.capacity;

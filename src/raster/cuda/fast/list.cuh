@@ -26,12 +26,13 @@ std::uint32_t most_in_shared_memory();
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 TilePairs& pairs);
 
-/// The same for the others. Macro-tiles beyond size.macro.capacity list nothing.
+/// The same for macro-tiles with at least kUsual Gaussians. Macro-tiles beyond size.macro.capacity
+/// list nothing.
 void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 TilePairs& pairs, cudaStream_t stream);
 
-/// The same if these are cut into slices. Slices and spilled entries beyond the capacities of
-/// size.macro are counted but not listed.
+/// The same if these macro-tiles are cut into slices. Slices and spilled entries beyond the
+/// capacities of size.macro are counted but not listed.
 void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                  TilePairs& pairs, cudaStream_t stream);
 

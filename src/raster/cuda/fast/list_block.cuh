@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// How a block sorts the Gaussians of a macro-tile, or of a slice of one, and writes their part of
-// the lists of its 8 tiles.
+// The part of listing that one block does: it sorts the Gaussians of a macro-tile, or of a slice of
+// a macro-tile, and writes their part of the lists of its 8 tiles.
 #pragma once
 
 #include "raster/cuda/fast/list.cuh"
@@ -16,7 +16,7 @@ namespace qs::cuda::fast {
 constexpr unsigned kUsualThreads = 256, kUsualBlocks = 6;
 constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1;
 
-/// Where lists are written. A kernel parameter.
+/// The memory to which lists are written. A kernel parameter.
 struct Lists {
   TileGrid grid;
   ListRange* ranges;
@@ -84,7 +84,7 @@ class ListBlock {
   static constexpr unsigned kParts = kBlock / kWarp / kTiles;
 
   struct Shared {
-    std::uint64_t begins[kTiles];  ///< of the tiles' lists, or of the block's part of them
+    std::uint64_t begins[kTiles];  ///< where the tiles' lists begin, or the block's part of each
     std::uint32_t lengths[kParts][kTiles];
   };
 

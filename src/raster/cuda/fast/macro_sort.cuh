@@ -98,8 +98,8 @@ class MacroSort {
   }
 
   /// Sorts arrays.order by the highest digits of the b bits in which the values of its elements
-  /// differ; passes_of(b) is the number of digits. Equal ones keep their order. A radix sort from
-  /// the lowest of these digits.
+  /// differ; passes_of(b) is the number of digits. Elements with equal digits keep their order. A
+  /// radix sort from the lowest of these digits.
   template <class PassesOf>
   __device__ void sort_by_values(const PassesOf& passes_of) {
     std::uint32_t most = 0, inverse_of_least = 0;
@@ -170,8 +170,8 @@ class MacroSort {
     arrays_.order = sorted;
   }
 
-  /// Completes an order in which few neighbours are wrong, by depth, then by Gaussian. Returns
-  /// false if it needs more than a few rounds.
+  /// Completes an order in which few neighbours are swapped: the result is by depth, then by
+  /// Gaussian. Returns false if it needs more than a few rounds.
   __device__ bool exchange_neighbours() {
     constexpr int kRounds = 12;
     for (int round = 0; round < kRounds; ++round) {

@@ -2,10 +2,10 @@
 //
 // A macro-tile is a block of 4x2 tiles. `project` appends every visible Gaussian to the macro-tiles
 // in which its mode lists a tile, in any order; list.cuh sorts them and writes the tiles' lists.
-// If one has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them. The
-// others are spilled into an array that all macro-tiles share, and the Gaussians of a full
-// macro-tile are cut by depth into slices that blocks sort independently. Samples tell where to cut
-// (Frazer and McKellar, Samplesort, 1970).
+// If a macro-tile has too many Gaussians for a block to sort, all macro-tiles keep kUsual of them.
+// The others are spilled into an array that all macro-tiles share, and the Gaussians of a full
+// macro-tile are cut by depth into slices that blocks sort independently. Samples determine the
+// cuts (Frazer and McKellar, Samplesort, 1970).
 #pragma once
 
 #include "raster/cuda/device_buffer.cuh"
@@ -22,7 +22,7 @@ struct MacroEntry {
   QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
 };
 
-/// The sizes of the memory for macro-tiles and slices, as earlier frames needed it.
+/// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
   static constexpr std::uint32_t kUsual = 3072;
 
@@ -33,19 +33,20 @@ struct MacroSize {
   bool sorts_in_global_memory = false;  ///< the samples, because shared memory is too small
   std::uint32_t log2_distance = 0;      ///< between the samples in a macro-tile, on average
   std::uint32_t slices = 0;             ///< of all macro-tiles
-  std::uint32_t spilled = 0;            ///< entries in a part of them
+  std::uint32_t spilled = 0;            ///< spilled entries in each of Slicing::kParts parts
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
   /// True if blocks sort macro-tiles with more than the usual number of Gaussians whole.
   bool keeps_whole() const { return capacity > kUsual; }
 };
 
-/// How full macro-tiles are cut: spilled entries, samples and slices. A kernel parameter.
+/// The memory with which full macro-tiles are cut: spilled entries, samples and slices. A kernel
+/// parameter.
 struct Slicing {
   static constexpr std::uint32_t kLeastSamples = 16;  ///< per slice, on average
   static constexpr unsigned kGlobalSorts = 32;        ///< blocks that sort in global memory
-  /// Spilled entries are counted in so many parts, because additions to one counter are slow. The
-  /// counters lie in different cache lines.
+  /// Spilled entries are counted in this number of parts, because additions to one counter are
+  /// slow. The counters are in different cache lines.
   static constexpr std::uint32_t kParts = 64, kCounterStride = 32;
 
   struct Slices {
@@ -60,13 +61,13 @@ struct Slicing {
   std::byte* sort_memory;        ///< of kGlobalSorts blocks, see MacroSize
   Slices* slices;                ///< per full macro-tile
   std::uint32_t* macro_tile_of;  ///< per slice
-  std::uint64_t* least_keys;     ///< per slice: it begins with the entry that has this key
+  std::uint64_t* least_keys;     ///< per slice: the key of its first entry
   std::uint32_t* counts;         ///< per slice: entries, also those beyond the capacity
   std::uint64_t* list_begins;    ///< per slice and tile: where its part of the list begins
   MacroEntry* entries;           ///< size.slice_capacity for each slice
   std::uint8_t* masks;           ///< per entry: the tiles that it lists
 
-  /// Memory of a block that sorts so many samples.
+  /// Memory of a block that sorts `samples` samples.
   static constexpr std::size_t sort_bytes(std::uint32_t samples) {
     return samples * 3 * sizeof(std::uint32_t);
   }
@@ -110,7 +111,7 @@ struct MacroTiles {
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
-  std::uint32_t* counts;  ///< Gaussians that each meets, also those that are spilled
+  std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled ones included
   MacroEntry* entries;    ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first

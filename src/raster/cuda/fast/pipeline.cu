@@ -74,8 +74,8 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
     const std::uint32_t samples = counters.fullest_macro_tile >> log2_distance_of(target);
     return samples + samples / 4 + 64;
   };
-  // A macro-tile that was fuller than expected has samples of its first entries only, and these
-  // tell nothing about the others: its slices overflow, but not because they are too large.
+  // A macro-tile that was fuller than expected has samples of its first entries only, and these do
+  // not represent the other entries. Then its slices overflow, but not because they are too large.
   const bool has_all_samples =
       counters.fullest_macro_tile >> before.log2_distance <= before.sample_capacity;
   MacroSize next = before;

@@ -4,8 +4,8 @@
 // long lists blended concurrently with the others. The host does not wait before the frame is
 // complete: stages read the numbers of Gaussians and pairs on the device. Every frame is captured
 // as a CUDA graph, which updates the previous instance unless the topology has changed. The buffers
-// have the capacities that earlier frames needed. A frame that exceeds one is detected, and redrawn
-// with larger buffers before anyone reads it.
+// have the capacities that earlier frames needed. A frame that exceeds a capacity is detected, and
+// redrawn with larger buffers before its pixels are read.
 #pragma once
 
 #include <optional>
@@ -30,8 +30,8 @@ class MacroSizePolicy {
   /// True if a frame of this size with these counters listed all its Gaussians.
   static bool fits(const Counters& counters, const MacroSize& size);
 
-  /// For the frame after one of this size with these counters, or for the same frame again. Unset:
-  /// no size can draw this view.
+  /// Size for the frame after a frame of `size` with these counters, or for drawing that frame
+  /// again. Unset if no size can draw this view.
   std::optional<MacroSize> next(const Counters& counters, const FrameSize& size) const;
 
  private:
@@ -47,8 +47,9 @@ class FastPipeline {
   /// False for pictures of more than MacroTiles::kMost macro-tiles, and below kLeastDilation.
   static bool can_draw(const RenderSettings& settings, TileGrid grid);
 
-  /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if
-  /// samples fail to cut a macro-tile into slices that fit. Throws Error and Cancelled.
+  /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if the
+  /// slices of a macro-tile do not fit, because its samples were not representative. Throws Error
+  /// and Cancelled.
   bool draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels, StageClock& clock);
 
   /// Fills statistics, pairs, used pairs and trace of the drawn frame, as requested.

@@ -44,12 +44,12 @@ constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
 constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
-constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // share the large Gaussians
+constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large Gaussians
 
-/// Projects a block of Gaussians and appends them to macro-tiles. It counts their entries first, so
-/// that it reserves room once per macro-tile, and once for all that it spills: thousands of atomic
-/// additions to the same counter would take longer than everything else. All threads of a block
-/// call it together.
+/// Projects a block of Gaussians and appends them to macro-tiles. It counts their entries first,
+/// and reserves room once per macro-tile and once for all spilled entries: thousands of atomic
+/// additions to the same counter would take longer than all other work. All threads of a block call
+/// it together.
 template <class P>
 __device__ void project_block(const ProjectInput& in, const VisibleView& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
@@ -131,8 +131,8 @@ __device__ void project_block(const ProjectInput& in, const VisibleView& out,
   __syncthreads();
 }
 
-/// Blocks of threads share the blocks of Gaussians. A thread looks at each first, to find those
-/// that the view may show.
+/// Blocks of threads share the blocks of Gaussians. First, one thread per block of Gaussians tests
+/// whether the view may show it.
 template <class P>
 __global__ void __launch_bounds__(kThreads, kProjectBlocks)
     project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
@@ -154,8 +154,8 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   }
 }
 
-/// Decides into how many slices the full macro-tiles are cut, and numbers these. All threads of one
-/// block call it together. The full macro-tiles are the first `count` in the order.
+/// Decides into how many slices the full macro-tiles are cut, and numbers the slices. All threads
+/// of one block call it together. The full macro-tiles are the first `count` in the order.
 __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Counters* counters) {
   const std::uint32_t target = tiles.slicing.size.slice_target;
   const volatile std::uint32_t* const counts = tiles.counts;
@@ -273,7 +273,8 @@ __device__ float clamp_rows_of(const Footprint& footprint, float log2_opacity, f
   constexpr float kRounding = 2e-5f;    // of log2 alpha, per thinness
   constexpr float kTolerance = 0.005f;  // of log2 alpha
   constexpr float kThinnest = 1e5f;     // the determinant is then known to 1 %
-  // Where alpha = 0.99 2^-kTolerance, the ellipse of an opaque Gaussian has this part of its size.
+  // The ellipse alpha = 0.99 2^-kTolerance of an opaque Gaussian, relative to its ellipse alpha =
+  // 1/255, and a margin.
   constexpr float kPart = 0.06f, kMarginPx = 0.1f;
   const Covariance2<float>& covariance = footprint.covariance;
   const float thinness = covariance.xx * covariance.yy / footprint.determinant;  // >= 1

@@ -22,18 +22,19 @@ struct alignas(32) PackedFootprint {
   glm::vec2 mean_px;
   Covariance2<float> covariance;
   float gamma;
-  glm::vec2 unused;  ///< is written too: a sector that is written in part is read first
+  glm::vec2 unused;  ///< written too, because a partly written sector is first read
 
   QS_HD Footprint footprint() const { return make_footprint(mean_px, covariance, gamma); }
 };
 
 /// A Gaussian as the blend kernel reads it: 64 bytes, two memory sectors.
 struct alignas(64) BoundedSplat {
-  float x, y;              ///< mean_px
-  float xx, xy, yy;        ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
-  float log2_opacity;      ///< -inf for opacity 0
-  float clamp_rows;        ///< alpha exceeds kAlphaMax at most in rows at this distance from the
-                           ///< mean, < 0: nowhere; INFINITY: rounding may have broken the conic
+  float x, y;          ///< mean_px
+  float xx, xy, yy;    ///< log2 alpha = log2_opacity + xx dx^2 + xy dx dy + yy dy^2
+  float log2_opacity;  ///< -inf for opacity 0
+  /// alpha can exceed kAlphaMax only in rows within this distance of the mean; < 0: in no row;
+  /// INFINITY: rounding may have broken the conic
+  float clamp_rows;
   float red, green, blue;  ///< >= 0
   AlphaEllipse ellipse;
   float unused;
@@ -56,10 +57,11 @@ inline float depth_of_key(std::uint32_t key, const Camera& camera) {
 
 /// The pointers that kernels use. Passed by value.
 struct VisibleView {
-  std::uint8_t* shown;        ///< per block of Gaussians: 0 if the view cannot show any of them
-  std::uint32_t* blocks;      ///< those with visible Gaussians, in any order
-  std::uint32_t* depth_keys;  ///< per place in these blocks; kInvisibleKey = not visible, the other
-                              ///< values are undefined
+  std::uint8_t* shown;    ///< per block of Gaussians: 0 if the view cannot show any of them
+  std::uint32_t* blocks;  ///< the blocks with visible Gaussians, in any order
+  /// per place in these blocks; kInvisibleKey = not visible, and the other arrays are undefined
+  /// there
+  std::uint32_t* depth_keys;
   PackedFootprint* footprints;  ///< per place
   BoundedSplat* splats;         ///< by index in the file, as lists have it
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The sub-tiles of 8x4 pixels that a warp composites, and which of them a Gaussian reaches.
+// The sub-tiles of 8x4 pixels that a warp composites, and the test whether a Gaussian reaches them.
 #pragma once
 
 #include "raster/cuda/fast/column.cuh"
@@ -16,9 +16,9 @@ constexpr unsigned kSubTiles = 4;                         // of a warp, in two r
 constexpr unsigned kLanes = kWarp / kSubTiles;            // of a sub-tile, a column of pixels each
 static_assert(kLanes == kSubWidth && 2 * kSubWidth == kTileSize);
 
-/// Which sub-tiles may have a pixel centre inside the ellipse; index 2 * row + column. (x0, y0) is
-/// the offset of the warp's first pixel from the mean. Over a band of rows, the ellipse is widest
-/// at its own extreme or at the end of the band nearest to it, as in ExactWalk.
+/// The sub-tiles that may have a pixel centre inside the ellipse; index 2 * row + column. (x0, y0)
+/// is the offset of the warp's first pixel from the mean. Over a band of rows, the ellipse is
+/// widest at its own extreme or at the end of the band nearest to it, as in ExactWalk.
 struct Reach {
   bool reached[kSubTiles];
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The counters, macro-tiles and segments of a frame on the device. Those that must be zero when the
-// frame begins are contiguous.
+// The counters, macro-tiles and segments of a frame on the device. The memory that must be zero
+// when the frame begins is contiguous.
 #pragma once
 
 #include "raster/cuda/fast/macro_tiles.cuh"
@@ -24,7 +24,7 @@ struct Counters {
   std::uint32_t slices;              ///< of all full macro-tiles
   std::uint32_t fullest_slice;       ///< entries in it
   std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
-  std::uint32_t blocks_done;         ///< that have appended such Gaussians
+  std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
 };
 
 /// A part of a long list. The segments of a list are adjacent.
@@ -44,13 +44,14 @@ struct SegmentResult {
 struct SegmentsView {
   Segment* segments;
   std::uint32_t* first_segments;  ///< per long list
-  std::uint32_t* marks;           ///< a bit per pair of the long lists: counted, see LongList
+  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is counted, see LongList
   SegmentResult* results;
   std::uint32_t capacity;
-  std::uint32_t longest_uncut;  ///< longer lists are cut
+  std::uint32_t longest_uncut;  ///< in Gaussians; longer lists are cut
   Counters* counters;
 
-  /// A small picture has too few tiles to occupy the GPU while one warp walks through a list.
+  /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
+  /// warp walks through a list.
   static std::uint32_t longest_uncut_of(TileGrid grid) {
     constexpr int kSmall = 5000;  // tiles
     return grid.count() < kSmall ? 2048 : 4096;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// How full macro-tiles are listed:
-//   find_slices    sorts the samples of every full macro-tile and chooses where to cut it by depth
+// The kernels that list full macro-tiles:
+//   find_slices    sorts the samples of every full macro-tile and chooses its cuts by depth
 //   fill_slices    copies all its entries to the slices, in any order
 //   place_slices   counts the entries of the slices per tile, and reserves room for the lists
 //   sort_slices    sorts every slice and writes its part of the lists
@@ -20,7 +20,7 @@ constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a tim
 constexpr std::uint32_t kMoved = kMovedEach * kThreads;
 static_assert(kMoved >= MacroTiles::kUsual);
 constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
-constexpr std::uint32_t kCountedSlices = 8192;  // more are counted in global memory
+constexpr std::uint32_t kCountedSlices = 8192;  // further slices are counted in global memory
 
 /// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
 template <unsigned kBlock, bool kGlobal>
@@ -67,7 +67,7 @@ __device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
   const Slicing::Slices slices = slicing.slices[moved.macro_tile];
   if (!slicing.holds(slices)) return kNoSlice;
   const std::uint64_t key = moved.entry.sort_key();
-  std::uint32_t slice = slices.first;  // the last one that begins before the entry
+  std::uint32_t slice = slices.first;  // the last slice that begins before the entry
   for (std::uint32_t count = slices.count; count > 1;) {
     const std::uint32_t half = count / 2;
     if (slicing.least_keys[slice + half] <= key) slice += half;
@@ -115,8 +115,8 @@ __device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std:
   __syncthreads();
 }
 
-/// Blocks take full macro-tiles in turns and copy the entries that these keep, then chunks of
-/// spilled entries.
+/// Blocks take full macro-tiles in turns and copy their entries, then copy chunks of spilled
+/// entries.
 __global__ void __launch_bounds__(kThreads)
     fill_slices(MacroTiles tiles, const Counters* counters) {
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // A warp composites a range of a tile's list onto half a tile. It takes 32 list entries at a time,
-// a lane each, tests them against its four sub-tiles of 8x4 pixels, and appends them to the rings
-// of those that they reach. Eight lanes then process the ring of each sub-tile, four pixels per
-// lane. The four rings advance together with different Gaussians, so that little work is spent on
-// pixels that a Gaussian does not reach.
+// a lane each, tests them against its four sub-tiles of 8x4 pixels, and appends each Gaussian to
+// the rings of the sub-tiles that it reaches. Eight lanes then process the ring of each sub-tile,
+// four pixels per lane. The four rings advance together with different Gaussians, so that little
+// work is spent on pixels that a Gaussian does not reach.
 #pragma once
 
 #include "raster/cuda/blend_parameters.cuh"
@@ -35,7 +35,7 @@ struct HalfTile {
 
 /// Collects Outputs::evaluated and used.
 struct Marks {
-  std::uint32_t evaluated[kPixels];  ///< entries up to the one at which a pixel stopped
+  std::uint32_t evaluated[kPixels];  ///< list entries up to the entry at which the pixel stopped
   std::uint8_t* used;                ///< per pair; null: not requested
 };
 
@@ -109,7 +109,7 @@ class Walk {
     return (steps + kUnroll - 1) / kUnroll * kUnroll;
   }
 
-  /// The sub-tiles with a pixel that has not stopped. The rings of the others are emptied.
+  /// The sub-tiles with a pixel that has not stopped. The rings of the other sub-tiles are emptied.
   __device__ unsigned live_sub_tiles() {
     const unsigned lanes = __ballot_sync(kAllLanes, column_.any_live());
     unsigned live = 0;
@@ -181,8 +181,8 @@ class Walk {
               blue};
     }
 
-    /// False if the products of a column could overflow. Only a very thin Gaussian whose conic is
-    /// broken by rounding does that; it is not drawn.
+    /// False if the products of a column could overflow. This happens only to a very thin Gaussian
+    /// whose conic is broken by rounding; it is not drawn.
     __device__ bool is_finite(unsigned s) const {
       constexpr float kFar = 0.5f * (kSubWidth - 1), kMaxLog2 = 64.0f;
       const float4 shape = at(s).shape;

@@ -4,8 +4,8 @@
 namespace qs::cuda::train {
 namespace {
 
-/// Values of one kind of parameter, or of all colour coefficients, with the arrays that belong to
-/// them. Kernels read and write four neighbours at once.
+/// Values of one kind of parameter, or of all colour coefficients, with their gradients and
+/// moments. Kernels read and write four neighbours at once.
 struct Values {
   float *values, *by, *first, *second;
   std::uint64_t size;
@@ -17,7 +17,7 @@ struct StepInput {
   static constexpr unsigned kKinds = 5;
   AdamStep step;
   Values kinds[kKinds];
-  unsigned ends[kKinds];  ///< blocks up to the last one of each kind
+  unsigned ends[kKinds];  ///< blocks up to and including the last block of each kind
 };
 
 constexpr unsigned kNeighbours = 4;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The optimizer on the GPU: Adam for all parameters, with a learning rate for each kind, in one
-// kernel, and what strategy mcmc does before and after it.
+// kernel, and the terms that strategy mcmc adds before and after the step.
 #pragma once
 
 #include <cstdint>

@@ -52,12 +52,12 @@ __device__ float dot(const glm::vec3& a, const glm::vec3& b) {
   return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
 }
 
-/// The pixel of a thread, composited again with the operations of the forward pass. So it has the
-/// same values wherever segments begin, and all lossless modes give equal gradients.
+/// The pixel of a thread, composited again with the operations of the forward pass. So its values
+/// do not depend on where segments begin, and all lossless modes give equal gradients.
 struct Pixel {
   float x, y;
   glm::vec3 d_color{0};
-  std::uint32_t end = 0;  ///< entries of the segment up to the last blended one
+  std::uint32_t end = 0;  ///< entries of the segment up to the last blended entry
   float product = 0;      ///< of dL/dC and the pixel's final colour
   glm::vec3 so_far{0};    ///< colour, without the background
   float transmittance = 1;
@@ -77,8 +77,9 @@ struct Pixel {
     transmittance = state.w;
   }
 
-  /// The sums of the Gaussian, as add_pixel() of the CPU; zeros if the pixel does not blend it,
-  /// then the result is false. Below `end`, a pixel never stops.
+  /// Sets `sums` to the pixel's share of the Gaussian's sums, as add_pixel() of the CPU. If the
+  /// pixel does not blend the Gaussian, the share is zero and the result false. A pixel never stops
+  /// below `end`.
   __device__ bool add(const Contribution& by, bool exists, PixelSums<float>& sums) {
     const bool blends = exists && by.counts;
     const float weight = by.alpha * transmittance;
@@ -86,7 +87,8 @@ struct Pixel {
         fmaf(d_color.x, by.light.z, fmaf(d_color.y, by.light.w, d_color.z * by.blue));
     const glm::vec3 next(fmaf(weight, by.light.z, so_far.x), fmaf(weight, by.light.w, so_far.y),
                          fmaf(weight, by.blue, so_far.z));
-    // A pixel knows its final colour, so what is behind is the difference to the colour so far.
+    // The final colour of a pixel is known, so the colour behind is the difference to the colour so
+    // far.
     const float after = product - dot(d_color, next);
     const float d_alpha =
         fmaf(by_color, transmittance, -(after * reciprocal_flush(1.0f - by.alpha)));
@@ -157,8 +159,9 @@ __device__ void add_groups(const float* values, std::uint32_t& begin, std::uint3
   }
 }
 
-/// One thread per number of a rank's sums: threads of a Gaussian read neighbouring addresses, and
-/// the lists of large Gaussians do not hold up the computation of the others' gradients.
+/// One thread per number of a rank's sums, so the threads of a Gaussian read neighbouring
+/// addresses. The gradients are computed in another kernel, which need not wait for the long lists
+/// of large Gaussians.
 __global__ void __launch_bounds__(kThreads)
     sum_gaussians(std::uint32_t count, const std::uint32_t* gaussians, const std::uint64_t* offsets,
                   const float* pairs, float* sums) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The backward pass of training: from the loss's derivatives by the pixels to those by all
-// parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and a
-// Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on when a thread
-// runs, so two runs give the same bits.
+// The backward pass of training: from the loss's derivatives by the pixels to its derivatives by
+// all parameters. Every pair of a tile and a Gaussian gets its own sum over the tile's pixels, and
+// a Gaussian's pairs are summed in the order of tiles, as on the CPU. No sum depends on the order
+// in which threads run, so two runs give the same bits.
 //
 // A block takes a segment of a tile's list, with one pixel per thread. It composites again, from
 // the front to the back. A warp sums its pixels for a Gaussian by exchanges between lanes, and the

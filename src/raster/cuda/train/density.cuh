@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What adaptive density control decides by, on the GPU.
+// The statistics of adaptive density control on the GPU.
 #pragma once
 
 #include <cstdint>

@@ -208,7 +208,7 @@ void blend(const StepView& view, ForwardFrame& frame) {
 }  // namespace
 
 void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
-  // list_pairs() and the stages of `classic` read nothing of a cloud but these facts.
+  // list_pairs() and the stages of `classic` read only these values of a cloud.
   DeviceCloud facts;
   facts.count = parameters.count;
   facts.sh_degree = parameters.sh_degree;

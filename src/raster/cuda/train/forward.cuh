@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // The forward pass of training: projects the parameters, orders them by depth, lists them by tiles,
-// sorts by tile, and composites as the CPU's training does, with what the backward pass needs of
-// every pixel. Sums are in the same order as there; alphas differ by rounding.
+// sorts by tile, and composites as the CPU's training does. It also stores the values of every
+// pixel that the backward pass needs. Sums are in the same order as on the CPU; alphas differ by
+// rounding.
 //
-// A warp composites 8x4 pixels of a tile, and of the tile's Gaussians those alone that reach them.
-// The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in front
-// of a segment is stored, so that the backward pass can start in the middle of a list.
+// A warp composites 8x4 pixels of a tile, with only those Gaussians of the tile's list that reach
+// them. The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in
+// front of a segment is stored, so that the backward pass can start in the middle of a list.
 #pragma once
 
 #include <stop_token>
@@ -66,7 +67,7 @@ struct TilesView {
   __device__ int top_of(std::uint32_t tile) const {
     return static_cast<int>(tile) / columns * kTileSize;
   }
-  /// Those of the pixel of a thread. A warp has 8x4 pixels.
+  /// Coordinates of a thread's pixel. A warp has 8x4 pixels.
   __device__ int x_of(std::uint32_t tile, unsigned thread) const {
     return left_of(tile) + static_cast<int>(thread / 32 % 2 * 8 + thread % 8);
   }
@@ -112,10 +113,10 @@ struct ForwardFrame {
   // Per pixel, row by row.
   DeviceBuffer<glm::vec3> color;      ///< over the background, not clamped
   DeviceBuffer<float> transmittance;  ///< behind the last Gaussian
-  DeviceBuffer<std::uint32_t> last;   ///< entries of the tile's list up to the last blended one
+  DeviceBuffer<std::uint32_t> last;   ///< entries of the tile's list up to the last blended entry
 
-  // Per segment: its tile, or kNoTile if no pixel reached it, and the states of the tile's pixels
-  // in front of it, by thread: x, y, z = the colour so far, w = transmittance.
+  // Per segment: its tile, or kNoTile if no pixel reached the segment, and the states of the tile's
+  // pixels in front of it, by thread: x, y, z = the colour so far, w = transmittance.
   DeviceBuffer<std::uint32_t> segment_tiles;
   DeviceBuffer<float4> states;
   std::uint32_t segments = 0;

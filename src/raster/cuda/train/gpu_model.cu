@@ -26,22 +26,22 @@ struct GpuModel::State {
   AdamState adam;
   DensityStatistics density;
 
-  /// Memory of apply(), exchanged with that of the model.
+  /// Memory of apply(), exchanged with the model's memory.
   struct Next {
     DeviceBuffer<std::uint32_t> sources, moment_sources;
     Parameters parameters, first, second;
     DensityStatistics density;
   } next;
   qs::train::ModelState host;      ///< the copy that state() returns
-  qs::train::GaussianFacts facts;  ///< the one that facts() returns, in memory that stays
+  qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
   std::vector<Photograph> photographs;  ///< by number
   std::uint64_t photograph_bytes = 0;
-  Photograph passing;  ///< the last one of those that are not kept
+  Photograph passing;  ///< the last photograph that is not kept
 
   ForwardFrame frame;
   LossScratch loss;
-  LossCopy losses[2];             ///< of comparisons with even and odd numbers
+  LossCopy losses[2];             ///< losses of comparisons with even and odd numbers
   std::uint64_t comparisons = 0;  ///< since set_state()
   DeviceBuffer<glm::vec3> target, d_color;
   DeviceBuffer<std::uint8_t> mask;  ///< of compare()
@@ -79,7 +79,7 @@ struct GpuModel::State {
     return result;
   }
 
-  /// Waits, because the host's memory may go away.
+  /// Waits for the copy, because the caller may free the host's memory.
   template <class T>
   void copy_pixels(std::span<const T> from, DeviceBuffer<T>& to) {
     assert(from.size() == pixels());

@@ -87,7 +87,7 @@ __device__ void list_tiles(const ListInput& in, std::uint32_t rank, unsigned lan
                                     });
 }
 
-/// One thread per rank. Near Gaussians are large, so the ranks of a warp lie far apart.
+/// One thread per rank. Near Gaussians are large, so the ranks of a warp are far apart.
 template <class P>
 __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
   const unsigned lane = fast::lane_index();

@@ -14,11 +14,11 @@ constexpr int kChannels = 3;
 constexpr int kSide = 16;                // of the pixels of a block
 constexpr int kRow = kSide * kChannels;  // values in a row of a block
 constexpr int kMargin = kSsimRadius * kChannels;
-constexpr int kWideRow = kRow + 2 * kMargin;  // with those that the window reaches
+constexpr int kWideRow = kRow + 2 * kMargin;  // with the values around them that the window reaches
 constexpr int kHighSide = kSide + 2 * kSsimRadius;
 static_assert(kThreads % kSide == 0);
 
-/// A picture whose values lie in rows, with the channels of a pixel side by side.
+/// A picture as rows of values, with the channels of a pixel side by side.
 struct Shape {
   int row;                  ///< values in a row
   int height;               ///< rows
@@ -44,8 +44,8 @@ struct Shape {
   __device__ bool contains(int x, int y) const { return x >= 0 && x < row && y >= 0 && y < height; }
 };
 
-/// Values of a block and those around them that the window reaches, zeros outside of the picture,
-/// in shared memory.
+/// Values of a block and the values around them that the window reaches, in shared memory. They are
+/// zero outside of the picture.
 template <int kFields>
 struct Surroundings {
   float values[kFields][kHighSide][kWideRow];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The loss of kernel/loss.h on the GPU, with its gradient. Gradients have the bits of the CPU's;
+// The loss of kernel/loss.h on the GPU, with its gradient. Gradients equal the CPU's to the bit;
 // the sums of the loss are in another, fixed order.
 #pragma once
 
@@ -26,7 +26,7 @@ struct LossScratch {
 /// A loss that is being copied to the host.
 class LossCopy {
  public:
-  /// Enqueues the copy of the loss of `values` values that are not masked. The copy before it must
+  /// Enqueues the copy of the loss of `values` values that are not masked. The previous copy must
   /// have arrived.
   void begin(const LossScratch& scratch, double values, cudaStream_t stream);
   /// Waits for the copy.
@@ -38,7 +38,7 @@ class LossCopy {
   Event arrived_;
 };
 
-/// What a picture is compared with, per pixel, row by row.
+/// The picture to compare with, per pixel, row by row.
 struct Target {
   const glm::vec3* color;
   const std::uint8_t* mask;  ///< 0: masked out; null: all count

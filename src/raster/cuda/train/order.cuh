@@ -14,8 +14,9 @@ struct DepthOrder {
   /// Keys: bits of the depths, which are positive, or fast::kInvisibleKey, which is larger; values:
   /// Gaussians. Equal keys are in the order of the Gaussians' indices.
   classic::SortBuffers<std::uint32_t> buffers;
-  DeviceBuffer<std::uint32_t> counts;   ///< by rank: pairs; one more, 0
-  DeviceBuffer<std::uint64_t> offsets;  ///< by rank: the first pair; one more: number of pairs
+  DeviceBuffer<std::uint32_t> counts;  ///< by rank: pairs; the additional last element is 0
+  /// by rank: the first pair; the additional last element is the number of pairs
+  DeviceBuffer<std::uint64_t> offsets;
 
   const std::uint32_t* gaussians() const { return buffers.values.data(); }
 

@@ -27,15 +27,16 @@ class PassClock {
     }
   }
 
-  /// An iteration begins. One that did not reach its last pass is forgotten.
+  /// Begins an iteration. An iteration that did not reach its last pass is discarded.
   void begin(cudaStream_t stream) { record(0, stream); }
-  /// Pass 0, 1, 2 or 3 was enqueued.
+  /// Marks that pass 0, 1, 2 or 3 was enqueued.
   void end(std::size_t pass, cudaStream_t stream) {
     record(pass + 1, stream);
     if (pass + 1 == kPasses) ++iterations_;
   }
 
-  /// Of the iteration before the last one, or of the only one. Waits for it.
+  /// Times of the iteration before the last one, or of the only iteration. Waits until its passes
+  /// have run.
   qs::train::PassSeconds seconds() const {
     const Events& events = events_[(iterations_ > 1 ? iterations_ - 2 : 0) % 2];
     check(cudaEventSynchronize(events[kPasses]), "training");

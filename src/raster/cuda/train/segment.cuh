@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A part of a tile's list in the shared memory of a block, which of its Gaussians a warp has to
-// composite, and what a pixel gets from one. The forward and the backward pass must agree on it.
+// A segment of a tile's list in the shared memory of a block. It finds the Gaussians that a warp
+// has to composite, and computes their contribution to a pixel. The forward and the backward pass
+// must agree on both, so they share this code.
 #pragma once
 
 #include "raster/cuda/fast/reach.cuh"
@@ -14,8 +15,8 @@ __device__ inline unsigned lowest_bit(unsigned bits) {
   return static_cast<unsigned>(__ffs(static_cast<int>(bits))) - 1;
 }
 
-/// What composite() of the CPU decides for a pixel, with fewer instructions: the backend is built
-/// without contraction, so multiplications and additions are fused by name.
+/// The contribution of a Gaussian to a pixel: composite() of the CPU with fewer instructions. The
+/// backend is built without contraction, so multiplications and additions are fused explicitly.
 struct Contribution {
   float dx, dy;     ///< from the mean to the pixel
   float unclamped;  ///< alpha before the clamp at kAlphaMax
@@ -62,7 +63,7 @@ struct Segment {
     warps[thread] = static_cast<std::uint8_t>(bits);
   }
 
-  /// What pixel (x, y) gets from an entry. False for NaN.
+  /// The contribution of an entry to pixel (x, y). It does not count if it is NaN.
   __device__ Contribution contribution(std::uint32_t entry, float x, float y) const {
     const float4 shape = shapes[entry], light = lights[entry];
     const float dx = x - shape.x, dy = y - shape.y;
@@ -72,7 +73,8 @@ struct Segment {
     return {dx, dy, unclamped, counts, light, fminf(unclamped, kAlphaMax), blues[entry]};
   }
 
-  /// Bit k: entry group + k, below `size`, may reach a pixel of this warp. All lanes call it.
+  /// Bit k is set if entry group + k is below `size` and may reach a pixel of this warp. All lanes
+  /// call it.
   __device__ unsigned reaching(std::uint32_t group, std::uint32_t size) const {
     const std::uint32_t entry = group + fast::lane_index();
     const unsigned warp = threadIdx.x / fast::kWarp;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `accutile`: the AccuTile of Speedy-Splat (Hanson et al., arXiv 2412.00578). Implemented is
-// the statement that the tiles of the SnugBox are walked along their shorter side, and that in each
-// line the ellipse spans the tiles between its smallest and its largest coordinate there. These are
-// at the line's two borders, or at the ellipse's own extremes if they lie between them. A tile is
-// the square between its borders; `exact` takes the smaller square of its pixel centres.
+// Mode `accutile`: the AccuTile of Speedy-Splat (Hanson et al., arXiv 2412.00578). It walks the
+// tiles of the SnugBox along their shorter side. In each line, the ellipse spans the tiles between
+// its smallest and its largest coordinate there. These are at the line's two borders, or at the
+// ellipse's own extremes if they are between the borders. A tile is the square between its borders;
+// `exact` takes the smaller square of its pixel centres.
 #pragma once
 
 #include "raster/kernel/cull/snug_box.h"

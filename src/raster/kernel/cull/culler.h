@@ -5,7 +5,7 @@
 //   struct MyMode {
 //     static constexpr const char* kName = "my-mode";  // CLI, GUI, CSV
 //     static constexpr const char* kSummary = "...";   // one clause for tables and help
-//     static constexpr bool kLossless = true;          // lists all pixels with alpha >= 1/255
+//     static constexpr bool kLossless = true;          // lists every tile with alpha >= 1/255
 //     static constexpr bool kKeepsFaint = false;       // lists Gaussians of opacity <= 1/255
 //     template <int kTilePx = kTileSize>
 //     static QS_HD Walk walk(const Footprint&, TileGrid);
@@ -46,7 +46,7 @@ QS_HD TileRect tiles_of_box(glm::vec2 mean, glm::vec2 half, TileGrid grid) {
           tiles_meeting<kTilePx>(mean.y - half.y, mean.y + half.y, grid.rows)};
 }
 
-/// True if a walk's lines should be tile rows, false for columns: whichever gives fewer lines.
+/// True if a walk's lines should be tile rows, false for columns: the direction with fewer lines.
 QS_HD bool walks_rows(const TileRect& rect) { return rect.rows.size() <= rect.columns.size(); }
 
 /// A walk over a full rectangle of tiles.

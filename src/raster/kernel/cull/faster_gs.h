@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `faster-gs`: the exact tile count of Faster-GS (Hahlbohm et al., arXiv 2602.09999).
-// Implemented is the statement that the tiles of a tight, opacity-aware bounding box are tested by
-// StopThePop's tile-based culling already when they are counted, so that the count is that of the
-// tiles which receive a contribution, and no empty entry is sorted. In real arithmetic it lists the
-// tiles of `stopthepop` from fewer candidates.
+// Mode `faster-gs`: the exact tile count of Faster-GS (Hahlbohm et al., arXiv 2602.09999). Its
+// tiles are those in a tight, opacity-aware bounding box that pass StopThePop's tile test. The
+// paper applies the test already when it counts tiles, so it counts only tiles with a contribution
+// and sorts no empty entry. In real arithmetic the mode lists the tiles of `stopthepop` from fewer
+// candidates.
 #pragma once
 
 #include "raster/kernel/cull/stop_the_pop.h"

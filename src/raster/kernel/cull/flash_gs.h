@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `flashgs`: the precise intersection of FlashGS (Feng et al., arXiv 2408.07967). Implemented
-// is the statement that a tile of the ellipse's bounding box is listed if and only if the ellipse
-// alpha = 1/255 meets the tile's rectangle: the centre lies in the tile, or one of the tile's four
-// edges crosses the ellipse, by the roots of a quadratic equation. A tile is the square between its
-// borders.
+// Mode `flashgs`: the precise intersection of FlashGS (Feng et al., arXiv 2408.07967). It lists a
+// tile of the ellipse's bounding box if and only if the ellipse alpha = 1/255 meets the tile's
+// rectangle: the centre is in the tile, or one of the tile's four edges crosses the ellipse, by the
+// roots of a quadratic equation. A tile is the square between its borders.
 #pragma once
 
 #include "raster/kernel/cull/tested_tiles.h"

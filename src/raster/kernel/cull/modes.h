@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The table of culling modes for command line, viewer, benchmarks and tests. To add a mode, add an
-// entry to CullerList, or to PeerList if it is another paper's.
+// entry to CullerList, or to PeerList if the mode comes from another paper.
 #pragma once
 
 #include <array>

@@ -67,7 +67,7 @@ struct QuadBoxWalk {
 
   QS_HD Span span(int line) const {
     const float low = static_cast<float>(line * kTilePx), high = low + kTilePx;
-    // Whether the line meets the boxes on either side of the mean.
+    // True if the line meets the boxes before or after the mean.
     const bool before = low < mean_v;
     const bool after = high > mean_v;
     const bool same_before = before && high > mean_v - same.y;
@@ -111,8 +111,8 @@ struct QuadBoxNaive {
   static constexpr bool kLossless = true;
   static constexpr bool kKeepsFaint = false;
 
-  /// Calls visit(column, row) for the tiles within `window`: those of one box after the other,
-  /// except those that an earlier box contains.
+  /// Calls visit(column, row) for the tiles within `window`, box by box, without the tiles that an
+  /// earlier box contains.
   template <int kTilePx = kTileSize, class Visit>
   static QS_HD void for_each_tile_in(const Footprint& footprint, TileGrid grid,
                                      const TileRect& window, Visit&& visit) {

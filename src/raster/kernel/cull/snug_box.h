@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `snugbox`: the SnugBox of Speedy-Splat (Hanson et al., arXiv 2412.00578). Implemented is the
-// statement that the level set alpha = 1/255 is the ellipse a x^2 + 2b x y + c y^2 = t with
-// t = 2 ln(255 opacity), whose extreme coordinates follow from solving it for one of them and
-// setting the derivative to zero. In real arithmetic this is the box of `adr`. Here it is computed
-// from the conic, as stated, and without the widening of extents(), so that b^2 - ac cancels on
+// Mode `snugbox`: the SnugBox of Speedy-Splat (Hanson et al., arXiv 2412.00578). The level set
+// alpha = 1/255 is the ellipse a x^2 + 2b x y + c y^2 = t with t = 2 ln(255 opacity). Its extreme
+// coordinates follow from solving the equation for one coordinate and setting the derivative to
+// zero. In real arithmetic this is the box of `adr`. Here the box is computed from the conic, as in
+// the paper, and without the widening of extents(), so b^2 - ac cancels on needles.
 // needles.
 #pragma once
 
@@ -24,7 +24,7 @@ struct SnugBox {
     return sqrtf(-(b * b * t) / ((b * b - p * r) * r));
   }
 
-  /// The largest u on that ellipse. NaN if rounding made it none: then no tile is listed.
+  /// The largest u on that ellipse. NaN if rounding broke the ellipse: then no tile is listed.
   static QS_HD float largest_u(float p, float b, float r, float t) {
     const float v = v_at_largest_u(p, b, r, t);
     return (fabsf(b) * v + sqrtf((b * b - p * r) * v * v + t * p)) / p;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `stopthepop`: the tile-based culling of StopThePop (Radl et al., arXiv 2402.00525).
-// Implemented is the statement that a tile is dropped if the Gaussian's largest contribution in it
-// is below 1/255. That contribution is at the centre if the tile contains it, else on one of the
-// (at most two) edges that face the centre, where it has a closed form. A tile is the square of its
-// pixel centres. The candidates are the tiles of the square whose half side is the ellipse's longer
-// half axis, so that only the test decides.
+// Mode `stopthepop`: the tile-based culling of StopThePop (Radl et al., arXiv 2402.00525). It drops
+// a tile if the Gaussian's largest contribution in the tile is below 1/255. That contribution is at
+// the centre if the tile contains it, else on one of the (at most two) edges that face the centre,
+// where it has a closed form. A tile is the square of its pixel centres. The candidates are the
+// tiles of the square whose half side is the ellipse's longer half axis, so that only the test
+// decides.
 #pragma once
 
 #include "raster/kernel/cull/square.h"
@@ -13,7 +13,7 @@
 
 namespace qs {
 
-/// Whether alpha reaches 1/255 within a tile's square of pixel centres, compared as exponents.
+/// True if alpha reaches 1/255 within a tile's square of pixel centres; exponents are compared.
 template <int kTilePx>
 struct LargestAlphaTest {
   glm::vec2 mean;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the modes that test tile by tile share: FlashGS, StopThePop and Faster-GS.
+// The walk shared by the modes that test tile by tile: FlashGS, StopThePop and Faster-GS.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"

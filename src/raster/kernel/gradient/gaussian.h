@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The gradient of a Gaussian in a view: from the values that pixels read of it to its parameters,
-// through all steps of the projection and of the colour.
+// The gradient of a Gaussian in a view, from its splat (the values that pixels read) to its
+// parameters, through all steps of the projection and of the colour.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -39,7 +39,7 @@ struct GaussianValues {
   Real opacity_logit;
 };
 
-/// What the gradients of a view's Gaussians have in common.
+/// The values that the gradients of all Gaussians in a view share.
 template <class Real>
 struct GradientRules {
   View<Real> view;
@@ -48,8 +48,8 @@ struct GradientRules {
   int sh_degree;
 };
 
-/// `splat` holds the derivatives by what pixels read. `coefficients` is as for sh_color(). Calls
-/// add(k, gradient) for every RGB coefficient of the degree.
+/// `splat` holds the derivatives by the values that pixels read. `coefficients` is as for
+/// sh_color(). Calls add(k, gradient) for every RGB coefficient of the degree.
 template <class Real, class Coefficients, class Add>
 QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
                                              const GaussianValues<Real>& gaussian,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a step of strategy mcmc (Kheradmand et al. 2024, arXiv 2404.09591) does beside Adam's: low
-// opacities and scales have a share in the loss, and noise moves nearly transparent Gaussians.
+// The terms that strategy mcmc (Kheradmand et al. 2024, arXiv 2404.09591) adds to a step of Adam:
+// low opacities and scales have a share in the loss, and noise moves nearly transparent Gaussians.
 #pragma once
 
 #include "raster/kernel/activation.h"
@@ -17,7 +17,7 @@ inline constexpr double kDeadOpacity = 0.005;  ///< nearly transparent, up to he
 struct Sparsity {
   double opacity_weight = 0, scale_weight = 0;
 
-  /// The derivatives' share for one of `count` Gaussians.
+  /// Adds this term's derivatives for one of `count` > 0 Gaussians.
   QS_HD void add_gradient(double count, const glm::vec3& log_scale, float opacity_logit,
                           glm::vec3& d_log_scale, float& d_opacity_logit) const {
     const double opacity = opacity_of(static_cast<double>(opacity_logit));

@@ -21,8 +21,8 @@
 
 namespace qs {
 
-/// What pixels add up for a Gaussian, with d = dL/dE of each: the rest of the gradient is linear in
-/// these sums.
+/// Sums over the pixels of a Gaussian, with d = dL/dE of each pixel. The rest of the gradient is
+/// linear in these sums.
 template <class Real>
 struct PixelSums {
   Real d = 0, dx = 0, dy = 0;      ///< of d, d dx, d dy
@@ -58,8 +58,8 @@ QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real trans
   return glm::dot(d_pixel, color * transmittance - behind / (1 - alpha));
 }
 
-/// Adds what pixel (x, y) gives to a Gaussian that it blended. `alpha` is as composite() returned
-/// it; the other arguments are those of alpha_gradient().
+/// Adds the contribution of pixel (x, y) to a Gaussian that the pixel blended. `alpha` is as
+/// composite() returned it; the other arguments are those of alpha_gradient().
 template <class Real>
 QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, Real x, Real y, Real alpha,
                      Real transmittance, const glm::vec<3, Real>& behind,

@@ -20,7 +20,7 @@ struct GeometryGradient {
   Covariance3<Real> covariance{0, 0, 0, 0, 0, 0};
 };
 
-/// From to_pixel() to the point in view axes.
+/// From the result of to_pixel() to the point in view axes.
 template <class Real>
 QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3, Real>& point,
                                        const glm::vec<2, Real>& d_pixel) {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The Debian package of the components `program` and `plugin`: scripts/deb. dpkg-shlibdeps finds the packages of the shared
-# libraries; those that the program loads while it runs, and the programs that it starts, are named here.
+# The Debian package of the components `program` and `plugin`: scripts/deb. dpkg-shlibdeps finds the packages of linked
+# libraries. The libraries that the program loads while it runs, and the programs that it starts, are named here.
 set(maintainer "quadsplat maintainers <maintainers@quadsplat.invalid>")
 string(TIMESTAMP today "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(WRITE ${PROJECT_BINARY_DIR}/debian/changelog "quadsplat (${PROJECT_VERSION}) unstable; urgency=medium\n

@@ -47,7 +47,7 @@ std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// The file that the writer `format` makes of the cloud.
+// The bytes of the file that the writer `format` makes of the cloud.
 std::string written(const GaussianCloud& cloud, const char* format) {
   const TemporaryFolder folder;
   write_scene(cloud, folder / "scene", {}, format);
@@ -248,8 +248,8 @@ TEST(WrittenBytes, compressed_ply_quantises_within_chunks_of_256) {
                     expected_compressed_ply(some_cloud(256, 1)));
 }
 
-// Whether each coefficient is odd in y or z but not both, so that the half turn about x changes its
-// sign.
+// True for coefficients that are odd in y or z but not both, so that the half turn about x changes
+// their sign.
 constexpr bool kOddInYOrZ[] = {false, true, true,  false, true, false, false, true,
                                false, true, false, true,  true, false, true,  false};
 
@@ -410,7 +410,7 @@ TEST(WrittenBytes, glb_describes_the_floats_that_follow) {
     for (const glm::vec3& s : cloud.log_scales) add(glm::vec3(glm::exp(glm::dvec3(s))));
     for (const float logit : cloud.opacity_logits)
       columns.push_back(static_cast<float>(opacity(logit)));
-    // Odd in x or y but not both.
+    // True for coefficients that are odd in x or y but not both.
     constexpr bool kOdd[] = {false, true, false, true, false, true, false, true,
                              false, true, false, true, false, true, false, true};
     for (std::size_t k = 0; k < n; ++k) {

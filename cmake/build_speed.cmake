@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# What makes builds faster without changing their result: ccache, a faster linker, precompiled headers.
+# Makes builds faster without changing their result: ccache, a faster linker, precompiled headers.
 # docs/log/build_times.md has the measurements.
 option(QUADSPLAT_PCH "Precompile the headers that most files include. OFF checks that every file includes what it uses" OFF)
 
@@ -27,8 +27,8 @@ if(NOT QUADSPLAT_STATIC)
 endif()
 
 # The files of a room are compiled together, at most this many of its .cpp at a time, so that headers are read once.
-# Names of unnamed namespaces are therefore unique within a room. Files that need macros or options of their own, and
-# those that Highway compiles once per instruction set, are compiled alone.
+# Names of unnamed namespaces are therefore unique within a room. Files that need their own macros or options, and files
+# that Highway compiles once per instruction set, are compiled alone.
 option(QUADSPLAT_UNITY "Compile the files of a room together: faster builds from nothing, slower ones after a change" OFF)
 set(QUADSPLAT_UNITY_FILES 16 CACHE STRING "The most files that are compiled together")
 
@@ -52,8 +52,8 @@ set(QUADSPLAT_COMMON_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> 
   <optional> <span> <string> <string_view> <system_error> <utility> <vector> <fmt/format.h> <glm/vec2.hpp> <glm/vec3.hpp>
   <glm/mat3x3.hpp> <glm/geometric.hpp> <glm/common.hpp> <glm/gtc/quaternion.hpp>)
 
-# precompile(TARGET [HEADERS...]) precompiles these headers, or those of an earlier target that was compiled with
-# the same options: precompile(TARGET REUSE_FROM OTHER).
+# precompile(TARGET [HEADERS...]) precompiles these headers. precompile(TARGET REUSE_FROM OTHER) reuses the headers of an
+# earlier target that was compiled with the same options.
 function(precompile target)
   if(NOT QUADSPLAT_PCH)
     return()

@@ -3,7 +3,8 @@
 # rooms whose headers it includes, so the rows are the edges of the program's structure: an include that no row names
 # is an error, and so is a room of a row that nothing includes. Rooms are listed from the top floor to the ground
 # floor, and a row names only rooms below it, so there is no circle.
-# To add a room, write its row. To add an edge, add the room to the row, and ask first whether the code belongs elsewhere.
+# To add a room, write its row. To add an edge, add the room to the row; check first if the code belongs into another
+# room.
 # Run as: cmake -DROOT=<source tree> -P check_includes.cmake. Fails with one line per broken rule.
 cmake_minimum_required(VERSION 3.25)
 
@@ -15,7 +16,7 @@ function(room name)
   set(unused_${name} ${ARGN} PARENT_SCOPE)
 endfunction()
 
-# ---- rooms: a room, then those it includes, top floor first
+# ---- rooms: a room, then the rooms that it includes, top floor first
 room(app app/cli raster/base)
 room(app/cli app/viewer app/viewer/render app/viewer/state app/train app/conformance app/film app/plugin app/report
      app/measure app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Writes generated/version.h: the version of the program and the commit it was configured from.
+# Writes generated/version.h: the version of the program and the commit from which it was configured.
 execute_process(COMMAND git describe --always --dirty --abbrev=12
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE QUADSPLAT_COMMIT
   OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE git_result)

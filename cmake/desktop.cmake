@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# What makes the program at home on a desktop: menu entry, icon, file types, and the man page and completion that the
-# program prints from its table of options. Part of the component `program`.
+# Integrates the program into a desktop: menu entry, icon, file types, and the man page and completion that the program
+# prints from its table of options. Part of the component `program`.
 set(desktop ${PROJECT_BINARY_DIR}/desktop)
 file(MAKE_DIRECTORY ${desktop})
 set(print ${CMAKE_COMMAND} -E env ASAN_OPTIONS=detect_leaks=0 $<TARGET_FILE:quadsplat>)

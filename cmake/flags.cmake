@@ -6,8 +6,7 @@ target_compile_options(quadsplat_flags INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off -fno-trapping-math -fno-math-errno>
   $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra,-ffp-contract=off -diag-suppress=20012
                              --expt-relaxed-constexpr --extended-lambda>)
-# GCC 12 forgets that headers are the system's when they come precompiled, and reports what it wrongly suspects
-# inside std::string.
+# GCC 12 does not recognise system headers in a precompiled header, so it reports false warnings about std::string.
 if(QUADSPLAT_PCH)
   target_compile_options(quadsplat_flags INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-array-bounds -Wno-restrict
     -Wno-stringop-overflow -Wno-stringop-overread>)

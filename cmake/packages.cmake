@@ -2,7 +2,7 @@
 # All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libzip and OpenImageIO are found
 # through pkg-config, because Debian's CMake files for them are missing or broken.
 # QUADSPLAT_STATIC, used by scripts/bundle, links static libraries if the system has them, the C++ library included.
-# Shared ones are loaded from ../lib beside the program.
+# Shared libraries are loaded from ../lib beside the program.
 if(QUADSPLAT_STATIC)
   list(PREPEND CMAKE_FIND_LIBRARY_SUFFIXES .a)
   add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt

@@ -28,14 +28,15 @@ find_nvcc() {
   return 1
 }
 
-# Prints the major version of that compiler, or 0 if none is installed.
+# Prints the major version of the CUDA compiler, or 0 if none is installed.
 nvcc_major() {
   local nvcc major=
   nvcc=$(find_nvcc) && major=$("$nvcc" --version 2>/dev/null | sed -n 's/.*release \([0-9]*\)\..*/\1/p')
   echo "${major:-0}"
 }
 
-# Prints the address from which debootstrap takes packages: MIRROR, or that of apt's sources for this machine's release.
+# Prints the address from which debootstrap takes packages: MIRROR, or the mirror in apt's sources for this machine's
+# release.
 debian_mirror() {
   local here mirror=${MIRROR:-}
   here=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Compares the Gaussians that another program read from a file with those that were written to it.
+// Compares the Gaussians that another program read from a file with the Gaussians that were written
+// to it.
 //   node scripts/compare_splats.mjs REFERENCE.ply READ.ply FORMAT WRITTEN
 // REFERENCE.ply holds the Gaussians before writing. WRITTEN is the file in FORMAT (a name of `quadsplat
 // --list-formats`), READ.ply its content as the other program read it. Each Gaussian needs exactly one counterpart, in
 // any order, whose position, covariance (scale and rotation), opacity and SH differ by no more than the format's steps.
-// Prints the largest errors in percent of the allowed ones. Exit code 1: a Gaussian has no counterpart.
+// Prints the largest errors in percent of the allowed errors. Exit code 1: a Gaussian has no
+// counterpart.
 import { readFileSync } from 'node:fs';
 
 const C0 = 0.28209479177387814;
@@ -13,10 +15,11 @@ const ROUNDING = 2e-6;  // of floats, of exp and log
 const radians = (degrees) => degrees * Math.PI / 180;
 const clamp = (value, limit) => Math.max(-limit, Math.min(limit, value));
 
-// The largest rounding errors of each format: positions in world units, logarithms of scales, angles of
-// rotations, opacities, DC and other SH coefficients; `range`: what the last two are clamped to. SH of .spz are
-// rounded twice, to 1/128 and then to 1/16 or 1/8. splat-transform decodes the bytes of .splat rotations up to 0.9
-// degrees away from where antimatter15's viewer does.
+// The largest rounding errors of each format: positions in world units, logarithms of scales,
+// angles of rotations, opacities, DC and other SH coefficients; `range`: the range to which the
+// last two are clamped. SH of .spz are rounded twice, to 1/128 and then to 1/16 or 1/8.
+// splat-transform decodes the bytes of .splat rotations up to 0.9 degrees differently from
+// antimatter15's viewer.
 const EXACT = { position: 0, scale: 0, angle: 0, opacity: 0, dc: 0, sh: 0 };
 const BYTE = 0.5 / 255;
 const SPZ = { position: 2 ** -13, scale: 1 / 32, angle: radians(0.25), opacity: BYTE, dc: BYTE / 0.15, sh: 1 / 16 + 1 / 256,
@@ -88,7 +91,7 @@ function allowed(format, chunks, i) {
   };
 }
 
-// Largest error of each kind, relative to the allowed one.
+// Largest error of each kind, relative to the allowed error.
 function errors(written, read, limits) {
   const range = limits.range ?? { dc: Infinity, sh: Infinity };
   const part = (difference, limit, size) => Math.abs(difference) / (limit + ROUNDING * (1 + Math.abs(size)));
@@ -118,7 +121,7 @@ function turned(gaussian) {
   };
 }
 
-// Pairs each Gaussian of `read` with the nearest unpaired one of `written`.
+// Pairs each Gaussian of `read` with the nearest unpaired Gaussian of `written`.
 function match(written, read, limitsOf) {
   const free = [...written].sort((a, b) => a.position[0] - b.position[0]);  // candidates lie side by side
   const taken = new Set();

@@ -15,7 +15,8 @@ const start = `
   import * as THREE from "three";
   const renderer = new THREE.WebGLRenderer({ antialias: false, alpha: false, preserveDrawingBuffer: true });
   document.body.appendChild(renderer.domElement);
-  // Three's view axes are x right, y up, z backward; the kit's are x right, y down, z forward.
+  // Three's view axes are x right, y up, z backward; the kit's view axes are x right, y down, z
+  // forward.
   function camera_of(s) {
     const camera = new THREE.PerspectiveCamera(2 * Math.atan(s.height / 2 / s.fy) * 180 / Math.PI, s.width / s.height, 0.05, 200);
     const m = s.view_from_world, signs = [1, -1, -1];
@@ -73,7 +74,8 @@ const viewers = {
   "mkkellogg": mkkellogg(""),
   "mkkellogg-float": mkkellogg("halfPrecisionCovariancesOnGPU: false, integerBasedSort: false"),
 };
-// With few Gaussians mkkellogg's first ones are missing or deformed. It gets some more, far away and invisible.
+// With few Gaussians mkkellogg's viewer does not draw the first Gaussians, or deforms them. So it
+// gets some more Gaussians, far away and invisible.
 const padding = viewer.startsWith("mkkellogg") ? 32 : 0;
 if (!(viewer in viewers)) throw new Error(`unknown viewer: ${Object.keys(viewers).join(", ")}`);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The libFuzzer program. `fuzz --list` prints a line "NAME ENDING..." per target; the environment
-// variable QUADSPLAT_FUZZ chooses the one that runs. scripts/fuzz runs them all.
+// variable QUADSPLAT_FUZZ chooses the target that runs. scripts/fuzz runs them all.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

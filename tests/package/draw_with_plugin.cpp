@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Draws one Gaussian with a plugin, knowing nothing but quadsplat/plugin.h, and compares some
-// pixels with values that are computed here: draw_with_plugin LIBRARY. Exit code 1 if they differ.
+// Draws one Gaussian with a plugin, using only quadsplat/plugin.h, and compares some pixels with
+// values that are computed here: draw_with_plugin LIBRARY. Exit code 1 if they differ.
 #include <cmath>
 #include <cstdio>
 #include <vector>

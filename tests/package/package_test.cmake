@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Installs the component `cull` of BUILD into a fresh folder below WORK, builds the example LANGUAGE (CXX or CUDA) from the
-# installed tree alone, runs it, and compares what it prints with the installed vectors.
+# Installs the component `cull` of BUILD into a fresh folder below WORK, builds the example LANGUAGE (CXX or CUDA) from
+# the installed tree alone, runs it, and compares its output with the installed vectors.
 # Run as: cmake -DBUILD=... -DWORK=... -DLANGUAGE=... [-DCXX=...] [-DNVCC=...] -P package_test.cmake
 cmake_minimum_required(VERSION 3.25)
 if(LANGUAGE STREQUAL "CUDA" AND NOT NVCC)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Plugins that do one thing wrong each, or draw a picture that a test can compute. The name of the
-// library's file says which: copies of one library are different plugins.
+// Plugins that have one defect each, or draw a picture that a test can compute. The name of the
+// library's file chooses the behaviour, so copies of one library are different plugins.
 //   draws, draws_planes, draws_on_device   a ramp: red x, green y, blue the first Gaussian's
 //   opacity
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A libcuda.so.1 with the functions that plugins' device memory needs, for machines without a GPU.
-// Its device memory is host memory, so a plugin can draw there without CUDA.
+// Its device memory is host memory, so a plugin can draw into it without CUDA.
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>

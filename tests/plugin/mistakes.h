@@ -2,8 +2,8 @@
 //
 // The usual mistakes (docs/conformance.md), planted in the plugin that is installed as an example:
 // template_mistakes.cmake puts calls of these functions into its source. The environment variable
-// QS_MISTAKES names those that a scene is opened with, separated by commas. Without a mistake every
-// function returns what the example has in its place.
+// QS_MISTAKES names the mistakes with which a scene is opened, separated by commas. Without a
+// mistake every function returns the example's own value.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace planted {
 
 using Names = std::set<std::string, std::less<>>;
 
-/// The scene that the example keeps, with the mistakes that it was opened with.
+/// The scene that the example keeps, with the mistakes with which it was opened.
 struct Scene : QsScene {
   Names names;
   std::vector<float> covariances_of_rotations;
@@ -34,7 +34,7 @@ inline bool has(const char* name) { return current->names.count(name) != 0; }
 
 // ---- open, render -------------------------------------------------------------------------------
 
-// The covariances of Gaussians whose rotations are read wrongly; empty if they are not.
+// The covariances from wrongly read rotations; empty if rotations are read correctly.
 inline std::vector<float> turned_wrongly(const QsScene& scene, const Names& names) {
   const bool last = names.count("quaternion-xyzw") != 0;
   const bool inverse = names.count("quaternion-inverse") != 0;
@@ -75,7 +75,7 @@ inline void begin(void* renderer) {
   current = static_cast<Scene*>(static_cast<QsScene*>(renderer));
 }
 
-// The camera with the rotation's rows and columns exchanged stays where it is.
+// The camera with the rotation's rows and columns exchanged keeps its position.
 inline void transpose(double m[12]) {
   double eye[3], turned[9];
   for (int k = 0; k < 3; ++k) {
@@ -138,8 +138,8 @@ inline double slope_limit(double limit) {
   return has("jacobian-diagonal") ? 0 : limit;
 }
 
-// Gives the ellipse the eigenvalues that 3DGS computes for its extent, from its angle. False if one
-// of them is not positive.
+// Gives the ellipse the eigenvalues that 3DGS computes for its extent, from its angle. False if an
+// eigenvalue is not positive.
 inline bool lengthen(double v[2][2], double& determinant) {
   if (!has("eigenvalue-floor")) return true;
   const double half = 0.5 * (v[0][0] + v[1][1]);
@@ -175,7 +175,7 @@ inline double coefficient(const QsScene& scene, int stored, std::uint64_t i, int
     const int at = 3 * (k - 1) + channel, rest = stored - 1;  // in the file: red, green, blue
     return sh[3 * (1 + at % rest) + at / rest];
   }
-  const bool negative = has("sh-signs") && k % 2 == 1;  // 3DGS defines these with a minus
+  const bool negative = has("sh-signs") && k % 2 == 1;  // 3DGS defines these functions with a minus
   return negative ? -sh[3 * k + channel] : sh[3 * k + channel];
 }
 

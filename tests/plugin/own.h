@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What this project's renderers as plugins share. The environment variables QS_OWN_MODE and
+// Code shared by this project's renderers as plugins. The environment variables QS_OWN_MODE and
 // QS_OWN_PIPELINE name a culling mode and a pipeline: quadbox and fast without them.
 #pragma once
 
@@ -26,7 +26,7 @@ int chosen(const char* variable, const char* otherwise, const Find& find) {
   return found;
 }
 
-/// What a process draws with, for every view. Throws Error(usage).
+/// The settings of a process, for every view. Throws Error(usage).
 inline RenderSettings settings() {
   RenderSettings settings;
   settings.mode = chosen("QS_OWN_MODE", "quadbox", [](const std::string& name) {
@@ -42,7 +42,7 @@ inline RenderSettings settings() {
   return settings;
 }
 
-/// From arrays in host memory.
+/// The cloud of a scene whose arrays are in host memory.
 inline GaussianCloud cloud_of(const QsScene& scene) {
   GaussianCloud cloud;
   cloud.resize(scene.count, scene.sh_degree);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// This project's renderers as plugins with scene and image in host memory: in turns with themselves
-// they must draw the same pictures in the same time. QS_OWN_BACKEND is the backend.
+// This project's renderers as plugins with scene and image in host memory: measured in turns with
+// the built-in renderers, they must draw the same pictures in the same time. QS_OWN_BACKEND is the
+// backend.
 #include <algorithm>
 #include <memory>
 

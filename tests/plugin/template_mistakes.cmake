@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Plants the mistakes of mistakes.h in the source of examples/plugin: cmake -DFROM=renderer.cpp -DTO=planted.cpp -P
-# template_mistakes.cmake. Every text must occur once, so that a change of the example is noticed here.
+# template_mistakes.cmake. Every text must occur once, so that a change of the example is detected here.
 file(READ ${FROM} source)
 
 function(plant text planted)

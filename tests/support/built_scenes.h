@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Scenes built of surfaces: flat opaque Gaussians that lie in floors, walls and balls.
+// Scenes built of surfaces: flat opaque Gaussians in floors, walls and balls.
 #pragma once
 
 #include <cmath>
@@ -120,7 +120,7 @@ struct SceneBuilder {
     paint.reset();
   }
 
-  /// Big faint ones at random places up to `reach` away.
+  /// Large faint Gaussians at random places up to `reach` away.
   void floaters(int count, glm::vec3 middle, float reach, float sigma) {
     std::uniform_real_distribution<float> at(-1, 1);
     for (int i = 0; i < count; ++i) {
@@ -131,7 +131,7 @@ struct SceneBuilder {
     }
   }
 
-  /// Around the origin.
+  /// Turns the scene around the origin.
   void turn(glm::quat rotation) {
     for (glm::vec3& p : cloud.positions) p = rotation * p;
     for (glm::quat& q : cloud.rotations) q = rotation * q;

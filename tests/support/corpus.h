@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The splat files for tests of readers: those in tests/data/corpus and the larger corpus of the
-// shared folder, each with its expected outcome.
+// The splat files for tests of readers: the files of tests/data/corpus and of the larger corpus in
+// the shared folder, each with its expected outcome.
 #pragma once
 
 #include <cstddef>

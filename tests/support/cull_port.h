@@ -22,7 +22,7 @@ enum class PortBug {
   partial_tile,      ///< a last tile that the picture cuts is left out
   truncated,         ///< int() instead of floor() for negative coordinates
   swapped_conic,     ///< a and c exchanged
-  wrong_sign,        ///< the sign of b decides the other way which quadrants are the major ones
+  wrong_sign,        ///< the sign of b is inverted, which exchanges the major and minor quadrants
   no_root_of_f,      ///< the minor boxes scaled by f^2
   single_b,          ///< b x y instead of 2 b x y in the quadratic form
   corners_only,      ///< a tile is listed if one of its corners is inside the ellipse

@@ -29,8 +29,8 @@ inline double share_beyond(const std::vector<float>& a, const std::vector<float>
   return static_cast<double>(beyond) / static_cast<double>(std::max<std::size_t>(1, a.size()));
 }
 
-/// The bound between backends and against mode reference. One pixel in a thousand may exceed it
-/// where rounding decides: alpha at 1/255, the transmittance at which a pixel stops, and for the
+/// The bound between backends and against mode reference. One pixel in a thousand may exceed it,
+/// because rounding decides: alpha at 1/255, the transmittance at which a pixel stops, and for the
 /// median a transmittance of 1/2.
 inline void expect_same_depth(const DepthMaps& maps, const DepthMaps& expected) {
   const double few = std::max(1e-3, 1 / static_cast<double>(expected.alpha.size()));

@@ -12,7 +12,8 @@
 
 namespace qs::test {
 
-/// The message of the Error that `work` throws, "" without one. Expects that it is of `kind`.
+/// The message of the Error that `work` throws, "" if it throws none. Expects that the Error is of
+/// `kind`.
 inline std::string error_of(const std::function<void()>& work, std::optional<ErrorKind> kind = {}) {
   try {
     work();

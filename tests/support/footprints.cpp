@@ -22,7 +22,8 @@ glm::vec2 inside(std::mt19937& random, int width, int height) {
 }
 
 double any_angle(std::mt19937& random) {
-  // Axis-aligned ellipses (b = 0) and near ones are where the quadrants change sides.
+  // Axis-aligned ellipses (b = 0) and ellipses close to them are important, because the quadrants
+  // change sides there.
   switch (random() % 4) {
     case 0:
       return 0.5 * M_PI * static_cast<double>(random() % 4);

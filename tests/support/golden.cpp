@@ -24,7 +24,7 @@ std::filesystem::path golden_path(const std::string& name) {
   return source_path("tests/golden/" + name);
 }
 
-/// Where the result is written: over the golden file, or to a temporary file for comparison.
+/// The path to which the result is written: the golden file, or a temporary file for comparison.
 std::filesystem::path output_path(const std::string& name) {
   const std::filesystem::path path =
       updating() ? golden_path(name)
@@ -45,7 +45,7 @@ std::string content_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The number that starts at `at`, without a sign; "" if none does.
+/// The number that starts at `at`, without a sign; "" if there is none.
 std::string number_at(const std::string& line, std::size_t at) {
   std::size_t end = at;
   while (end < line.size() && std::isdigit(static_cast<unsigned char>(line[end]))) ++end;

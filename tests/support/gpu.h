@@ -2,7 +2,7 @@
 //
 // Base classes and comparisons for tests of the CUDA backend. They skip with the reason if no GPU
 // can be used. The same tests also run on the emulated GPU of raster/emulator; a test that needs a
-// real one says so with QS_NEEDS_REAL_GPU.
+// real GPU declares it with QS_NEEDS_REAL_GPU.
 #pragma once
 
 #include <algorithm>
@@ -70,7 +70,7 @@ inline std::string difference(const Trace& a, const Trace& b) {
   return "";
 }
 
-/// What preprocessing, binning and sorting decide; nothing is blended.
+/// Outputs for the decisions of preprocessing, binning and sorting; nothing is blended.
 inline Outputs decisions() {
   Outputs outputs;
   outputs.color = false;
@@ -114,6 +114,6 @@ inline std::vector<CullMode> tiled_modes() {
 
 }  // namespace qs::test
 
-/// Skips the running test on the emulated GPU, with the reason why it needs a real one.
+/// Skips the running test on the emulated GPU, with the reason why it needs a real GPU.
 #define QS_NEEDS_REAL_GPU(reason) \
   if (qs::test::gpu_is_emulated()) GTEST_SKIP() << "needs a real GPU: " << (reason)

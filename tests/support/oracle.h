@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A second implementation of 3DGS from the formulas, in double precision and without tiles. It
-// shares no code with src/raster/kernel, so that a mistake there shows. It is slow: every pixel
-// tries every Gaussian.
+// shares no code with src/raster/kernel, so that a mistake there is detected. It is slow: every
+// pixel tries every Gaussian.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,8 @@ struct OracleSettings {
   int sh_degree = 3;
   bool antialiased = false;
   double splat_scale = 1, dilation = 0.3;
-  /// Whether Gaussian i contributes to pixel (x, y); unset = to all.
+  /// True if Gaussian i contributes to pixel (x, y); unset = every Gaussian contributes to every
+  /// pixel.
   std::function<bool(std::size_t i, int x, int y)> acts;
 };
 

@@ -240,7 +240,7 @@ class Painter {
 
   const PlantedScene& scene_;
   const Bugs& bugs_;
-  // What every pixel asks for.
+  // Values that every pixel reads.
   const float cut_ = has("cut-3-sigma") ? 9.0f : has("cut-sqrt8-sigma") ? 8.0f : 60.0f;
   const float falloff_ = has("falloff-doubled") ? 1.0f : 0.5f;
   const float most_ = has("alpha-not-limited") ? 1.0f : 0.99f;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Reports with random numbers, all different: a table or plot that shows the wrong one is noticed.
+// Reports with random numbers, all different: a table or plot that shows a wrong number is
+// detected.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A Host for tests without a window: it records what actions asked for.
+// A Host for tests without a window: it records the requests of actions.
 #pragma once
 
 #include <map>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // read_scene() and write_scene() with a thread pool of their own, for tests in which the number of
-// threads does not matter; cameras files.
+// threads does not matter, and write_cameras().
 #pragma once
 
 #include <vector>

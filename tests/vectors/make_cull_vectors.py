@@ -44,7 +44,7 @@ class Footprint:
         self.sxx, self.sxy, self.syy = map(Fraction, covariance)
         self.determinant = self.sxx * self.syy - self.sxy ** 2
         self.f2 = self.determinant / (self.sxx * self.syy)
-        # How far single precision may change lengths: the conic of a thin Gaussian is known to 2^-24 / f^2.
+        # The factor by which single precision may change lengths: the conic of a thin Gaussian is known to 2^-24 / f^2.
         self.slack = Fraction(1, 1000) + 16 / self.f2 / (1 << 24)
         self.mx, self.my = map(Fraction, mean)
 
@@ -57,7 +57,8 @@ class Footprint:
     def tiles(self, lists):
         return {(c, r) for r in range(self.rows) for c in range(self.columns) if lists(c, r)}
 
-    # ---- the maps; sign -1: what a port must list, +1: what it may list ---------------------------------------------
+    # ---- the maps; sign -1: tiles that a port must list, +1: tiles that it may list
+    # ---------------------------------------------
     def map_adr(self, sign):
         hx, hy = self.half(self.sxx, sign), self.half(self.syy, sign)
         if hx <= 0 or hy <= 0:

@@ -30,7 +30,8 @@ void BenchPlugins::open(const std::filesystem::path& library, int timeout_s,
   plugins_.push_back({name, library, std::move(renderer)});
 }
 
-// A row is found by its name, so two plugins of one name are numbered, and none has a mode's.
+// A row is found by its name. So plugins of the same name are numbered, and no plugin has the name
+// of a mode.
 std::string BenchPlugins::unique(const std::string& name) const {
   std::string result = name;
   for (int number = 2; find(result) != nullptr || find_culler(result) >= 0; ++number)

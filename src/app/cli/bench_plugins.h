@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The plugins of `bench --plugin` on one scene: opens them, and notes each failure as a sentence in
-// the report's environment and on stderr. No failure of a plugin ends the benchmark.
+// The plugins of `bench --plugin` on one scene: opens them, and records each failure as a sentence
+// in the report's environment and on stderr. No failure of a plugin ends the benchmark.
 #pragma once
 
 #include <filesystem>
@@ -23,16 +23,16 @@ class BenchPlugins {
   BenchPlugins(const std::vector<std::filesystem::path>& libraries, int timeout_s,
                const Session& session, std::string scene, nlohmann::ordered_json& environment);
 
-  /// Those that can be measured on the next view.
+  /// The plugins that can be measured on the next view.
   std::vector<Guest> guests() const;
 
   /// The renderer of a plugin's row, null for the name of a mode.
   Renderer* find(const std::string& name) const;
 
-  /// Notes what a plugin did on a camera.
+  /// Records a problem of a plugin on a camera.
   void note(const std::string& camera, const std::string& problem);
 
-  /// Closes the scene and notes the facts of those that rendered.
+  /// Closes the scene and records the facts of the plugins that rendered.
   void close();
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which views a command renders: cameras of a file, one camera given as JSON, steps along a camera
-// path, or a view that frames the scene.
+// The choice of the views that a command renders: cameras of a file, one camera given as JSON,
+// steps along a camera path, or a view that frames the scene.
 #pragma once
 
 #include <optional>
@@ -32,10 +32,10 @@ void declare_camera_choice(Options& options, CameraChoice& choice);
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Scene& scene, ThreadPool& pool);
 
-/// Whether the scene has a cameras file: given with --cameras or found beside it.
+/// True if the scene has a cameras file: given with --cameras or found beside the scene.
 bool has_cameras(const FrameOptions& frame, const Scene& scene);
 
-/// The cameras of that file; none without one. Throws Error.
+/// The cameras of the cameras file; empty without a file. Throws Error.
 std::vector<Camera> cameras_of(const FrameOptions& frame, const Scene& scene);
 
 /// A view of the scene's whole core, at frame.size or 1280 x 720.

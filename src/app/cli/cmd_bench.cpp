@@ -30,7 +30,7 @@ struct BenchCommand {
   std::vector<std::filesystem::path> scenes;
   std::vector<int> camera_indices;  // empty: all
   ViewPlan plan;
-  std::optional<CullMode> baseline;  // unset: the usual one, if it is measured
+  std::optional<CullMode> baseline;  // unset: the default baseline, if it is measured
   std::optional<std::filesystem::path> out_dir, camera_path;
   std::optional<glm::ivec2> replicate;
   int path_steps = 32, scaling = 0;
@@ -158,7 +158,7 @@ class Bench {
   }
 
   // Renders again, because measured images stay on the device. The row of a plugin that fails here
-  // is removed: its times are not those of the picture.
+  // is removed, because its times belong to another picture.
   void judge_images(Session& session, BenchPlugins& plugins, const Camera& camera,
                     const std::string& camera_name, std::vector<BenchRow>& rows) const {
     const Image truth = reference_image(session, camera);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat conformance: scenes that test renderers, and what is wrong with a renderer's pictures.
+// quadsplat conformance: scenes that test renderers, and a diagnosis of a renderer's pictures.
 #include <cstdio>
 #include <memory>
 #include <optional>

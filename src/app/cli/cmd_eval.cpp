@@ -40,7 +40,7 @@ struct EvalView {
   std::filesystem::path photograph;
 };
 
-// The views of a run and the cameras file they come from.
+// The views of a run and their cameras file.
 struct Views {
   std::filesystem::path cameras;
   std::vector<EvalView> list;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat film: a camera that moves round the scene or along a path -> a film.
+// quadsplat film: a camera that circles the scene or moves along a path -> a film.
 #include <memory>
 
 #include "app/base/progress_bar.h"
@@ -61,7 +61,7 @@ int film(const FilmCommand& command) {
   FilmPlan plan;
   plan.size = command.frame.size.value_or(plan.size);
   plan.fps = command.fps;
-  film_format(command.output, plan.size, plan.fps);  // complains before the scene is read
+  film_format(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session);
   plan.seconds = command.seconds.value_or(plan.track.seconds);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat inspect: the Gaussians of a pixel, and the tiles that the modes list one of them in.
+// quadsplat inspect: the Gaussians of a pixel, and the tiles that each mode lists for one of them.
 #include <cstdio>
 #include <memory>
 

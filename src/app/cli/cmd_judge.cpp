@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat judge: pictures of many views against true ones -> PSNR, SSIM and FLIP per view.
+// quadsplat judge: pictures of many views against the true pictures -> PSNR, SSIM and FLIP per
+// view.
 #include <memory>
 
 #include "app/cli/command.h"

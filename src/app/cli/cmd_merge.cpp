@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat merge: the shards of one sweep -> the reports that one run would have written.
+// quadsplat merge: the shards of one sweep -> the reports of a single run.
 #include <cstdio>
 #include <memory>
 
@@ -53,7 +53,7 @@ constexpr ReportKind kKinds[] = {{"bench.json", "rows", write_bench},
                                  {"eval.json", "views", write_eval},
                                  {"stats.json", "frames", write_render}};
 
-// The reports of one kind: either every folder holds one or none does.
+// The reports of one kind: either all folders hold one, or no folder does.
 std::vector<ReportPart> read_parts(const ReportKind& kind, const std::vector<path>& folders) {
   std::vector<ReportPart> parts;
   for (const path& folder : folders) {

@@ -166,7 +166,7 @@ class RenderRun {
     ImageMetadata metadata = frame_metadata(session_.scene->path, shot.camera, mode, frame.stats);
     const bool one = !command_.measures();
     const Progress progress = one ? part_of(progress_, kDrawn, 1) : Progress();
-    std::string values;  // what the file holds instead of colours
+    std::string values;  // the unit of the file's values instead of colours
     if (command_.quantity != Quantity::color) {
       const ValueMap map = map_of(frame, command_.quantity, shot.camera.width, shot.camera.height);
       values =
@@ -211,10 +211,10 @@ class RenderRun {
     }
   }
 
-  // Where tables go: stdout, unless --stats writes JSON there.
+  // The stream for tables: stdout, unless --stats writes JSON to it.
   std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
 
-  static constexpr float kDrawn = 0.3f;  // of a picture's progress, when a large one is encoded
+  static constexpr float kDrawn = 0.3f;  // of a picture's progress, if a large picture is encoded
 
   const RenderCommand& command_;
   Session session_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat report: a page that shows what a scene costs to render and which modes save work.
+// quadsplat report: a page about the cost of rendering a scene and the work that each mode saves.
 #include <cstdio>
 #include <map>
 #include <memory>

@@ -27,7 +27,7 @@ struct TrainCommand {
   std::optional<std::filesystem::path> settings_file;
   bool in_window = false;
   std::optional<std::filesystem::path> init;
-  std::optional<Backend> backend;  // unset: the best one that works
+  std::optional<Backend> backend;  // unset: the best backend that works
   int device = 0, threads = 0, max_gaussians = 0, random_points = 100'000;
 };
 
@@ -56,7 +56,7 @@ train::DataSet read_data(const TrainCommand& command, ThreadPool& pool, const Pr
   return data;
 }
 
-/// What a run needs.
+/// The inputs of a run.
 struct Prepared {
   std::unique_ptr<train::TrainingModel> model;
   train::DataSet data;

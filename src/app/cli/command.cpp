@@ -90,7 +90,7 @@ std::string gpu_list() {
   return text;
 }
 
-// Throws Error(usage) for a mistyped command, which would be taken for a scene.
+// Throws Error(usage) for a mistyped command, which would otherwise be read as a scene.
 void check_first_word(const std::string& word) {
   std::error_code error;
   if (word.starts_with('-') || std::filesystem::exists(word, error)) return;
@@ -123,7 +123,7 @@ int run_program(Arguments arguments) {
     fmt::print("{}", text());
     return kExitOk;
   }
-  // bench --plugin starts this program so; it is no command for users.
+  // bench --plugin starts this program with this command; users do not call it.
   if (first == kPluginHostCommand && arguments.size() == 2) return run_plugin_host(arguments[1]);
   const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
                                         [&](const Command& row) { return first == row.name; });

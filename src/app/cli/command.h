@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of commands, and how a command line is run.
+// The table of commands, and the function that runs a command line.
 // To add a command: cmd_NAME.cpp with NAME_command(), a row in command.cpp and a test. The sweep
 // test tries the pairs of its options.
 #pragma once

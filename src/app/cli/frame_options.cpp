@@ -17,7 +17,7 @@ std::vector<std::string> mode_list() {
 
 std::string mode_names() { return joined(mode_list(), ", "); }
 
-// Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (those of other papers).
+// Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (the modes of other papers).
 // Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are empty because
 // the command chooses them later.
 std::vector<CullMode> parse_modes(const std::string& text, const std::vector<CullMode>& usual) {

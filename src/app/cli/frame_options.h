@@ -23,7 +23,7 @@ void declare_common_options(Options& options, FrameOptions& frame);
 /// Declares --axes.
 void declare_axes_option(Options& options, std::string& axes);
 
-/// Declares --shard for a Shard or a std::optional of one.
+/// Declares --shard for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {
   options.value("--shard", "I/N", help + "; see quadsplat merge", {"1/1", "2/2"},

@@ -23,11 +23,11 @@ namespace {
 
 constexpr int kSheetWidth = 480;  // pixels of a picture on the sheet
 
-// One of the two sides.
+// One of the two sides: a folder of pictures or a scene.
 struct Side {
   std::filesystem::path path;
-  std::optional<Photographs> pictures;  // either these
-  Session session;                      // or a scene
+  std::optional<Photographs> pictures;  // set: a folder of pictures
+  Session session;                      // else the scene
 };
 
 // A folder that holds pictures and no model.
@@ -54,7 +54,7 @@ Side open_side(const JudgeOptions& options, const std::filesystem::path& path) {
   return side;
 }
 
-// The picture of a view: NAME, or the only one that ends with _NAME, as render names its files.
+// The picture of a view: NAME, or the only picture that ends with _NAME, as render names its files.
 std::optional<std::filesystem::path> find_picture(const Photographs& pictures,
                                                   const std::string& view) {
   if (const auto picture = pictures.find(view)) return picture;

@@ -16,8 +16,8 @@ struct JudgeOptions {
   CameraChoice cameras;
   std::filesystem::path judged;  ///< a folder of pictures or a scene
   std::optional<std::filesystem::path> csv, json, out_dir, sheet;
-  int sheet_views = 8;  ///< the worst ones
-  double flip_max = 0;  ///< at the end of the sheet's colour bar; 0: chosen for the errors
+  int sheet_views = 8;  ///< of the worst views
+  double flip_max = 0;  ///< end of the sheet's colour bar; 0: chosen from the errors
 };
 
 /// Declares the options of the result: --csv, --json, --out-dir, --sheet-views, --flip-max.

@@ -20,7 +20,7 @@ Options declared(const Command& command) {
 
 // ---- the manual page ----------------------------------------------------------------------------
 
-// Text for roff: a minus that can be searched and copied, and no line that is a request.
+// Escapes text for roff, so that minus signs can be searched and copied, and no line is a request.
 std::string roff(const std::string& text) {
   std::string result;
   for (const char c : text) {

@@ -25,13 +25,14 @@ struct Option {
   std::function<void(const std::vector<std::string>& values)> accept;  ///< throws Error(usage)
   std::vector<std::string> samples = {};  ///< valid values; files are relative to a folder
   bool required = false;
-  std::vector<std::string> choices = {};  ///< all valid values, or those to complete; may be empty
-  bool common = false;                    ///< see Options::common()
+  /// all valid values, or the values to complete; may be empty
+  std::vector<std::string> choices = {};
+  bool common = false;  ///< see Options::common()
 
   bool positional() const { return !name.starts_with('-'); }
   /// "-o" if the option has a short form, else "".
   std::string short_name() const;
-  /// "-o, --output FILE": what the help shows.
+  /// "-o, --output FILE": the text for the help.
   std::string shown() const;
 };
 
@@ -84,7 +85,8 @@ class Options {
   /// Completion offers these values of the option declared last.
   void offers(std::vector<std::string> values) { options_.back().choices = std::move(values); }
 
-  /// declare() declares options that many commands share: the help lists them after the others.
+  /// declare() declares options that many commands share: the help lists them after all other
+  /// options.
   void common(const std::function<void()>& declare);
 
   /// The option declared last must be given.
@@ -106,7 +108,7 @@ class Options {
   };
   const std::vector<Example>& examples() const { return examples_; }
 
-  /// "SCENE [MORE...] [options]": what follows the command's name.
+  /// "SCENE [MORE...] [options]": the text after the command's name.
   std::string usage() const;
 
   /// Throws Error(usage): "COMMAND: WHAT".

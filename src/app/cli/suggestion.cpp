@@ -9,8 +9,8 @@
 namespace qs {
 namespace {
 
-// The fewest letters to insert, delete, replace or exchange with their neighbour (Damerau's
-// distance in the restricted form: no letter is edited twice).
+// The smallest number of letters to insert, delete, replace or exchange with their neighbour
+// (Damerau's distance in the restricted form: no letter is edited twice).
 std::size_t distance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> edits(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {

@@ -8,7 +8,7 @@
 
 namespace qs {
 
-/// "; did you mean 'WORD'?" with the candidate that is nearest to `typed`, or "" if none is near:
+/// "; did you mean 'WORD'?" with the candidate nearest to `typed`, or "" if no candidate is near:
 /// at most two letters are missing, extra, wrong or exchanged, and fewer in short words.
 std::string suggestion(const std::string& typed, std::span<const std::string> candidates);
 

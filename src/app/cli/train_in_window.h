@@ -12,8 +12,8 @@
 
 namespace qs {
 
-/// Trains `model`, which is new, beside the window, and returns when it is closed; then the model
-/// is saved. `interrupted`: the window was closed, or the run stopped in it, before the last
+/// Trains `model`, which is new, beside the window, and returns after the window was closed and the
+/// model was saved. `interrupted`: the window was closed, or the run stopped in it, before the last
 /// iteration. Throws Error.
 train::RunEnd train_in_window(const train::TrainSettings& settings, const train::DataSet& data,
                               train::RunOptions options,
@@ -28,7 +28,7 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
                                   const train::DataSet& data, train::RunOptions options,
                                   std::unique_ptr<train::TrainingModel> model, ThreadPool& pool);
 
-/// What the window says of a run that ended.
+/// The window's sentence about a run that ended.
 std::string sentence_of(train::RunEnd end);
 
 /// ViewOptions::train_words.

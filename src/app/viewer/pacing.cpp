@@ -14,8 +14,9 @@ constexpr double kRestSeconds = 0.5;       ///< longest sleep
 constexpr double kUiSeconds = 0.35;        ///< panels are drawn this long after the last event
 constexpr double kPatienceSeconds = 0.03;  ///< longest wait for a frame
 constexpr double kLoadingSeconds = 0.06;   ///< from drawing to drawing while a scene is read
-constexpr double kTrainingSeconds = 0.2;   ///< the same while a model is trained and nothing moves
-constexpr double kPauseSeconds = 0.25;     ///< a longer gap between drawings is not a frame rate
+/// from drawing to drawing while a model is trained and nothing moves
+constexpr double kTrainingSeconds = 0.2;
+constexpr double kPauseSeconds = 0.25;  ///< a longer gap between drawings is not a frame rate
 
 }  // namespace
 
@@ -25,7 +26,7 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 }
 
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
-  // A measurement also ends without an action: it is cancelled, or its report comes first.
+  // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
   return draw_once_ || ended || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
          around.now - around.last_event < kUiSeconds || !viewer.on_demand || viewer.loading ||

@@ -2,17 +2,17 @@
 //
 // Decides when the window is drawn and how long the loop sleeps. On demand the window is drawn only
 // while something changes, and as little as possible while the render thread measures, because
-// drawing takes time from the GPU or the CPU that is measured. While it draws continuously or the
-// camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
-// slow frame does not stop the window. While a scene is read, which may need every core, drawings
-// of its progress have a pause between them; so have drawings while a model is trained.
+// drawing takes time from the measured GPU or CPU. While it draws continuously or the camera moves,
+// the window waits for the next frame, so that every drawing shows a new picture; a slow frame does
+// not stop the window. Reading a scene may need every core, so the loop pauses between drawings of
+// its progress. It also pauses between drawings while a model is trained.
 #pragma once
 
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
 
-/// What the loop knows besides the Viewer.
+/// The loop's own facts, which the Viewer lacks.
 struct Surroundings {
   double now = 0;            ///< seconds, at least Viewer::now
   double last_event = -1e9;  ///< of the window, seconds
@@ -22,7 +22,7 @@ struct Surroundings {
 
 class Pacing {
  public:
-  /// The user should see a change.
+  /// Notes a change that the user should see.
   void note_change(const Viewer& viewer, double now);
 
   /// True if the window should be drawn, apart from frame_comes_first().
@@ -34,7 +34,7 @@ class Pacing {
   /// True if the loop may sleep until something happens. `numbers_wanted`: numbers_are_wanted().
   bool rests(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const;
 
-  /// How long the loop waits for events, seconds.
+  /// The time for which the loop waits for events, seconds.
   double sleep_seconds(const Viewer& viewer, const Surroundings& around, bool numbers_wanted) const;
 
   /// Called before the window is drawn; true if that disturbs a measurement, which is then void.
@@ -49,7 +49,7 @@ class Pacing {
   double draw_until_ = 0, last_draw_ = 0, last_picture_ = 0, fps_ = 0;
   std::size_t toasts_ = 0;  // in the window
   int frames_ = -1;         // Viewer::frames in the window
-  bool measuring_ = false;  // as the window says
+  bool measuring_ = false;  // as the window shows it
 };
 
 }  // namespace qs

@@ -56,7 +56,7 @@ class ViewLoop final : public Host {
     if (options.script) {
       script_ = ScriptPlayer(*options.script);
     } else {
-      desktop_dialog_.emplace(Window::wake);  // scripts know the viewer's own dialog
+      desktop_dialog_.emplace(Window::wake);  // scripts use the viewer's own dialog
     }
     if (options.interop && viewer_.backend == Backend::cuda) gl_frames_.emplace(window_.handle());
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
@@ -91,7 +91,7 @@ class ViewLoop final : public Host {
       apply(action::follow_crop);
       begin_beside();
       take_frame();
-      // The CPU draws the next frame while the window shows this one, a GPU after that.
+      // The CPU draws the next frame while the window shows this one, a GPU afterwards.
       if (viewer_.moving() && viewer_.backend == Backend::cpu) request_frames();
       draw();
       request_frames();
@@ -188,7 +188,7 @@ class ViewLoop final : public Host {
     return {low.x, low.y, high.x, high.y};
   }
 
-  // Wherever the viewer's own dialog is opened.
+  // Shows the desktop's dialog instead of the viewer's own dialog, if it is available.
   void prefer_desktop_dialog() {
     const bool was_open = std::exchange(dialog_open_, viewer_.panels.open);
     if (was_open || !dialog_open_ || !desktop_dialog_ || !desktop_dialog_->is_available()) return;
@@ -218,7 +218,7 @@ class ViewLoop final : public Host {
     if (step) pacing_.note_change(viewer_, glfwGetTime());
   }
 
-  // Shows the trainer's models: the first opens as a scene, others replace it.
+  // Shows the trainer's models: the first model opens as a scene, later models replace it.
   void follow_training() {
     if (!training_ || !viewer_.training) return;
     if (const std::optional<TrainedModel> model = training_->take_model()) {
@@ -232,7 +232,7 @@ class ViewLoop final : public Host {
       training_->want_model();
   }
 
-  // The scene that the command line names beside the first one is read after it.
+  // Reads the second scene that the command line names, after the first scene.
   void begin_beside() {
     if (beside_.empty() || loader_.busy() || render_->busy()) return;
     const std::filesystem::path path = std::exchange(beside_, {});
@@ -286,7 +286,7 @@ class ViewLoop final : public Host {
     apply_all(actions);
   }
 
-  // Of the welcome panel, which is drawn without a scene.
+  // Shows the thumbnail of the welcome panel, which is drawn without a scene.
   void show_thumbnail() {
     if (viewer_.scene || viewer_.loading) return;
     if (!bundled_picture_) bundled_picture_ = bundled_picture();

@@ -19,7 +19,7 @@ class TrainingThread;
 struct ViewOptions {
   FrameOptions frame;                  ///< scene empty: an empty window
   std::optional<std::string> beside;   ///< find_variant(): splits the window from the start
-  std::filesystem::path beside_scene;  ///< the same with another scene; empty: none
+  std::filesystem::path beside_scene;  ///< splits the window with another scene; empty: none
   bool vsync = true, interop = true;
   std::filesystem::path settings;               ///< preferences file; empty: nothing is kept
   std::optional<std::filesystem::path> script;  ///< input script, see input_script.h
@@ -27,15 +27,15 @@ struct ViewOptions {
   /// A training run beside the window, which gives it its scene; see TrainingThread::Work. May be
   /// null.
   std::function<std::string(TrainingThread&)> train;
-  /// The same for runs that the user starts in the window, from the words of a command line after
-  /// `quadsplat train`.
+  /// Like `train`, for runs that the user starts in the window, from the words of a command line
+  /// after `quadsplat train`.
   std::function<std::string(TrainingThread&, const std::vector<std::string>& words)> train_words;
 };
 
 /// True if the user has no preferences file yet: the bundled scene and hints are shown.
 bool first_start(const ViewOptions& options);
 
-/// The state at the start: that of the preferences file, unless an option says otherwise. Sets
+/// The state at the start: from the preferences file, overridden by the options. Sets
 /// `window_size`, screen units. Throws Error(usage) if ViewOptions::beside names no variant.
 Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size);
 

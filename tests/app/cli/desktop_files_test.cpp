@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The menu entry and the file types that an installation brings.
+// The menu entry and the file types that an installation adds.
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat film as users run it. A script takes the place of ffmpeg; where ffmpeg is installed,
-// its films are measured with ffprobe.
+// quadsplat film as users run it. A script replaces ffmpeg; where ffmpeg is installed, its films
+// are measured with ffprobe.
 #include <chrono>
 #include <csignal>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The formats as people see them: the table in the docs, `convert` and `--axes`.
+// The formats as users see them: the table in the docs, `convert` and `--axes`.
 #include <algorithm>
 #include <fstream>
 #include <iterator>

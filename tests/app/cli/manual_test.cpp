@@ -123,7 +123,7 @@ TEST(ManPage, describes_every_command_with_every_option) {
   }
 }
 
-// What bash completes after these words, the last of which is begun.
+// The completions of bash after these words, the last of which is incomplete.
 std::vector<std::string> completed(const std::string& words) {
   const TemporaryFolder folder;
   std::ofstream(folder / "completion") << bash_completion();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The help of every command, and what every option says to a wrong value, which names its limits.
+// The help of every command, and the message of every option for a wrong value, which names its
+// limits.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

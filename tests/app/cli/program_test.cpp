@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The program as users run it: exit codes, what goes to stdout and stderr, files that appear.
+// The program as users run it: exit codes, output to stdout and stderr, written files.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -212,7 +212,7 @@ TEST_F(Program, every_format_gets_the_same_picture) {
             std::numeric_limits<double>::infinity());
   EXPECT_EQ(psnr_8bit(read_image(folder_ / "a.ppm"), exact),
             std::numeric_limits<double>::infinity());
-  // Formats of the module are read by the program itself: leak checking is off there.
+  // The program itself reads formats of the module, because leak checking is off there.
   EXPECT_EQ(
       render({"--camera-index", "0", "--reference", path("a.exr"), "--reference-threshold", "999"})
           .exit_code,

@@ -106,8 +106,8 @@ class Sweep : public testing::TestWithParam<Command> {
   }
   void TearDown() override { std::filesystem::current_path(before_); }
 
-  // The exit code; sentence_ holds what an Error says. No other exception may leave the program.
-  // stderr names the command line, so that its last lines explain a crash.
+  // The exit code; sentence_ holds the message of an Error. No other exception may leave the
+  // program. stderr names the command line, so that its last lines explain a crash.
   int run(const Words& words) {
     fmt::print(stderr, "quadsplat {}\n", joined(words, " "));
     sentence_.clear();
@@ -146,7 +146,7 @@ class Sweep : public testing::TestWithParam<Command> {
     for (const Option& option : table) {
       if (set.count(option.name) != 0) continue;
       if (option.required) add(option, option.samples.front());
-      // Small: 1280 x 720 where nothing is said, and many frames.
+      // Small values instead of the defaults, which are 1280 x 720 and many frames.
       if (option.name == "--size") words.insert(words.end(), {"--size", "48x32"});
       if (option.name == "--warmup") words.insert(words.end(), {"--warmup", "0", "--frames", "1"});
       if (option.name == "--iterations") words.insert(words.end(), {"--iterations", "2"});
@@ -190,7 +190,7 @@ TEST_P(Sweep, no_pair_of_options_crashes) {
   const std::size_t pairs = left.size();
   int runs = 0, successes = 0;
   while (!left.empty()) {
-    // A pair that is left, and settings of other options that go with it.
+    // A pair that was not run yet, and compatible settings of other options.
     std::vector<std::size_t> row = {left.begin()->first, left.begin()->second};
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t candidate : order) {
@@ -203,7 +203,8 @@ TEST_P(Sweep, no_pair_of_options_crashes) {
       });
       if (fits && gains) row.push_back(candidate);
     }
-    // An error hides what other settings would do: it counts for a run of the pair alone only.
+    // An error hides the effect of the other settings, so it counts only for a run of the pair
+    // alone.
     for (;; row.resize(row.size() > 4 ? 4 : 2)) {
       std::vector<Setting> chosen;
       for (const std::size_t setting : row) chosen.push_back(settings[setting]);

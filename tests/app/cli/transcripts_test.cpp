@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What every command prints and writes, compared with transcripts in tests/golden/transcripts.
+// The output and the files of every command, compared with transcripts in tests/golden/transcripts.
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -165,7 +165,7 @@ TEST_F(Transcripts, compare_draws_and_prints) {
        "compare scene.ply --cull dualbox,reference --crop 0,0,48,32 --output default.png"});
   show({"sheet.png", "crop.png", "all.png", "default.png"});
   expect_golden("compare");
-  // More lines where a GPU works, so it is not part of the transcript.
+  // The output has more lines on a machine with a GPU, so it is not part of the transcript.
   run({"compare scene.ply --camera-index 1 --cull quadbox --everywhere"});
   // Rounding may change a value of the picture by 1/255.
   const std::string::size_type row = log_.text().find("\nquadbox, cpu ");
@@ -256,7 +256,7 @@ TEST_F(Transcripts, report_writes_a_page) {
   expect_golden("report");
 }
 
-// The program in the place of gnuplot copies its script, so that the page embeds the scripts.
+// A replacement of gnuplot copies its script, so that the page embeds the scripts.
 TEST_F(Transcripts, report_embeds_its_plots) {
   log_.install_gnuplot("/bin/cp \"$1\" \"${1%.gp}.png\"; exec /bin/cp \"$1\" \"${1%.gp}.svg\"");
   run({"report scene.ply --views 1 --size 60x40 --output one.html",

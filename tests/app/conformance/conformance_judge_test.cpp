@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Two other implementations of 3DGS make the mistakes, the judge must name them: one that reads the
-// kit's files, and the plugin that is installed as an example, through the interface of plugins.
+// Two other implementations of 3DGS make the mistakes, and the judge must name them. The first
+// reads the kit's files; the second is the plugin that is installed as an example, called through
+// the interface of plugins.
 #include <cstdlib>
 #include <fstream>
 #include <map>

@@ -259,7 +259,7 @@ TEST_P(Official, pictures_are_drawn_best_without_mistakes) {
   view.camera.height = box.y1 - box.y0;
   view.camera.center_px -= glm::dvec2(box.x0, box.y0);
   Rules rules;
-  rules.slope_limit = kPart;  // that of the whole picture
+  rules.slope_limit = kPart;  // limit of the whole picture
   Image part(view.camera.width, view.camera.height, 3);
   for (int y = 0; y < part.height; ++y) {
     for (int x = 0; x < part.width; ++x) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How the camera of a film moves, the files that films become, and the strips of their pictures.
+// The tracks of a film's camera, the files of films, and the strips of their pictures.
 #include "app/film/film.h"
 
 #include <cmath>

@@ -97,7 +97,7 @@ TEST(CamerasFraming, is_from_the_place_of_one_of_them_at_what_they_look_at) {
   };
   EXPECT_TRUE(std::any_of(cameras.begin(), cameras.end(), is_at));
   EXPECT_LT(glm::distance(framed_camera(*framing, 90, 160).position(), framing->eye), 1e-9);
-  // Cameras that look outward have no target: the one in the middle keeps its own view.
+  // Cameras that look outward have no target, so the camera in the middle keeps its own view.
   for (Camera& camera : cameras)
     camera = look_at(camera.position(), 2.0 * camera.position() - target, up, 1, 64, 48);
   cameras.push_back(look_at(target + glm::dvec3(0, -1, 0), {9, 1, 3}, up, 1, 64, 48));

@@ -52,8 +52,8 @@ struct Shown {
   glm::dvec2 center() const { return 0.5 * (low + high); }
 };
 
-// Where the 5th to 95th percentile of each axis of the positions is in the picture. All Gaussians
-// of the scenes below are equally opaque.
+// The 5th to 95th percentile of each axis of the positions, in the picture. All Gaussians of the
+// scenes below are equally opaque.
 Shown shown_box(const std::vector<glm::vec3>& positions, const Camera& camera) {
   glm::dvec3 low, high;
   std::vector<float> values(positions.size());
@@ -348,8 +348,8 @@ TEST(FirstView, is_finite_for_values_that_are_not) {
   }
 }
 
-// What is drawn of a trained scene is at least 45 % as high as the picture, and its middle is in
-// the picture's.
+// The drawn part of a trained scene is at least 45 % as high as the picture, and its middle is near
+// the picture's middle.
 TEST(FirstView, of_trained_scenes_fills_the_picture) {
   for (const char* name :
        {"scenes/plush.spz", "scenes/plush_big.spz", "scenes/plush_small.spz",

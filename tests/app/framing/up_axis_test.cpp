@@ -80,7 +80,7 @@ TEST(UpAxis, is_perpendicular_to_walls_without_a_floor) {
   EXPECT_LT(angle_between(up_of(walls.cloud), glm::dvec3(up)), 2);
 }
 
-// The normal was fitted to the data set's own points, which no Gaussian was made from here.
+// The normal was fitted to the data set's own points, from which no Gaussian was made here.
 TEST(UpAxis, of_trained_scenes_is_within_five_degrees_of_the_plane_of_their_points) {
   for (const char* name : {"scenes/plush.spz", "scenes/plush_big.spz", "scenes/plush_small.spz"}) {
     QS_NEEDS_SHARED(name);

@@ -26,7 +26,7 @@ void expect_golden(const std::string& name, const Image& image) {
   test::expect_golden_image("drawings/" + name + ".png", image);
 }
 
-/// The same at 1/factor of its size, for large drawings: every pixel still counts.
+/// The same at 1/factor of its size, for large drawings. Every pixel still counts.
 void expect_golden_reduced(const std::string& name, const Image& image, int factor) {
   ThreadPool pool(1);
   Image clamped = image;

@@ -105,7 +105,7 @@ TEST_F(Inspector, shape_facts_agree_with_each_other) {
       return static_cast<double>(q.x) * d.x * d.x + 2 * static_cast<double>(q.y) * d.x * d.y +
              static_cast<double>(q.z) * d.y * d.y;
     };
-    if (g.anisotropy > 50) continue;  // where the single-precision conic is still the ellipse's
+    if (g.anisotropy > 50) continue;  // the single-precision conic no longer describes the ellipse
     glm::vec2 low(1e9f), high(-1e9f);
     for (const glm::vec2 point : ellipse_of(g.footprint, 720)) {
       EXPECT_NEAR(level(point) / static_cast<double>(g.footprint.gamma), 1, 2e-2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Comparing frames with the reference, and naming what differs.
+// Comparisons of frames with the reference, which name the differences.
 #include "app/inspect/reference_check.h"
 
 #include <algorithm>

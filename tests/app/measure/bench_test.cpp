@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What benchmarks compute from measured numbers, and the paths their cameras take.
+// The numbers that benchmarks compute from measurements, and the paths of their cameras.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -218,7 +218,7 @@ TEST(ModeTable, shows_times_pairs_and_speed_ups_of_the_median_frames) {
                               "    2.50x    48.12  "));
 }
 
-// Says that its frames took the times of a list, one after another.
+// Reports the times of a list as the times of its frames, one after another.
 class ScriptedRenderer : public Renderer {
  public:
   explicit ScriptedRenderer(std::vector<float> times_ms) : times_ms_(std::move(times_ms)) {}

@@ -84,9 +84,8 @@ TEST(Shard, numbers_are_accepted_up_to_their_limits) {
   EXPECT_EQ(error_of([&] { parsed("7"); }), "--shard: '7' is not I/N, for example 1/4");
 }
 
-// ---- modes on one view
-// --------------------------------------------------------------------------- Says that its frames
-// took the times of a list, and counts calls.
+// ---- modes on one view --------------------------------------------------------------------------
+// Reports the times of a list as the times of its frames, and counts calls.
 class Clockwork : public Renderer {
  public:
   explicit Clockwork(std::vector<float> times_ms) : times_ms_(std::move(times_ms)) {}
@@ -181,8 +180,7 @@ TEST(LoadTimes, an_unpacked_file_has_no_time_of_inflating) {
             "| a.ply | ply | 5 bytes | 2 | 30.0 | 10.0 | 15.0 | 8.0 | 3.75 | - | - |\n");
 }
 
-// ---- files
-// ---------------------------------------------------------------------------------------
+// ---- files --------------------------------------------------------------------------------------
 TEST(SceneFacts, hash_and_names_are_those_of_the_file) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a.b.ply") << "123456789";
@@ -211,8 +209,7 @@ TEST(SceneFacts, hash_and_names_are_those_of_the_file) {
                 R"(","hash":"crc32:cbf43926","bytes":77,"gaussians":3})");
 }
 
-// ---- paths
-// ---------------------------------------------------------------------------------------
+// ---- paths --------------------------------------------------------------------------------------
 Keyframe key(double time, double x, double focal) {
   Camera camera = test::front_camera(64, 48);
   camera.view_from_world[3].x = -x;

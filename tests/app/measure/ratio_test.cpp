@@ -109,7 +109,8 @@ BenchRow row(const std::string& mode, std::uint64_t view, std::vector<double> ro
 }
 
 TEST(PairedRatios, compare_times_of_the_same_round_so_that_slow_rounds_cancel) {
-  // The second round took twice as long in every mode; the medians of all rounds say nothing else.
+  // The second round took twice as long in every mode; the medians of all rounds give the same
+  // ratio.
   const std::optional<Ratio> ratio =
       paired_ratio(row("3dgs", 0, {3, 6, 3.3}), row("adr", 0, {2, 4, 2.2}));
   ASSERT_TRUE(ratio);

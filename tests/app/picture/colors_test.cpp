@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Colours compared with the published tables they come from, and scales with a search over all
-// round steps.
+// Colours compared with the published tables from which they come, and scales compared with a
+// search over all round steps.
 #include <algorithm>
 #include <iterator>
 #include <sstream>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// bench --plugin: this project's renderer as a plugin, the example that is installed, and plugins
-// that do something wrong, each in a process of its own.
+// bench --plugin: this project's renderer as a plugin, the installed example, and plugins with one
+// defect each, every plugin in a separate process.
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
@@ -53,7 +53,7 @@ class Plugins : public testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // A plugin that behaves as its name says (tests/plugin/behaviours.cpp).
+  // The plugin with the behaviour of this name (tests/plugin/behaviours.cpp).
   std::string plugin(const std::string& behaviour) const {
     const std::filesystem::path library = folder_ / (behaviour + ".so");
     std::filesystem::copy_file(QS_BEHAVIOURS_PLUGIN, library,
@@ -97,7 +97,7 @@ class Plugins : public testing::Test {
   std::string scene_ = path("scene.ply");
 };
 
-// Compares the images, pairs and visible Gaussians of a backend with those of its plugin.
+// Compares the images, pairs and visible Gaussians of a backend with its plugin's.
 void expect_as_built_in(Backend backend, PluginRenderer& plugin, const GaussianCloud& cloud,
                         Pipeline pipeline = kDefaultPipeline) {
   const auto own = make_renderer(backend, test::pool(2));

@@ -51,7 +51,7 @@ BenchReport report(const ordered_json& environment, std::uint64_t view = 0) {
   return {environment, ordered_json::array(), 2, {row}};
 }
 
-// Writes down frames and readings in their order.
+// Records frames and readings in their order.
 class LoggingRenderer : public Renderer {
  public:
   explicit LoggingRenderer(std::string& log) : log_(log) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Shards of bench, eval and render, joined: what one run gives, times aside.
+// Merged shards of bench, eval and render equal the report of a single run, except for times.
 #include "app/report/merge.h"
 
 #include <array>
@@ -33,12 +33,12 @@ using testing::HasSubstr;
 
 constexpr int kViews = 5;
 
-// A command that takes --shard, and the report that it leaves in a folder.
+// A command that takes --shard, and the report that it writes to a folder.
 struct Sharded {
   const char* command;
   const char* file;
   const char* rows;
-  std::vector<std::string> words;  ///< FOLDER stands for the report's
+  std::vector<std::string> words;  ///< FOLDER is replaced by the report's folder
 };
 
 void PrintTo(const Sharded& sharded, std::ostream* out) { *out << sharded.command; }
@@ -76,7 +76,7 @@ class Merge : public testing::TestWithParam<Sharded> {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // Runs the command so that it leaves its report in the folder.
+  // Runs the command so that it writes its report to the folder.
   void measure(const std::string& name, const std::vector<std::string>& more = {}) const {
     std::filesystem::create_directories(folder_ / name);
     std::vector<std::string> words = {GetParam().command, path("scene.ply"), "--backend", "cpu"};
@@ -96,7 +96,7 @@ class Merge : public testing::TestWithParam<Sharded> {
   TemporaryFolder folder_;
 };
 
-// Without what a clock says and the command line.
+// The report without times and the command line.
 ordered_json timeless(const ordered_json& json) {
   if (!json.is_structured()) return json;
   ordered_json result = json.is_array() ? ordered_json::array() : ordered_json::object();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What plots draw: the values that every curve takes from its data block, compared with the rows
-// that they come from.
+// The values that every curve of a plot takes from its data block, compared with the rows from
+// which they come.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -23,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Words of a gnuplot line; a quoted one without its quotes.
+/// Words of a gnuplot line; quoted words without their quotes.
 std::vector<std::string> words_of(const std::string& line) {
   std::vector<std::string> words;
   std::istringstream in(line);

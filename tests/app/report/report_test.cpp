@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The study of a scene, and the page made of it.
+// The study of a scene, and its page.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>

@@ -25,7 +25,7 @@
 namespace qs {
 namespace {
 
-/// Pictures are left out: how a PNG file is packed depends on the library.
+/// Pictures are left out, because the bytes of a PNG file depend on the library.
 void expect_golden(const std::string& name, std::string text) {
   constexpr std::string_view kPicture = "png;base64,";
   for (std::size_t at = 0; (at = text.find(kPicture, at)) != text.npos;) {
@@ -113,7 +113,7 @@ TEST(ReportText, zoom) {
   EXPECT_TRUE(zoom_plots(bundle).empty());
 }
 
-/// A study whose numbers follow from their place.
+/// A study whose numbers follow from their position.
 SceneStudy study() {
   SceneStudy study;
   study.views = 2;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The numbers in tables that people read, compared with the measurements that they come from.
+// The numbers in printed tables, compared with the measurements from which they come.
 #include <cmath>
 #include <cstdlib>
 #include <map>

@@ -146,7 +146,7 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // What appeared since the last call; nothing if there was nothing.
+  // The text that appeared since the last call; empty if there was none.
   std::string shown() const {
     std::string text(4096, '\0');
     fcntl(keyboard_, F_SETFL, O_NONBLOCK);

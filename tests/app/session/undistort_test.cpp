@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Photographs are undistorted: against pictures whose value is known for every direction.
+// Undistorted photographs, compared with pictures whose value is known for every direction.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ float value_at(glm::dvec2 slope) {
   return static_cast<float>(0.5 + 0.25 * std::sin(7 * slope.x) + 0.2 * std::cos(9 * slope.y));
 }
 
-// The direction that a lens shows at a distorted one, by fixed-point iteration.
+// The direction that a lens shows at a distorted direction, by fixed-point iteration.
 glm::dvec2 inverse(const Lens& lens, glm::dvec2 distorted) {
   glm::dvec2 slope = distorted;
   for (int i = 0; i < 200; ++i) slope += distorted - lens.distort(slope);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A viewer without a window: actions change its state as in the loop, and a host records what they
-// ask for.
+// A viewer without a window: actions change its state as in the loop, and a host records their
+// requests.
 #pragma once
 
 #include <cmath>

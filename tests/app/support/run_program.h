@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Runs the real program as a user does and keeps what it said.
+// Runs the real program as a user does and keeps its output.
 #pragma once
 
 #include <filesystem>

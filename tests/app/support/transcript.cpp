@@ -49,8 +49,7 @@ class Redirected {
   int kept_;
 };
 
-/// Whether a column or a JSON value of this name differs from run to run or from machine to
-/// machine.
+/// True if a column or a JSON value of this name differs between runs or machines.
 bool varies(const std::string& name) {
   static const std::set<std::string> kNames = {
       "ms",           "FPS",         "ratio",   "drift",     "round_spread",
@@ -75,7 +74,7 @@ std::string trimmed(const std::string& text) {
   return begin == text.npos ? "" : text.substr(begin, end - begin + 1);
 }
 
-/// Masks the cells of a line whose column's name varies; other cells stay as they are.
+/// Masks the cells of a line whose column varies; other cells stay as they are.
 std::string masked_cells(const std::string& line, const std::vector<std::string>& head,
                          char separator) {
   std::vector<std::string> cells = split(line, separator);
@@ -205,8 +204,8 @@ std::string facts_of(const Image& image) {
                      x_sum / all, y_sum / all);
 }
 
-/// The facts of the pictures in an HTML page, or the text of what is no picture: a script of the
-/// gnuplot below.
+/// The facts of the pictures in an HTML page, or the text of an embedded script of the gnuplot
+/// below.
 std::string pictures_in(const std::string& html) {
   constexpr std::string_view kStart = "src=\"data:";
   std::string text;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Runs commands in this process, in a folder with a small scene, and keeps what they print and
-// write.
+// Runs commands in this process, in a folder with a small scene, and keeps their output and files.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +11,10 @@
 
 namespace qs::test {
 
-/// What commands print, with every time, name and version of this machine masked as #. The current
-/// folder is a new one while the object lives: it holds scene.ply, cameras.json with three cameras
-/// (48 x 32, 40 x 56, 64 x 20), images/ with photographs of the first two, and alone/scene.ply
-/// without cameras. There is no gnuplot.
+/// The output of commands, with every time, name and version of this machine masked as #. While the
+/// object lives, the current folder is a new folder that holds scene.ply, cameras.json with three
+/// cameras (48 x 32, 40 x 56, 64 x 20), images/ with photographs of the first two, and
+/// alone/scene.ply without cameras. There is no gnuplot.
 class Transcript {
  public:
   Transcript();

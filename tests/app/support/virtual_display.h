@@ -17,7 +17,7 @@ class VirtualDisplay {
   VirtualDisplay(const VirtualDisplay&) = delete;
   VirtualDisplay& operator=(const VirtualDisplay&) = delete;
 
-  /// Is there a server? False where Xvfb is not installed.
+  /// True if the server runs; false if Xvfb is not installed.
   bool runs() const { return runs_; }
 
  private:

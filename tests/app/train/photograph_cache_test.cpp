@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Photographs that do not fit into memory are read again, and nobody notices.
+// Photographs that do not fit into memory are read again, and the result is the same.
 #include "app/train/photograph_cache.h"
 
 #include <chrono>

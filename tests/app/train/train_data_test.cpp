@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Data sets to train from: which photographs are read, how large they are, and what is refused.
+// Data sets to train from: the photographs that are read, their sizes, and refused data.
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -234,7 +234,7 @@ TEST_F(TrainData, photographs_of_lenses_that_distort_are_undistorted) {
   camera = undistorted_camera(camera.camera, *camera.lens, "test");
   camera.camera.name = "a";
   std::ofstream(folder_ / "cameras.json") << format_cameras({camera});
-  Image ramp(40, 30, 3);  // the value is the column, so it shows where a pixel comes from
+  Image ramp(40, 30, 3);  // the value is the column, so it identifies the source of a pixel
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
       for (int c = 0; c < 3; ++c) ramp.at(x, y, c) = static_cast<float>(5 * x) / 255;

@@ -79,7 +79,7 @@ TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
   EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
 }
 
-// Passes everything on, but has no memory for one iteration.
+// Forwards all calls, but runs out of memory in one iteration.
 class FailingModel final : public TrainingModel {
  public:
   FailingModel(int iteration, std::function<void()> fails)
@@ -163,7 +163,7 @@ class TrainStrategy : public testing::TestWithParam<const char*> {
   }
 };
 
-// Over iteration 600, after which Gaussians are added and removed.
+// Beyond iteration 600, after which Gaussians are added and removed.
 constexpr int kStart = 580;
 
 TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What training starts from, what changes with the iteration, and its log.
+// The start of training, the values that depend on the iteration, and the log.
 #include <cmath>
 #include <random>
 #include <set>
@@ -119,7 +119,7 @@ TEST(TrainStart, random_points_fill_what_many_pictures_show) {
       nearest_camera =
           std::min(nearest_camera, glm::distance(view.camera.position(), point.position));
   }
-  // The cameras go round a ball of radius 1 or so at the origin.
+  // The cameras circle a ball of radius about 1 at the origin.
   EXPECT_LT(glm::length(mean), 0.2);
   for (int k = 0; k < 3; ++k) {
     EXPECT_LT(least[k], -0.5);

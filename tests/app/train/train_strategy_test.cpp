@@ -15,7 +15,7 @@ namespace {
 
 using test::pool;
 
-/// A model whose iteration `last` is over, and what the strategy's plan then makes of it.
+/// A model after iteration `last`, and the result of the strategy's plan.
 struct Case {
   TrainSettings settings;
   ModelState model;
@@ -151,7 +151,7 @@ TEST(TrainAdc, keeps_to_the_limit_and_prefers_the_largest_gradients) {
 }
 
 TEST(TrainMcmc, copies_share_the_opacity_of_their_source) {
-  // 20 Gaussians in one place, of which 5 % more is one: the source and its copy together cover as
+  // 20 Gaussians in one place; 5 % more is one Gaussian. The source and its copy together cover as
   // much as before, 1 - (1 - o)^2, and are smaller.
   Case c(20, "mcmc");
   c.prepare_after(600, 1);

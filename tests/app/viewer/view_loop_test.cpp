@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The parts of the viewer's loop without a window: pacing, scripts, window grabs, preferences, what
-// the render thread is asked for, the loader's facts.
+// The parts of the viewer's loop without a window: pacing, scripts, window grabs, preferences,
+// requests to the render thread, the loader's facts.
 #include <csignal>
 #include <fstream>
 
@@ -181,7 +181,7 @@ TEST(Pacing, the_display_s_rate_counts_pictures_and_not_drawings_of_the_window) 
     rate = pacing.end_drawing(viewer, 10 + 0.01 * turn);
   }
   EXPECT_NEAR(rate, 10, 1e-6);
-  // A picture that takes a second is waited for that long.
+  // The loop waits a whole second for a picture that takes a second.
   for (int turn = 1; turn < 100; ++turn) rate = pacing.end_drawing(viewer, 11 + 0.01 * turn);
   EXPECT_NEAR(rate, 1 / 0.99, 1e-6);
 }
@@ -392,7 +392,7 @@ TEST(WindowGrab, writes_once_and_reports_what_went_wrong) {
   EXPECT_TRUE(store.viewer().toasts[1].error);
 }
 
-// ---- what is kept, what is read -----------------------------------------------------------------
+// ---- preferences and files ----------------------------------------------------------------------
 TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   const TemporaryFolder folder;
   Viewer written;

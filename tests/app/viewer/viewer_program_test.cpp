@@ -100,7 +100,7 @@ TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
     const json by_key = state("key" + std::to_string(mode));
     EXPECT_EQ(by_key["mode"], name);
     EXPECT_EQ(state("keypad" + std::to_string(mode))["mode"], name);
-    // The frame's pairs are those of the table.
+    // The frame's pairs equal the table's.
     EXPECT_EQ(by_key["facts"]["tile pairs"],
               by_key["modes"][static_cast<std::size_t>(mode - 1)]["pairs"]);
   }

@@ -47,8 +47,9 @@ float gray(const Image& image, int x, int y) {
   return 0.299f * image.at(x, y, 0) + 0.587f * image.at(x, y, 1) + 0.114f * image.at(x, y, 2);
 }
 
-// The map's colours, lightened and darkened by half of the picture's own contrast: what differs
-// from its average around each pixel. `color(tile, gray, detail)` is the colour of a pixel.
+// The map's colours, lightened and darkened by half of the picture's own contrast, which is the
+// difference from the average around each pixel. `color(tile, gray, detail)` is the colour of a
+// pixel.
 template <class Color>
 void expect_map(const Image& window, const Image& picture, const Color& color) {
   const int columns = picture.width / 16, rows = picture.height / 16;

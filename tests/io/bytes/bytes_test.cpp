@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The building blocks of the readers at the borders of what they accept.
+// The building blocks of the readers at the limits of accepted input.
 #include <cstdint>
 #include <limits>
 #include <random>

@@ -270,7 +270,7 @@ TEST(CameraFormats, colmap_binary_that_claims_too_much_is_an_error) {
   std::string images = colmap_binary_images(cameras);
   const TemporaryFolder folder;
   write(folder / "cameras.bin", lenses);
-  // The bytes of 2^61 + 1 points overflow to 24 bytes in 64 bits, and the file has that many.
+  // The bytes of 2^61 + 1 points overflow to 24 bytes in 64 bits, and the file has 24 bytes.
   const std::uint64_t points = (std::uint64_t{1} << 61) + 1;
   images.replace(images.size() - 8, 8, reinterpret_cast<const char*>(&points), 8);
   images.append(24, 'x');

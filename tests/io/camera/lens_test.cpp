@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lenses that distort: the cameras that take their place, from every format.
+// Lenses that distort, and the pinhole cameras that replace them, from every format.
 #include "io/camera/lens.h"
 
 #include <fstream>

@@ -42,7 +42,7 @@ TEST(Bombs, in_gzip_are_refused_before_memory_is_taken) {
   EXPECT_TRUE(scene.cloud.empty());
 }
 
-// Otherwise 20 bytes of JSON would stand for the whole file once more.
+// Otherwise 20 bytes of JSON could allocate the whole file once more.
 TEST(Bombs, buffers_that_name_one_file_share_it) {
   const TemporaryFolder folder;
   const std::size_t big = 8 << 20;

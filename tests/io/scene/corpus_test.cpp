@@ -173,7 +173,7 @@ TEST(Corpus, broken_files_have_their_listed_outcomes) {
   expect_broken_files_have_listed_outcomes(committed_corpus());
 }
 
-// What a file gives, without its folder and without what libraries say about it.
+// The outcome of a file, without its folder and without messages of libraries.
 json outcome_of(const CorpusFile& file) {
   const auto plain = [&](const std::string& message) {
     std::string text = without_folder(message, file.path.parent_path());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Limits and messages of the building blocks of readers: what is at a limit is read, what is one
+// Limits and messages of the building blocks of readers: a value at a limit is read, a value one
 // beyond is refused with the whole sentence. Limits of .ksplat and SOG are in the tests of these
 // formats.
 #include <cmath>
@@ -43,8 +43,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 // The error's text without the folder, or "".
-// ---- bytes
-// ---------------------------------------------------------------------------------------
+// ---- bytes --------------------------------------------------------------------------------------
 TEST(ReaderLimits, bytes_are_taken_up_to_the_last_one) {
   const auto bytes = to_bytes("abcdef");
   ByteCursor cursor(bytes, "file");
@@ -207,8 +206,7 @@ TEST(ReaderLimits, the_root_of_an_archive_may_be_one_folder_down) {
   EXPECT_EQ(message({{"meta.json", "1"}, {"b/meta.json", "2"}}), "");
 }
 
-// ---- pictures
-// ------------------------------------------------------------------------------------
+// ---- pictures -----------------------------------------------------------------------------------
 TEST(ReaderLimits, headers_of_ppm_and_pfm_are_checked) {
   const TemporaryFolder folder;
   const auto message = [&](const char* name, const std::string& content) {
@@ -253,8 +251,7 @@ TEST(ReaderLimits, formats_without_transparency_say_so) {
   }
 }
 
-// ---- cameras
-// -------------------------------------------------------------------------------------
+// ---- cameras ------------------------------------------------------------------------------------
 json frame_of(double angle) {
   return {{"w", 64},
           {"h", 48},
@@ -387,8 +384,7 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
   EXPECT_EQ(find_colmap_model("NONE"), nullptr);
 }
 
-// ---- scenes
-// --------------------------------------------------------------------------------------
+// ---- scenes -------------------------------------------------------------------------------------
 template <class Read>
 std::string scene_error(const std::vector<std::byte>& bytes, Read read, Scene* result = nullptr) {
   return error_of([&] {
@@ -546,7 +542,7 @@ TEST(ReaderLimits, scenes_that_show_nothing_or_too_much_are_told) {
 }
 
 TEST(ReaderLimits, logarithms_of_glb_are_told_by_most_scales_being_negative) {
-  // Of three scales for each of four Gaussians more than six must be negative.
+  // More than six of the twelve scales of four Gaussians must be negative.
   const TemporaryFolder folder;
   write_scene(random_cloud(4, 0, 3), folder / "a.glb");
   Glb glb = open_glb(file_bytes(folder / "a.glb"));

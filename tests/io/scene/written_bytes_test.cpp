@@ -47,7 +47,7 @@ std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// The file that the writer `format` makes of the cloud.
+// The bytes of the file that the writer `format` makes of the cloud.
 std::string written(const GaussianCloud& cloud, const char* format) {
   const TemporaryFolder folder;
   write_scene(cloud, folder / "scene", {}, format);
@@ -248,8 +248,8 @@ TEST(WrittenBytes, compressed_ply_quantises_within_chunks_of_256) {
                     expected_compressed_ply(some_cloud(256, 1)));
 }
 
-// Whether each coefficient is odd in y or z but not both, so that the half turn about x changes its
-// sign.
+// True for coefficients that are odd in y or z but not both, so that the half turn about x changes
+// their sign.
 constexpr bool kOddInYOrZ[] = {false, true, true,  false, true, false, false, true,
                                false, true, false, true,  true, false, true,  false};
 

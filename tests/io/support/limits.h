@@ -18,8 +18,8 @@ void expect_within_limits(const std::function<std::size_t()>& read);
 
 std::size_t bytes_of(const GaussianCloud& cloud);
 
-/// Peak of heap bytes since construction, beyond those in use then. Threads are counted together;
-/// at most one object exists at a time.
+/// Peak of heap bytes since construction, minus the bytes in use at construction. Threads are
+/// counted together; at most one object exists at a time.
 class HeapPeak {
  public:
   HeapPeak();

@@ -25,7 +25,8 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-// The other forms call these. They are never inlined, because GCC warns if only one of a pair is.
+// The other forms call these functions. They are never inlined, because GCC warns if only one
+// function of a pair is inlined.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   return allocate(size, alignof(std::max_align_t));
 }

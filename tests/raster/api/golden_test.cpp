@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compares pair counts and images with those of published implementations, recorded in golden/ of
-// the shared folder, and pair counts of the bundled scene with an independent evaluation
+// Compares pair counts and images with the results of published implementations, recorded in
+// golden/ of the shared folder, and pair counts of the bundled scene with an independent evaluation
 // (tests/golden/README.md).
 #include <fstream>
 #include <map>

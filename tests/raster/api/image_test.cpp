@@ -184,7 +184,7 @@ TEST(Images, tile_lists_are_front_to_back_with_ties_by_index) {
 
 TEST(Images, a_pixel_stops_before_the_gaussian_that_would_make_it_opaque) {
   // Two opaque Gaussians would leave T = (1 - 0.99)^2 = 1e-4, which fp32 may round up or down. With
-  // one of half opacity between them the result is clear.
+  // a Gaussian of half opacity between them the result is clear.
   GaussianCloud cloud = test::single_gaussian({0, 0, 2}, 1.0f, {1, 0, 0}, INFINITY);
   test::append(cloud, test::single_gaussian({0, 0, 3}, 1.0f, {0, 1, 0}, 0.0f));
   test::append(cloud, test::single_gaussian({0, 0, 4}, 1.0f, {0, 0, 1}, INFINITY));

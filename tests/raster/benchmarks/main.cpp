@@ -4,7 +4,7 @@
 //   cpu_benchmarks [Google Benchmark's options]
 // Stages run on one thread, so that the column CPU contains all of their time. `threads/...` are
 // whole frames on 1, 2, 4, ... threads; `threads/arithmetic` is a loop that uses only registers, to
-// show how the machine itself scales.
+// show the scaling of the machine itself.
 #include <functional>
 #include <memory>
 

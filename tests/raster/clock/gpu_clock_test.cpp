@@ -29,7 +29,7 @@ GpuReading reading(double mhz, std::vector<std::string> throttles = {}) {
   return {mhz, std::move(throttles), std::nullopt, std::nullopt};
 }
 
-// The clock after as many readings as the script has.
+// The clock after all readings of the script.
 GpuClock clock_after(const Readings& readings) {
   GpuClock clock(script(readings));
   for (std::size_t i = 0; i < readings.size(); ++i)

@@ -200,7 +200,8 @@ TEST(Frustum, misses_most_of_a_scene_around_the_camera_and_nothing_of_one_in_fro
   for (glm::vec3& position : cloud.positions) position += 10.0f * glm::normalize(position);
   Subject around(std::move(cloud));
   RenderSettings settings;
-  settings.splat_scale = 0.1f;  // as small beside the scene as those of trained ones
+  // as small in relation to the scene as the Gaussians of trained scenes
+  settings.splat_scale = 0.1f;
   for (int way = 0; way < 6; ++way) {
     const std::vector<bool> missed = around.missed(inside(way), settings);
     EXPECT_GT(std::count(missed.begin(), missed.end(), true), std::ssize(missed) / 2) << way;
@@ -219,7 +220,7 @@ TEST(Preprocess, does_not_read_blocks_that_the_view_misses) {
   cpu::fast::preprocess(frame, subject.scene, false, expected);
   ASSERT_GT(expected.count, 100u);
 
-  // Moves the Gaussians of missed blocks to where they would be visible.
+  // Moves the Gaussians of missed blocks to visible positions.
   const std::vector<bool> missed = subject.missed(camera, settings);
   ASSERT_GT(std::count(missed.begin(), missed.end(), true), 20);
   for (std::size_t b = 0; b < missed.size(); ++b) {

@@ -22,7 +22,7 @@
 namespace qs {
 namespace {
 
-/// The scalar one is the fallback for other CPUs.
+/// The scalar version is the fallback for other CPUs.
 constexpr std::int64_t kInstructionSets[] = {HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3};
 
 /// Runs with one instruction set only, and skips if the machine does not have it.
@@ -56,7 +56,7 @@ class CpuPipeline : public testing::TestWithParam<std::int64_t> {
     const Frame& fast = renderer.render(camera, settings, everything());
     test::expect_equal_decisions(fast, classic);
     test::expect_same_image(fast.color, classic.color);
-    // The last bit of a pixel's transmittance may decide where it stops.
+    // The last bit of a pixel's transmittance may decide at which entry it stops.
     std::size_t different = 0;
     for (std::size_t i = 0; i < classic.evaluated.size(); ++i)
       different += fast.evaluated[i] != classic.evaluated[i];
@@ -227,7 +227,7 @@ TEST_P(CpuPipeline, coefficients_kept_in_half_precision_draw_what_all_of_them_dr
   const Camera camera = test::front_camera(161, 97);
   expect_equal(*renderer, camera, {});
   const Image halves = renderer->render(camera).color;
-  // A Gaussian behind the camera with one coefficient that is no half.
+  // A Gaussian behind the camera with one coefficient that is not a half.
   test::append(cloud, [] {
     GaussianCloud hidden = test::random_cloud(1, 3, 1);
     hidden.positions[0] = {0, 0, -5};

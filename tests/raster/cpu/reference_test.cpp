@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The fp64 reference: which pixels it considers for a Gaussian, and regions inside, across and
+// The fp64 reference: the pixels that it considers for a Gaussian, and regions inside, across and
 // outside of the picture.
 #include "raster/cpu/reference.h"
 

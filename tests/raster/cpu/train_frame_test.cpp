@@ -74,7 +74,8 @@ TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
       double scale = 0;
       for (const double value : expected[group]) scale = std::max(scale, std::abs(value));
       EXPECT_GT(scale, 0);
-      // Of the coefficients, a share: they are many, and each is linear.
+      // Only some of the coefficients are tested, because they are many and the frame is linear in
+      // each.
       const std::size_t step = values > 4 ? 11 : 1;
       for (std::size_t i = 0; i < values * scene.size(); i += step) {
         const double before = first[i], h = 1e-6;
@@ -107,7 +108,7 @@ TEST(TrainFrame, every_lossless_mode_gives_the_same_gradients) {
   const Parameters<float> scene = small_scene<float>(200, 7);
   const Gradients<float> expected = gradients_of(scene, settings_of(find_culler("adr"), false));
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
-    // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some of the others' pixels.
+    // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some pixels of other Gaussians.
     if (!row_of(mode).lossless) continue;
     const Gradients<float> gradients = gradients_of(scene, settings_of(mode, false));
     EXPECT_EQ(groups_of(gradients.by), groups_of(expected.by)) << mode_name(mode);
@@ -136,7 +137,7 @@ TEST(TrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
   EXPECT_NE(gradients.by.means[0], glm::vec3(0));
 }
 
-// Both means lie 1.8 standard deviations outside of the image. At an opacity of 0.01, alpha falls
+// Both means are 1.8 standard deviations outside of the image. At an opacity of 0.01, alpha falls
 // below 1/255 at 1.4 standard deviations.
 TEST(TrainFrame, views_that_a_faint_gaussian_does_not_reach_do_not_count_in_any_mode) {
   const Camera camera = test::front_camera(kWidth, kHeight);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tiles that list tens of thousands of Gaussians, and alphas close to 1/255: the images equal those
-// of the CPU, which composites one Gaussian after the other.
+// Tiles that list tens of thousands of Gaussians, and alphas close to 1/255: the images equal the
+// CPU's, which composites one Gaussian after the other.
 #include <algorithm>
 #include <cmath>
 #include <random>

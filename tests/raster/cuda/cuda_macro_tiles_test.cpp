@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Lists of pipeline `fast` by macro-tile equal those of the CPU: in macro-tiles that are usual,
-// full or too full, with equal depths, with Gaussians of all sizes, and when the view changes
-// between them.
+// Lists of pipeline `fast` by macro-tile equal the CPU's lists: in macro-tiles that are usual, full
+// or too full, with equal depths, with Gaussians of all sizes, and when the view changes between
+// them.
 #include "support/gpu.h"
 #include "support/scenes.h"
 
@@ -27,7 +27,8 @@ void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
   }
 }
 
-/// Usual macro-tiles, fuller ones, and more than shared memory holds (on any GPU).
+/// Gaussians in usual macro-tiles, in fuller macro-tiles, and more than shared memory holds (on any
+/// GPU).
 constexpr std::size_t kFills[] = {800, 3400, 30'000};
 
 TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_however_full_they_are) {
@@ -80,7 +81,7 @@ TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) 
   }
 }
 
-// After the emptier view there are too few samples for the fuller one, and they are those of the
+// After the emptier view there are too few samples for the fuller view. They are samples of the
 // farthest Gaussians, because these are projected first.
 TEST_P(CudaMacroTiles, draw_the_same_picture_after_emptier_ones) {
   const std::size_t count = test::gpu_is_emulated() ? 24'000 : 300'000;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The order in which the CUDA backend stores a scene shows nowhere: pipeline `fast` skips blocks of
-// Gaussians that a view cannot show, and lists those of the file in its order. Coefficients that
-// are stored as halves have the same colours.
+// The order in which the CUDA backend stores a scene changes no result: pipeline `fast` skips
+// blocks of Gaussians that a view cannot show, and lists Gaussians in the order of the file.
+// Coefficients that are stored as halves have the same colours.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -106,7 +106,7 @@ TEST_P(CudaOrder, coefficients_that_halves_equal_give_the_colours_of_others) {
     round_coefficients(cloud);
     cloud.opacity_logits.back() = -INFINITY;
     const auto halves = draw(cloud);
-    cloud.sh.back().x = 0.1f;  // no half: all are stored in single precision
+    cloud.sh.back().x = 0.1f;  // not a half, so all coefficients are stored in single precision
     EXPECT_EQ(draw(cloud), halves);
   }
 }
@@ -127,8 +127,8 @@ TEST_P(CudaOrder, a_coefficient_at_the_end_of_a_large_scene_prevents_halves) {
 }
 
 TEST_P(CudaOrder, blocks_of_threads_project_several_blocks_of_a_large_scene) {
-  // 4,096 blocks of threads share 20 more blocks of Gaussians. Visible ones are small at the
-  // beginning of the order in space, and large at its end; the others are beside the view.
+  // 4,096 blocks of threads share 20 more blocks of Gaussians. Visible Gaussians are small at the
+  // beginning of the order in space, and large at its end; the other Gaussians are beside the view.
   constexpr std::size_t kSome = 20 * 256, kAll = (4096 + 20) * 256;
   std::mt19937 random(10);
   const auto uniform = [&](float low, float high) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The CUDA backend reports what is too large, cancelled or wrong in one sentence, and can be used
-// again afterwards.
+// The CUDA backend reports input that is too large or wrong in one sentence, stops cancelled work,
+// and can be used again afterwards.
 #include <random>
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The forward and the backward pass of training on the GPU: against those of the CPU.
+// The forward and the backward pass of training on the GPU: against the passes of the CPU.
 #include "raster/cpu/train/backward.h"
 #include "raster/cuda/train/gpu_model.h"
 #include "support/gpu.h"
@@ -122,7 +122,7 @@ TEST_F(CudaTrainFrame, every_lossless_mode_gives_the_same_gradients) {
   for (const Scene& scene : {small_scene<float>(400, 7), small_scene<float>(3000, 11)}) {
     const Result expected = on_gpu(scene, settings_of(find_culler("adr"), false));
     for (const CullMode mode : test::tiled_modes()) {
-      // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some of the others' pixels.
+      // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some pixels of other Gaussians.
       if (!row_of(mode).lossless) continue;
       SCOPED_TRACE(mode_name(mode));
       expect_equal_gradients(on_gpu(scene, settings_of(mode, false)), expected);

@@ -50,7 +50,7 @@ TrainSettings settings_of(const std::string& strategy) {
 
 class CudaTrainFit : public test::GpuTest, public testing::WithParamInterface<const char*> {};
 
-// Over iteration 600, after which Gaussians are added and removed.
+// Beyond iteration 600, after which Gaussians are added and removed.
 constexpr int kStart = 590, kBreak = 601, kEnd = 605;
 
 TEST_P(CudaTrainFit, test_views_get_as_good_as_on_the_cpu) {

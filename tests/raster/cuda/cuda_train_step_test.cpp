@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The loss, the optimizer and the density statistics on the GPU: against those of the CPU.
+// The loss, the optimizer and the density statistics on the GPU, compared with the CPU's.
 #include "raster/cpu/train/adam.h"
 #include "raster/cpu/train/backward.h"
 #include "raster/cpu/train/density.h"

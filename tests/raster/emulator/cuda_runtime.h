@@ -41,16 +41,15 @@ struct alignas(16) float4 {
   float x, y, z, w;
 };
 
-// ---- inside kernels
-// -------------------------------------------------------------------------------
+// ---- inside kernels -----------------------------------------------------------------------------
 namespace emulator {
 
 inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
 
 inline constexpr unsigned kWarpSize = 32;
 
-/// The order in which blocks and threads run: 0 ascending, else another one for each seed. On a GPU
-/// it is arbitrary.
+/// The order in which blocks and threads run: 0 is ascending, every other seed gives another order.
+/// On a GPU the order is arbitrary.
 inline unsigned run_order = 0;
 /// The indices of a launch's blocks by run_order.
 std::vector<unsigned> ordered_blocks(unsigned blocks);

@@ -19,7 +19,7 @@ class RunOrder : public testing::Test {
   static constexpr unsigned kOrders = 4;
 };
 
-/// Scattered Gaussians of many colours and opacities; two each have the same depth.
+/// Scattered Gaussians of many colours and opacities; every two have the same depth.
 GaussianCloud colorful_cloud(std::size_t count, int side) {
   GaussianCloud cloud = test::scattered_cloud(
       count, side, [](std::size_t i) { return 2 + 1e-4 * double(i / 2 * 7919 % 9973); });
@@ -32,7 +32,8 @@ GaussianCloud colorful_cloud(std::size_t count, int side) {
   return cloud;
 }
 
-// Usual macro-tiles, full ones, ones that are cut into slices, and lists that are cut by depth.
+// Usual macro-tiles, full macro-tiles, macro-tiles that are cut into slices, and lists that are cut
+// by depth.
 TEST_F(RunOrder, changes_no_picture) {
   for (const std::size_t count : {800u, 3400u, 30'000u}) {
     for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// cull_grades SCENE CAMERAS INDEX: what every culling mode lists in a view, against the tiles that
-// have a pixel with alpha >= 1/255, found by trying every pixel. A pair without such a pixel is a
-// false positive (also if the pixel would have stopped before); a tile that has one and is not
-// listed is a loss. It makes the tables of docs/peers.md.
+// cull_grades SCENE CAMERAS INDEX: the tiles that every culling mode lists in a view, compared with
+// the tiles that have a pixel with alpha >= 1/255, found by trying every pixel. A pair without such
+// a pixel is a false positive (also if the pixel would have stopped before); a tile that has such a
+// pixel and is not listed is a loss. It makes the tables of docs/peers.md.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -73,9 +73,9 @@ TEST(CullVectors, are_passed_by_every_mode) {
 /// A row of the table of bugs in the documentation.
 struct Row {
   PortBug bug;
-  const char* words;   ///< in the documentation
-  const char* mode;    ///< in which it shows
-  const char* vector;  ///< that catches it
+  const char* words;   ///< the text in the documentation
+  const char* mode;    ///< in which the bug is visible
+  const char* vector;  ///< that detects the bug
 };
 
 constexpr Row kRows[] = {

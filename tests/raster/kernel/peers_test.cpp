@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the modes of other papers have in common, with ours and with each other, on footprints that
-// single precision can describe. culler_test.cpp has the properties of all modes.
+// The properties that the modes of other papers share with our modes and with each other, on
+// footprints that single precision can describe. culler_test.cpp has the properties of all modes.
 #include <algorithm>
 #include <set>
 
@@ -13,7 +13,7 @@ namespace qs {
 namespace {
 
 constexpr int kWidth = 320, kHeight = 200;
-constexpr float kThickest = 1e-3f;  // f^2 of what counts as a needle here
+constexpr float kThickest = 1e-3f;  // f^2 below which a footprint counts as a needle here
 
 template <class P>
 std::set<int> tiles_listed_by(const Footprint& footprint, TileGrid grid) {
@@ -26,7 +26,7 @@ bool all_in(const std::set<int>& outer, const std::set<int>& inner) {
   return std::includes(outer.begin(), outer.end(), inner.begin(), inner.end());
 }
 
-/// Calls check(footprint, grid) for 600 footprints of every kind that are no needles.
+/// Calls check(footprint, grid) for 600 footprints of every kind that are not needles.
 template <class Check>
 void for_each_thick_footprint(const Check& check) {
   const TileGrid grid = TileGrid::of_image(kWidth, kHeight);

@@ -18,8 +18,8 @@ Image noise(int width, int height, int channels, unsigned seed) {
   return image;
 }
 
-// SSIM with a square window of 121 weights at every pixel that the mask leaves in; the others are
-// 0. The `margin` outermost pixels do not count.
+// SSIM with a square window of 121 weights at every pixel that the mask does not exclude;
+// excluded pixels are 0. The `margin` outermost pixels do not count.
 double ssim_by_definition(const Image& a, const Image& b, int margin = 0,
                           const std::vector<std::uint8_t>& mask = {}) {
   double total = 0;
@@ -119,7 +119,7 @@ TEST(ImageMetrics, masked_pixels_do_not_count_and_are_outside_for_ssim) {
     ++counted;
   }
   EXPECT_NEAR(psnr(a, b, pool, mask), -10 * std::log10(error / counted), 1e-9);
-  Image hidden = b;  // equal to a where it counts
+  Image hidden = b;  // equal to a in the pixels that count
   for (std::size_t i = 0; i < a.values.size(); ++i) {
     if (mask[i / 3] != 0) hidden.values[i] = a.values[i];
   }

@@ -2,7 +2,7 @@
 // Frame and stage times of both pipelines in every mode on the GPU, with the limits of
 // docs/performance.md, for generated scenes of the parity tests and for the scenes, cameras and
 // sizes of golden/pairs.json. Also measures the time from a scene's file to its first frame.
-//   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or one of the file
+//   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or a set of the file
 // Pipelines and modes alternate frame by frame, so that a drifting clock affects all of them
 // equally. Frame times come from frames without events between stages, whose images stay on the
 // device.
@@ -34,7 +34,8 @@ namespace fs = std::filesystem;
 constexpr int kWarmup = 20;
 
 // Limits in milliseconds. `classic`: times of published implementations on an H200. `fast`: half
-// the time of the best of them with fp32 quality, for the lossless mode with the fewest pairs.
+// the time of the fastest of these implementations with fp32 quality, for the lossless mode with
+// the fewest pairs.
 struct Limits {
   const char* set;
   float square, adr, quad_box;

@@ -2,8 +2,8 @@
 // Times of the passes of training on the GPU, medians over iterations, for a scene and its cameras.
 //   gpu_train_timings [SCENE CAMERAS [ITERATIONS [WIDTH HEIGHT]]]
 // The host waits after each pass; `all` is an iteration with one wait at its end, `flow` one of
-// many iterations without a wait, and `pairs` the mean number of pairs in the tile lists. Then the
-// times of a change of the set of Gaussians and of copies of the whole state.
+// many iterations without a wait in between, and `pairs` the mean number of pairs in the tile
+// lists. Then the times of a change of the set of Gaussians and of copies of the whole state.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -101,7 +101,7 @@ void measure(cuda::train::GpuModel& model, const std::vector<Camera>& cameras,
 
 void measure_changes(cuda::train::GpuModel& model) {
   train::Plan plan;
-  for (int i = 0; i < 3; ++i) {  // the last one is shown, because the first ones allocate
+  for (int i = 0; i < 3; ++i) {  // the last run is shown, because the first runs allocate
     const train::GaussianFacts* facts = nullptr;
     const double read = timed(model, [&] { facts = &model.facts(); });
     const double planned = timed(model, [&] { plan.keep_all(*facts, 1); });

@@ -40,10 +40,10 @@ void reload(Viewer& v, Host& host) {
   if (v.scene) host.open(v.scene->path, v.scene->axes);
 }
 
-// The frames that Y goes through after the one that the file declares. Files with y down may have z
-// up, as tools for maps and games do; those whose format has y up may hold values as trained. Then
-// the other turns about the vertical axis, and mirrored ones. A scene that seems to be upside down
-// is turned over first.
+// The frames that Y tries after the frame that the file declares. Files with y down may have z up,
+// as tools for maps and games write them; files of a format with y up may hold values as trained.
+// Then come the other turns about the vertical axis, and mirrored frames. A scene that seems to be
+// upside down is turned over first.
 std::vector<std::string> frames_to_try(const std::string& declared, bool upside_down) {
   const bool y_up = declared.size() == 3 && declared[1] == 'U';
   std::vector<std::string> frames = {"RFU", "RUB", "RDF", "RBD", "LUF",
@@ -72,7 +72,7 @@ void next_axes(Viewer& v, Host& host) {
   const std::string axes(next == frames.end() ? "" : *next);
   const std::string path = v.scene->path.string();
   v.axes.erase(path);
-  v.ups.erase(path);  // in the axes so far
+  v.ups.erase(path);  // they were given in the previous axes
   if (!axes.empty()) v.axes[path] = axes;
   notify(v, axes.empty() ? "axes as the file declares them"
                          : fmt::format("read as if its axes were {}; Y again for others", axes));
@@ -165,7 +165,7 @@ KeyCommand always(KeyCommand command) {
   return command;
 }
 
-// Below a line, apart from the entries above it.
+// Draws a line above the menu's entry, which separates it from the entries above.
 KeyCommand last(KeyCommand command) {
   command.line_above = true;
   return command;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of commands: what keys and menus do. Input, menus and the help window all read it.
+// The table of the commands of keys and menus. Input, menus and the help window read it.
 // To add a command: one row in commands.cpp. If it takes long, its function is a background job in
 // a file of its own in this folder (see bench_view.cpp). docs/viewer.md lists the keys.
 #pragma once
@@ -25,18 +25,20 @@ struct KeyCommand {
   std::string help;  ///< the menu's label too
   Action action;
   Action on_release = {};                              ///< of keys that act while they are held
-  std::function<bool(const Viewer&)> is_checked = {};  ///< whether the menu shows a tick
+  std::function<bool(const Viewer&)> is_checked = {};  ///< true if the menu shows a tick
   const char* tooltip = nullptr;                       ///< in the menu
-  bool without_scene = false;  ///< acts without a scene too; else the menu's entry is gray then
-  bool line_above = false;     ///< in the menu
+  /// also works without a scene; else the menu's entry is gray without one
+  bool without_scene = false;
+  bool line_above = false;  ///< in the menu
 };
 
 std::span<const KeyCommand> key_commands();
 
-/// "Flip the split (X)": what a control with this KeyCommand::help does, and its key.
+/// "Flip the split (X)": the help and the key of the command with this KeyCommand::help.
 std::string command_hint(std::string_view help);
 
-/// The command of a key; digits of the keypad count as those of the main row. Null without one.
+/// The command of a key; digits of the keypad count as digits of the main row. Null if the key has
+/// no command.
 const KeyCommand* find_key_command(int key, int mods);
 
 }  // namespace qs

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Compares the view, or the part of it around the cursor, with the fp64 reference, which takes
-// seconds. The reference's image is kept, and shown beside the view if the split window asks for
-// it.
+// Compares the view, or the part around the cursor, with the fp64 reference. This takes seconds.
+// The reference's image is kept, and shown beside the view if the split window asks for it.
 #include <fmt/format.h>
 #include <glm/common.hpp>
 

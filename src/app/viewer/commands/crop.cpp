@@ -18,7 +18,7 @@ namespace qs {
 namespace {
 
 void write(RenderContext& context, const std::filesystem::path& path) {
-  // The key may come before the crop was carried out.
+  // The key may be pressed before the crop was carried out.
   if (!context.cropped || context.cropped->tinted)
     fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
          path.string());

@@ -38,7 +38,7 @@ FilmedBy way_of(Renderer& renderer, RenderSettings settings, const Variant& vari
   return {&renderer, settings, name};
 }
 
-// What the window shows: one way, or the two sides of a split.
+// The variants that the window shows: one, or the two sides of a split.
 std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
   const FrameRequest request = full_frame(viewer);
   const Variant shown = viewer.variant();

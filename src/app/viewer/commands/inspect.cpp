@@ -9,7 +9,7 @@
 namespace qs {
 namespace {
 
-/// `gaussian`: the one to draw, by its index in the cloud; unset: the pixel's heaviest.
+/// `gaussian`: index in the cloud of the Gaussian to draw; unset: the pixel's heaviest Gaussian.
 void inspect_view(RenderContext& context, const Viewer& viewer, glm::ivec2 pixel,
                   std::optional<std::uint32_t> gaussian) {
   const FrameRequest request = full_frame(viewer);

@@ -29,17 +29,18 @@ void inspect_gaussian(Viewer& viewer, Host& host, std::uint32_t gaussian);
 /// Uploads the scene to another backend and shows it from there.
 void change_backend(Viewer& viewer, Host& host, Backend backend);
 
-/// Closes the scene beside the one in the window and the split, or opens the dialog to choose one.
+/// Closes the second scene and the split, or opens the dialog to choose a second scene.
 void toggle_beside(Viewer& viewer, Host& host);
 
 /// Records a zoom from this view to the point in its middle, or stops the recording.
 void toggle_zoom_recorder(Viewer& viewer, Host& host);
 
-/// Films the path, or round the scene if there is none. A split window makes a split film.
+/// Films the path, or a turntable if there is no path. A split window makes a split film.
 void film(Viewer& viewer, Host& host);
 
-/// Writes the rest of a cropped scene to a new file, by its ending; a relative `name` is below
-/// Viewer::out_dir, an empty one is SCENE_cropped_NNNN.ply. Refuses a file that exists.
+/// Writes the rest of a cropped scene to a new file, in the format of its extension. A relative
+/// `name` is below Viewer::out_dir; an empty name stands for SCENE_cropped_NNNN.ply. Refuses a file
+/// that exists.
 void save_crop(Viewer& viewer, Host& host, const std::filesystem::path& name);
 
 }  // namespace action

@@ -29,7 +29,7 @@ struct FlyKey {
 };
 std::span<const FlyKey> fly_keys();
 
-/// What the mouse does, for the help window.
+/// A gesture of the mouse and its effect, for the help window.
 struct Gesture {
   const char *keys, *help;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the picture, with its heat map if one is shown, or depth or alpha by the colour map, to
+// Writes the picture, with its heat map if there is one, or depth or alpha by the colour map, to
 // screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Opens and closes the scene that a split window shows beside the one in the window.
+// Opens and closes the second scene, which a split window shows beside the first.
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/render_context.h"
 

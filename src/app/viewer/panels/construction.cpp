@@ -154,7 +154,8 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   const Figure figure{*ImGui::GetWindowDrawList(), {left, at.y}, window.low, scale};
   figure.draw.PushClipRect(at, {at.x + size.x, at.y + size.y}, true);
   figure.draw.AddRectFilled(at, {at.x + size.x, at.y + size.y}, kFigure);
-  // Inspection has the tiles of the paper's modes; in place of another's it shows the default's.
+  // Inspection has only the tiles of the paper's modes; for other modes the drawing shows the
+  // default mode's tiles.
   const bool is_listed = mode >= 1 && mode <= kCullerCount;
   const auto index = static_cast<std::size_t>((is_listed ? mode : kDefaultMode) - 1);
   const ModeTiles& listed = gaussian.modes[index];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Crop and clean: the box and the criteria of floaters, the count of what goes, Apply, Undo and
-// Save as. The box's handles are in overlay.cpp.
+// Crop and clean: the box and the criteria of floaters, the count of Gaussians to remove, Apply,
+// Undo and Save as. The box's handles are in overlay.cpp.
 #include <imgui.h>
 #include <imgui_stdlib.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The state of the dialog Open, apart from its drawing: a folder, what is typed, and a row that is
-// selected by the arrow keys.
+// The state of the dialog Open, apart from its drawing: a folder, the typed text, and the row that
+// the arrow keys select.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,15 @@ struct FileEntry {
   std::filesystem::path path;
   std::string name;  ///< as it is listed: folders end with a slash
   bool folder = false;
-  std::string size, date;  ///< empty where they are unknown
+  std::string size, date;  ///< empty if unknown
 };
 
 class FileChooser {
  public:
-  /// Begins in a folder, with nothing typed.
+  /// Begins in a folder, with an empty text.
   void start(const std::filesystem::path& folder);
 
-  /// Lists another folder; nothing is typed any more.
+  /// Lists another folder and clears the typed text.
   void go_to(const std::filesystem::path& folder);
 
   /// The text of the path field changed. A text with a slash lists the folder that it names.
@@ -33,18 +33,19 @@ class FileChooser {
   /// Moves the selection among the rows, down if `by` is positive.
   void select(int by);
 
-  /// What Enter does: opens the selected row or the typed path, or lists it if it is a folder
+  /// Carries out Enter: opens the selected row or the typed path, or lists it if it is a folder
   /// without a scene. Returns the path to open.
   std::optional<std::filesystem::path> enter();
 
-  /// What a click on a row does.
+  /// Carries out a click on a row.
   std::optional<std::filesystem::path> choose(const FileEntry& entry);
 
   const std::filesystem::path& folder() const { return listed_; }
-  const std::vector<FileEntry>& rows() const { return rows_; }  ///< that match what is typed
-  int selected() const { return selected_; }                    ///< index of a row, -1: none
+  /// entries that match the typed text
+  const std::vector<FileEntry>& rows() const { return rows_; }
+  int selected() const { return selected_; }  ///< index of a row, -1: none
   const std::string& typed() const { return typed_; }
-  const std::string& problem() const { return problem_; }  ///< why Enter did nothing
+  const std::string& problem() const { return problem_; }  ///< the reason why Enter had no effect
   int moves() const { return moves_; }  ///< counts go_to(): the field begins again
 
  private:

@@ -10,7 +10,7 @@
 namespace qs {
 namespace {
 
-/// `under`: what the cursor points at.
+/// `under`: the value under the cursor.
 void draw_legend(const Viewer& viewer, const std::string& title, const std::string& under,
                  const std::function<glm::vec3(float)>& color, const std::vector<BarTick>& ticks,
                  const std::string& facts) {

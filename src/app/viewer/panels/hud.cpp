@@ -52,7 +52,8 @@ void draw_stage_legend() {
   }
 }
 
-// A column of the table. Those with the lowest rank are drawn as far as the bar is wide enough.
+// A column of the table. If the bar is too narrow for all columns, those with the highest rank are
+// left out.
 struct Column {
   std::string title;
   float letters;  // width
@@ -103,7 +104,7 @@ void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
     actions.push_back(call(action::set_baseline, row.mode));
 }
 
-// Returns whether the stages were drawn.
+// Returns true if the stages were drawn.
 bool draw_mode_table(const Viewer& viewer, Actions& actions) {
   double longest = 0;
   for (CullMode mode = 1; mode <= kCullerCount; ++mode) {

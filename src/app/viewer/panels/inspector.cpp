@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The inspector: the Gaussians of the clicked pixel, front to back, and how every mode covers one
-// of them.
+// The inspector: the Gaussians of the clicked pixel, front to back, and the tiles of every mode for
+// one of them.
 #include <algorithm>
 #include <utility>
 

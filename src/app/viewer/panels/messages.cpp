@@ -18,7 +18,7 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
 
 void draw_loading(const Loading& loading, const Rect& picture, Actions& actions) {
   const float width = std::min(26 * ImGui::GetFontSize(), picture.size().x);
-  // Below what the picture shows.
+  // The progress is at the lower edge of the picture.
   const float low = picture.high.y - ImGui::GetFontSize();
   ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
   ImGui::SetNextWindowSize({width, 0});

@@ -24,7 +24,7 @@ fs::path start_folder(const Viewer& viewer) {
   return viewer.scene ? viewer.scene->path.parent_path() : fs::current_path(error);
 }
 
-// Puts what was typed before the field had the keyboard into it.
+// Inserts into the field the text that was typed before the field had the keyboard.
 int insert_early(ImGuiInputTextCallbackData* data) {
   auto& early = *static_cast<std::string*>(data->UserData);
   if (early.empty()) return 0;
@@ -37,11 +37,11 @@ int insert_early(ImGuiInputTextCallbackData* data) {
 
 void draw_path_field(PanelState& state) {
   FileChooser& chooser = state.chooser;
-  // ImGui keeps the text of an active field, so a field that begins again has another identity.
+  // ImGui keeps the text of an active field, so a field with a new text needs another identity.
   ImGui::PushID(chooser.moves());
   if (state.focus_path) {
     ImGui::SetKeyboardFocusHere();
-    // The field drops what is typed until the frame after it has become active.
+    // The field drops input until the frame after it has become active.
     for (const ImWchar c : ImGui::GetIO().InputQueueCharacters) {
       if (c >= ' ' && c < 127) state.typed_early += static_cast<char>(c);
     }

@@ -175,7 +175,7 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
     if (!layout.status.empty()) draw_status_line(viewer, layout.status);
     draw_hints(viewer);
     draw_verdict(viewer, actions);
-    // It asks for the focus at every frame, which would close the dialog.
+    // The help requests the focus in every frame, which would close the dialog.
     if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, state, actions);
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The panels beside the picture. A panel reads the Viewer and appends actions; it changes nothing
-// else. To add one: a file here with its function, a switch in Panels, the switch in kLeftPanels or
-// kRightPanels (layout.h), its row in commands.cpp, its row in panels.cpp.
+// else. To add a panel: a file here with its function, a switch in Panels, the switch in
+// kLeftPanels or kRightPanels (layout.h), its row in commands.cpp, its row in panels.cpp.
 #pragma once
 
 #include <filesystem>
@@ -23,13 +23,13 @@ namespace qs {
 /// State of the panels themselves.
 struct PanelState {
   FileChooser chooser;        ///< of the dialog Open
-  std::string typed_early;    ///< before its path field had the keyboard
-  bool focus_path = false;    ///< its path field asks for the keyboard
+  std::string typed_early;    ///< text that was typed before the path field had the keyboard
+  bool focus_path = false;    ///< the path field requests the keyboard
   bool scroll_files = false;  ///< to the selected row
   struct {
     std::string data, model, options;
-    bool focus = false;        ///< the first field asks for the keyboard
-  } train;                     ///< what is typed in the dialog Train
+    bool focus = false;        ///< the first field requests the keyboard
+  } train;                     ///< the text in the dialog Train
   std::string crop_file;       ///< typed name of the cropped scene
   int inspections = 0;         ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;     ///< GL texture of Viewer::photograph, 0 = none
@@ -45,7 +45,7 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions);
 std::optional<std::size_t> cell_under_mouse(const Viewer& viewer, int cell_px, int columns,
                                             int rows);
 
-/// Where everything is in this frame of the window.
+/// The layout of this frame of the window.
 Layout current_layout(const Viewer& viewer);
 
 /// An invisible handle over `area` that is dragged to the left and right. Returns the mouse's x
@@ -71,7 +71,7 @@ void draw_fact(const Fact& fact);
 /// Continues the line if an item of this width still fits into it.
 void same_line_if_fits(float width);
 
-/// Explains the control that was drawn last by the command that does the same, with its key.
+/// Shows a tooltip for the control that was drawn last: the equivalent command and its key.
 void command_tooltip(const char* help);
 
 // ---- one file each -----------------------------------------------------------------------------

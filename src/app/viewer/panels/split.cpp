@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The split window: the divider between the view and another variant of it or another scene, and
-// the panel that chooses what is beside and shows how the two differ.
+// the panel that chooses the other side and shows the differences.
 #include <algorithm>
 #include <iterator>
 
@@ -64,7 +64,7 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   actions.push_back(call(action::change_split, split));
 }
 
-// Another scene, which is closed here, or another variant, which is chosen here.
+// Closes the second scene, or chooses another variant.
 void choose_what_is_beside(const Viewer& viewer, Actions& actions) {
   if (viewer.beside) {
     const auto [first, second] = names_of_scenes(viewer, *viewer.beside);
@@ -80,7 +80,7 @@ void choose_what_is_beside(const Viewer& viewer, Actions& actions) {
   choose_other(viewer, actions);
 }
 
-// Powers of two, or one that is chosen from the frames.
+// Powers of two, or a factor that is chosen from the frames.
 void choose_amplification(const Viewer& viewer, Actions& actions) {
   Split split = viewer.split;
   const auto label = [&](int factor) {

@@ -35,8 +35,8 @@ inline ImU32 color_of(glm::vec3 color, float opacity = 1) {
 /// True in the frame in which the key goes down, and while it repeats.
 inline bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
 
-/// Lengths and widths of lines that are drawn over the picture are multiplied by this: how much
-/// larger letters are than kFontSize.
+/// Factor on the lengths and widths of lines that are drawn over the picture: the size of letters
+/// over kFontSize.
 float drawing_scale();
 
 /// Sets ImGui's style for `scale` pixels per unit.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The window without a scene: what the program is, the bundled scene, recent files, formats. And
-// the hints of the first start.
+// The window without a scene: a description of the program, the bundled scene, recent files,
+// formats, and the hints of the first start.
 #include <algorithm>
 #include <string>
 #include <vector>

@@ -25,7 +25,7 @@ class ActionQueue {
     wake_();
   }
 
-  /// Appends what was reported since the last call.
+  /// Appends the actions reported since the last call.
   void take(Actions& actions) {
     const std::lock_guard lock(mutex_);
     for (Action& action : actions_) actions.push_back(std::move(action));

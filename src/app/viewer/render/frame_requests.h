@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Decides what the render thread should do for the Viewer: draw a frame (reduced while the camera
+// Decides the next work of the render thread for the Viewer: draw a frame (reduced while the camera
 // moves and the CPU draws, then refined in steps), and once the view is still, measure all modes.
 #pragma once
 
@@ -19,16 +19,16 @@ bool numbers_are_missing(const Viewer& viewer);
 /// The same, and also if the table is not precise enough yet.
 bool numbers_are_wanted(const Viewer& viewer);
 
-/// True if the window shows the final frame and numbers of the view and nothing moves.
+/// True if nothing moves and the window shows the final frame and numbers of the view.
 bool is_settled(const Viewer& viewer);
 
 class FrameRequests {
  public:
-  /// Requests what is missing. `window_rests`: the window will not draw, which would disturb a
-  /// measurement.
+  /// Requests the missing frame or numbers. `window_rests`: the window will not draw now. Drawing
+  /// would disturb a measurement, so modes are measured only then.
   void update(const Viewer& viewer, RenderThread& render, bool window_rests);
 
-  /// Learns from a frame how long the next one will take.
+  /// Estimates the time of the next frame from the time of this frame.
   void learn(const RenderedFrame& frame);
 
   /// True if the newest picture was requested.

@@ -6,7 +6,7 @@
 #include <cassert>
 
 #include <epoxy/gl.h>
-// After epoxy, which brings GL's functions.
+// After epoxy, which declares GL's functions.
 #include <GLFW/glfw3.h>
 
 #include "raster/base/fail.h"

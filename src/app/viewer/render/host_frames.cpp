@@ -41,7 +41,7 @@ RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
   return rendered;
 }
 
-// No effect until the reference of this view is computed, which takes seconds and a key.
+// No effect until the user has requested the reference of this view and it is computed.
 void set_beside_reference(const RenderContext& context, const FrameRequest& request,
                           RenderedFrame& rendered) {
   const std::optional<ReferenceImage>& reference = context.reference;
@@ -68,7 +68,7 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
   if (request.other->mode == kReferenceMode) {
     set_beside_reference(context, request, rendered);
   } else {
-    // The same renderer may draw the other frame, and it keeps one frame only.
+    // The same renderer may draw the other frame, and it keeps only one frame.
     const TileGrid grid = frame.grid;
     const std::vector<std::uint32_t> pairs = frame.pairs;
     RenderSettings settings = request.settings;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Draws frames into host memory: all frames of a backend without GL textures, and those that need
+// Draws frames into host memory: all frames of a backend without GL textures, and frames that need
 // two renderings (a split window, the map of missed contributions) or show other quantities than
 // colour.
 #pragma once

@@ -21,7 +21,7 @@ RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
   return settings;
 }
 
-// On the CPU with any backend: a renderer of its own is made in no time.
+// Draws on the CPU with any backend, because a separate CPU renderer is made quickly.
 Job draw_sample(const std::shared_ptr<ReadSample>& read, FrameRequest request) {
   constexpr double kLargest = 16;  ///< times as large as in the scene
   constexpr int kDivisor = 2;      ///< the sample shows no details
@@ -59,7 +59,7 @@ Renderer& renderer_beside(RenderContext& context) {
   RenderedBeside& beside = *context.beside;
   if (beside.renderer == nullptr || beside.backend != context.session.backend) {
     const auto end = hide_progress_at_end(context);
-    beside.renderer.reset();  // both may not fit
+    beside.renderer.reset();  // the old and the new renderer may not fit into memory together
     beside.renderer = upload_to(context, beside.scene, context.session.backend);
     beside.backend = context.session.backend;
   }

@@ -16,7 +16,7 @@ struct LoadedScene {
   ViewedScene facts;
 };
 
-/// A sample of a scene that is being read, and the facts for the viewer as far as it shows them.
+/// A sample of a scene that is being read, and the facts that the viewer shows of it.
 struct ReadSample {
   SceneSample sample;
   ViewedScene facts;
@@ -30,11 +30,11 @@ std::unique_ptr<Renderer> upload_to(RenderContext& context,
 /// after a change of the backend. Throws Error and Cancelled.
 Renderer& renderer_beside(RenderContext& context);
 
-/// Uploads a scene to show beside the one in the window.
+/// Uploads a scene to show beside the scene in the window.
 Job open_beside(const std::shared_ptr<const Scene>& scene, Backend backend);
 
 /// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
-/// `settings` are used as they are, except that without `keep_background` the background is the
+/// `settings` are used unchanged, except that without `keep_background` the background is the
 /// model's.
 Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, RenderSettings settings,
                bool keep_background);
@@ -48,8 +48,8 @@ void scene_read(Viewer& viewer, Host& host, const std::shared_ptr<LoadedScene>& 
 /// Runs open_beside() on the viewer's backend.
 void beside_read(Viewer& viewer, Host& host, const std::shared_ptr<const Scene>& scene);
 
-/// Shows a picture of the sample in the view that the scene will open with, if no other scene is in
-/// the window. The viewer stays as it is.
+/// Shows a picture of the sample in the scene's first view, if no other scene is in the window. It
+/// does not change the viewer.
 void sample_read(Viewer& viewer, Host& host, const std::shared_ptr<ReadSample>& read,
                  bool keep_background);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What background jobs work with on the render thread, and guards that restore it when a job ends.
+// The state of background jobs on the render thread, and guards that restore it when a job ends.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@ struct FrameRequest {
   RenderSettings settings;
   bool moving = false;                  ///< a newer request does not cancel it
   std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
-  Quantity quantity = Quantity::color;  ///< another one only without `heatmap` and `other`
+  Quantity quantity = Quantity::color;  ///< other quantities only without `heatmap` and `other`
   std::optional<Variant> other;         ///< also drawn, for a split window
   bool beside = false;                  ///< `other` draws RenderContext::beside
   int version = 0, view_version = 0;    ///< of Viewer
@@ -42,7 +42,7 @@ struct ReferenceImage {
   Image image;
 };
 
-/// The scene beside the one in the window.
+/// The second scene, beside the scene in the window.
 struct RenderedBeside {
   std::shared_ptr<const Scene> scene;
   SceneBeside facts;
@@ -50,10 +50,11 @@ struct RenderedBeside {
   std::unique_ptr<Renderer> renderer;  ///< of `backend`
 };
 
-/// What session.scene was made of by crop and clean.
+/// The whole scene, from which crop and clean made session.scene.
 struct CroppedScene {
   std::shared_ptr<const Scene> whole;
-  bool tinted = false;  ///< it has all Gaussians, with what would go tinted; else the rest
+  /// session.scene has all Gaussians, and those to remove are tinted; else only the rest
+  bool tinted = false;
 };
 
 struct RenderContext {
@@ -61,10 +62,10 @@ struct RenderContext {
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
-  Session session = {};                      ///< scene and renderer are null at first
-  std::optional<CroppedScene> cropped = {};  ///< set while session.scene is one
+  Session session = {};                      ///< scene and renderer are initially null
+  std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};
-  std::optional<ReferenceImage> reference = {};  ///< the last one that was computed
+  std::optional<ReferenceImage> reference = {};  ///< the last computed image
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;
 

@@ -120,7 +120,7 @@ void RenderThread::loop(const std::stop_token& stop) {
       guarded([&] { job(context_); });
     } else if (ready && frame_) {
       const FrameRequest request = *std::exchange(frame_, std::nullopt);
-      // A moving camera that cancels its frames would never see one.
+      // If a moving camera cancelled its frames, no frame would be completed.
       task_ = request.moving ? Task::frame : Task::refinement;
       lock.unlock();
       guarded([&] { draw(request); });
@@ -146,7 +146,7 @@ void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->unbind();
 }
 
-// The frame in a GL texture; empty if that fails, and then it is not tried again.
+// Draws the frame into a GL texture. Returns empty if that fails, and it is not tried again.
 std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
                                                         const FrameRequest& request) {
   if (!gl_works_ || context_.session.backend != Backend::cuda) return std::nullopt;
@@ -225,7 +225,7 @@ void RenderThread::measure(const NumbersRequest& request) {
   } catch (const Cancelled&) {
     throw;
   } catch (...) {
-    // An empty table, so that the failing measurement is not repeated for this view.
+    // Reports an empty table, so that the failing measurement is not repeated for this view.
     context_.report(action::numbers_measured, ModeNumbers{request.version, {}});
     throw;
   }

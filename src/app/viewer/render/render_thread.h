@@ -37,7 +37,7 @@ class RenderThread {
   void request(NumbersRequest request);
   void cancel_numbers();
   void run(Job job);
-  void stop_job();  ///< the one that is running
+  void stop_job();  ///< the running job
 
   void take_reports(Actions& actions) { reports_.take(actions); }
   std::optional<RenderedFrame> take_frame();

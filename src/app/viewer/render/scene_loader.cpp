@@ -107,8 +107,8 @@ ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& camera
 
 namespace {
 
-// What can be done with a sample while the rest of the scene is read: on a thread of its own,
-// chooses the first view and reports both.
+// Uses a sample while the rest of the scene is read: a separate thread chooses the first view and
+// reports the sample and the view.
 class EarlyView {
  public:
   EarlyView(ActionQueue& reports, const OpenRequest& request)
@@ -123,7 +123,7 @@ class EarlyView {
     });
   }
 
-  // The framing of the scene: that of the sample if no Gaussian was dropped since.
+  // The framing of the scene: the sample's framing if no Gaussian was dropped since.
   std::optional<Framing> framing_of(const Scene& scene) {
     if (thread_.joinable()) thread_.join();
     return scene.cloud.size() == of_ ? framing_ : std::nullopt;

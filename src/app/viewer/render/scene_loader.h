@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads what the user opens or drops, on a thread of its own: a scene with its cameras and
+// Reads files that the user opens or drops, on a separate thread: a scene with its cameras and
 // photographs, cameras for the scene in the window, or a camera path. Outcomes are reported as
 // actions, after everything was read. Before that, a large scene's sample is reported, with the
 // first view that is chosen from it. One photograph at a time is read on another thread.
@@ -46,7 +46,7 @@ class SceneLoader {
   SceneLoader(std::function<void()> wake, int threads, Sampling sampling = {})
       : reports_(std::move(wake)), threads_(threads), sampling_(std::move(sampling)) {}
 
-  /// Starts reading, and cancels what is being read.
+  /// Starts reading, and cancels earlier reading.
   void open(const OpenRequest& request);
   void cancel();
 

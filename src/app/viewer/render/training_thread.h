@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Runs a trainer beside the window. The trainer, on whichever backend, calls after_iteration(): it
-// learns there what the user wants, and hands over its model when the window can draw one. It
-// keeps the model that it trains, so drawing never waits for an iteration.
+// Runs a trainer beside the window. The trainer of any backend calls after_iteration(), which
+// returns the user's command and takes a copy of the model when the window can draw one. The
+// trainer keeps its own model, so drawing never waits for an iteration.
 #pragma once
 
 #include <chrono>
@@ -23,16 +23,16 @@ namespace qs {
 struct TrainedModel {
   std::shared_ptr<const Scene> scene;
   int iteration = 0;
-  double seconds = 0;          ///< that copying took
-  std::filesystem::path data;  ///< the folder that is trained from
+  double seconds = 0;          ///< time of copying
+  std::filesystem::path data;  ///< the folder of the training data
 };
 
 enum class TrainingWish { go_on, save, stop };
 
 class TrainingThread {
  public:
-  /// A whole training run: calls began() and after_iteration(). Returns one sentence on how it
-  /// ended. Throws Error.
+  /// A whole training run: calls began() and after_iteration(). Returns one sentence about its end.
+  /// Throws Error.
   using Work = std::function<std::string(TrainingThread&)>;
 
   /// Starts `work`. `wake` is called on its thread when there is something to take.
@@ -44,7 +44,7 @@ class TrainingThread {
   /// Shows that photographs of `data` are read. Its reports throw Cancelled when the run is
   /// stopped.
   Progress reading(const std::filesystem::path& data);
-  /// `folder`: of the model; `data`: that is trained from.
+  /// Reports the start. `folder`: of the model; `data`: of the training data.
   void began(const std::filesystem::path& folder, const std::filesystem::path& data);
   /// Called before the first iteration, and then waits until the window takes the model, and after
   /// each iteration. Waits while the run is paused.
@@ -85,7 +85,7 @@ class TrainingThread {
        ended_ = false,
        obeying_ = false;      // a command was not carried out yet
   bool shown_first_ = false;  // the first model was taken
-  int steps_ = 0;             // that were asked for while paused
+  int steps_ = 0;             // requested while paused
   std::optional<TrainedModel> model_;
 
   std::thread thread_;
@@ -95,7 +95,7 @@ class TrainingThread {
 /// data.
 Job open_trained(const TrainedModel& model, Backend backend, const RenderSettings& settings);
 
-/// Shows the model in the place of the scene in the window, if that is still the one of `folder`.
+/// Replaces the scene in the window by the model, if the window still shows the scene of `folder`.
 Job show_model(const TrainedModel& model);
 
 }  // namespace qs

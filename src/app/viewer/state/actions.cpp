@@ -48,7 +48,7 @@ void restore_view(Viewer& v) {
   try {
     set_camera(v, parse_camera(kept->second, "settings"));
     notify(v, "restored the last view of this scene; Home goes to the first view");
-  } catch (const Error&) {  // the settings were edited by hand: the first view stays
+  } catch (const Error&) {  // the settings were edited by hand, so the first view stays
   }
 }
 
@@ -217,7 +217,7 @@ void end_progress(Viewer& v) { v.loading.reset(); }
 
 namespace {
 
-// What a user can change by a key or a switch.
+// Messages about oddities that a user can correct with a key or a switch.
 void say_what_is_odd(Viewer& v) {
   if (v.scene->framing.upside_down)
     notify(v, "The scene seems to be upside down: press Y to turn it");
@@ -301,7 +301,7 @@ void frame_shown(Viewer& v, const ShownFrame& frame) {
 void numbers_measured(Viewer& v, const ModeNumbers& numbers) {
   const ModeNumbers before = std::exchange(v.numbers, numbers);
   if (before.version != numbers.version) return;
-  // Rows of the same view that were not measured again stay: those of the other pipeline.
+  // Rows of the same view that were not measured again, such as the other pipeline's, stay.
   for (const BenchRow& old : before.rows) {
     const bool again = std::any_of(
         numbers.rows.begin(), numbers.rows.end(),
@@ -326,7 +326,7 @@ void pixel_inspected(Viewer& v, const InspectedView& view) {
 
 void compared_with_reference(Viewer& v, const ReferenceComparison& comparison) {
   v.comparison = comparison;
-  // Otherwise a panel shows it.
+  // Otherwise a panel shows the result.
   if (!v.panels.all || !verdict_is_current(v)) notify(v, comparison.sentence);
 }
 

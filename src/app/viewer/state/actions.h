@@ -2,8 +2,8 @@
 //
 // Changes of the Viewer that panels, input, the command line or threads cause, apart from camera
 // motion (camera_actions.h) and background jobs (commands/jobs.h). Each is called through an Action
-// (action.h). None of them waits, draws or reads a file. What only a key or a menu does is a row
-// of commands/commands.cpp instead.
+// (action.h). None of them waits, draws or reads a file. Changes that only a key or a menu causes
+// are rows of commands/commands.cpp instead.
 #pragma once
 
 #include "app/viewer/state/action.h"
@@ -37,7 +37,7 @@ void set_photograph_wipe(Viewer& viewer, float share);
 
 // ---- files -------------------------------------------------------------------------------------
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);
-/// Opens or closes the dialog. The chosen file becomes the scene, or the one beside it.
+/// Opens or closes the dialog. The chosen file becomes the scene, or the second scene if `beside`.
 void toggle_open_dialog(Viewer& viewer, bool beside);
 /// Reads the scene again, with FrameOptions::skip_huge or without.
 void skip_huge(Viewer& viewer, Host& host, bool skips);
@@ -48,7 +48,8 @@ void cancel_loading(Viewer& viewer, Host& host);
 void add_keyframe(Viewer& viewer);
 void remove_keyframe(Viewer& viewer, std::size_t index);
 void ease_keyframe(Viewer& viewer, std::size_t index, bool eases);
-/// Moves a keyframe and all later ones in time, to `seconds` after the one before. Not the first.
+/// Moves a keyframe and all later ones in time, to `seconds` after the previous keyframe. `index` >
+/// 0.
 void delay_keyframe(Viewer& viewer, std::size_t index, double seconds);
 void set_keyframes(Viewer& viewer, const std::vector<Keyframe>& keyframes);
 void toggle_playback(Viewer& viewer);

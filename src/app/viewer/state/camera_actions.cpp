@@ -54,7 +54,8 @@ double pivot_depth(const Viewer& v) {
   return std::max(depth_of(v.camera, v.pivot), least);
 }
 
-/// The pivot until the user picks one: the point of the line of sight beside what F shows.
+/// The pivot until the user picks one: the point of the line of sight nearest to the target of F's
+/// view.
 glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
   const double least = 0.05 * scene.extent();
   const double depth = std::max(depth_of(camera, scene.framing.target), least);
@@ -68,7 +69,7 @@ void set_view(Viewer& v, const Camera& camera) {
   view_changed(v);
 }
 
-/// The camera of the data set at which the view is or to which it travels, -1: none.
+/// The camera of the data set at the current view, or at the end of the current travel; -1: none.
 int destination(const Viewer& v) { return v.travel ? v.travel->dataset_camera : v.dataset_camera; }
 
 Camera framed(const Viewer& v) {

@@ -18,7 +18,7 @@ void roll(Viewer& viewer, double notches);
 /// Moves camera and pivot by a step in view axes (right, down, forward), world units.
 void shift(Viewer& viewer, glm::dvec3 step);
 
-/// Any motion ends here: the view no longer is one of the data set's cameras.
+/// Sets the camera after a motion: the view no longer counts as one of the data set's cameras.
 void move(Viewer& viewer, const Camera& camera);
 
 // ---- views -------------------------------------------------------------------------------------
@@ -29,7 +29,8 @@ void frame_point(Viewer& viewer, glm::dvec3 point);
 void resize(Viewer& viewer, int width, int height);
 void frame_scene(Viewer& viewer);
 
-/// A camera of the data set, with its photograph if those are shown. No effect without that camera.
+/// Goes to a camera of the data set, with its photograph if photographs are shown. No effect
+/// without that camera.
 void go_to_camera(Viewer& viewer, Host& host, int index);
 enum class CameraStep { previous, next, first, last, nearest };
 void step_camera(Viewer& viewer, Host& host, CameraStep step);
@@ -38,10 +39,11 @@ void go_home(Viewer& viewer, Host& host);
 /// The view's vertical axis becomes the world's, now and whenever this scene is opened.
 void make_upright(Viewer& viewer);
 
-/// The first camera of the scene's data set, else the framed scene: sets camera, home and pivot.
+/// Sets camera, home and pivot to the first camera of the scene's data set, else to the framed
+/// scene.
 void set_first_view(Viewer& viewer, Host& host);
 
-/// Reads the photograph of the camera that the view stands at, if photographs are shown.
+/// Reads the photograph of the current camera of the data set, if photographs are shown.
 void read_photograph(Viewer& viewer, Host& host);
 
 }  // namespace qs::action
@@ -51,7 +53,7 @@ namespace qs {
 /// The up direction that make_upright() remembered for this scene file.
 std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesystem::path& scene);
 
-/// The axes that were chosen for this scene file; "" if none were.
+/// The axes that were chosen for this scene file; "" if no axes were chosen.
 std::string remembered_axes(const Viewer& viewer, const std::filesystem::path& scene);
 
 }  // namespace qs

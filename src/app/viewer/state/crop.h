@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Crop and clean, as plain data: what the user removes from the scene, and what the window shows of
-// it. The scene as it was read stays whole; render/crop_scene.h shows parts of it.
+// Crop and clean, as plain data: the criteria of removal, and the part of the scene that the window
+// shows. The scene that was read stays whole; render/crop_scene.h shows parts of it.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace qs {
 
-/// What the user removes. Numbers stay while their switch is off.
+/// The user's criteria of removal. Numbers stay while their switch is off.
 struct CropWish {
   bool boxed = false, cleans = false;
   CropBox box;
@@ -24,22 +24,23 @@ struct CropWish {
   bool operator==(const CropWish&) const = default;
 };
 
-/// The whole scene; the same with a count of what goes; with that tinted; or only the rest.
+/// The whole scene; the same with a count of the Gaussians to remove; with these tinted; or only
+/// the rest.
 enum class CropView { whole, counted, marked, rest };
 
-/// What the render thread is to show.
+/// The view of the scene that the render thread should show.
 struct CropRequest {
-  CropWish wish;  ///< nothing for CropView::whole
+  CropWish wish;  ///< empty for CropView::whole
   CropView view = CropView::whole;
   bool operator==(const CropRequest&) const = default;
 };
 
 struct Crop {
   CropWish wish;
-  bool marks = true;                    ///< while the panel is open, the picture tints what goes
-  bool applied = false;                 ///< the window shows the rest
-  CropRequest asked;                    ///< the last one
-  bool busy = false;                    ///< the render thread has not answered it yet
+  bool marks = true;     ///< while the panel is open, the Gaussians to remove are tinted
+  bool applied = false;  ///< the window shows the rest
+  CropRequest asked;     ///< the last request
+  bool busy = false;     ///< the render thread has not answered it yet
   std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
 };
 

@@ -136,7 +136,7 @@ void crop_shown(Viewer& v, const CropRequest& request, const std::optional<Remov
   crop.asked = request;
   if (!v.scene) return;
   v.scene->gaussians = gaussians;
-  v.inspected.reset();  // it names Gaussians by their numbers
+  v.inspected.reset();  // it refers to Gaussians by their indices
   view_changed(v);
   if (request.view == CropView::rest && counts) notify(v, removal_text(*counts, "removed"));
 }

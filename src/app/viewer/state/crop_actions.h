@@ -11,14 +11,14 @@
 
 namespace qs {
 
-/// What the window should show now: while the panel is open what goes is counted and tinted. The
-/// whole scene during training.
+/// The view of the scene that the window should show now. While the panel is open, the Gaussians to
+/// remove are counted and tinted. During training it is the whole scene.
 CropRequest wanted_crop(const Viewer& viewer);
 
-/// The box that the user starts from: the scene's core and a quarter of its size on all sides.
+/// The initial box for the user: the scene's core and a quarter of its size on all sides.
 CropBox first_box(const ViewedScene& scene);
 
-/// "3 of 500 Gaussians would go: 3 outside of the box", or what to do.
+/// "3 of 500 Gaussians would go: 3 outside of the box", or an instruction.
 std::string crop_text(const Viewer& viewer);
 
 /// A handle is in the middle of a face of the box: face 0..5 is low x, high x, low y, ...
@@ -31,23 +31,23 @@ glm::dvec3 handle_of(const CropBox& box, int face);
 std::optional<CropBox> dragged(const CropBox& box, int face, const Camera& camera,
                                glm::dvec2 pixel);
 
-/// How far along `direction`, a unit vector, the line from `point` is nearest to the ray through
-/// `pixel`, world units. Empty if they are parallel or the ray's nearest point is behind the
-/// camera.
+/// The distance from `point` along `direction`, a unit vector, of the point that is nearest to the
+/// ray through `pixel`, world units. Empty if they are parallel or the ray's nearest point is
+/// behind the camera.
 std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::dvec3 direction,
                                   glm::dvec2 pixel);
 
 namespace action {
 
-/// Another wish. The whole scene is back if the rest was shown. A side of the box that would pass
-/// the opposite one stays at it.
+/// Changes the criteria. If only the rest was shown, the whole scene is shown again. A face of the
+/// box cannot pass the opposite face.
 void change_crop(Viewer& viewer, const CropWish& wish);
-/// The wish in words: X0,Y0,Z0,X1,Y1,Z1 crops to a box, "floaters" drops them too, "nothing"
-/// switches both off. Throws Error(usage).
+/// Sets the criteria from words: X0,Y0,Z0,X1,Y1,Z1 crops to a box, "floaters" also drops floaters,
+/// "nothing" switches both off. Throws Error(usage).
 void choose_crop(Viewer& viewer, const std::string& words);
 void mark_removed(Viewer& viewer, bool marks);
 
-/// Shows the rest only. Refused with a message if nothing would go or nothing would stay.
+/// Shows only the rest. Refused with a message if no Gaussian would be removed or none would stay.
 void apply_crop(Viewer& viewer);
 /// Shows the whole scene and switches box and floaters off.
 void undo_crop(Viewer& viewer);

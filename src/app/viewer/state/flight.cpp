@@ -18,10 +18,10 @@ constexpr double kDistancesPerSecond = 0.5;  ///< speed over the distance ahead
 constexpr double kFasterPerNotch = 1.2, kMostFactor = 100;
 constexpr double kAccelerationSeconds = 0.12;  ///< to reach 63 % of a new velocity
 constexpr double kDistanceSeconds = 0.4;       ///< the same for the distance ahead
-constexpr double kStillShare = 0.01;           ///< of the speed: slower counts as standing
+constexpr double kStillShare = 0.01;           ///< of the speed: slower motion counts as rest
 constexpr double kTravelSeconds = 0.35;
 
-// Approaches `to` by the part that `seconds` of a first-order lag do.
+// The part of the way that a first-order lag covers in `seconds`, 0 to 1.
 double approach(double seconds, double constant) { return 1 - std::exp(-seconds / constant); }
 
 double distance_ahead(const Viewer& v) {
@@ -30,7 +30,7 @@ double distance_ahead(const Viewer& v) {
   return std::max(measured.value_or(0.5 * v.scene->extent()), least);
 }
 
-// The distance changes slowly, so that passing a near thing does not stop the flight.
+// The distance changes slowly, so that passing a near object does not stop the flight.
 void update_distance(Viewer& v, double seconds) {
   const double now = distance_ahead(v);
   double& kept = v.flight.distance;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What actions can ask of the program around the Viewer: files, background jobs, the window. The
-// window's loop implements it, tests record the calls. Nothing here waits or changes the Viewer:
-// outcomes arrive later as actions.
+// The requests that actions can make to the program around the Viewer: files, background jobs, the
+// window. The window's loop implements it, tests record the calls. Nothing here waits or changes
+// the Viewer: outcomes arrive later as actions.
 #pragma once
 
 #include <filesystem>
@@ -24,13 +24,13 @@ class Host {
 
   /// Starts reading a scene, cameras or a camera path. `axes`: ReadOptions::axes.
   virtual void open(const std::filesystem::path& path, const std::string& axes) = 0;
-  /// Starts reading a scene to show beside the one in the window.
+  /// Starts reading a scene to show beside the scene in the window.
   virtual void open_beside(const std::filesystem::path& path) = 0;
   virtual void read_photograph(const std::filesystem::path& path) = 0;
   virtual void cancel_loading() = 0;  ///< stops reading and the running job
 
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
-  virtual void stop_job() = 0;    ///< the one that is running
+  virtual void stop_job() = 0;    ///< the running job
 
   /// Starts a training run. `words`: of a command line, after `quadsplat train`.
   virtual void start_training(const std::vector<std::string>& words) = 0;

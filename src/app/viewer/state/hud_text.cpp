@@ -51,7 +51,7 @@ std::string rate_text(const BenchRow* row) {
   return significant(row->fps_median, std::max(uncertainty, row->fps_median < 1000 ? 0.1 : 1.0));
 }
 
-// The larger half of the interval stands for both.
+// Half of the interval: the larger of its two sides.
 double half_interval(const Ratio& ratio) {
   return std::max(ratio.interval->high - ratio.value, ratio.value - ratio.interval->low);
 }
@@ -183,7 +183,7 @@ std::string hud_caveat(const Viewer& viewer) {
 
 namespace {
 
-// Of two scenes beside each other, in the order of their names.
+// The numbers of two scenes beside each other, in the order of their names.
 std::vector<std::string> numbers_of_both(const Viewer& viewer) {
   const RenderStats* stats[] = {&viewer.shown.stats, &viewer.shown.other->stats};
   if (viewer.split.flipped) std::swap(stats[0], stats[1]);

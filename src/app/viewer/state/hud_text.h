@@ -15,11 +15,11 @@
 
 namespace qs {
 
-/// One mode of the table; "-" where nothing was measured yet.
+/// One mode of the table; "-" for values that were not measured yet.
 struct HudRow {
   CullMode mode = 0;
   std::string name, ms, fps, pairs, per_visible, unused, ratio;
-  std::string other_ms, other_ratio;           ///< of other_pipeline(); empty without one
+  std::string other_ms, other_ratio;  ///< of other_pipeline(); empty without another pipeline
   bool is_noisy = false, other_noisy = false;  ///< the times should not be trusted
 };
 
@@ -28,20 +28,20 @@ std::vector<std::string> hud_columns(const Viewer& viewer);
 
 std::vector<HudRow> hud_rows(const Viewer& viewer);
 
-/// The pipeline that is not used now; empty on a backend that has only one.
+/// The pipeline that is not used now; empty on a backend with only one pipeline.
 std::optional<Pipeline> other_pipeline(const Viewer& viewer);
 
-/// Says how many frames stand behind the numbers of the table.
+/// A sentence with the number of frames behind the numbers of the table.
 std::string hud_status(const Viewer& viewer);
 
 /// Facts of the frame in the window.
 std::vector<Fact> hud_facts(const Viewer& viewer);
 
-/// The line below the picture: the numbers of the frame in the window, and at its right end what
-/// hinders them or how to see more.
+/// The line below the picture: the numbers of the frame in the window, and at its right end a
+/// caveat about them, or a hint to more numbers.
 struct StatusLine {
   std::string numbers, note;
-  bool caution = false;  ///< the note says why the numbers are no measurement
+  bool caution = false;  ///< the note gives the reason why the numbers are not a measurement
 };
 StatusLine status_line(const Viewer& viewer);
 
@@ -58,7 +58,7 @@ std::string stages_text(const BenchRow& row);
 /// The caption of the plot of Viewer::frame_ms, which must not be empty.
 std::string frame_plot_text(const Viewer& viewer);
 
-/// What the numbers of a row mean, for a tooltip: frames, spread and interval.
+/// The reliability of a row's numbers, for a tooltip: frames, spread and interval.
 std::string trust_text(const Viewer& viewer, CullMode mode);
 
 /// The value with the digits that its uncertainty leaves significant, at most three decimals:
@@ -72,7 +72,7 @@ std::string fps_text(double fps);
 /// "-1,234", "+5".
 std::string signed_text(std::int64_t number);
 
-/// What the window shows as JSON, for tests and for reports of problems.
+/// The content of the window as JSON, for tests and for reports of problems.
 std::string state_json(const Viewer& viewer);
 
 }  // namespace qs

@@ -18,7 +18,7 @@ bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
                      [&](bool Panels::*which) { return panels.*which; });
 }
 
-// `letters`: as the user set it, 0 if not.
+// `letters`: the user's setting, 0 if unset.
 float bar_width(float letters, float most, const WindowMetrics& window) {
   const float usual = std::clamp(kDefaultShare * window.size.x, kLeastDefault * window.letter,
                                  kMostDefault * window.letter);

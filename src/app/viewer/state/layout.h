@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Where the picture, the bars of panels and the lines above and below them are in the window.
+// The layout of the window: the picture, the bars of panels, and the lines above and below them.
 // Panels are beside the picture, never on it.
 #pragma once
 

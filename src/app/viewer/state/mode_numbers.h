@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// How far the numbers of the table of modes can be trusted, and when enough frames were measured.
-// One frame of every mode after the other makes a round, so round i of two modes can be compared.
+// The reliability of the numbers in the table of modes, and the decision that enough frames were
+// measured. One frame of every mode makes a round, so round i of two modes can be compared.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +21,12 @@ inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a r
 /// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
-/// True if the numbers are of the view in the window, and not of an earlier one or while a zoom is
-/// recorded.
+/// True if the numbers are of the view in the window. False for numbers of an earlier view, and
+/// while a zoom is recorded.
 bool numbers_are_current(const Viewer& viewer);
 
-/// True if no more frames of this view are wanted: all ratios have a small interval, or the limit
-/// of frames or of time is reached.
+/// True if this view needs no more frames: all ratios have a small interval, or the limit of frames
+/// or of time is reached.
 bool numbers_suffice(const Viewer& viewer);
 
 /// Adds the frames of a row to those of another row of the same mode and view.
@@ -38,14 +38,14 @@ std::size_t frames_behind(const ModeNumbers& numbers);
 /// Half of the distance between the quartiles of the frame times; unset for one frame.
 std::optional<double> spread_ms(const BenchRow& row);
 
-/// The ratio of Viewer::baseline to the row; unset if either was not measured.
+/// The ratio of Viewer::baseline to the row; unset if one of them was not measured.
 std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row,
                                        Pipeline pipeline);
 
 /// True if the spread of the row is above kNoisySpread.
 bool has_noisy_time(const BenchRow& row);
 
-/// True if the measurement does not show which mode is faster: the interval contains 1.
+/// True if the measurement does not show a faster mode, because the interval contains 1.
 bool is_undecided(const Ratio& ratio);
 
 }  // namespace qs

@@ -40,21 +40,21 @@ std::string keyframe_label(const Viewer& viewer, std::size_t index);
 std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops);
 std::string inspected_pixel_text(const PixelReport& pixel);
 
-/// Of the heat map in the window, which must exist. `cell`: index into its values.
+/// Ticks of the heat map in the window, which must exist. `cell`: index into its values.
 std::vector<BarTick> heat_ticks(const ShownFrame& shown);
 std::string heat_facts(const ShownFrame& shown);
 std::string heat_text(const ShownFrame& shown, std::size_t cell);
 
-/// The same of ShownFrame::values.
+/// Ticks of ShownFrame::values, which must exist.
 std::vector<BarTick> value_ticks(const ShownFrame& shown);
 std::string value_facts(const ShownFrame& shown);
 std::string value_text(const ShownFrame& shown, std::size_t pixel);
 
-/// The names of the scene and the one beside it: their paths if the names are equal.
+/// The names of the scene and of the second scene: their paths if the names are equal.
 std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside);
 
-/// Of a split window with two frames: the names of their variants or scenes on the left and on the
-/// right; the ticks of the map of pair differences.
+/// For a split window with two frames: the names of the variants or scenes on the left and on the
+/// right, and the ticks of the map of pair differences.
 std::array<std::string, 2> split_names(const Viewer& viewer);
 std::vector<BarTick> pair_ticks(const ShownFrame& shown);
 
@@ -62,16 +62,16 @@ std::vector<BarTick> pair_ticks(const ShownFrame& shown);
 /// from the frames.
 int shown_amplification(const Viewer& viewer);
 
-/// Viewer::split with that factor.
+/// Viewer::split with shown_amplification().
 Split shown_split(const Viewer& viewer);
 
-/// Of the difference: the 8-bit differences that are black and white.
+/// Ticks of the map of differences: the 8-bit differences that are drawn black and white.
 std::vector<BarTick> difference_ticks(int amplification);
 
 /// True if the last comparison with the reference is of the view and the mode in the window.
 bool verdict_is_current(const Viewer& viewer);
 
-/// What was compared, the numbers, the pixel that fails and why.
+/// The facts of a comparison: its subject, the numbers, the failing pixel and the reason.
 std::vector<Fact> verdict_facts(const ReferenceComparison& comparison);
 
 /// Minutes and seconds since the start: "3:07".
@@ -80,7 +80,7 @@ std::string log_time(const LogEntry& entry);
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
 
-/// What the zoom recorder does or did.
+/// The state of the zoom recorder, as a sentence.
 std::string zoom_status(const ZoomRecording& zoom);
 
 /// The recorder's plot: `longest_ms` at its top, 0 at its bottom.

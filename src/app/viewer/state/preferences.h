@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What the viewer keeps from one run to the next: the window's size, switches, recent files, the
-// last view of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default: ~/.config). To keep
-// another member of Viewer: a line of for_each_preference().
+// The data that the viewer keeps from one run to the next: the window's size, switches, recent
+// files, the last view of each scene. A JSON file in $XDG_CONFIG_HOME/quadsplat (default:
+// ~/.config). To keep another member of Viewer: a line of for_each_preference().
 #pragma once
 
 #include <filesystem>
@@ -15,12 +15,14 @@ namespace qs {
 /// viewer.json in the user's configuration folder; empty if there is no home folder.
 std::filesystem::path preferences_file();
 
-/// Sets what the file holds; `window_size` in screen units. Nothing changes if there is no file, or
-/// if it is damaged: then returns a sentence that says so, else "".
+/// Sets the members that the file contains; `window_size` in screen units. If there is no file,
+/// nothing changes and the result is "". If the file is damaged, nothing changes and the result is
+/// a sentence that says so.
 std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
                              glm::ivec2& window_size);
 
-/// Sets what the text of a file holds. Throws std::exception and changes nothing if it is damaged.
+/// Sets the members that the text contains. Throws std::exception and changes nothing if it is
+/// damaged.
 void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& window_size);
 
 /// The text that parse_preferences() reads.

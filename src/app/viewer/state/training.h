@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Training in the window, as plain data: what the trainer reported last, and how much time drawing
-// may take from it. The trainer itself works on a thread of its own (render/training_thread.h).
+// Training in the window, as plain data: the trainer's last report, and the budget of time for
+// drawing. The trainer itself works on a separate thread (render/training_thread.h).
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,14 @@ struct TrainingProgress {
 };
 
 /// Keeps drawing within a share of the time. Every piece of work, a frame or an upload, is followed
-/// by a pause, so that all work since the start takes at most the share, except for the last piece.
+/// by a pause, so that all work since the start takes at most the share, apart from the last piece.
 class DrawingBudget {
  public:
   /// The largest share of the time: while the camera moves, and while it rests.
   static constexpr double kMoving = 0.5, kResting = 0.2;
-  static constexpr double kWindow = 4;  ///< seconds that share() looks back
+  static constexpr double kWindow = 4;  ///< seconds over which share() is measured
 
-  /// Work of `seconds` ended at `now`, and may have taken the share `most`.
+  /// Records that work of `seconds` ended at `now`, with `most` as the largest share.
   void spent(double now, double seconds, double most);
   bool allows(double now) const { return now >= free_at_; }
 

@@ -8,7 +8,7 @@
 
 namespace qs {
 
-/// The trainer works now, so measurements would be wrong and the picture is not final.
+/// True if the trainer works now. Then measurements would be wrong, and the picture is not final.
 bool is_training(const Viewer& viewer);
 
 /// True if a frame or an upload may begin: nothing is trained, or the budget allows it.
@@ -20,9 +20,9 @@ std::vector<Fact> training_facts(const Viewer& viewer);
 namespace action {
 
 // ---- by the user -------------------------------------------------------------------------------
-/// Starts a run, unless one is under way. `words`: of a command line, after `quadsplat train`.
+/// Starts a run, unless a run is in progress. `words`: of a command line, after `quadsplat train`.
 void start_training(Viewer& viewer, Host& host, const std::vector<std::string>& words);
-/// Passes the command to the host if it makes sense in this phase.
+/// Passes the command to the host if it is valid in this phase.
 void command_training(Viewer& viewer, Host& host, TrainingCommand command);
 /// Pauses or resumes.
 void toggle_training(Viewer& viewer, Host& host);
@@ -32,7 +32,7 @@ void training_began(Viewer& viewer, const std::filesystem::path& folder);
 void training_progressed(Viewer& viewer, const TrainingProgress& progress);
 void training_paused(Viewer& viewer, bool paused);
 void training_ended(Viewer& viewer, const std::string& outcome, bool is_error);
-/// The window draws another model from now on. Making and uploading it took `seconds`.
+/// Notes that the window now draws another model. Making and uploading it took `seconds`.
 void model_shown(Viewer& viewer, int iteration, std::uint64_t gaussians, double seconds);
 
 }  // namespace action

@@ -43,10 +43,10 @@ struct ViewedScene {
   SceneBox core;                      ///< core_box()
   float smallest_radius = 0;          ///< smallest_framing(), world units
   std::uint64_t huge = 0;             ///< Gaussians that are larger than the scene
-  std::uint64_t skipped_huge = 0;     ///< those that were left out
+  std::uint64_t skipped_huge = 0;     ///< Gaussians that were left out as larger than the scene
   glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
   bool up_is_declared = false;        ///< `up` was given by the user or the file
-  Framing framing;                    ///< what F shows
+  Framing framing;                    ///< the view of F
   std::string axes;                   ///< ReadOptions::axes that the file was read with
   std::string declared_axes = "RDF";  ///< of the file
   std::vector<Camera> cameras;        ///< of the data set, may be empty
@@ -61,16 +61,16 @@ struct ViewedScene {
   }
 };
 
-/// Another scene beside the one in the window: a split window shows both from the same camera.
+/// A second scene: a split window shows both from the same camera.
 struct SceneBeside {
   std::filesystem::path path;
   std::uint64_t gaussians = 0;
 };
 
-/// Sets framing and, unless it is declared, up to those of the cameras. No effect without cameras.
+/// Sets framing and, unless it is declared, up from the cameras. No effect without cameras.
 void use_cameras(ViewedScene& scene);
 
-/// Which panels are open.
+/// The switches of the panels: true if the panel is open.
 struct Panels {
   bool hud = false, info = false, help = false, cameras = false;
   bool recorder = false, open = false, photograph = false, frusta = false, inspector = false,
@@ -83,7 +83,8 @@ struct Bars {
   float left = 0, right = 0;
 };
 
-/// The hints of the first start that are still shown. Each goes away once the user does it.
+/// The hints of the first start that are still shown. Each disappears once the user has followed
+/// it.
 struct Hints {
   bool turn = false, modes = false, map = false;
 };
@@ -101,20 +102,20 @@ struct LogEntry {
   bool error = false;
 };
 
-/// How the window shows two variants of the view.
+/// The ways in which the window shows two variants of the view.
 enum class SplitView { sides, whole, difference, tile_pairs };
 
 /// Index = SplitView.
 inline constexpr const char* kSplitViews[] = {"side by side", "one at a time", "difference",
                                               "tile pairs"};
 
-/// The split window: the view as it is set, and another variant of it, or another scene drawn
-/// alike.
+/// The split window: the view with the current settings, and another variant of it or another scene
+/// with the same settings.
 struct Split {
   Variant other{find_culler("3dgs"), kDefaultPipeline, Backend::cpu};
   SplitView view = SplitView::sides;
   float divider = 0.5f;   ///< width left of the divider, as a fraction of the window's, 0 to 1
-  bool flipped = false;   ///< shows `other` on the left, or as the one at a time
+  bool flipped = false;   ///< shows `other` on the left, or alone
   int amplification = 0;  ///< factor of the difference; 0: chosen from the frames
 };
 
@@ -147,10 +148,10 @@ struct ShownFrame {
 struct ModeNumbers {
   int version = -1;  ///< Viewer::view_version
   std::vector<BenchRow> rows;
-  bool complete = false;  ///< no more frames are wanted, however noisy the numbers are
+  bool complete = false;  ///< no more frames are measured, even if the numbers are noisy
 };
 
-/// The zoom that is being recorded, or the last one.
+/// The zoom that is being recorded, or the last recording.
 struct ZoomRecording {
   bool running = false;
   int steps = 0;                 ///< planned
@@ -183,7 +184,7 @@ struct Flight {
   glm::dvec3 wish{0.0};      ///< right, down, forward, times the factor of the keys; of this turn
   glm::dvec3 velocity{0.0};  ///< in view axes, world units per second
   double factor = 1;         ///< set by the wheel
-  double distance = 0;       ///< smoothed distance of what is in front, world units; 0: unknown
+  double distance = 0;       ///< smoothed distance of the scene in front, world units; 0: unknown
 };
 
 /// A moment's move to another view.
@@ -208,7 +209,7 @@ struct Loading {
 /// the second.
 inline constexpr double kMovingSeconds = 0.2, kStillSeconds = 0.25;
 
-/// What the loop knows at every turn.
+/// The facts that the loop passes at every turn.
 struct Turn {
   double now = 0;          ///< seconds since the start
   glm::dvec2 cursor{-1};   ///< pixels of the picture
@@ -223,7 +224,7 @@ struct Viewer : Turn {
   std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
   std::optional<ViewedScene> scene;
   std::optional<SceneBeside> beside;  ///< the split window shows it instead of Split::other
-  bool opens_beside = false;          ///< what the dialog Open does with the chosen file
+  bool opens_beside = false;          ///< the dialog Open opens the chosen file as the second scene
 
   Camera camera;  ///< at the window's size
   Camera home;
@@ -231,13 +232,13 @@ struct Viewer : Turn {
   Navigation navigation = Navigation::orbit;
   Flight flight;
   std::optional<Travel> travel;
-  bool animates_moves = false;  ///< else views change at once, as scripts need it
-  int dataset_camera = -1;      ///< index of the camera that the view stands at, else -1
+  bool animates_moves = false;  ///< else views change immediately, as scripts need it
+  int dataset_camera = -1;      ///< index of the camera at the view, else -1
   double last_motion = -1e9;    ///< Viewer::now
   std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
   std::map<std::string, std::string> ups;         ///< scene file -> up direction X,Y,Z
   std::map<std::string, std::string> axes;        ///< scene file -> ReadOptions::axes, if chosen
-  std::vector<std::string> axes_to_try;           ///< the frames that Y goes through, in order
+  std::vector<std::string> axes_to_try;           ///< the frames that Y tries, in order
   bool restores_views = true;                     ///< a scene opens at its last view
 
   bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
@@ -247,7 +248,7 @@ struct Viewer : Turn {
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;
   HeatQuantity last_heatmap = HeatQuantity::pairs;
-  Quantity quantity = Quantity::color;  ///< if another one, `heatmap` is unset
+  Quantity quantity = Quantity::color;  ///< for other quantities `heatmap` is unset
   Quantity last_quantity = Quantity::depth;
   Split split;  ///< used while panels.split
 
@@ -266,7 +267,7 @@ struct Viewer : Turn {
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
   ModeNumbers numbers;
-  CullMode baseline = find_culler("3dgs");  ///< the mode that ratios are relative to
+  CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
   std::deque<float> frame_ms;               ///< render times of the last full-size frames
   ZoomRecording zoom;
   std::optional<InspectedView> inspected;
@@ -278,8 +279,8 @@ struct Viewer : Turn {
   bool loops_path = false;  ///< after the last keyframe the path returns to the first
   Playback playback;
 
-  /// `version` counts changes of the picture, `view_version` those of what the numbers of all modes
-  /// depend on: everything but the mode.
+  /// `version` counts changes of the picture. `view_version` counts changes that affect the numbers
+  /// of all modes: all changes but those of the mode.
   int version = 0, view_version = 0;
 
   /// The time at which a path of at least two keyframes ends.

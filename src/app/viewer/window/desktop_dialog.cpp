@@ -37,7 +37,7 @@ void DesktopDialog::serve(const std::stop_token&) {}
 namespace {
 
 constexpr int kAnswerMs = 5000;  ///< a portal that is started answers in this time
-constexpr int kTurnMs = 50;      ///< between looks at the stop token
+constexpr int kTurnMs = 50;      ///< between checks of the stop token
 constexpr const char* kPortal = "org.freedesktop.portal.Desktop";
 constexpr const char* kPortalPath = "/org/freedesktop/portal/desktop";
 constexpr const char* kChooser = "org.freedesktop.portal.FileChooser";
@@ -80,7 +80,7 @@ Message answer(DBusConnection* bus, const Message& call) {
   return Message(dbus_connection_send_with_reply_and_block(bus, call.get(), kAnswerMs, nullptr));
 }
 
-// Starts the portal if the bus knows how.
+// Starts the portal if the bus can. True if it offers a file chooser.
 bool has_file_chooser(DBusConnection* bus) {
   const char* const property = "version";
   const Message call = call_to(kPortalPath, "org.freedesktop.DBus.Properties", "Get");
@@ -126,7 +126,7 @@ std::string open_file(DBusConnection* bus, const std::string& folder) {
   return request;
 }
 
-// "file:///a%20b" -> "/a b"; empty for other places.
+// "file:///a%20b" -> "/a b"; empty for other URIs.
 std::filesystem::path path_of(std::string_view uri) {
   constexpr std::string_view kFile = "file://";
   if (!uri.starts_with(kFile)) return {};
@@ -143,7 +143,7 @@ std::filesystem::path path_of(std::string_view uri) {
   return path;
 }
 
-// The first of "uris" in a response (0, {"uris": [...], ...}); empty if the user chose none.
+// The first of "uris" in a response (0, {"uris": [...], ...}); empty if the user chose no file.
 std::filesystem::path chosen_file(DBusMessage* response) {
   DBusMessageIter arguments, options;
   dbus_uint32_t outcome = 1;

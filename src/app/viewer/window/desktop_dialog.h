@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The desktop's own dialog for opening a file, which xdg-desktop-portal shows in a window of its
-// own. A thread talks to the portal over D-Bus, so that the viewer never waits. Where there is no
-// session bus, no portal or no support in this build, the dialog is not available.
+// The desktop's own dialog for opening a file, which xdg-desktop-portal shows in a separate window.
+// A thread communicates with the portal over D-Bus, so that the viewer never waits. Without a
+// session bus, a portal or support in this build, the dialog is not available.
 #pragma once
 
 #include <atomic>

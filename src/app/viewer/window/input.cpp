@@ -18,11 +18,11 @@ namespace {
 
 constexpr int kKnownMods = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 constexpr double kDoubleClickSeconds = 0.35, kDoubleClickPixels = 6;
-constexpr double kClickPixels = 3;  ///< farther than this between press and release is a drag
+constexpr double kClickPixels = 3;  ///< a larger distance between press and release is a drag
 constexpr double kFast = 5, kSlow = 0.2;
 
-// Keys do nothing else while a dialog takes the keyboard. The state decides when the action is
-// applied, because the key that opens the dialog may be an action of the same poll.
+// Keys have no other effect while a dialog takes the keyboard. The state is checked when the action
+// is applied, because the key that opens the dialog may be an action of the same poll.
 Action unless_typing(Action action) {
   return [action = std::move(action)](Viewer& viewer, Host& host) {
     if (!viewer.panels.open) action(viewer, host);
@@ -34,7 +34,7 @@ Action unless_typing(Action action) {
 void Input::key(int key, bool down, bool repeat, int mods, bool captured, Actions& actions) {
   mods_ = mods & kKnownMods;
   if (!down) {
-    // Its press was not captured, so the release counts even if a panel captures input by now.
+    // Its press was not captured, so the release counts even if a panel captures input now.
     if (held_.erase(key) == 0) return;
     const KeyCommand* row = find_key_command(key, 0);
     if (row != nullptr && row->on_release) actions.push_back(row->on_release);

@@ -22,12 +22,13 @@ class Input {
   /// Releases everything, because the window lost the keyboard.
   void release_all(Actions& actions);
 
-  /// Flies by the keys that are held.
+  /// Flies in the direction of the held keys.
   void tick(Actions& actions) const;
 
   bool busy() const { return dragged_ >= 0 || flies(); }
 
-  /// Where the picture begins in the window, pixels. Actions get positions in the picture.
+  /// The upper left corner of the picture in the window, pixels. Actions get positions in the
+  /// picture.
   void set_picture_origin(glm::dvec2 pixel) { origin_ = pixel; }
 
   glm::dvec2 cursor() const { return cursor_; }  ///< pixels of the window

@@ -24,7 +24,7 @@ struct ScriptCommand {
   int words;  ///< least number of arguments
 };
 
-/// docs/viewer.md says what they do.
+/// docs/viewer.md describes them.
 inline constexpr std::array kScriptCommands = {
     ScriptCommand{"wait", "", 0},
     ScriptCommand{"key", "NAME", 1},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A texture with a picture for panels. In the window's GL context.
+// A texture with a picture for panels, in the window's GL context.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ class PictureTexture {
   PictureTexture(const PictureTexture&) = delete;
   PictureTexture& operator=(const PictureTexture&) = delete;
 
-  /// The GL texture with this picture (height x width x 3), uploaded if it is another one than last
-  /// time; 0 if it is null.
+  /// The GL texture with this picture (height x width x 3), uploaded if the picture has changed
+  /// since the last call; 0 if it is null.
   unsigned show(const std::shared_ptr<const Image>& image);
 
  private:

@@ -142,7 +142,7 @@ Presenter::~Presenter() {
 
 void Presenter::show(RenderedFrame frame, GlFrames* frames) {
   if (frame.texture.name != 0) {
-    // OpenGL may still draw from the newest texture: it is kept for one more frame.
+    // OpenGL may still draw from the newest texture, so it is kept for one more frame.
     frames->give_back(previous_);
     previous_ = std::exchange(newest_, frame.texture);
   }
@@ -212,7 +212,7 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
   end_timing();
 }
 
-// For present.frag.
+// Sets the uniforms of present.frag.
 void Presenter::set_up_layers(bool cubic, const Split& split) const {
   glUseProgram(program_);
   glUniform1i(uniforms_.cubic, cubic ? 1 : 0);

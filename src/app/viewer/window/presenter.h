@@ -16,13 +16,13 @@ struct HeatLayer {
   float low = 0, high = 1;    ///< the values with the first and the last colour
 };
 
-/// The heat map of a frame, else the pair difference of a split one, else nothing.
+/// The heat map of a frame, else the pair difference of a split frame, else nothing.
 std::optional<HeatLayer> layer_of(const ShownFrame& shown);
 
-/// How a frame with fewer pixels than the window is enlarged.
+/// The filter that enlarges a frame with fewer pixels than the window.
 enum class Enlarging { linear, cubic };
 
-/// Cubic. Linear where a CPU does OpenGL's work, which it then needs for the frames.
+/// Cubic; linear if the CPU emulates OpenGL, because it needs its time for the frames.
 Enlarging suitable_enlarging();
 
 class Presenter {
@@ -34,14 +34,14 @@ class Presenter {
   Presenter& operator=(const Presenter&) = delete;
 
   /// Draws this frame from now on. Its GL texture, if any, is given back to `frames` once a later
-  /// one was drawn; `frames` may be null if frames never have one.
+  /// frame was drawn; `frames` may be null if frames never have a texture.
   void show(RenderedFrame frame, GlFrames* frames);
 
   /// Draws no frame until the next show().
   void clear();
 
-  /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has
-  /// another one beside it.
+  /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has a
+  /// second frame beside it.
   void draw(glm::ivec2 window, const PixelBox& area, const Split& split);
 
   /// GPU time of a recent upload and draw, milliseconds; 0 until one was measured.

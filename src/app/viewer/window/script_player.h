@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Plays an input script: carries out the commands that concern the program as a whole (wait, sleep,
-// shot, state, quit) and hands those of the window out one by one.
+// Plays an input script: carries out the commands for the whole program (wait, sleep, shot, state,
+// quit) and returns the commands for the window one by one.
 #pragma once
 
 #include <deque>
@@ -24,8 +24,8 @@ class ScriptPlayer {
   bool done() const { return steps_.empty(); }
 
   /// Carries out at most one command, and returns it if it is for the window. `hold` and `drag`
-  /// become `press`, `nudge DX DY` and `release` on successive calls. `at_rest`: nothing is left to
-  /// wait for. Throws Error if `wait` takes too long or a file cannot be written.
+  /// become `press`, `nudge DX DY` and `release` on successive calls. `at_rest`: no work is in
+  /// progress. Throws Error if `wait` takes too long or a file cannot be written.
   std::optional<ScriptStep> next(const Viewer& viewer, Host& host,
                                  const std::function<bool()>& at_rest);
 

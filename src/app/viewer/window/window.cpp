@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include <epoxy/gl.h>
-// After epoxy, which brings GL's functions.
+// After epoxy, which declares GL's functions.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -26,10 +26,10 @@ namespace {
 
 Window* self(GLFWwindow* window) { return static_cast<Window*>(glfwGetWindowUserPointer(window)); }
 
-/// As scripts name them; index = GLFW_MOUSE_BUTTON_*.
+/// Names of the buttons in scripts; index = GLFW_MOUSE_BUTTON_*.
 constexpr const char* kButtons[] = {"left", "right", "middle"};
 
-// Whether GLFW can be woken.
+// Guards the flag that GLFW can be woken.
 std::mutex wake_mutex;
 bool can_wake = false;
 
@@ -267,7 +267,7 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     const int mods = step.words.size() > 1 ? parse_key(step.words[1] + "+A").mods : 0;
     input_.wheel(number(0), mods, false, actions);
   } else if (step.command == "type") {
-    // As a keyboard does it: a key with its character.
+    // Types like a keyboard: a key with its character.
     for (const char c : step.words[0]) {
       const auto letter = static_cast<unsigned char>(c);
       const bool has_key = std::isalnum(letter) != 0 || c == '/' || c == '.' || c == '-';
@@ -334,7 +334,7 @@ glm::ivec2 Window::windowed_size() const {
   return glfwGetWindowMonitor(window_) != nullptr ? windowed_size_ : size();
 }
 
-// The scale that the system reports, or a larger one in a large window.
+// The scale that the system reports, or a larger scale in a large window.
 float Window::scale() const {
   constexpr float kUnscaledHeight = 1080, kMost = 2;
   float x = 1, y = 1;

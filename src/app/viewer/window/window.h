@@ -68,9 +68,10 @@ class Window {
   Navigation navigation_ = Navigation::orbit;
   glm::ivec2 windowed_position_{0}, windowed_size_{0};
   bool scripted_cursor_ = false;            // a script moves the cursor
-  std::array<bool, 3> scripted_buttons_{};  // that the script holds
+  std::array<bool, 3> scripted_buttons_{};  // buttons that the script holds
   std::string title_;
-  std::vector<int> pressed_, brief_;  // keys since the last frame, and those already released
+  // keys pressed since the last frame, and keys already released
+  std::vector<int> pressed_, brief_;
   double last_event_ = 0;
 };
 

@@ -17,7 +17,7 @@ class WindowGrab {
   void request(const std::filesystem::path& path, bool notify);
   bool requested() const { return !path_.empty(); }
 
-  /// Writes `pixels()` if that was requested; appends the message for the user to `actions`.
+  /// Writes `pixels()` if a picture was requested; appends the message for the user to `actions`.
   void take(const std::function<Image()>& pixels, Actions& actions);
 
  private:

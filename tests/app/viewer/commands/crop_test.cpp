@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Crop and clean without a window: what the user wants, what the render thread shows of the scene,
-// the files that are written, and the mathematics of the box's handles.
+// Crop and clean without a window: the user's choices, the scene that the render thread shows, the
+// written files, and the mathematics of the box's handles.
 #include <fstream>
 
 #include <glm/geometric.hpp>
@@ -85,7 +85,7 @@ TEST(CropHandles, an_axis_along_the_view_and_one_behind_the_camera_are_not_follo
   EXPECT_FALSE(slide_along(camera, {0, 0, -20}, {1, 0, 0}, camera.center_px));
 }
 
-// ---- what the user wants -----------------------------------------------------------------------
+// ---- the user's choices ------------------------------------------------------------------------
 CropWish boxed(const CropBox& box) {
   CropWish wish;
   wish.boxed = true;
@@ -202,7 +202,7 @@ TEST(Crop, is_not_for_a_model_that_is_being_trained) {
   EXPECT_THAT(driven.viewer.toasts.back().text, HasSubstr("is being trained"));
 }
 
-// ---- what the render thread shows --------------------------------------------------------------
+// ---- the scene that the render thread shows -----------------------------------------------------
 class CropJobs : public test::RenderingViewer {
  protected:
   CropJobs() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Background jobs of the viewer in a window that is wider than high: what they compute, for which
-// part of the view, and what the loader reads.
+// Background jobs of the viewer in a window that is wider than high: their results, the part of the
+// view that they cover, and the files that the loader reads.
 #include <fstream>
 
 #include <glm/geometric.hpp>
@@ -353,8 +353,7 @@ TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
   EXPECT_EQ(viewer().zoom.folder, scenes_ / "zoom/random scene_0001");
 }
 
-// ---- reading files
-// -------------------------------------------------------------------------------
+// ---- reading files ------------------------------------------------------------------------------
 class Loader : public testing::Test, protected test::RecordingHost {
  protected:
   // Reports of reading until the loader is done.
@@ -471,7 +470,7 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
   EXPECT_EQ(facts.file_bytes, std::filesystem::file_size(folder_ / "scene.ply"));
   EXPECT_THAT(facts.cameras, SizeIs(1));
   EXPECT_FALSE(facts.white_background);
-  // The cameras' mean up, unless they hold it too little in common or the file names an axis.
+  // The cameras' mean up, unless their up directions differ too much or the file names an axis.
   const auto up = [&](const std::vector<glm::dvec3>& ups) {
     std::string list;
     for (const glm::dvec3& each : ups) {

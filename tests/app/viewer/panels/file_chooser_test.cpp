@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The dialog Open without its drawing: what typing, arrow keys and Enter do in a real folder.
+// The dialog Open without its drawing: typing, arrow keys and Enter in a real folder.
 #include "app/viewer/panels/file_chooser.h"
 
 #include <fstream>

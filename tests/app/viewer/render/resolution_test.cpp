@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reduced frames against the full frame, and how much frames are reduced.
+// Reduced frames against the full frame, and the choice of the reduction.
 #include "app/viewer/render/resolution.h"
 
 #include <algorithm>
@@ -124,7 +124,7 @@ struct Flight {
   double ms(int divisor) const { return fixed + pixels_ms(divisor); }
   FrameCost cost(int divisor) const { return {ms(divisor), pixels_ms(divisor)}; }
 
-  /// Draws frames; returns how often the divisor changed.
+  /// Draws frames; returns the number of changes of the divisor.
   int frames(int count) {
     std::uniform_real_distribution<double> off(-noise, noise);
     int changes = 0;
@@ -145,7 +145,7 @@ TEST(Resolution, comes_to_rest_at_every_cost_where_frames_are_quick_enough) {
         SCOPED_TRACE(testing::Message() << fixed << " + " << pixels << " ms, noise " << noise);
         Flight flight{fixed, pixels, noise};
         flight.frames(60);
-        // Noise may reveal late that a divisor is too slow, but never leads back to it.
+        // With noise a divisor may turn out late to be too slow, but it is never chosen again.
         EXPECT_LE(flight.frames(300), noise > 0 ? 1 : 0);
         const int n = flight.resolution.divisor();
         if (n < 3 || (n < kMostDivisor && flight.ms(n + 1) < 0.75 * flight.ms(n))) {

@@ -93,7 +93,7 @@ struct FlightTest : testing::Test {
       v.camera = test::front_camera(640, 480);
     });
   }
-  // As the loop does it; returns the way.
+  // Flies as the loop does; returns the distance.
   double fly_for(double seconds, glm::dvec3 direction, double factor = 1) {
     const glm::dvec3 from = viewer.camera.position();
     constexpr double kTurn = 1.0 / 64;
@@ -110,7 +110,8 @@ TEST_F(FlightTest, its_speed_follows_the_distance_ahead_not_the_scene_s_extent) 
     face_wall(distance);
     EXPECT_NEAR(flying_speed(viewer), 0.5 * static_cast<double>(distance),
                 1e-4 * static_cast<double>(distance));
-    // Sideways, the distance stays. After it was reached, a second is half of the distance.
+    // When flying sideways the distance stays the same. At full speed a second covers half of the
+    // distance.
     fly_for(1, {0.001, 0, 0});
     const double speed = glm::length(viewer.flight.velocity) / 0.001;
     EXPECT_NEAR(speed, 0.5 * static_cast<double>(distance), 0.01 * static_cast<double>(distance));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What every action and key changes, to the exact number: steps, directions, wrap-around, both ends
-// of every range.
+// The exact effect of every action and key: steps, directions, wrap-around, both ends of every
+// range.
 #include <cmath>
 #include <fstream>
 
@@ -46,9 +46,8 @@ const glm::dvec3 kUp(0, -1, 0);
 
 std::string text_of(const Camera& camera) { return format_camera(camera); }
 
-// ---- motion
-// -------------------------------------------------------------------------------------- Each
-// motion leaves the camera of the data set and marks the time.
+// ---- motion -------------------------------------------------------------------------------------
+// Each motion leaves the camera of the data set and marks the time.
 template <class Change>
 Camera moved(const Change& change) {
   DrivenScene driven(2);
@@ -200,7 +199,7 @@ TEST(Motion, a_view_that_is_declared_upright_is_remembered) {
   driven.apply(cameras_opened, some_scene(4).cameras, std::filesystem::path("cameras.json"),
                std::map<int, std::filesystem::path>());
   EXPECT_LT(glm::distance(driven.viewer.scene->up, up), 1e-12);
-  // Nor does a view from above leave F without a horizon.
+  // A view from above does not leave F without a horizon.
   const Framing framing = driven.viewer.scene->framing;
   Camera above = driven.viewer.camera;
   above = look_at(framing.target, framing.target + glm::dvec3(0, 1e-3, 1),
@@ -241,7 +240,8 @@ TEST(Motion, every_step_through_the_cameras_wraps_around) {
 TEST(Motion, turning_away_counts_as_a_distance_of_one_extent) {
   DrivenScene driven(0);
   const auto nearest = [&](double apart) {
-    // Camera 0 is here and looks back; camera 1 is `apart` away and looks as we do.
+    // Camera 0 is at the viewer's position and looks back; camera 1 is `apart` away and looks in
+    // the viewer's direction.
     ViewedScene scene = some_scene(0);
     scene.path = "/data/" + std::to_string(apart);
     scene.cameras = {look_at({0, 0, 0}, {0, 0, -1}, kUp, 1, 640, 480),
@@ -255,8 +255,7 @@ TEST(Motion, turning_away_counts_as_a_distance_of_one_extent) {
   EXPECT_EQ(nearest(2.01), 0);
 }
 
-// ---- state
-// ---------------------------------------------------------------------------------------
+// ---- state --------------------------------------------------------------------------------------
 TEST(State, messages_stay_for_5_seconds_and_errors_for_12) {
   Driven driven;
   driven.apply(tick, Turn{1}, 0.0);
@@ -688,8 +687,7 @@ TEST(State, cancelling_stops_reading_and_hides_its_progress) {
   EXPECT_EQ(driven.viewer.inspections, 2);
 }
 
-// ---- keys
-// ----------------------------------------------------------------------------------------
+// ---- keys ---------------------------------------------------------------------------------------
 TEST(Log, keeps_messages_after_they_have_disappeared) {
   Driven driven;
   driven.apply(tick, Turn{187.9}, 0.0);
@@ -847,9 +845,8 @@ TEST(Keys, files_get_the_first_free_number) {
   EXPECT_EQ(camera_name(viewer), "camera0");
 }
 
-// ---- mouse and held keys
-// ------------------------------------------------------------------------- Jobs that two clicks
-// start, `seconds` and `pixels` apart: 1 if they pick the pivot.
+// ---- mouse and held keys ------------------------------------------------------------------------
+// Jobs that two clicks start, `seconds` and `pixels` apart: 1 if they pick the pivot.
 std::size_t picks(double seconds, double pixels) {
   DrivenScene driven(1);
   Input input;
@@ -935,8 +932,7 @@ TEST(Mouse, held_keys_fly_five_times_faster_or_slower) {
   EXPECT_THAT(actions, IsEmpty());
 }
 
-// ---- pacing and requests
-// -------------------------------------------------------------------------
+// ---- pacing and requests ------------------------------------------------------------------------
 TEST(Pacing, its_times_end_where_they_say) {
   Viewer viewer;
   viewer.now = 10;
@@ -995,8 +991,7 @@ TEST(FrameRequests, a_request_has_everything_of_the_view) {
   EXPECT_EQ(request.divisor, 1);
 }
 
-// ---- preferences
-// ---------------------------------------------------------------------------------
+// ---- preferences --------------------------------------------------------------------------------
 TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
   const auto size_of = [](const char* text) {
     Viewer viewer;

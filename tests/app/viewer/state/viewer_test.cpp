@@ -382,7 +382,8 @@ TEST(Viewer, keeps_and_says_what_the_reference_says) {
   EXPECT_THAT(driven.viewer.toasts, IsEmpty()) << "its panel says it";
   driven.apply(dismiss_comparison);
   EXPECT_FALSE(driven.viewer.comparison);
-  // A sentence says it where the panel cannot: it is hidden, or the view has changed meanwhile.
+  // A sentence gives the result if the panel cannot, because the panel is hidden or the view has
+  // changed.
   driven.press("Tab");
   driven.apply(compared_with_reference, comparison);
   EXPECT_EQ(driven.viewer.toasts.back().text, "quadbox: equal");
@@ -476,7 +477,7 @@ TEST(Commands, every_row_is_documented) {
 }
 
 TEST(Input, drags_mean_what_the_navigation_says) {
-  // The camera after a drag with the mouse, and after the action that it should be.
+  // The camera after a drag with the mouse, and after the expected action.
   const auto dragged = [](int button, Navigation navigation) {
     DrivenScene driven(1);
     Input input;

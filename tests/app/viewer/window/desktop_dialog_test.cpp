@@ -89,7 +89,7 @@ class FakePortal {
   FakePortal(const FakePortal&) = delete;
   FakePortal& operator=(const FakePortal&) = delete;
 
-  std::string folder;    ///< that the last dialog was asked to begin in
+  std::string folder;    ///< in which the last dialog was asked to begin
   bool refuses = false;  ///< OpenFile fails
   std::atomic<int> shown = 0;
 

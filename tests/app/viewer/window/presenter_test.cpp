@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the window makes of a frame with fewer pixels than it has: Xvfb, software OpenGL.
+// The window's display of a frame with fewer pixels than the window: Xvfb, software OpenGL.
 #include "app/viewer/window/presenter.h"
 
 #include <algorithm>

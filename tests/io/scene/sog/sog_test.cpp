@@ -372,8 +372,7 @@ TEST(Sog, is_recognised_by_the_keys_of_its_description) {
   EXPECT_FALSE(tree("[\"filenames\",\"tree\",\"lods\"]"));
 }
 
-// ---- trees of levels of detail
-// -------------------------------------------------------------------
+// ---- trees of levels of detail ------------------------------------------------------------------
 json leaf(json file, json offset, json count) {
   return {{"lods",
            {{"0", {{"file", file}, {"offset", offset}, {"count", count}}},

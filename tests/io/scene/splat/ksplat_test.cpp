@@ -128,7 +128,7 @@ std::string error_of(const std::vector<std::byte>& bytes) {
 }
 
 // Two sections of different degrees in a file with room for three; the first has two full buckets,
-// then two others.
+// then two partial buckets.
 std::vector<SectionPlan> two_sections(std::uint16_t degree) {
   SectionPlan first{9, 10, degree}, second{4, 4, 0};
   first.bucket_size = 3;

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-// One Gaussian.
+// The header of a file with one Gaussian.
 std::string header(char version, char sh_degree, char fractional_bits, char flags = 0) {
   std::string text("NGSP\0\0\0\0\1\0\0\0", 12);
   text[4] = version;

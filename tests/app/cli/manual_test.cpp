@@ -68,7 +68,7 @@ TEST(Help, has_the_command_s_own_options_first_and_the_common_ones_last) {
   const auto render = std::find_if(commands().begin(), commands().end(), [](const Command& row) {
     return row.name == std::string("render");
   });
-  const Action action = render->declare(options);
+  const CommandAction action = render->declare(options);
   const std::string help = options.help();
   const auto at = [&](const char* text) {
     EXPECT_NE(help.find(text), std::string::npos) << text;
@@ -83,7 +83,7 @@ TEST(Help, has_the_command_s_own_options_first_and_the_common_ones_last) {
 TEST(Help, o_is_the_short_form_of_output_everywhere) {
   for (const Command& command : commands()) {
     Options options(command.name, command.summary);
-    const Action action = command.declare(options);
+    const CommandAction action = command.declare(options);
     for (const Option& option : options.table())
       EXPECT_EQ(option.short_name(), option.name == "--output" ? "-o" : "") << command.name;
   }
@@ -107,7 +107,7 @@ TEST(ManPage, describes_every_command_with_every_option) {
   EXPECT_THAT(lines, Contains("quadsplat \\- viewer and laboratory for 3D Gaussian Splatting"));
   for (const Command& command : commands()) {
     Options options(command.name, command.summary);
-    const Action action = command.declare(options);
+    const CommandAction action = command.declare(options);
     EXPECT_THAT(page, HasSubstr(fmt::format("\n.SS quadsplat {} ", command.name)));
     for (const Option& option : options.table())
       EXPECT_THAT(lines, Contains(".B " + in_roff(option.shown()))) << command.name;

@@ -25,7 +25,7 @@ TEST(OptionTable, help_samples_and_limits_of_every_command) {
   std::string text;
   for (const Command& command : commands()) {
     Options options(command.name, command.summary);
-    const Action action = command.declare(options);
+    const CommandAction action = command.declare(options);
     text += options.help() + "\n";
     for (const Option& option : options.table()) {
       if (option.most == 0) continue;
@@ -69,7 +69,7 @@ TEST(OptionTable, values_are_taken_up_to_their_limits_and_no_further) {
     for (const Command& command : commands()) {
       if (command.name != std::string(c.command)) continue;
       Options options(command.name, command.summary);
-      const Action action = command.declare(options);
+      const CommandAction action = command.declare(options);
       for (const Option& option : options.table()) {
         if (option.name != c.option) continue;
         EXPECT_EQ(answer(option, c.taken), "is taken") << c.option;

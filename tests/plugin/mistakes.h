@@ -4,6 +4,8 @@
 // template_mistakes.cmake puts calls of these functions into its source. The environment variable
 // QS_MISTAKES names those that a scene is opened with, separated by commas. Without a mistake every
 // function returns what the example has in its place.
+// It is separate from app/conformance/mistakes.cpp, because these mistakes are parts of another
+// renderer's source, which includes only quadsplat/plugin.h.
 #pragma once
 
 #include <algorithm>

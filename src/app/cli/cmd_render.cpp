@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/heatmap_frame.h"
@@ -110,7 +111,7 @@ class RenderRun {
     }
     bar_.hide();
     if (command_.stats) {
-      write_stats(*command_.stats, format_stats(session_, records_, shots.size()));
+      write_text(*command_.stats, format_stats(session_, records_, shots.size()));
     }
     return exit_code_;
   }

@@ -7,8 +7,8 @@
 
 #include "app/base/child_process.h"
 #include "app/base/text.h"
+#include "app/base/text_file.h"
 #include "app/picture/palette.h"
-#include "app/report/stats_file.h"
 #include "raster/base/error.h"
 #include "raster/kernel/cull/modes.h"
 
@@ -62,7 +62,7 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
   std::string sentence;
   for (const Plot& plot : plots) {
     const std::string file = plot.name + ".gp";
-    write_stats(folder / file, script(plot));
+    write_text(folder / file, script(plot));
     if (!sentence.empty()) continue;
     const std::string problem = run_gnuplot(folder, file);
     if (!problem.empty()) {

@@ -10,7 +10,7 @@
 #include "app/base/progress_bar.h"
 #include "app/base/text_file.h"
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/report/eval_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"

@@ -237,9 +237,8 @@ CommandAction render_command(Options& options) {
                "picture file OUT: .png, .ppm, .pfm, .npy, .exr, .jpg, ...; several pictures are "
                "OUT_NUMBER_NAME_MODE",
                {"out.png", "out.pfm"});
-  options.choice(
-      "--picture", quantity_names(),
-      [command = command.get()](int chosen) { command->quantity = static_cast<Quantity>(chosen); },
+  declare_quantity_option(
+      options, command->quantity,
       "what the picture holds (default: color); alpha and depths go to .npy, .exr, .pfm, .tif or "
       "16-bit .png; depth is in units of the scene");
   options.value("--depth-step", "UNITS",

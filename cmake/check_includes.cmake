@@ -21,8 +21,8 @@ room(app app/cli raster/base)
 room(app/cli app/viewer app/viewer/render app/viewer/state app/train app/conformance app/film app/plugin app/report
      app/measure app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture
      io/bytes raster/api raster/scene raster/base)
-room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/report app/session app/base
-     io/picture raster/api raster/base)
+room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/session app/base io/picture
+     raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
      io/picture io/bytes raster/scene raster/base)
 room(app/viewer/panels app/viewer/commands app/viewer/state app/inspect app/framing app/picture app/base io/scene
@@ -38,7 +38,7 @@ room(app/train app/report app/session app/base io/scene io/camera io/picture io/
 room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene
      raster/kernel raster/base)
 room(app/film app/measure app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
-room(app/plugin io/bytes quadsplat raster/api raster/scene raster/base)
+room(app/plugin app/base io/bytes quadsplat raster/api raster/scene raster/base)
 room(app/report app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
      io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)
 room(app/measure app/session app/framing app/base io/scene io/camera io/bytes raster/api raster/clock raster/scene

@@ -4,6 +4,8 @@
 // template_mistakes.cmake puts calls of these functions into its source. The environment variable
 // QS_MISTAKES names the mistakes with which a scene is opened, separated by commas. Without a
 // mistake every function returns the example's own value.
+// It is separate from app/conformance/mistakes.cpp, because these mistakes are parts of another
+// renderer's source, which includes only quadsplat/plugin.h.
 #pragma once
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 //
 // A second implementation of 3DGS in single precision, written for tests of the conformance kit. It
 // reads the kit's files itself, shares no code with the program, and makes mistakes on request.
+// It is separate from app/conformance/mistakes.cpp, because the judge must recognise the mistakes
+// of a renderer that knows only the kit's files.
 #pragma once
 
 #include <cstddef>

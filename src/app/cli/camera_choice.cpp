@@ -90,8 +90,7 @@ void declare_camera_choice(Options& options, CameraChoice& choice) {
                {"{}", format_camera(look_at({0, 0, -2}, {0, 0, 1}, {0, -1, 0}, 1, 40, 24))});
   options.flag("--all-cameras", choice.all,
                "every camera of the file; its number and name are inserted into file names");
-  options.text("--camera-path", "FILE", choice.path,
-               "views along the spline through the cameras of FILE", {"cameras.json"});
+  declare_camera_path_option(options, choice.path);
   options.integer("--frames", "N", 1, 1'000'000, choice.frames,
                   fmt::format("number of views along --camera-path, at equal time steps "
                               "(default: {})",

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/session/shot.h"
 
 namespace qs {

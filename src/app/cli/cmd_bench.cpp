@@ -230,21 +230,15 @@ CommandAction bench_command(Options& options) {
   options.value("--camera-index", "N,..", "cameras of the cameras file (default: all of them)",
                 {"0", "1,0"},
                 [c](const std::string& text) { c->camera_indices = parse_indices(text); });
-  options.text("--camera-path", "FILE", c->camera_path,
-               "measures views along the spline through the cameras of FILE", {"cameras.json"});
+  declare_camera_path_option(options, c->camera_path);
   options.integer("--path-steps", "N", 2, 100000, c->path_steps,
                   "views along --camera-path (default: 32)");
-  options.integer("--frames", "N", 1, 100000, c->plan.frames,
-                  "measured frames per mode and view (default: 100)");
-  options.integer("--warmup", "N", 0, 100000, c->plan.warmup,
-                  "warm-up frames per mode and view (default: 20)");
+  declare_plan_options(options, c->plan, "view");
   options.integer(
       "--rounds", "N", 1, 1000, c->plan.rounds,
       "measures everything N times and reports how far the medians differ (default: 1)");
-  std::vector<std::string> names;
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) names.emplace_back(mode_name(mode));
-  options.choice(
-      "--baseline", names, [c](int index) { c->baseline = index + 1; },
+  declare_mode_option(
+      options, "--baseline", [c](CullMode mode) { c->baseline = mode; },
       "mode that the ratios are relative to; also prints them per camera (default: 3dgs)");
   options.flag("--load", c->load, "measures the stages of reading the scenes instead");
   options.flag("--psnr", c->psnr,

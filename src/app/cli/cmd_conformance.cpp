@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/conformance/kit_folder.h"
 #include "app/conformance/verdict_text.h"
-#include "app/report/stats_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -31,9 +31,9 @@ int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
   if (judgement.count(Result::failed) != 0)
     judgement = judge_kit(submission, Variants(2, pool), pool);
   if (command.json != "-") fmt::print("{}", format_verdict(judgement));
-  if (command.json) write_stats(*command.json, verdict_json(judgement));
+  if (command.json) write_text(*command.json, verdict_json(judgement));
   if (command.report) {
-    write_stats(*command.report, verdict_page(judgement, submission, folder_name(*command.judged)));
+    write_text(*command.report, verdict_page(judgement, submission, folder_name(*command.judged)));
     fmt::print(stderr, "wrote {}\n", command.report->string());
   }
   return judgement.count(Result::failed) == 0 ? kExitOk : kExitComparison;

@@ -12,7 +12,7 @@
 
 #include "app/base/progress_bar.h"
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
 #include "app/session/removal_text.h"
 #include "io/cloud/cloud_order.h"
@@ -93,12 +93,11 @@ CommandAction convert_command(Options& options) {
   const std::vector<std::string> formats = written(&WriterRow::name);
   Options::Samples outputs = {"out.unknown"};
   for (const std::string& ending : endings) outputs.push_back("out" + ending);
-  options.positional("IN", command->input, "splat file or model folder", kSceneSamples);
+  options.positional("IN", command->input, kSceneHelp, kSceneSamples);
   options.positional("OUT", command->output,
                      "file to write; its ending chooses the format: " + joined(endings, ", "),
                      outputs);
-  options.integer("--sh-degree", "N", 0, kMaxShDegree, command->degree,
-                  "highest degree of view-dependent colour to keep (default: all)");
+  declare_sh_degree_option(options, command->degree, "all");
   options.integer("--keep-largest", "N", 1, 2'000'000'000, command->largest,
                   "keeps the N Gaussians with the largest opacity times area (default: all)");
   options.value(

@@ -8,8 +8,9 @@
 #include <memory>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text_file.h"
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/report/eval_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
@@ -102,8 +103,8 @@ class EvalRun {
     }
     const bool to_stdout = command_.csv == "-" || command_.json == "-";
     fmt::print(to_stdout ? stderr : stdout, "{}", format_eval_table(report_));
-    if (command_.csv) write_stats(*command_.csv, format_eval_csv(report_));
-    if (command_.json) write_stats(*command_.json, format_eval_json(report_));
+    if (command_.csv) write_text(*command_.csv, format_eval_csv(report_));
+    if (command_.json) write_text(*command_.json, format_eval_json(report_));
     if (command_.out_dir) write_eval_report(report_, *command_.out_dir);
   }
 

@@ -109,16 +109,13 @@ CommandAction film_command(Options& options) {
   options.real("--arc", "DEGREES", 0, 360, command->arc,
                "angle of the turntable; below 360 the camera swings there and back (default: 360, "
                "or the side that the cameras saw and no wall hides)");
-  options.text("--camera-path", "FILE", command->path,
-               "along the spline through the cameras of FILE, such as a path of the window",
-               {"cameras.json"});
+  declare_camera_path_option(options, command->path);
   options.value("--seconds", "S", "duration (default: 10 for a turntable, else that of the path)",
                 {"0.1", "0.25"}, [command = command.get()](const std::string& text) {
                   command->seconds = parse_real("--seconds", text, 0.01, 36000);
                 });
-  options.choice(
-      "--picture", quantity_names(),
-      [command = command.get()](int chosen) { command->quantity = static_cast<Quantity>(chosen); },
+  declare_quantity_option(
+      options, command->quantity,
       "what the film shows (default: color); alpha and depths by a colour map with one scale");
   options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
   options.choice(

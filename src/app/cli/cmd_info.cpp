@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/report/scene_report.h"
 #include "io/bytes/json_text.h"
 

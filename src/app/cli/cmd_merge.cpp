@@ -6,11 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/report/eval_report.h"
 #include "app/report/merge.h"
-#include "app/report/stats_file.h"
 #include "app/report/write_report.h"
+#include "app/session/session.h"
 #include "io/bytes/json_text.h"
 #include "raster/base/fail.h"
 
@@ -45,7 +46,7 @@ std::string write_eval(const ordered_json& merged, const path& folder) {
 
 std::string write_render(const ordered_json& merged, const path& folder) {
   make_folder(folder);
-  write_stats(folder / "stats.json", json_file_text(merged));
+  write_text(folder / "stats.json", json_file_text(merged));
   return "";
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/heatmap_frame.h"
@@ -110,7 +111,7 @@ class RenderRun {
     }
     bar_.hide();
     if (command_.stats) {
-      write_stats(*command_.stats, format_stats(session_, records_, shots.size()));
+      write_text(*command_.stats, format_stats(session_, records_, shots.size()));
     }
     return exit_code_;
   }
@@ -236,9 +237,8 @@ CommandAction render_command(Options& options) {
                "picture file OUT: .png, .ppm, .pfm, .npy, .exr, .jpg, ...; several pictures are "
                "OUT_NUMBER_NAME_MODE",
                {"out.png", "out.pfm"});
-  options.choice(
-      "--picture", quantity_names(),
-      [command = command.get()](int chosen) { command->quantity = static_cast<Quantity>(chosen); },
+  declare_quantity_option(
+      options, command->quantity,
       "what the picture holds (default: color); alpha and depths go to .npy, .exr, .pfm, .tif or "
       "16-bit .png; depth is in units of the scene");
   options.value("--depth-step", "UNITS",

@@ -7,6 +7,7 @@
 
 #include "app/base/environment.h"
 #include "app/base/progress_bar.h"
+#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/framing/huge_gaussians.h"
@@ -14,7 +15,6 @@
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 #include "app/picture/heatmap.h"
-#include "app/report/stats_file.h"
 #include "app/report/study_page.h"
 #include "app/report/write_report.h"
 #include "raster/base/fail.h"
@@ -76,7 +76,7 @@ class Report {
     std::string problem;
     const std::string html = format_study_page(page, problem);
     if (!problem.empty()) warn("report: no plots: " + problem);
-    write_stats(path_, html);
+    write_text(path_, html);
     fmt::print(stderr, "wrote {} ({})\n", path_.string(), bytes_text(html.size()));
     return kExitOk;
   }

@@ -7,12 +7,12 @@
 #include "app/base/progress_bar.h"
 #include "app/base/text.h"
 #include "app/cli/command.h"
+#include "app/cli/shared_options.h"
 #include "app/cli/train_in_window.h"
 #include "app/session/photographs.h"
 #include "app/session/session.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
-#include "app/viewer/state/preferences.h"
 #include "raster/api/training_model.h"
 #include "raster/base/fail.h"
 
@@ -24,7 +24,6 @@ struct TrainCommand {
   train::TrainSettings settings;
   train::RunOptions run;
   ViewOptions view;
-  std::optional<std::filesystem::path> settings_file;
   bool in_window = false;
   std::optional<std::filesystem::path> init;
   std::optional<Backend> backend;  // unset: the best backend that works
@@ -93,8 +92,6 @@ int run(TrainCommand& command, Arguments arguments) {
     ViewOptions& view = command.view;
     view.frame.modes = {command.settings.mode};
     view.frame.threads = command.threads;
-    if (command.settings_file != "-")
-      view.settings = command.settings_file.value_or(preferences_file());
     view.train_words = train_words_in_window;
     if (train_in_window(command.settings, data, command.run, std::move(model), pool, view) ==
         train::RunEnd::interrupted)
@@ -130,12 +127,11 @@ void declare_data_options(Options& options, TrainCommand& command) {
 }
 
 void declare_model_options(Options& options, TrainCommand& command) {
-  std::vector<std::string> modes, names;
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) modes.emplace_back(mode_name(mode));
+  std::vector<std::string> names;
   for (const train::Strategy& strategy : train::strategies()) names.emplace_back(strategy.name);
   train::TrainSettings& settings = command.settings;
-  options.choice(
-      "--cull", modes, [&settings](int chosen) { settings.mode = chosen + 1; },
+  declare_mode_option(
+      options, "--cull", [&settings](CullMode mode) { settings.mode = mode; },
       fmt::format("tile culling mode of the training frames (default: {})",
                   mode_name(kDefaultMode)));
   options.choice(
@@ -151,16 +147,10 @@ void declare_model_options(Options& options, TrainCommand& command) {
                {"scene.ply", "missing.ply"});
   options.integer("--random-points", "N", 1, 10'000'000, command.random_points,
                   "points to start from if the data set has none (default: 100000)");
-  options.integer("--sh-degree", "N", 0, kMaxShDegree, settings.sh_degree,
-                  "highest degree of view-dependent colour (default: 3)");
-  options.value("--background", "R,G,B|random",
-                "behind the scene, each 0..1; random = another colour in every iteration "
-                "(default: black)",
-                {"1,0.5,0", "random"}, [&settings](const std::string& text) {
-                  settings.random_background = text == "random";
-                  if (!settings.random_background)
-                    settings.background = parse_color("--background", text);
-                });
+  declare_sh_degree_option(options, settings.sh_degree, "3");
+  declare_background_option(
+      options, [&settings](const glm::vec3& color) { settings.background = color; }, "black",
+      &settings.random_background);
   options.flag("--antialiased", settings.antialiased,
                "trains with the opacity compensation of Mip-Splatting");
   options.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
@@ -198,25 +188,13 @@ void declare_options(Options& options, TrainCommand& command) {
       {"800M", "1"}, [&data = command.data](const std::string& text) {
         data.photo_memory = parse_bytes("--photo-memory", text);
       });
-  options.choice(
-      "--backend", {"auto", kBackendNames[0], kBackendNames[1]},
-      [&command](int chosen) {
-        command.backend = chosen == 0 ? std::nullopt : std::optional(Backend(chosen - 1));
-      },
-      "what trains; another one may continue a run, to other bits (default: auto, cuda where it "
-      "works, else cpu)");
-  options.integer("--device", "N", 0, 1024, command.device,
-                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
-  options.integer("--threads", "N", 1, 1024, command.threads,
-                  "CPU threads (default: one per hardware thread); the model does not depend "
-                  "on it");
+  declare_backend_option(options, command.backend,
+                         "what trains; another one may continue a run, to other bits");
+  declare_device_option(options, command.device);
+  declare_threads_option(options, command.threads);
   options.flag("--view", command.in_window,
                "shows the model in the window while it is trained; closing the window saves it");
-  options.text("--settings", "FILE", command.settings_file,
-               "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
-               {"-", "settings.json"});
-  options.text("--input", "FILE", command.view.script,
-               "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
+  declare_window_options(options, command.view);
   options.example("quadsplat train garden/ --images images_4 --out-dir garden_model",
                   "a model of 30,000 iterations");
   options.example("quadsplat train plush/ --resolution-scale 4 --iterations 1000 --out-dir quick",

@@ -5,9 +5,8 @@
 #include <system_error>
 
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "app/cli/train_in_window.h"
-#include "app/viewer/state/preferences.h"
 #include "app/viewer/view_loop.h"
 #include "raster/base/fail.h"
 
@@ -17,7 +16,6 @@ namespace {
 struct ViewCommand {
   ViewOptions view;
   std::vector<std::filesystem::path> scenes;
-  std::optional<std::filesystem::path> settings;
   bool no_vsync = false, no_interop = false;
 };
 
@@ -53,7 +51,6 @@ int run(ViewCommand& command) {
   view.vsync = !command.no_vsync;
   view.interop = !command.no_interop;
   view.train_words = train_words_in_window;
-  if (command.settings != "-") view.settings = command.settings.value_or(preferences_file());
   run_viewer(view);
   return kExitOk;
 }
@@ -63,7 +60,7 @@ int run(ViewCommand& command) {
 CommandAction view_command(Options& options) {
   const auto command = std::make_shared<ViewCommand>();
   ViewOptions& view = command->view;
-  options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);
+  options.positionals("SCENE", command->scenes, 0, kSceneHelp, kSceneSamples);
   declare_common_options(options, view.frame);
   options.text("--beside", "NAME", view.beside,
                "splits the window and draws this beside the scene: a culling mode, reference, for "
@@ -72,11 +69,7 @@ CommandAction view_command(Options& options) {
   options.flag("--no-vsync", command->no_vsync, "draws without waiting for the display's refresh");
   options.flag("--no-interop", command->no_interop,
                "copies CUDA frames to the window through the host");
-  options.text("--settings", "FILE", command->settings,
-               "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
-               {"-", "settings.json"});
-  options.text("--input", "FILE", view.script, "plays an input script, see docs/viewer.md",
-               {"missing.txt"});
+  declare_window_options(options, view);
   options.text("--out-dir", "DIR", view.out_dir,
                "folder of screenshots, zooms and benches (default: the current folder)", {"out"});
   options.example("quadsplat garden/", "opens a trained model");

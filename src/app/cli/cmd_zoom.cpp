@@ -128,7 +128,7 @@ int run(ZoomCommand& command, Arguments arguments) {
 CommandAction zoom_command(Options& options) {
   const auto command = std::make_shared<ZoomCommand>();
   command->frame.modes = all_modes();
-  options.positionals("SCENE", command->scenes, 0, "splat file or model folder", kSceneSamples);
+  options.positionals("SCENE", command->scenes, 0, kSceneHelp, kSceneSamples);
   declare_common_options(options, command->frame);
   options.integer("--from-camera", "N", 0, 1'000'000'000, command->from_camera,
                   "camera of the cameras file to start from (default: 0, or a view that frames the "
@@ -140,10 +140,7 @@ CommandAction zoom_command(Options& options) {
   options.integer("--steps", "N", 2, 100000, command->steps, "views along the way (default: 32)");
   options.real("--closest", "X", 1e-4, 0.999, command->closest,
                "last distance to the target divided by the first (default: 0.05)");
-  options.integer("--frames", "N", 1, 100000, command->plan.frames,
-                  "measured frames per mode and step (default: 20)");
-  options.integer("--warmup", "N", 0, 100000, command->plan.warmup,
-                  "warm-up frames per mode and step (default: 3)");
+  declare_plan_options(options, command->plan, "step");
   options.text("--out-dir", "DIR", command->out_dir,
                "folder of zoom.csv, zoom.json, plots, and pictures of the first, middle and last "
                "step",

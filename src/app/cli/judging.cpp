@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text_file.h"
 #include "app/inspect/contact_sheet.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/eval_report.h"
@@ -202,8 +203,8 @@ class Judging {
     if (const Side* side = scene()) result_.environment = environment_json(side->session);
     const bool to_stdout = options_.csv == "-" || options_.json == "-";
     fmt::print(to_stdout ? stderr : stdout, "{}", format_judgement_table(result_));
-    if (options_.csv) write_stats(*options_.csv, format_judgement_csv(result_));
-    if (options_.json) write_stats(*options_.json, format_judgement_json(result_));
+    if (options_.csv) write_text(*options_.csv, format_judgement_csv(result_));
+    if (options_.json) write_text(*options_.json, format_judgement_json(result_));
     if (options_.out_dir) write_judgement(result_, *options_.out_dir);
     if (options_.out_dir) write_sheet(*options_.out_dir / "sheet.png");
     if (options_.sheet) write_sheet(*options_.sheet);

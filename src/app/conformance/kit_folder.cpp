@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/report/stats_file.h"
+#include "app/base/text_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -65,7 +65,7 @@ void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
     view.camera.name = scene.name;
     const std::string name = scene.name;
     write_scene(view.cloud, folder / (name + ".ply"), pool);
-    write_stats(folder / (name + ".cameras.json"), format_cameras({{view.camera, {}}}));
+    write_text(folder / (name + ".cameras.json"), format_cameras({{view.camera, {}}}));
     const Image truth = truth_of(view, pool);
     write_image(truth, folder / "truth" / (name + ".png"));
     write_image(truth, folder / "truth" / (name + ".pfm"));
@@ -77,7 +77,7 @@ void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
                      "((width - 1) / 2, (height - 1) / 2)"},
                     {"near_depth", Camera{}.near_depth},
                     {"scenes", std::move(scenes)}};
-  write_stats(folder / "kit.json", json_file_text(kit));
+  write_text(folder / "kit.json", json_file_text(kit));
 }
 
 }  // namespace qs

@@ -4,6 +4,9 @@
 // renderer can be compared with pictures that have the mistake.
 // To add a mistake: a function and a row of kMistakes in mistakes.cpp. The tests run for every row:
 // it must change a scene of the kit, and no other mistake may draw all scenes like it.
+// The tests make the same mistakes in two other renderers, which the judge does not know: one that
+// reads the kit's files (tests/support/planted_renderer.h) and the plugin of examples/plugin
+// (tests/plugin/mistakes.h).
 #pragma once
 
 #include <cstdint>

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <glm/vec2.hpp>
-#include <sys/types.h>
 
+#include "app/base/child_process.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -19,13 +19,9 @@ class Ffmpeg {
  public:
   /// Starts the process, which writes `output`; messages call it `name`. `options`:
   /// FilmFormat::options. Signals of the terminal do not reach the process. Throws Error(device) if
-  /// it cannot be started.
+  /// it cannot be started. The process is killed unless finish() is called.
   Ffmpeg(const std::filesystem::path& output, std::string name, glm::ivec2 size, double fps,
          const std::vector<std::string>& options);
-  /// Kills the process unless finish() was called.
-  ~Ffmpeg();
-  Ffmpeg(const Ffmpeg&) = delete;
-  Ffmpeg& operator=(const Ffmpeg&) = delete;
 
   /// Sends an RGB picture of the film's size to ffmpeg. Throws Error(input) with ffmpeg's message
   /// if it has ended.
@@ -35,13 +31,10 @@ class Ffmpeg {
   void finish();
 
  private:
-  int wait();  // the process's status
-  void close_pipe();
   std::string first_message() const;
 
   std::string name_;
-  int pipe_ = -1, messages_ = -1;
-  pid_t process_ = 0;
+  ChildProcess process_;
   std::vector<std::uint8_t> bytes_;
 };
 

@@ -8,10 +8,8 @@
 #include <stop_token>
 #include <string>
 
-#include <sys/types.h>
-
+#include "app/base/child_process.h"
 #include "app/plugin/protocol.h"
-#include "app/plugin/shared_memory.h"
 
 namespace qs {
 
@@ -21,13 +19,6 @@ class PluginProcess {
   /// request. `scene` and `image` are descriptors that it inherits. Throws Error(device) if no
   /// process can be started.
   PluginProcess(const std::filesystem::path& library, int scene, int image);
-  /// Ends the process.
-  ~PluginProcess();
-  PluginProcess(const PluginProcess&) = delete;
-  PluginProcess& operator=(const PluginProcess&) = delete;
-
-  /// False after request() threw.
-  bool running() const { return process_ > 0; }
 
   /// True if the last request was not answered in time.
   bool timed_out() const { return timed_out_; }
@@ -37,11 +28,9 @@ class PluginProcess {
   PluginReply request(const PluginRequest& request, int timeout_s, const std::stop_token& stop);
 
  private:
-  void kill_and_wait();
   [[noreturn]] void report_end(PluginCall call);
 
-  Descriptor socket_;
-  pid_t process_ = 0;
+  ChildProcess process_;
   bool timed_out_ = false;
 };
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "app/plugin/plugin_process.h"
+#include "app/plugin/shared_memory.h"
 #include "raster/api/renderer.h"
 
 namespace qs {

@@ -14,34 +14,12 @@
 namespace qs {
 namespace {
 
-constexpr int kLowestKept = 16;  // lower numbers are used by a child's own descriptors
-
 [[noreturn]] void refuse(const char* what, std::size_t bytes) {
   fail(ErrorKind::device, "plugin: {} bytes of shared memory: {}: {}", bytes, what,
        std::strerror(errno));
 }
 
 }  // namespace
-
-Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-  if (this == &other) return *this;
-  reset();
-  number_ = other.release();
-  return *this;
-}
-
-void Descriptor::reset() {
-  if (number_ >= 0) close(release());
-}
-
-int Descriptor::release() { return std::exchange(number_, -1); }
-
-Descriptor kept(int number, const char* what) {
-  const Descriptor low(number);
-  const int high = number < 0 ? -1 : fcntl(number, F_DUPFD_CLOEXEC, kLowestKept);
-  if (high < 0) fail(ErrorKind::device, "plugin: {}: {}", what, std::strerror(errno));
-  return Descriptor(high);
-}
 
 Mapping::Mapping(int descriptor, std::size_t bytes) : bytes_(bytes) {
   if (bytes == 0) return;
@@ -63,8 +41,9 @@ Mapping& Mapping::operator=(Mapping&& other) noexcept {
   return *this;
 }
 
-SharedMemory::SharedMemory()
-    : file_(kept(memfd_create("quadsplat plugin", MFD_CLOEXEC), "memfd_create")) {}
+SharedMemory::SharedMemory() : file_(memfd_create("quadsplat plugin", MFD_CLOEXEC)) {
+  if (!file_) fail(ErrorKind::device, "plugin: memfd_create: {}", std::strerror(errno));
+}
 
 void SharedMemory::resize(std::size_t bytes) {
   if (bytes == mapping_.size()) return;

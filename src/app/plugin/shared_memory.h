@@ -4,30 +4,10 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
+
+#include "io/bytes/descriptor.h"
 
 namespace qs {
-
-/// Owns a file descriptor, which processes started by this one do not inherit.
-class Descriptor {
- public:
-  Descriptor() = default;
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() { reset(); }
-  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
-  Descriptor& operator=(Descriptor&& other) noexcept;
-
-  int get() const { return number_; }
-  void reset();
-
- private:
-  int release();
-  int number_ = -1;
-};
-
-/// Takes ownership of a new descriptor and moves it to a number above those that child processes
-/// expect. Throws Error(device) if `number` is -1, with errno's reason.
-Descriptor kept(int number, const char* what);
 
 /// A mapping of a whole file.
 class Mapping {

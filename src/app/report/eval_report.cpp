@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "app/base/text.h"
+#include "app/base/text_file.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
@@ -126,8 +127,8 @@ EvalReport parse_eval_report(const ordered_json& json) {
 
 void write_eval_report(const EvalReport& report, const std::filesystem::path& folder) {
   make_folder(folder);
-  write_stats(folder / "eval.csv", format_eval_csv(report));
-  write_stats(folder / "eval.json", format_eval_json(report));
+  write_text(folder / "eval.csv", format_eval_csv(report));
+  write_text(folder / "eval.json", format_eval_json(report));
 }
 
 }  // namespace qs

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
-#include "app/report/stats_file.h"
+#include "app/base/text_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 
@@ -74,8 +74,8 @@ std::string format_judgement_json(const Judgement& judgement) {
 
 void write_judgement(const Judgement& judgement, const std::filesystem::path& folder) {
   make_folder(folder);
-  write_stats(folder / "judge.csv", format_judgement_csv(judgement));
-  write_stats(folder / "judge.json", format_judgement_json(judgement));
+  write_text(folder / "judge.csv", format_judgement_csv(judgement));
+  write_text(folder / "judge.json", format_judgement_json(judgement));
 }
 
 }  // namespace qs

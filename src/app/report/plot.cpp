@@ -2,17 +2,14 @@
 #include "app/report/plot.h"
 
 #include <algorithm>
-#include <cerrno>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include "app/base/child_process.h"
 #include "app/base/text.h"
+#include "app/base/text_file.h"
 #include "app/picture/palette.h"
-#include "app/report/stats_file.h"
+#include "raster/base/error.h"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs {
@@ -45,24 +42,18 @@ std::string script(const Plot& plot) {
              quoted(plot.name + ".svg"));
 }
 
-// Exit code of gnuplot run in `folder` with its messages dropped; 127 if it cannot be started.
-// posix_spawnp() and not fork(): this process has threads.
-int run_gnuplot(const std::filesystem::path& folder, std::string file) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  for (const int output : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, output, "/dev/null", O_WRONLY, 0);
-  std::string program = "gnuplot";
-  char* const arguments[] = {program.data(), file.data(), nullptr};
-  pid_t child = 0;
-  const int error = posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) return 127;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+// Runs gnuplot in `folder` with its messages dropped. Returns "" or what went wrong.
+std::string run_gnuplot(const std::filesystem::path& folder, const std::string& file) {
+  constexpr int kNotFound = 127;  // of a shell
+  ChildEnd end{kNotFound};
+  try {
+    end = ChildProcess({.words = {"gnuplot", file}, .folder = folder}).wait();
+  } catch (const Error&) {
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
+  if (end.good()) return "";
+  if (end.exit_code == kNotFound) return "gnuplot is not installed";
+  return fmt::format("gnuplot failed on {} ({})", file,
+                     end.signal != 0 ? end.text() : fmt::format("{}", end.exit_code));
 }
 
 }  // namespace
@@ -71,14 +62,12 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
   std::string sentence;
   for (const Plot& plot : plots) {
     const std::string file = plot.name + ".gp";
-    write_stats(folder / file, script(plot));
+    write_text(folder / file, script(plot));
     if (!sentence.empty()) continue;
-    const int code = run_gnuplot(folder, file);
-    if (code != 0) {
-      sentence = fmt::format("{}; draw the plots with 'cd {} && gnuplot *.gp'",
-                             code == 127 ? "gnuplot is not installed"
-                                         : fmt::format("gnuplot failed on {} ({})", file, code),
-                             folder.string());
+    const std::string problem = run_gnuplot(folder, file);
+    if (!problem.empty()) {
+      sentence =
+          fmt::format("{}; draw the plots with 'cd {} && gnuplot *.gp'", problem, folder.string());
     }
   }
   return sentence;

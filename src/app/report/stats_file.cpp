@@ -2,16 +2,13 @@
 #include "app/report/stats_file.h"
 
 #include <cmath>
-#include <fstream>
 
 #include <nlohmann/json.hpp>
 
 #include "app/base/environment.h"
 #include "app/measure/scene_facts.h"
 #include "io/bytes/json_text.h"
-#include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -93,14 +90,6 @@ std::string format_stats(const Session& session, const std::vector<FrameRecord>&
                        {"frames", ordered_json::array()}};
   for (const FrameRecord& record : frames) json["frames"].push_back(frame_json(record));
   return json_file_text(json);
-}
-
-void write_stats(const std::filesystem::path& path, const std::string& text) {
-  if (path == "-") {
-    fmt::print("{}", text);
-    return;
-  }
-  write_file(path, [&](std::ostream& file) { file << text; });
 }
 
 }  // namespace qs

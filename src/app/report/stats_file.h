@@ -38,7 +38,4 @@ struct FrameRecord {
 std::string format_stats(const Session& session, const std::vector<FrameRecord>& frames,
                          std::size_t view_count);
 
-/// Writes to a file, or to stdout for "-". Throws Error(input).
-void write_stats(const std::filesystem::path& path, const std::string& text);
-
 }  // namespace qs

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
 #include "app/report/stats_file.h"
@@ -65,8 +66,8 @@ std::vector<BenchRow> record_zoom(
 std::string save_zoom(Session& session, const ZoomBundle& bundle,
                       const std::filesystem::path& folder) {
   make_folder(folder);
-  write_stats(folder / "zoom.csv", format_csv(bundle.rows));
-  write_stats(folder / "zoom.json", format_zoom_json(bundle));
+  write_text(folder / "zoom.csv", format_csv(bundle.rows));
+  write_text(folder / "zoom.json", format_zoom_json(bundle));
   save_pictures(session, bundle, folder);
   return draw_plots(folder, zoom_plots(bundle));
 }

@@ -18,7 +18,7 @@
 
 namespace qs {
 
-/// The choices that every rendering command offers; cli/frame_options.h declares their options.
+/// The choices that every rendering command offers; cli/shared_options.h declares their options.
 struct FrameOptions {
   std::filesystem::path scene;
   int iteration = -1;  ///< of a model folder; -1: the highest

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/environment.h"
-#include "app/report/stats_file.h"
+#include "app/base/text_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
@@ -98,8 +98,8 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data) {
   make_folder(folder);
-  write_stats(folder / "cameras.json", format_cameras(data.cameras()));
-  write_stats(folder / "cfg_args", cfg_args(folder, settings, data));
+  write_text(folder / "cameras.json", format_cameras(data.cameras()));
+  write_text(folder / "cfg_args", cfg_args(folder, settings, data));
   write_points(data.points, folder / "input.ply");
 }
 
@@ -120,9 +120,9 @@ std::filesystem::path write_model_state(const std::filesystem::path& folder,
   // from it.
   write_checkpoint(checkpoint, checkpoint_path(folder));
   auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
-  write_stats(folder / "train.csv", format_train_csv(checkpoint.log));
-  write_stats(folder / "train.json",
-              json_file_text(result_json(checkpoint, data, backend, pool.size())));
+  write_text(folder / "train.csv", format_train_csv(checkpoint.log));
+  write_text(folder / "train.json",
+             json_file_text(result_json(checkpoint, data, backend, pool.size())));
   return file;
 }
 

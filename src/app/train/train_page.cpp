@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/base/text_file.h"
 #include "app/report/html_page.h"
-#include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 
 namespace qs::train {
@@ -85,7 +85,7 @@ std::string write_train_page(const std::filesystem::path& folder, const TrainSet
     page.heading("Evaluations");
     page.table(table);
   }
-  write_stats(folder / "train.html", page.text());
+  write_text(folder / "train.html", page.text());
   return problem;
 }
 

@@ -7,7 +7,7 @@
 
 #include "app/base/assets.h"
 #include "app/base/quit_signals.h"
-#include "app/report/stats_file.h"
+#include "app/base/text_file.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
@@ -143,7 +143,7 @@ class ViewLoop final : public Host {
     if (training_) training_->command(command);
   }
   void write_file(const std::filesystem::path& path, const std::string& text) override {
-    write_stats(path, text);
+    write_text(path, text);
   }
   void grab_window(const std::filesystem::path& path, bool notify) override {
     grab_.request(path, notify);

@@ -7,33 +7,23 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
+#include "io/bytes/descriptor.h"
 #include "raster/base/fail.h"
 
 namespace qs {
-namespace {
-
-struct Descriptor {
-  int number;
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-};
-
-}  // namespace
 
 MappedFile::MappedFile(const std::filesystem::path& path) {
   // O_NONBLOCK: opening a named pipe must not block until it has a writer.
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-  if (file.number < 0) fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file) fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
   struct stat status = {};
-  if (fstat(file.number, &status) != 0 || !S_ISREG(status.st_mode)) {
+  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
     fail("{}: is not a regular file", path.string());
   }
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return;
-  void* const memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number, 0);
+  void* const memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
   if (memory == MAP_FAILED) fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
   content_ = {static_cast<const std::byte*>(memory), size};
   madvise(memory, size, MADV_WILLNEED);  // only a hint: starts reading ahead

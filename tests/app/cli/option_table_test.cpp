@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/command.h"
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 #include "raster/base/error.h"
 #include "support/golden.h"
 

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "app/report/stats_file.h"
+#include "app/base/text_file.h"
 #include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 
@@ -43,7 +43,7 @@ void write_preferences(const std::filesystem::path& file, const Viewer& viewer,
                        glm::ivec2 window_size) {
   if (file.empty()) return;
   make_folder(file.parent_path());
-  write_stats(file, format_preferences(viewer, window_size));
+  write_text(file, format_preferences(viewer, window_size));
 }
 
 }  // namespace qs

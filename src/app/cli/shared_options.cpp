@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "app/cli/frame_options.h"
+#include "app/cli/shared_options.h"
 
 #include <algorithm>
 
+#include "app/measure/measure_view.h"
+#include "app/viewer/state/preferences.h"
+#include "app/viewer/view_options.h"
 #include "io/cloud/axes.h"
 #include "raster/base/fail.h"
 
@@ -45,7 +48,7 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
 }  // namespace
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
-  options.positional("SCENE", frame.scene, "splat file or model folder", kSceneSamples);
+  options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
   declare_common_options(options, frame);
 }
 
@@ -77,32 +80,25 @@ void declare_all(Options& options, FrameOptions& frame) {
                   frame.modes = parse_modes(text, usual);
                 });
   options.offers(mode_list());
-  options.choice(
-      "--backend", {std::begin(kBackendNames), std::end(kBackendNames)},
-      [&frame](int chosen) { frame.backend = static_cast<Backend>(chosen); },
-      "what renders (default: cuda where it works, else cpu)");
+  declare_backend_option(options, frame.backend, "what renders");
   options.choice(
       "--pipeline", {std::begin(kPipelineNames), std::end(kPipelineNames)},
       [&frame](int chosen) { frame.pipeline = static_cast<Pipeline>(chosen); },
       fmt::format("implementation: classic follows the published 3DGS code, fast is optimised; "
                   "both draw the same images (default: {})",
                   kPipelineNames[static_cast<int>(kDefaultPipeline)]));
-  options.integer("--device", "N", 0, 1024, frame.device,
-                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
-  options.integer("--threads", "N", 1, 1024, frame.threads,
-                  "CPU threads (default: one per hardware thread)");
+  declare_device_option(options, frame.device);
+  declare_threads_option(options, frame.threads);
   options.choice(
       "--tile-size", {"8", "16", "32"},
       [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
       "side of a tile in pixels; 8 and 32 need the CPU backend (default: 16)");
-  options.integer("--sh-degree", "N", 0, kMaxShDegree, frame.sh_degree,
-                  "highest degree of view-dependent colour (default: the scene's)");
+  declare_sh_degree_option(options, frame.sh_degree, "the scene's");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
                "factor on the size of every Gaussian (default: 1)");
-  options.value("--background", "R,G,B", "each 0..1 (default: the model's background, else black)",
-                {"1,0.5,0"}, [&frame](const std::string& text) {
-                  frame.background = parse_color("--background", text);
-                });
+  declare_background_option(
+      options, [&frame](const glm::vec3& color) { frame.background = color; },
+      "the model's background, else black");
   options.choice(
       "--antialiased", {"on", "off", "auto"},
       [&frame](int chosen) {
@@ -133,6 +129,85 @@ void declare_axes_option(Options& options, std::string& axes) {
         }
         axes = text;
       });
+}
+
+void declare_backend_option(Options& options, std::optional<Backend>& backend,
+                            const std::string& work) {
+  options.choice(
+      "--backend", {"auto", kBackendNames[0], kBackendNames[1]},
+      [&backend](int chosen) {
+        backend = chosen == 0 ? std::nullopt : std::optional(static_cast<Backend>(chosen - 1));
+      },
+      work + " (default: auto, cuda where it works, else cpu)");
+}
+
+void declare_device_option(Options& options, int& device) {
+  options.integer("--device", "N", 0, 1024, device,
+                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
+}
+
+void declare_threads_option(Options& options, int& threads) {
+  options.integer("--threads", "N", 1, 1024, threads,
+                  "CPU threads (default: one per hardware thread)");
+}
+
+void declare_sh_degree_option(Options& options, int& degree, const std::string& usual) {
+  options.integer("--sh-degree", "N", 0, kMaxShDegree, degree,
+                  fmt::format("highest degree of view-dependent colour (default: {})", usual));
+}
+
+void declare_background_option(Options& options,
+                               const std::function<void(const glm::vec3& color)>& chosen,
+                               const std::string& usual, bool* random) {
+  Options::Samples samples = {"1,0.5,0"};
+  if (random != nullptr) samples.emplace_back("random");
+  options.value(
+      "--background", random != nullptr ? "R,G,B|random" : "R,G,B",
+      fmt::format("behind the scene, each 0..1{} (default: {})",
+                  random != nullptr ? "; random = another colour in every iteration" : "", usual),
+      samples, [chosen, random](const std::string& text) {
+        if (random != nullptr) *random = text == "random";
+        if (text != "random" || random == nullptr) chosen(parse_color("--background", text));
+      });
+}
+
+void declare_mode_option(Options& options, const std::string& name,
+                         const std::function<void(CullMode mode)>& chosen,
+                         const std::string& help) {
+  std::vector<std::string> names = mode_list();
+  names.erase(names.begin() + kReferenceMode);
+  options.choice(
+      name, names, [chosen](int index) { chosen(index + 1); }, help);
+}
+
+void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help) {
+  options.choice(
+      "--picture", quantity_names(),
+      [&quantity](int chosen) { quantity = static_cast<Quantity>(chosen); }, help);
+}
+
+void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path) {
+  options.text("--camera-path", "FILE", path,
+               "views along the spline through the cameras of FILE, such as a path of the window",
+               {"cameras.json"});
+}
+
+void declare_plan_options(Options& options, ViewPlan& plan, const std::string& place) {
+  options.integer("--frames", "N", 1, 100000, plan.frames,
+                  fmt::format("measured frames per mode and {} (default: {})", place, plan.frames));
+  options.integer("--warmup", "N", 0, 100000, plan.warmup,
+                  fmt::format("warm-up frames per mode and {} (default: {})", place, plan.warmup));
+}
+
+void declare_window_options(Options& options, ViewOptions& view) {
+  view.settings = preferences_file();
+  options.value(
+      "--settings", "FILE",
+      "file of the window's settings (default: ~/.config/quadsplat/viewer.json); - = none",
+      {"-", "settings.json"},
+      [&view](const std::string& text) { view.settings = text == "-" ? "" : text; });
+  options.text("--input", "FILE", view.script,
+               "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
 }
 
 }  // namespace qs

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// The options that several commands share, a function each. A command names the variable, and the
+// words of the help that differ between commands.
+#pragma once
+
+#include <string>
+
+#include "app/cli/options.h"
+#include "app/measure/shard.h"
+#include "app/picture/value_map.h"
+#include "app/session/session.h"
+
+namespace qs {
+
+struct ViewOptions;
+struct ViewPlan;
+
+/// Samples of a scene argument, and its help.
+inline const Options::Samples kSceneSamples = {"scene.ply", "model"};
+inline constexpr const char* kSceneHelp = "splat file or model folder";
+
+/// Declares SCENE and the options of declare_common_options().
+void declare_frame_options(Options& options, FrameOptions& frame);
+
+/// Declares the options of every rendering command, without SCENE.
+void declare_common_options(Options& options, FrameOptions& frame);
+
+/// --axes.
+void declare_axes_option(Options& options, std::string& axes);
+
+/// --backend. `work` says what the backend does.
+void declare_backend_option(Options& options, std::optional<Backend>& backend,
+                            const std::string& work);
+
+/// --device.
+void declare_device_option(Options& options, int& device);
+
+/// --threads.
+void declare_threads_option(Options& options, int& threads);
+
+/// --sh-degree. `usual` names the default.
+void declare_sh_degree_option(Options& options, int& degree, const std::string& usual);
+
+/// --background. `usual` names the default. If `random` is not null, the option also takes the word
+/// "random" and sets this variable to whether it was given.
+void declare_background_option(Options& options,
+                               const std::function<void(const glm::vec3& color)>& chosen,
+                               const std::string& usual, bool* random = nullptr);
+
+/// One mode, 3dgs or later in the table, for the option `name`.
+void declare_mode_option(Options& options, const std::string& name,
+                         const std::function<void(CullMode mode)>& chosen, const std::string& help);
+
+/// --picture, where it chooses what the pixels hold.
+void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);
+
+/// --camera-path.
+void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path);
+
+/// --frames and --warmup, for each mode and `place`. The defaults are those of `plan`.
+void declare_plan_options(Options& options, ViewPlan& plan, const std::string& place);
+
+/// --settings and --input of commands that open the window. Sets view.settings to its default.
+void declare_window_options(Options& options, ViewOptions& view);
+
+/// --shard, for a Shard or a std::optional of one.
+template <class T>
+void declare_shard_option(Options& options, T& shard, const std::string& help) {
+  options.value("--shard", "I/N", help + "; see quadsplat merge", {"1/1", "2/2"},
+                [&shard](const std::string& text) { shard = parse_shard("--shard", text); });
+}
+
+}  // namespace qs

@@ -20,8 +20,7 @@ struct CloudSample {
 };
 
 /// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out Gaussians with
-/// values that are not numbers, with infinite positions or sizes, and those that drop_huge()
-/// removes.
+/// values that are not numbers, with infinite positions or sizes, and all that drop_huge() removes.
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
 
 /// The same from a sample that a reader took with `most` as its Sampling::most.

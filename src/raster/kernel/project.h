@@ -85,7 +85,7 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
 }
 
 /// log2(x) for x in (0, 1], relative error about 1e-6. Uses only + - * /, so that every backend
-/// gets the same bits when the logarithm decides which tiles are listed.
+/// gets the same bits when the logarithm decides about listed tiles.
 QS_HD float log2_portable(float x) {
   // x = m * 2^e with m in [sqrt(1/2), sqrt(2)), by exact scaling.
   float e = 0.0f;

@@ -59,7 +59,7 @@ QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real trans
 }
 
 /// Adds the contribution of pixel (x, y) to a Gaussian that the pixel blended. `alpha` is as
-/// composite() returned it; the other arguments are those of alpha_gradient().
+/// composite() returned it; the other arguments are as for alpha_gradient().
 template <class Real>
 QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, Real x, Real y, Real alpha,
                      Real transmittance, const glm::vec<3, Real>& behind,

@@ -23,7 +23,7 @@ QS_HD glm::vec<3, Real> clamp_gradient(const glm::vec<3, Real>& color,
 
 /// Calls add(i, gradient) for every RGB coefficient of the degree and returns the gradient by the
 /// unit vector `d`, whose components are independent here. `d_color` is in front of the clamp; the
-/// other arguments are those of sh_color().
+/// other arguments are as for sh_color().
 template <class Real, class Coefficients, class Add>
 QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
                                     const Coefficients& coefficients,

@@ -20,7 +20,7 @@ inline constexpr const char* kEaseNames[] = {"none", "ends", "all"};
 
 struct CameraTrack {
   double seconds = 0;   ///< its own duration
-  bool closed = false;  ///< its end equals its begin
+  bool closed = false;  ///< it ends at its begin
   /// `share`: of the duration, 0 to 1; `size`: of the picture.
   std::function<Camera(double share, glm::ivec2 size)> at;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A sample of a cloud, from which a first view is chosen: so that the time does not depend on the
+// A sample of a cloud, from which a first view is chosen, so that the time does not depend on the
 // size of the scene. The same cloud always gives the same sample.
 #pragma once
 

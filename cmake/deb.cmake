@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# The Debian package of the components `program` and `plugin`: scripts/deb. dpkg-shlibdeps finds the packages of the shared
-# libraries; those that the program loads while it runs, and the programs that it starts, are named here. Without a maintainer,
-# as in a source archive without git's history, there is no package.
+# The Debian package of the components `program` and `plugin`: scripts/deb. dpkg-shlibdeps finds the packages of linked
+# libraries. The libraries that the program loads while it runs, and the programs that it starts, are named here. Without a
+# maintainer, as in a source archive without git's history, there is no package.
 set(maintainer "${QUADSPLAT_MAINTAINER}")
 if(NOT maintainer)
   execute_process(COMMAND git log -1 "--format=%an <%ae>" WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The frame alone, enlarged linearly: what present.frag shows without a map, another frame or cubic
-// interpolation. Software OpenGL computes all branches of present.frag, which takes 4 times as long.
+// The frame alone, enlarged linearly. The result equals present.frag's without a map, a second frame
+// or cubic interpolation. Software OpenGL computes all branches of present.frag, which takes 4 times as long.
 #version 330 core
 uniform sampler2D picture;
 in vec2 at;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The frame; beside another one of the same view; or with a map: the map's colours with the frame's
-// detail, as pictures of `quadsplat render --heatmap` have it.
+// The frame; beside a second frame of the same view; or with a map: the map's colours with the frame's
+// detail, as in pictures of `quadsplat render --heatmap`.
 #version 330 core
 uniform sampler2D picture;   // with mipmaps while a map is shown
 uniform sampler2D other;
 uniform bool cubic;          // the frame is enlarged by cubic interpolation, else by linear
-uniform int split;           // 0: there is no other one; 1 + SplitView
-uniform bool flipped;        // the other one is the left one, or the one at a time
+uniform int split;           // 0: no second frame; 1 + SplitView
+uniform bool flipped;        // the second frame is on the left, or shown alone
 uniform float divider;       // share of the width left of it
 uniform float amplification; // of the difference
 uniform sampler2D heat;      // values, one texel a cell

@@ -16,8 +16,8 @@
  *   gsplat, adds 0.5 to center_px.
  * - Colours are in the space in which the model was trained, nominally 0..1, and are not clamped.
  * - Memory belongs to the side that allocated it. Pointers that quadsplat passes to open() are
- * valid and their content constant until close() returns; those passed to render() until it
- * returns. `renderer` belongs to the plugin; close() frees it.
+ *   valid and their content constant until close() returns. Pointers that it passes to render() are
+ *   valid until render() returns. `renderer` belongs to the plugin; close() frees it.
  * - The plugin may start threads. None may use quadsplat's memory after close().
  * - No C++ exception may leave a function.
  */

@@ -190,7 +190,7 @@ class KitJudge {
   std::vector<KitView> views_;
   std::map<std::size_t, std::vector<Fit>> fits_;  // of the scenes that have a picture
   KitVerdict judgement_;
-  std::size_t matched_ = 0;  // scenes that judgement_.causes draw, also those that pass
+  std::size_t matched_ = 0;  // scenes that judgement_.causes draw, passing scenes included
 };
 
 }  // namespace

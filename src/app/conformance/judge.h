@@ -18,7 +18,7 @@ namespace qs {
 /// does a renderer that cuts Gaussians at tiles beyond 3 standard deviations, as 3DGS does.
 inline constexpr int kLargestDifference = 3;
 inline constexpr double kLeastPsnr = 48;  ///< dB; every value differs by 1: 48.1 dB
-/// An explanation is clearly better than another one if its squared error is smaller by 3 dB.
+/// An explanation is clearly better than another if its squared error is smaller by 3 dB.
 inline constexpr double kClearlyBetter = 2;
 
 /// The fit of a picture to an expected picture.

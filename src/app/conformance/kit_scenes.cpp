@@ -103,7 +103,7 @@ KitView tails() {
       glm::vec3(1));
 }
 
-// Nine Gaussians in a wide field of view. Of the coefficients, only those of one degree are set.
+// Nine Gaussians in a wide field of view. Only the coefficients of one degree are set.
 KitView spherical_harmonics(int degree) {
   const Camera camera = kit_camera(kKitWidth, kKitHeight, glm::dvec2(24));
   std::vector<Blob> blobs;

@@ -24,7 +24,7 @@ void quaternion_inverse(Drawing& d) {
 }
 
 void covariance_not_turned(Drawing& d) {
-  // The camera's rotation cancels this one.
+  // The camera's rotation cancels this rotation.
   const glm::quat world_from_view(
       glm::quat_cast(glm::transpose(glm::dmat3(d.view.camera.view_from_world))));
   for (glm::quat& q : d.view.cloud.rotations) q = glm::normalize(world_from_view * q);

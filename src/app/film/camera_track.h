@@ -20,7 +20,7 @@ inline constexpr const char* kEaseNames[] = {"none", "ends", "all"};
 
 struct CameraTrack {
   double seconds = 0;   ///< its own duration
-  bool closed = false;  ///< its end equals its begin
+  bool closed = false;  ///< it ends at its begin
   /// `share`: of the duration, 0 to 1; `size`: of the picture.
   std::function<Camera(double share, glm::ivec2 size)> at;
 };
@@ -38,8 +38,8 @@ CameraTrack along(std::vector<Keyframe> keyframes, Ease ease);
 /// The same, and back to the first keyframe: see closed_path().
 CameraTrack along_and_back(std::vector<Keyframe> keyframes, Ease ease);
 
-/// Camera `index` of `count` at equal time steps. The last one is at the end of the track, or one
-/// step before it if the track is closed, so that a film can be repeated.
+/// Camera `index` of `count` at equal time steps. The last camera is at the end of the track, or
+/// one step before it if the track is closed, so that a film can be repeated.
 Camera camera_of(const CameraTrack& track, int index, int count, glm::ivec2 size);
 
 }  // namespace qs

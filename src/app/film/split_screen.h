@@ -29,7 +29,7 @@ class SplitScreen {
   /// Copies strip `index` from a whole view.
   void show(std::size_t index, const Image& view);
 
-  /// Writes the strip's name and these lines at its bottom, over what show() has drawn. A strip
+  /// Writes the strip's name and these lines at its bottom, over the picture of show(). A strip
   /// that is too narrow for readable letters gets no label.
   void label(std::size_t index, const std::vector<std::string>& lines);
 

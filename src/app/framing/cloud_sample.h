@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A sample of a cloud, from which a first view is chosen: so that the time does not depend on the
+// A sample of a cloud, from which a first view is chosen, so that the time does not depend on the
 // size of the scene. The same cloud always gives the same sample.
 #pragma once
 
@@ -20,8 +20,7 @@ struct CloudSample {
 };
 
 /// At most `most` Gaussians at equal distances in the order of the cloud. Leaves out Gaussians with
-/// values that are not numbers, with infinite positions or sizes, and those that drop_huge()
-/// removes.
+/// values that are not numbers, with infinite positions or sizes, and all that drop_huge() removes.
 CloudSample sample_of(const GaussianCloud& cloud, std::size_t most);
 
 /// The same from a sample that a reader took with `most` as its Sampling::most.

@@ -2,7 +2,7 @@
 //
 // A view of a whole box: upright, slightly from above, as large as fits. The camera is oriented to
 // the world's up direction; the scene is not rotated. first_view.h chooses better views of a scene;
-// grids of growing size are compared in this one.
+// grids of growing size are compared in this view.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -2,7 +2,6 @@
 //
 // The angles around the subject from which a camera has a free view of it: the sides that were
 // photographed.
-// photographed.
 #pragma once
 
 #include <vector>

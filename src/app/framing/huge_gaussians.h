@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Gaussians that are larger than their scene. A failed training leaves some, and a single one can
-// cover every picture.
+// Gaussians that are larger than their scene. A failed training leaves such Gaussians, and a single
+// one can cover every picture.
 #pragma once
 
 #include <cstddef>

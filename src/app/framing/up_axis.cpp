@@ -39,7 +39,7 @@ struct Piece {
 
 /// Large Gaussians count more than small ones, because a bare floor has few Gaussians. All
 /// Gaussians with a standard deviation of at least `large` count alike, because surroundings have
-/// huge ones.
+/// huge Gaussians.
 std::vector<Piece> pieces_of(const CloudSample& sample, const Subject& subject, double large) {
   std::vector<std::size_t> held;
   for (std::size_t i = 0; i < subject.holds.size(); ++i) {

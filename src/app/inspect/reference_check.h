@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Compares a backend's frame with the fp64 reference and reports the first pixel, tile and Gaussian
-// where they differ. Only the reference's own data decides what is correct: no list, footprint or
-// alpha of the frame is trusted.
+// where they differ. Only the reference's own data is taken as correct: no list, footprint or alpha
+// of the frame is trusted.
 #pragma once
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A benchmark as Markdown tables in the layout of the paper: one per scene with means over its
-// cameras, and one with means over the scenes. If a baseline was chosen, each scene also has a
+// A benchmark as Markdown tables in the layout of the paper: a table per scene with means over its
+// cameras, and a table with means over the scenes. If a baseline was chosen, each scene also has a
 // table of the ratios of its cameras.
 #pragma once
 

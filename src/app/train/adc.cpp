@@ -2,10 +2,10 @@
 //
 // Adaptive density control (Kerbl et al. 2023, with the defaults of the published code). Gaussians
 // that the loss wants to move far on the image are cloned if they are small and split in two if
-// they are large; nearly transparent ones are removed. From time to time all opacities are reset to
-// nearly 0; Gaussians that the loss does not need stay transparent and are removed. The published
-// rule that removes Gaussians larger than 20 pixels never acts in the published code, and is left
-// out.
+// they are large; nearly transparent Gaussians are removed. From time to time all opacities are
+// reset to nearly 0; Gaussians that the loss does not need stay transparent and are removed. The
+// published rule that removes Gaussians larger than 20 pixels never acts in the published code, and
+// is left out.
 #include <algorithm>
 #include <cmath>
 
@@ -35,8 +35,8 @@ bool resets_after(const TrainSettings& settings, int iteration) {
   return usual || (settings.white() && iteration == kWhiteReset);
 }
 
-// The Gaussians to clone or split, ascending; if the limit does not allow all of them, those with
-// the largest gradients.
+// The Gaussians to clone or split, ascending; if the limit does not allow all of them, the
+// Gaussians with the largest gradients.
 std::vector<std::uint32_t> chosen(const IterationContext& context, const GaussianFacts& facts) {
   std::vector<std::uint32_t> rows;
   for (std::uint32_t i = 0; i < facts.size(); ++i) {

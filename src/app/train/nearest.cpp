@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kNeighbours = 3;
 
-// The points as nanoflann asks for them.
+// The points in the interface that nanoflann reads.
 struct Points {
   const std::vector<glm::vec3>& positions;
 
@@ -29,7 +29,7 @@ struct Points {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>,
                                                  Points, 3, std::uint32_t>;
 
-// The smallest squared distances so far. The tree asks it for cells and points to skip.
+// The smallest squared distances so far. The tree skips farther cells and points.
 struct Nearest : nanoflann::KNNResultSet<double, std::uint32_t> {
   using KNNResultSet::KNNResultSet;
   // The margin keeps cells whose distance the tree rounded up.

@@ -66,7 +66,7 @@ const PhotographView* PhotographCache::next_to_read() const {
 }
 
 // Removes views that are not wanted, the least recently used first, until there is room for `view`.
-// The view in use and the next one may exceed the limit. Needs the mutex.
+// The view in use and the next view may exceed the limit. Needs the mutex.
 bool PhotographCache::make_room(const PhotographView& view) {
   const auto is_wanted = [&](const PhotographView* other) {
     return std::find(wanted_.begin(), wanted_.end(), other) != wanted_.end();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The pixels of a data set's photographs in limited memory. Background threads read missing
-// photographs, including those that are needed next. The least recently used photographs are
+// photographs, including the next ones in the order of use. The least recently used photographs are
 // dropped to make room. If a photograph has changed when it is read again, that is an error.
 #pragma once
 

@@ -34,7 +34,7 @@ struct RunOptions {
   bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
-  /// Called before the first iteration, after every one, and after the last evaluation. It is
+  /// Called before the first iteration, after every iteration, and after the last evaluation. It is
   /// called again after it returned `save`. A watched run does not handle signals.
   std::function<RunWish(const RunStatus&)> watch;
 };

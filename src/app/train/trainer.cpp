@@ -23,7 +23,7 @@ class StageClock {
   /// Ends a stage.
   void next() { seconds_[stage_++] = restart(); }
 
-  /// The times of all stages; `passes` replace those of the host.
+  /// The times of all stages; `passes` replace the host's times.
   Seconds finish(const std::optional<PassSeconds>& passes) {
     const double rest = restart();
     const double total = std::accumulate(seconds_.begin(), seconds_.end(), rest);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Decides when the window is drawn and how long the loop sleeps. On demand the window is drawn only
-// while something changes, and as little as possible while the render thread measures, because
-// drawing takes time from the measured GPU or CPU. While it draws continuously or the camera moves,
-// the window waits for the next frame, so that every drawing shows a new picture; a slow frame does
-// not stop the window. Reading a scene may need every core, so the loop pauses between drawings of
-// its progress. It also pauses between drawings while a model is trained.
+// Decides when the window is drawn, and for which time the loop sleeps. On demand the window is
+// drawn only while something changes, and as little as possible while the render thread measures,
+// because drawing takes time from the measured GPU or CPU. While it draws continuously or the
+// camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
+// slow frame does not stop the window. Reading a scene may need every core, so the loop pauses
+// between drawings of its progress. It also pauses between drawings while a model is trained.
 #pragma once
 
 #include "app/viewer/state/viewer.h"

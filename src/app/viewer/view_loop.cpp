@@ -91,7 +91,7 @@ class ViewLoop final : public Host {
       apply(action::follow_crop);
       begin_beside();
       take_frame();
-      // The CPU draws the next frame while the window shows this one, a GPU afterwards.
+      // The CPU draws the next frame while the window shows this frame, a GPU afterwards.
       if (viewer_.moving() && viewer_.backend == Backend::cpu) request_frames();
       draw();
       request_frames();

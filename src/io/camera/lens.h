@@ -44,8 +44,9 @@ struct LensCamera {
 };
 
 /// The pinhole camera for a lens, of the size and principal point of `size`: its focal lengths are
-/// those of the lens times the smallest factor for which every pixel of the undistorted photograph
-/// is inside the photograph. Throws Error(input) "WHERE: ..." if the lens shows a direction twice.
+/// the lens's focal lengths times the smallest factor for which every pixel of the undistorted
+/// photograph is inside the photograph. Throws Error(input) "WHERE: ..." if the lens shows a
+/// direction twice.
 LensCamera undistorted_camera(const Camera& size, const Lens& lens, const std::string& where);
 
 /// Cameras of equal names keep their order.

@@ -16,7 +16,7 @@
 namespace qs {
 namespace {
 
-// An extension precedes those that are its suffixes.
+// A longer extension precedes its suffixes.
 constexpr std::array kWriters = {
     WriterRow{"compressed.ply", ".compressed.ply", "PlayCanvas's layout, 16 bytes and SH", "RDF", 3,
               "11/10/11 bits of 256 Gaussians' box, SH in steps of 1/32 within -4..4",

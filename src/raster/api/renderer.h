@@ -188,8 +188,8 @@ class Renderer {
   /// into or another hint is given; later frames may still use other targets. Throws Error(device).
   virtual void prepare_target(const Target&) {}
 
-  /// Optional hint for pictures that take seconds: from now on render() reports how much of a frame
-  /// is done, 0..1, from its own thread. Empty: no reports. Only the CPU backend does.
+  /// Optional hint for pictures that take seconds: from now on render() reports the finished
+  /// fraction of a frame, 0..1, from its own thread. Empty: no reports. Only the CPU backend does.
   virtual void report_frames_to(std::function<void(float fraction)>) {}
 };
 

@@ -77,8 +77,8 @@ class TrainingModel {
   virtual void backward() = 0;
   virtual void step(const StepOrder& order) = 0;
 
-  /// The loss of this iteration's comparison, or of the one before it: reading it later avoids
-  /// waiting for the GPU. At least one comparison must have been made.
+  /// The loss of this iteration's comparison, or of the comparison before it: reading it later
+  /// avoids waiting for the GPU. At least one comparison must have been made.
   virtual Loss recent_loss() = 0;
   /// The times of the iteration of recent_loss() on the GPU's clock. Unset if passes have run when
   /// they return.

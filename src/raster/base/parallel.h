@@ -24,7 +24,7 @@ class ThreadPool {
 
   /// Calls body(begin, end, worker) for consecutive chunks of at most `grain` indices that cover
   /// [0, count). Chunks start in ascending order; 0 <= worker < size(). Returns when all chunks are
-  /// done. After an exception no new chunk starts, and the first one is rethrown here. Not
+  /// done. After an exception no new chunk starts, and the first exception is rethrown here. Not
   /// reentrant: neither a body nor another thread may call it while it runs.
   void for_chunks(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);

@@ -74,7 +74,7 @@ __global__ void __launch_bounds__(kThreads)
   out.median[at] = pixel.median;
 }
 
-/// Fills Pixels::depth, which has its size. The lists and splats in `in` are those of the frame.
+/// Fills Pixels::depth, which has its size. `in` has the lists and splats of the frame.
 template <class Range, class Entry>
 void draw_depth(const FrameContext& frame, const BlendInput<Range, Entry>& in, const float* depths,
                 Pixels& pixels) {

@@ -16,7 +16,8 @@
 
 namespace qs {
 
-/// Covariance R diag(s^2) R^T with s = exp(log_scale), world units^2. `rotation` has length 1.
+/// Covariance R diag(s^2) R^T with s = exp(log_scale), world units^2. `log_scale` may be -inf
+/// (flat); `rotation` has length 1.
 template <class Real>
 QS_HD Covariance3<Real> covariance_of(const glm::vec<3, Real>& log_scale,
                                       const glm::qua<Real>& rotation) {

@@ -29,8 +29,9 @@ struct AdamStep {
   }
 };
 
-/// Moves `value` and updates its moments. A gradient that is not finite counts as 0, so that no
-/// value ever becomes NaN.
+/// Moves `value` and updates its moments `first` and `second`, which start at 0. `step` is
+/// AdamStep::number(t) of the current step t >= 1. A gradient that is not finite counts as 0, so
+/// that no value ever becomes NaN.
 QS_HD void adam(const AdamStep& step, float rate, float gradient, float& value, float& first,
                 float& second) {
   constexpr auto kBeta1 = static_cast<float>(kAdamBeta1), kBeta2 = static_cast<float>(kAdamBeta2);

@@ -49,13 +49,13 @@ QS_HD float exp2_polynomial(float x) {
   return p;
 }
 
-/// log2 of the falloff at an offset from the mean. It is > 0 only if rounding broke the conic; such
-/// pixels are skipped.
+/// log2 of the falloff at the offset (dx, dy) from the mean, pixels. It is > 0 only if rounding
+/// broke the conic; such pixels are skipped.
 QS_HD float log2_falloff(const Splat& splat, float dx, float dy) {
   return splat.log2_conic.x * dx * dx + splat.log2_conic.z * dy * dy + splat.log2_conic.y * dx * dy;
 }
 
-/// min(kAlphaMax, opacity * 2^power).
+/// min(kAlphaMax, opacity * 2^power). `power` is log2_falloff().
 QS_HD float alpha_of(const Splat& splat, float power) {
   const float alpha = splat.opacity * exp2_polynomial(power);
   return alpha < kAlphaMax ? alpha : kAlphaMax;

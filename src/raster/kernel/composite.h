@@ -13,8 +13,9 @@ namespace qs {
 /// push the transmittance below kTransmittanceMin.
 enum class Step { skips, blends, stops };
 
-/// `transmittance` is the value in front of the Gaussian; `blends` sets it to the value behind it.
-/// `alpha` is set unless the outcome is `skips`. Real is float, or double to check gradients.
+/// (x, y) is the pixel. `transmittance` is the value in front of the Gaussian; `blends` sets it to
+/// the value behind it. `alpha` is set unless the outcome is `skips`. Real is float, or double to
+/// check gradients.
 template <class Real>
 QS_HD Step composite(const typename PixelMath<Real>::Splat& splat, Real x, Real y,
                      Real& transmittance, Real& alpha) {

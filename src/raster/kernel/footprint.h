@@ -22,8 +22,8 @@ struct FootprintRules {
   float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances
 };
 
-/// The footprint of a dilated covariance. Uses only + - * /, so that all backends get the same
-/// bits.
+/// The footprint of a dilated covariance, px^2, whose determinant must be > 0. `gamma` is 2 ln(255
+/// opacity). Uses only + - * /, so that all backends get the same bits.
 QS_HD Footprint make_footprint(glm::vec2 mean_px, const Covariance2<float>& covariance,
                                float gamma) {
   const float determinant = covariance.determinant();
@@ -39,7 +39,7 @@ struct Projected {
   float opacity_factor;  ///< 1 unless antialiased
 };
 
-/// False if the Gaussian is behind the near plane, degenerate, not finite or too faint.
+/// Sets `out`. False if the Gaussian is behind the near plane, degenerate, not finite or too faint.
 QS_HD bool project(const View<float>& view, const FootprintRules& rules,
                    const ActiveGaussian& gaussian, Projected& out) {
   const glm::vec3 point = to_view(view, gaussian.position);

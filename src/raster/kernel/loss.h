@@ -19,7 +19,7 @@ struct Loss {
   double l1 = 0, ssim = 0;
   double squared_error = 0;  ///< mean over pixels and channels
 
-  /// From sums over the `count` values that are not masked.
+  /// From sums over the `count` > 0 values that are not masked.
   static Loss of_sums(double l1, double ssim, double squared_error, double count) {
     Loss loss{0, l1 / count, ssim / count, squared_error / count};
     loss.total = (1 - kSsimWeight) * loss.l1 + kSsimWeight * (1 - loss.ssim);
@@ -38,7 +38,7 @@ template <class Real>
 struct LossGradient {
   Real l1_weight, ssim_weight;  ///< of one value
 
-  /// For a picture of `count` values that are not masked.
+  /// For a picture of `count` > 0 values that are not masked.
   static LossGradient of(double count) {
     return {static_cast<Real>((1 - kSsimWeight) / count), static_cast<Real>(kSsimWeight / count)};
   }

@@ -19,7 +19,6 @@ QS_HD glm::vec3 photograph_color(const std::uint8_t* rgb) {
 
 /// The background's share of a pixel with this alpha. Photographs with alpha are stored over black,
 /// and this is added.
-/// black, and this is added.
 QS_HD glm::vec3 background_behind(std::uint8_t alpha, const glm::vec3& background) {
   return background * (1 - static_cast<float>(alpha) / 255);
 }

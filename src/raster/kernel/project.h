@@ -40,7 +40,7 @@ struct Footprint {
   float gamma;                    ///< 2 ln(255 opacity); > 0 unless the mode keeps faint Gaussians
 };
 
-/// Position in view axes.
+/// The world position `position` in view axes.
 template <class Real>
 QS_HD glm::vec<3, Real> to_view(const View<Real>& view, const glm::vec<3, Real>& position) {
   return view.view_from_world * glm::vec<4, Real>(position, Real(1));
@@ -54,7 +54,8 @@ QS_HD glm::vec<2, Real> to_pixel(const View<Real>& view, const glm::vec<3, Real>
 }
 
 /// Covariance on the image in px^2, without the dilation: J W Sigma W^T J^T with the Jacobian J of
-/// the perspective projection at `point` (view axes), its slopes clamped to view.slope_limit.
+/// the perspective projection at `point` (view axes, z > 0), its slopes clamped to
+/// view.slope_limit.
 template <class Real>
 QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::vec<3, Real>& point,
                                            const Covariance3<Real>& sigma) {
@@ -85,7 +86,7 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
 }
 
 /// log2(x) for x in (0, 1], relative error about 1e-6. Uses only + - * /, so that every backend
-/// gets the same bits when the logarithm decides which tiles are listed.
+/// gets the same bits when the logarithm decides about listed tiles.
 QS_HD float log2_portable(float x) {
   // x = m * 2^e with m in [sqrt(1/2), sqrt(2)), by exact scaling.
   float e = 0.0f;
@@ -101,7 +102,7 @@ QS_HD float log2_portable(float x) {
 }
 
 /// Opacity factor of models trained with Mip-Splatting: it keeps the integral of the dilated
-/// Gaussian. Arguments: determinants of the covariance before and after the dilation.
+/// Gaussian. Arguments: determinants of the covariance before and after the dilation, after > 0.
 template <class Real>
 QS_HD Real compensation(Real before, Real after) {
   const Real ratio = before / after;

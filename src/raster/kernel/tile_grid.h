@@ -47,8 +47,8 @@ QS_HD Span intersection(Span a, Span b) {
   return {a.begin > b.begin ? a.begin : b.begin, a.end < b.end ? a.end : b.end};
 }
 
-/// Clamps to [0, limit] before the cast, because casts out of range differ between host and device.
-/// NaN gives 0.
+/// Clamps to [0, limit], limit >= 0, before the cast, because casts out of range differ between
+/// host and device. NaN gives 0.
 QS_HD int clamp_to_int(float value, int limit) {
   return value > 0.0f ? (value < static_cast<float>(limit) ? static_cast<int>(value) : limit) : 0;
 }

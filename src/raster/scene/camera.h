@@ -26,8 +26,8 @@ struct Camera {
   /// Camera position in the world.
   glm::dvec3 position() const;
 
-  /// The same view at another size. The vertical field of view stays; focal lengths and the
-  /// principal point's offset from the image centre scale with the height.
+  /// The same view at another size, in pixels, > 0. The vertical field of view stays; focal lengths
+  /// and the principal point's offset from the image centre scale with the height.
   Camera resized(int new_width, int new_height) const;
 };
 

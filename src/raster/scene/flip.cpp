@@ -102,7 +102,7 @@ double sum_of(const Filter& filter) {
   return std::accumulate(filter.weights.begin(), filter.weights.end(), 0.0);
 }
 
-// Scales the positive weights to the sum 1 and the negative ones to -1.
+// Scales the positive weights to the sum 1 and the negative weights to -1.
 Filter balanced(Filter filter) {
   double positive = 0, negative = 0;
   for (const double weight : filter.weights) (weight > 0 ? positive : negative) += weight;

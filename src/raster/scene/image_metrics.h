@@ -21,7 +21,7 @@ namespace qs {
 /// Peak signal-to-noise ratio in dB for values up to `peak`; +infinity for an error of 0.
 double psnr_of(double mean_squared_error, double peak = 1);
 
-/// psnr_of() the mean squared error of all values.
+/// psnr_of() the mean squared error of all values. `mask` is empty or has one value per pixel.
 double psnr(const Image& a, const Image& b, ThreadPool& pool,
             std::span<const std::uint8_t> mask = {});
 

@@ -11,7 +11,7 @@
 
 namespace qs::train {
 
-/// Adam's moments, for Gaussians like those of the parameters, and the number of steps so far.
+/// Adam's moments, one per value of the parameters, and the number of steps so far.
 struct AdamState {
   Parameters first, second;
   std::uint64_t steps = 0;

@@ -133,7 +133,7 @@ TEST(SeenArc, is_between_the_outermost_cameras_without_a_tenth_at_each_end) {
   EXPECT_NEAR(glm::degrees(back.high), 180, 1e-6);
 }
 
-// A subject of small Gaussians, and a wall of large ones to its left in the way of the camera.
+// A subject of small Gaussians, and a wall of large Gaussians to its left in the way of the camera.
 GaussianCloud subject_beside_a_wall(bool wall) {
   GaussianCloud cloud;
   constexpr int kSubject = 400, kWall = 225;

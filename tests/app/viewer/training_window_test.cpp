@@ -180,7 +180,7 @@ class CountingRun {
 
 class TrainingThreadTest : public testing::Test {
  protected:
-  // Takes reports until the state is as expected. The limit is far beyond what a run needs.
+  // Takes reports until the state is as expected. The limit is far longer than a run.
   void wait_until(const std::function<bool()>& expected) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(100);
     while (!expected()) {
@@ -311,7 +311,7 @@ TEST(TrainingWindow, starts_from_the_menu_s_dialog_and_says_what_is_wrong) {
   const auto path = [&](const std::string& name) { return (folder / name).string(); };
   test::write_data_set(test::data_set_of(test::ball_of_gaussians(200, 1), 12), folder / "data");
   // A shot waits until the window was drawn. Focus needs a few drawings, a key press one. A field
-  // keeps what was typed, and typing replaces it.
+  // keeps its typed text, and typing replaces it.
   std::ofstream script(folder / "script");
   const auto train_from = [&](const std::string& data) {
     script << "key Ctrl+Shift+T\n";

@@ -148,7 +148,7 @@ TEST(Pacing, a_moving_camera_s_window_is_drawn_once_for_every_picture) {
   busy.render_busy = true;
   EXPECT_TRUE(pacing.frame_comes_first(viewer, busy));
   ++viewer.frames;
-  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));  // while the next one is rendered
+  EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));  // while the next frame is rendered
   --viewer.frames;
   viewer.last_motion = 9;
   EXPECT_FALSE(pacing.frame_comes_first(viewer, busy));

@@ -145,8 +145,8 @@ TEST(Damage, ksplat_survives) {
   put(4096 + 12, 2u);    // buckets
   put(4096 + 16, 5.0f);  // their size
   put(4096 + 20, std::uint16_t{12});
-  put(4096 + 32, 1u);                // full ones
-  put(4096 + 36, 1u);                // others
+  put(4096 + 32, 1u);                // full buckets
+  put(4096 + 36, 1u);                // partial buckets
   put(4096 + 40, std::uint16_t{2});  // SH degree
   put(kHeaders, 2u);
   for (const std::size_t at : {4u, 8u, 12u, 16u, 20u, 24u}) put(kHeaders + at, 1.0f);

@@ -451,7 +451,7 @@ TEST(ReaderLimits, splat_needs_a_whole_row) {
   EXPECT_EQ(scene.cloud.rotations[1], glm::quat(1, 0, 0, 0));
 }
 
-// Scenes with one odd Gaussian among good ones.
+// Scenes with one odd Gaussian among good Gaussians.
 TEST(ReaderLimits, gaussians_are_kept_up_to_the_largest_sensible_values) {
   const auto read = [](const std::function<void(GaussianCloud&)>& change) -> std::string {
     GaussianCloud cloud = random_cloud(20, 1, 3);
@@ -549,7 +549,7 @@ TEST(ReaderLimits, logarithms_of_glb_are_told_by_most_scales_being_negative) {
   const std::size_t at = 4 * (12 + 16);  // after positions and rotations
   const auto read = [&](int negative) {
     for (int i = 0; i < 12; ++i) {
-      const float value = i >= 12 - negative ? -0.5f : 0.5f;  // from the last one on
+      const float value = i >= 12 - negative ? -0.5f : 0.5f;  // from the last value on
       std::memcpy(glb.binary.data() + at + 4 * static_cast<std::size_t>(i), &value, 4);
     }
     Scene scene;

@@ -72,7 +72,7 @@ std::uint32_t rounded(double value, std::uint32_t most) {
 }
 std::uint8_t byte(double value) { return static_cast<std::uint8_t>(rounded(value, 255)); }
 
-// Gaussians of all kinds, some with values beyond what formats hold.
+// Gaussians of all kinds, some with values beyond the range of formats.
 GaussianCloud some_cloud(std::size_t count, int degree) {
   GaussianCloud cloud = random_cloud(count, degree, 9);
   for (std::size_t i = 0; i < cloud.rotations.size(); ++i) {

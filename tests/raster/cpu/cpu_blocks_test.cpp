@@ -93,7 +93,7 @@ TEST(SpatialOrder, large_gaussians_are_in_few_blocks) {
     return std::count_if(subject.scene.bounds.begin(), subject.scene.bounds.end(),
                          [=](const BlockBounds& bounds) { return bounds.sigma > sigma; });
   };
-  // 400 of them fill two blocks, and may begin inside another one.
+  // 400 of them fill two blocks, and may begin inside another block.
   EXPECT_LE(blocks_above(small, 2), 3);
   EXPECT_LE(blocks_above(large, 2), 3);
 }

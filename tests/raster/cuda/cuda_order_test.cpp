@@ -112,7 +112,7 @@ TEST_P(CudaOrder, coefficients_that_halves_equal_give_the_colours_of_others) {
 }
 
 TEST_P(CudaOrder, a_coefficient_at_the_end_of_a_large_scene_prevents_halves) {
-  // Most Gaussians are behind the camera. The last one in space is by far the largest.
+  // Most Gaussians are behind the camera. The last Gaussian in space is by far the largest.
   GaussianCloud cloud = test::random_cloud(70'000, 1, 9);
   round_coefficients(cloud);
   for (std::size_t i = 1000; i < cloud.size(); ++i) cloud.positions[i].z = -10;

@@ -196,7 +196,7 @@ TEST(Gradient, of_the_colour_equals_differences_by_coefficients_and_by_the_mean)
     const auto count = static_cast<std::size_t>((degree + 1) * (degree + 1));
     for (int draw = 0; draw < kDraws / 4; ++draw) {
       const std::vector<double> weights = draws.uniform(3, -1, 1);
-      // Offset from the camera, then coefficients; a large first one keeps colours above 0.
+      // Offset from the camera, then coefficients; a large first coefficient keeps colours above 0.
       std::vector<double> at = {draws.uniform(-1, 1), draws.uniform(-1, 1), draws.uniform(1, 3)};
       append(at, draws.uniform(3 * count, -0.5, 0.5));
       for (std::size_t i = 3; i < 6; ++i) at[i] += 12;

@@ -77,7 +77,7 @@ void FileChooser::start(const fs::path& folder) {
 }
 
 void FileChooser::go_to(const fs::path& folder) {
-  // Removes the last, empty part of a path: "/a/" becomes "/a".
+  // Removes the last, empty part of a path, so that "/a/" becomes "/a".
   folder_ = folder.has_filename() ? folder.lexically_normal() : folder.parent_path();
   list(folder_);
   ++moves_;

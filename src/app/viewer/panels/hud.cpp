@@ -52,8 +52,8 @@ void draw_stage_legend() {
   }
 }
 
-// A column of the table. If the bar is too narrow for all columns, those with the highest rank are
-// left out.
+// A column of the table. If the bar is too narrow for all columns, the columns with the highest
+// rank are left out.
 struct Column {
   std::string title;
   float letters;  // width

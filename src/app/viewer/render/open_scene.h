@@ -33,7 +33,7 @@ Renderer& renderer_beside(RenderContext& context);
 /// Uploads a scene to show beside the scene in the window.
 Job open_beside(const std::shared_ptr<const Scene>& scene, Backend backend);
 
-/// Uploads to a new renderer first, so that the old scene stays if the new one does not fit.
+/// Uploads to a new renderer first, so that the old scene stays if the new scene does not fit.
 /// `settings` are used unchanged, except that without `keep_background` the background is the
 /// model's.
 Job open_scene(const std::shared_ptr<LoadedScene>& loaded, Backend backend, RenderSettings settings,

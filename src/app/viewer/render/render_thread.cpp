@@ -199,7 +199,7 @@ void RenderThread::publish(RenderedFrame frame) {
   wake_();
 }
 
-// Prepares the texture of the next frame while the window shows this one.
+// Prepares the texture of the next frame while the window shows this frame.
 void RenderThread::expect(int width, int height) {
   next_texture_ = frames_->take(width, height);
   next_width_ = width;

@@ -48,8 +48,8 @@ void cancel_loading(Viewer& viewer, Host& host);
 void add_keyframe(Viewer& viewer);
 void remove_keyframe(Viewer& viewer, std::size_t index);
 void ease_keyframe(Viewer& viewer, std::size_t index, bool eases);
-/// Moves a keyframe and all later ones in time, to `seconds` after the previous keyframe. `index` >
-/// 0.
+/// Moves a keyframe and all later keyframes in time, to `seconds` after the previous keyframe.
+/// `index` > 0.
 void delay_keyframe(Viewer& viewer, std::size_t index, double seconds);
 void set_keyframes(Viewer& viewer, const std::vector<Keyframe>& keyframes);
 void toggle_playback(Viewer& viewer);
@@ -57,7 +57,7 @@ void seek(Viewer& viewer, double time);  ///< seconds on the path
 void save_keyframes(Viewer& viewer, Host& host);
 
 // ---- reports of the loop and of threads --------------------------------------------------------
-/// Begins a turn of the loop, `seconds` after the last one.
+/// Begins a turn of the loop, `seconds` after the last turn.
 void tick(Viewer& viewer, const Turn& turn, double seconds);
 
 void show_progress(Viewer& viewer, const Loading& loading);

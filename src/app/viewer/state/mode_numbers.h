@@ -29,7 +29,7 @@ bool numbers_are_current(const Viewer& viewer);
 /// or of time is reached.
 bool numbers_suffice(const Viewer& viewer);
 
-/// Adds the frames of a row to those of another row of the same mode and view.
+/// Adds the frames of `added` to `row`. Both are of the same mode and view.
 void add_frames(BenchRow& row, const BenchRow& added);
 
 /// The smallest number of frames behind the rows of a table.

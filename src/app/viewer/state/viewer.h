@@ -280,7 +280,7 @@ struct Viewer : Turn {
   Playback playback;
 
   /// `version` counts changes of the picture. `view_version` counts changes that affect the numbers
-  /// of all modes: all changes but those of the mode.
+  /// of all modes: all changes except changes of the mode.
   int version = 0, view_version = 0;
 
   /// The time at which a path of at least two keyframes ends.

@@ -231,7 +231,7 @@ void Presenter::set_up_layers(bool cubic, const Split& split) const {
   bind(1, GL_TEXTURE_2D, other_);
 }
 
-// One query at a time: the next one begins after the result of the last one was read.
+// One query at a time: the next query begins after the result of the last query was read.
 void Presenter::begin_timing() {
   if (timed_) {
     int ready = 0;

@@ -204,7 +204,7 @@ void Window::begin_ui() {
 }
 
 // ImGui sees the keys that are down when a frame begins. A key that was pressed and released since
-// the last frame is down in this one.
+// the last frame is down in this frame.
 void Window::press_briefly() {
   ImGuiIO& io = ImGui::GetIO();
   for (const int key : pressed_) {

@@ -26,7 +26,7 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Handles events; waits up to `seconds` for the first one.
+  /// Handles events; waits up to `seconds` for the first event.
   void poll(double seconds, Navigation navigation, Actions& actions);
   static void wake();  ///< ends poll()'s wait, from any thread, also without a window
 

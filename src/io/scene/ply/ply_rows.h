@@ -60,7 +60,7 @@ class PlyBody {
   std::string path_;
   const Progress& progress_;
   std::vector<std::uint64_t>
-      begins_;  // start offsets of the elements found so far and of the next one
+      begins_;  // start offsets of the elements found so far and of the next element
 };
 
 }  // namespace qs

@@ -117,7 +117,7 @@ class Tree {
     if (!entry.has("lods")) return;
     const json& levels = object(node["lods"]);
     if (levels.empty()) return;
-    // Keys are sorted; the first one is the finest level, usually 0.
+    // Keys are sorted; the first key is the finest level, usually 0.
     const json& finest = object(levels.begin().value());
     leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
     if (leaves.back().file >= files.size())

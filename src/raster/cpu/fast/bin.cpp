@@ -42,9 +42,9 @@ int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLis
 
 }  // namespace
 
-// Every thread owns a band of tile rows. It visits all Gaussians front to back and lists each one
-// that overlaps its band. So one thread writes each list in order, and the result does not depend
-// on the number of bands.
+// Every thread owns a band of tile rows. It visits all Gaussians front to back and lists each
+// Gaussian that overlaps its band. So one thread writes each list in order, and the result does not
+// depend on the number of bands.
 void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
          TileLists& lists) {
   find_begins(frame, visible, lists);

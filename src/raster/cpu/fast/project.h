@@ -8,7 +8,7 @@
 
 namespace qs::cpu::fast {
 
-/// Fills `out` with the Gaussians of `block` that have a footprint, except those that are too far
+/// Fills `out` with the Gaussians of `block` that have a footprint, except Gaussians too far
 /// outside of the image to have a tile in any mode.
 void project(const View<float>& view, const FootprintRules& rules, TileGrid grid,
              const Block& block, Survivors& out);

@@ -2,7 +2,7 @@
 //
 // Every file with vector code includes this header last. Such a file is compiled once for each
 // instruction set (scalar, SSE4, AVX2 and AVX-512 on x86; their counterparts on other CPUs), and
-// the program chooses the best one that the CPU supports when it runs. The pattern:
+// the program chooses the best set that the CPU supports when it runs. The pattern:
 //
 //   #define HWY_TARGET_INCLUDE "raster/cpu/fast/this_file.cpp"
 //   #include "raster/cpu/fast/simd.h"

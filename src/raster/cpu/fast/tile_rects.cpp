@@ -15,7 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
 namespace HWY_NAMESPACE {
 
-/// Appends rectangles one at a time and merges each with the last one if the union is a rectangle.
+/// Appends rectangles one at a time and merges each with the last rectangle if the union is a
+/// rectangle.
 class Joiner {
  public:
   explicit Joiner(RectList& rects) : rects_(rects), first_(rects.size()) {}

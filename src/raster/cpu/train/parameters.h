@@ -26,7 +26,7 @@ struct Gradients {
   /// 1 for Gaussians in the view, see is_in_view() of kernel/cull/in_view.h.
   std::vector<std::uint8_t> visible;
 
-  /// Sets all derivatives to 0 for Gaussians like those of `parameters`.
+  /// Sets all derivatives to 0, for the number of Gaussians and the SH degree of `parameters`.
   void reset(const Parameters<Real>& parameters) {
     by.sh_degree = parameters.sh_degree;
     by.resize(parameters.size());

@@ -111,7 +111,7 @@ struct MacroTiles {
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
   static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
-  std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled ones included
+  std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
   MacroEntry* entries;    ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first

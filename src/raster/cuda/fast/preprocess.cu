@@ -43,7 +43,7 @@ constexpr unsigned kProjectGrid = 4096;         // blocks that share the Gaussia
 constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
-constexpr int kLargeLines = 512;  // of a walk in shared memory; longer ones are recomputed
+constexpr int kLargeLines = 512;  // of a walk in shared memory; longer walks are recomputed
 constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large Gaussians
 
 /// Projects a block of Gaussians and appends them to macro-tiles. It counts their entries first,
@@ -57,7 +57,7 @@ __device__ void project_block(const ProjectInput& in, const VisibleView& out,
   __shared__ Appended<P> appended[kThreads];
   __shared__ std::uint32_t file_indices[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
-  __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next one
+  __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
   const std::uint32_t first = block * kThreads, i = first + threadIdx.x;
@@ -154,8 +154,8 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
   }
 }
 
-/// Decides into how many slices the full macro-tiles are cut, and numbers the slices. All threads
-/// of one block call it together. The full macro-tiles are the first `count` in the order.
+/// Determines the number of slices of each full macro-tile, and numbers the slices. All threads of
+/// one block call it together. The full macro-tiles are the first `count` in the order.
 __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Counters* counters) {
   const std::uint32_t target = tiles.slicing.size.slice_target;
   const volatile std::uint32_t* const counts = tiles.counts;

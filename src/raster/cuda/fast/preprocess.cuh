@@ -44,8 +44,8 @@ struct alignas(64) BoundedSplat {
   }
 };
 
-/// A depth key is the bit pattern of the depth minus that of the near plane. Positive floats are
-/// ordered like their bit patterns.
+/// A depth key is the bit pattern of the depth minus the bit pattern of the near plane. Positive
+/// floats are ordered like their bit patterns.
 inline constexpr std::uint32_t kInvisibleKey = 0xffffffffu;
 
 inline std::uint32_t nearest_bits(const Camera& camera) {

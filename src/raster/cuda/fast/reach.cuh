@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The sub-tiles of 8x4 pixels that a warp composites, and the test whether a Gaussian reaches them.
+// The sub-tiles of 8x4 pixels that a warp composites, and the test that decides if a Gaussian
+// reaches them.
 #pragma once
 
 #include "raster/cuda/fast/column.cuh"

@@ -73,7 +73,7 @@ class LongList {
   }
 
  private:
-  /// True if a pixel of the tile certainly has alpha >= 1/255: tests the one nearest to the mean.
+  /// True if a pixel of the tile certainly has alpha >= 1/255: tests the pixel nearest to the mean.
   static __device__ bool reaches(const ListInput& in, std::uint32_t tile, std::uint32_t gaussian) {
     constexpr float kMargin = 0.05f;  // of log2 alpha
     const BoundedSplat& splat = in.splats[gaussian];

@@ -23,7 +23,7 @@ struct PairInput {
 };
 
 /// Adds the value of the lane that differs in bit `kDistance`. Of two values, the lanes with the
-/// bit get the second one.
+/// bit get the second value.
 template <unsigned kDistance>
 __device__ float fold(float value) {
   return value + __shfl_xor_sync(kAllLanes, value, kDistance);

@@ -35,8 +35,8 @@ class PassClock {
     if (pass + 1 == kPasses) ++iterations_;
   }
 
-  /// Times of the iteration before the last one, or of the only iteration. Waits until its passes
-  /// have run.
+  /// Times of the iteration before the last iteration, or of the only iteration. Waits until its
+  /// passes have run.
   qs::train::PassSeconds seconds() const {
     const Events& events = events_[(iterations_ > 1 ? iterations_ - 2 : 0) % 2];
     check(cudaEventSynchronize(events[kPasses]), "training");

@@ -39,7 +39,7 @@ QS_HD Extents extents(const Footprint& footprint) {
   return {{k * sqrtf(footprint.gamma * s.xx), k * sqrtf(footprint.gamma * s.yy)}, k * sqrtf(f2), k};
 }
 
-/// Tiles that the box mean +- half touches.
+/// Tiles that the box mean +- half touches, clamped to the grid. Pixels; `half` >= 0.
 template <int kTilePx = kTileSize>
 QS_HD TileRect tiles_of_box(glm::vec2 mean, glm::vec2 half, TileGrid grid) {
   return {tiles_meeting<kTilePx>(mean.x - half.x, mean.x + half.x, grid.columns),
@@ -76,7 +76,8 @@ inline constexpr bool kWalks = requires {
 };
 
 /// Calls visit(tile) with tile = row * columns + column once for every tile that mode P lists.
-/// kTilePx is grid.tile_px.
+/// kTilePx is grid.tile_px. `footprint` is the result of project() or make_footprint(), with a
+/// determinant > 0.
 template <class P, int kTilePx = kTileSize, class Visit>
 QS_HD void for_each_tile(const Footprint& footprint, TileGrid grid, Visit&& visit) {
   if constexpr (!kWalks<P>) {

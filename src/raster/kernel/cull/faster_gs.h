@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Mode `faster-gs`: the exact tile count of Faster-GS (Hahlbohm et al., arXiv 2602.09999). Its
-// tiles are those in a tight, opacity-aware bounding box that pass StopThePop's tile test. The
-// paper applies the test already when it counts tiles, so it counts only tiles with a contribution
-// and sorts no empty entry. In real arithmetic the mode lists the tiles of `stopthepop` from fewer
+// Mode `faster-gs`: the exact tile count of Faster-GS (Hahlbohm et al., arXiv 2602.09999). It lists
+// the tiles in a tight, opacity-aware bounding box that pass StopThePop's tile test. The paper
+// applies the test already when it counts tiles, so it counts only tiles with a contribution and
+// sorts no empty entry. In real arithmetic the mode lists the tiles of `stopthepop` from fewer
 // candidates.
 #pragma once
 

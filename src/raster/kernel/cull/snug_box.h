@@ -5,7 +5,6 @@
 // coordinates follow from solving the equation for one coordinate and setting the derivative to
 // zero. In real arithmetic this is the box of `adr`. Here the box is computed from the conic, as in
 // the paper, and without the widening of extents(), so b^2 - ac cancels on needles.
-// needles.
 #pragma once
 
 #include "raster/kernel/cull/culler.h"

@@ -73,7 +73,7 @@ QS_HD ShapeGradient<Real> covariance_gradient(const glm::vec<3, Real>& log_scale
   return result;
 }
 
-/// From opacity_of() to the logit.
+/// From opacity_of(), whose result is `opacity`, to the logit.
 template <class Real>
 QS_HD Real opacity_gradient(Real opacity, Real d_opacity) {
   return d_opacity * opacity * (1 - opacity);

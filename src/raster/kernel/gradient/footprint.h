@@ -23,7 +23,8 @@ QS_HD void add_determinant_gradient(const Covariance2<Real>& covariance, Real d_
   sum.yy += d_determinant * covariance.xx;
 }
 
-/// From the conic (yy, -xy, xx) / determinant to the dilated covariance.
+/// From the conic (yy, -xy, xx) / determinant to the dilated covariance, whose determinant must be
+/// > 0.
 template <class Real>
 QS_HD Covariance2<Real> conic_gradient(const Covariance2<Real>& covariance,
                                        const glm::vec<3, Real>& d_conic) {

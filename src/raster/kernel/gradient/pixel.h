@@ -50,8 +50,9 @@ struct SplatGradient {
   glm::vec<3, Real> color{0};
 };
 
-/// dL/dalpha. `transmittance` is the value in front of the Gaussian; `behind` is the colour that
-/// the Gaussians behind it and the background add to the pixel; `d_pixel` is dL/dC.
+/// dL/dalpha. `alpha` is below 1. `transmittance` is the value in front of the Gaussian; `behind`
+/// is the colour that the Gaussians behind it and the background add to the pixel; `d_pixel` is
+/// dL/dC.
 template <class Real>
 QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real transmittance,
                           const glm::vec<3, Real>& behind, const glm::vec<3, Real>& d_pixel) {
@@ -59,7 +60,7 @@ QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real trans
 }
 
 /// Adds the contribution of pixel (x, y) to a Gaussian that the pixel blended. `alpha` is as
-/// composite() returned it; the other arguments are those of alpha_gradient().
+/// composite() returned it; the other arguments are as for alpha_gradient().
 template <class Real>
 QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, Real x, Real y, Real alpha,
                      Real transmittance, const glm::vec<3, Real>& behind,

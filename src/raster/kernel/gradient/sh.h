@@ -13,7 +13,7 @@
 
 namespace qs {
 
-/// The gradient in front of the clamp: nothing for channels that are clamped at 0.
+/// The gradient before the clamp: 0 for channels that are clamped at 0.
 template <class Real>
 QS_HD glm::vec<3, Real> clamp_gradient(const glm::vec<3, Real>& color,
                                        const glm::vec<3, Real>& d_color) {
@@ -22,8 +22,8 @@ QS_HD glm::vec<3, Real> clamp_gradient(const glm::vec<3, Real>& color,
 }
 
 /// Calls add(i, gradient) for every RGB coefficient of the degree and returns the gradient by the
-/// unit vector `d`, whose components are independent here. `d_color` is in front of the clamp; the
-/// other arguments are those of sh_color().
+/// unit vector `d`, whose components are independent here. `d_color` is before the clamp; the
+/// other arguments are as for sh_color().
 template <class Real, class Coefficients, class Add>
 QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
                                     const Coefficients& coefficients,
@@ -62,7 +62,7 @@ QS_HD glm::vec<3, Real> sh_gradient(int degree, const glm::vec<3, Real>& d,
   return d_direction;
 }
 
-/// From the unit vector offset / |offset| to the offset.
+/// From the unit vector offset / |offset| to the offset, which must not be 0.
 template <class Real>
 QS_HD glm::vec<3, Real> direction_gradient(const glm::vec<3, Real>& offset,
                                            const glm::vec<3, Real>& d_direction) {

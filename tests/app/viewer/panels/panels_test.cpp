@@ -46,7 +46,7 @@ class PanelsTest : public testing::Test {
   }
   ~PanelsTest() override { ImGui::DestroyContext(); }
 
-  // One drawing of the panels, with a text typed and a key pressed since the last one.
+  // One drawing of the panels, with a text typed and a key pressed since the last drawing.
   void draw(const std::string& text = "", ImGuiKey key = ImGuiKey_COUNT) {
     ImGuiIO& io = ImGui::GetIO();
     for (const char c : text) io.AddInputCharacter(static_cast<unsigned char>(c));

@@ -187,7 +187,7 @@ TEST_F(FlightTest, a_view_is_reached_within_a_moment_and_at_once_in_scripts) {
   EXPECT_EQ(scene.viewer.dataset_camera, 2);
   EXPECT_FALSE(scene.viewer.travel);
   scene.press("]");
-  scene.press("]");  // counts from where the first one leads
+  scene.press("]");  // counts from the target of the first travel
   EXPECT_EQ(scene.viewer.travel->dataset_camera, 1);
   scene.apply(action::orbit, glm::dvec2(1, 1));
   EXPECT_FALSE(scene.viewer.travel) << "the user takes over";

@@ -747,7 +747,7 @@ TEST(Keys, do_what_their_rows_say) {
   driven.press("Y");
   EXPECT_EQ(driven.opened.back().axes, "RFU");
   EXPECT_EQ(driven.viewer.toasts.back().text, "read as if its axes were RFU; Y again for others");
-  driven.apply([](Viewer& viewer) { viewer.scene->axes = "LUB"; });  // the last one
+  driven.apply([](Viewer& viewer) { viewer.scene->axes = "LUB"; });  // the last axes
   driven.press("Y");
   EXPECT_EQ(driven.opened.back().axes, "");
   EXPECT_EQ(driven.viewer.toasts.back().text, "axes as the file declares them");
@@ -777,7 +777,7 @@ TEST(Keys, splats_stay_between_a_hundredth_and_ten) {
 TEST(Keys, heat_maps_follow_in_the_order_of_their_table) {
   DrivenScene driven(1);
   const int version = driven.viewer.version;
-  driven.press("Shift+H");  // the last one, without a step
+  driven.press("Shift+H");  // the last map, without a step
   EXPECT_EQ(driven.viewer.heatmap, HeatQuantity::pairs);
   for (std::size_t i = 1; i <= kHeatQuantities; ++i) {
     driven.press("Shift+H");

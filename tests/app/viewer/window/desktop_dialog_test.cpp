@@ -209,8 +209,8 @@ TEST(DesktopDialog, closing_the_portal_s_dialog_opens_nothing) {
   ASSERT_TRUE(becomes([&] { return dialog.is_available(); }));
   dialog.show("/tmp");
   ASSERT_TRUE(becomes([&] { return portal.shown == 1; }));
-  // It can be shown again. While the first one closes, show() does nothing, so it is called until
-  // the portal has shown another one. The portal may have shown more than two by then.
+  // It can be shown again. While the first dialog closes, show() does nothing, so it is called
+  // until the portal has shown another dialog. The portal may have shown more than two by then.
   EXPECT_TRUE(becomes([&] { return dialog.show("/tmp"), portal.shown >= 2; }));
   Actions actions;
   dialog.take_reports(actions);

@@ -92,7 +92,7 @@ void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visi
           const std::size_t counted = rects.size();
           project(view, rules, frame.grid, block, survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
-          color(scene.harmonics, frame.sh_degree(), view.position, block, b, survivors, colors);
+          color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {

@@ -48,7 +48,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
       Real alpha = 0;
       if (composite(splat, x, y, transmittance[p], alpha) != Step::blends) return;
       to_come[p] -= alpha * in_front * splat.color;
-      add_pixel<Real>(splat, x, y, alpha, in_front, to_come[p], d_pixel[p], sums);
+      add_pixel<Real>(splat, {x, y, alpha, in_front, to_come[p], d_pixel[p]}, sums);
     });
     pairs[first + entry] = sums;
   }

@@ -17,22 +17,31 @@
 namespace qs::cpu::train {
 namespace {
 
+// A Gaussian with activated parameters.
+template <class Real>
+struct WorldGaussian {
+  const glm::vec<3, Real>& mean;
+  Covariance3<double> sigma;
+  double opacity;
+};
+
 // The input of the pixels. `projected` has decided that the Gaussian is visible; in double
 // precision its values are computed again.
 template <class Real>
 typename PixelMath<Real>::Splat splat_of(const View<Real>& view, const StepView& step,
-                                         const glm::vec<3, Real>& mean,
-                                         const Covariance3<double>& sigma, double opacity,
+                                         const WorldGaussian<Real>& gaussian,
                                          const Projected& projected,
                                          const glm::vec<3, Real>& color) {
   if constexpr (std::is_same_v<Real, float>) {
-    return make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
-                      color);
+    return make_splat(projected.footprint,
+                      static_cast<float>(gaussian.opacity) * projected.opacity_factor, color);
   } else {
-    const glm::dvec3 point = to_view(view, mean);
-    const auto covariance = ImageCovariance<double>::of(view, point, sigma, step.settings.dilation);
+    const glm::dvec3 point = to_view(view, gaussian.mean);
+    const auto covariance =
+        ImageCovariance<double>::of(view, point, gaussian.sigma, step.settings.dilation);
     const Covariance2<double>& c = covariance.after;
     const double determinant = c.determinant();
+    double opacity = gaussian.opacity;
     if (step.antialiased()) opacity *= compensation(covariance.before.determinant(), determinant);
     constexpr double kScale = -0.5 * kLog2E;
     return {to_pixel(view, point), glm::dvec3(c.yy, -2 * c.xy, c.xx) * (kScale / determinant),
@@ -77,7 +86,7 @@ void project_all(const StepView& step, const FrameContext& context,
           visible.depths[slot] = projected.depth;
           visible.footprints[slot] = projected.footprint;
           frame.areas[slot] = PixelArea::of(projected.footprint);
-          frame.splats[slot] = splat_of<Real>(view, step, mean, sigma, opacity, projected, color);
+          frame.splats[slot] = splat_of<Real>(view, step, {mean, sigma, opacity}, projected, color);
           ++slot;
         }
         visible.chunk_counts[begin / VisibleSlots::kChunk] =

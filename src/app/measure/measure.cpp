@@ -72,15 +72,15 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames, const Target& target,
-                 const std::stop_token& stop) {
-  assert(frames > 0);
+                 const MarkedPlan& plan, ModeResult& result) {
+  assert(plan.frames > 0);
   settings.mode = result.mode;
   Outputs outputs;
   outputs.stage_times = true;
   std::vector<double> frame_ms, stage_ms[kStageCount];
-  for (int i = 0; i < frames; ++i) {
-    const RenderStats& marked = renderer.render(camera, settings, outputs, target, stop).stats;
+  for (int i = 0; i < plan.frames; ++i) {
+    const RenderStats& marked =
+        renderer.render(camera, settings, outputs, plan.target, plan.stop).stats;
     frame_ms.push_back(static_cast<double>(marked.frame_ms));
     for (int stage = 0; stage < kStageCount; ++stage)
       stage_ms[stage].push_back(static_cast<double>(marked.stage_ms[stage]));

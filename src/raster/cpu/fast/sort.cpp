@@ -9,7 +9,7 @@ namespace qs::cpu::fast {
 namespace {
 
 /// Copies depth bits and slots without unused slots. Returns the range of the bits.
-KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
+KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
   const std::size_t chunks = visible.chunk_counts.size();
   order.begins.resize(chunks);
   std::exclusive_scan(visible.chunk_counts.begin(), visible.chunk_counts.end(),
@@ -77,7 +77,7 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
 }  // namespace
 
 // Depths are positive floats; their bits order like unsigned integers.
-void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
+void sort(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
   order.items.resize(visible.count);
   const KeyRange range = gather(frame, visible, order);
   radix_sort(order.items, range, frame.pool, frame.stop);

@@ -43,6 +43,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
   std::vector<std::vector<RenderStats>> measured(turns);
   std::vector<ModeResult> results(turns);
   for (std::size_t i = 0; i < modes; ++i) results[i].mode = plan.modes[i];
+  // Render the modes and the guests in turns.
   for (int round = -plan.warmup; round < plan.frames; ++round) {
     for (std::size_t i = 0; i < turns; ++i) {
       plan.progress.update((static_cast<float>(round + plan.warmup) +
@@ -62,6 +63,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
       if (round + 1 == plan.frames && i < modes) visit(settings.mode, *frame);
     }
   }
+  // Summarise.
   for (std::size_t i = 0; i < turns; ++i) {
     if (!results[i].problem.empty()) continue;
     for (const RenderStats& stats : measured[i])

@@ -68,6 +68,7 @@ void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthO
       }
     };
     for (std::size_t i = 0; i < count; ++i) {
+      // Prefetch the listings of the next Gaussians, then their rectangles.
       if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[slots[i + kPrefetch]]);
       if (i + kPrefetch / 2 < count) {
         const std::uint32_t soon = slots[i + kPrefetch / 2];

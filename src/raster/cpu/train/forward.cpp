@@ -68,6 +68,7 @@ void project_all(const StepView& step, const FrameContext& context,
       parameters.size(), VisibleSlots::kChunk, [&](std::size_t begin, std::size_t end, int) {
         std::size_t slot = begin;
         for (std::size_t i = begin; i < end; ++i) {
+          // Activate and project.
           const glm::vec<3, Real>& mean = parameters.means[i];
           const Covariance3<double> sigma =
               covariance_of(glm::dvec3(parameters.log_scales[i]),
@@ -78,7 +79,9 @@ void project_all(const StepView& step, const FrameContext& context,
                        projected))
             continue;
           frame.in_view[i] = is_in_view(projected.footprint, context.grid);
+          // Drop Gaussians without tiles.
           if (count_tiles<P>(projected.footprint, context.grid) == 0) continue;
+          // Evaluate the colour and store the Gaussian in the next slot.
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
           const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),
                                             [sh](int k) { return sh[k]; });
@@ -108,6 +111,7 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
   transmittance.fill(1);
   live.fill(true);
 
+  // Composite the list front to back until all pixels have stopped.
   int left = box.width * box.height;
   const std::uint32_t length = frame.lists.pairs(tile);
   const std::uint32_t* list = frame.lists.slots.data() + frame.lists.begin[tile];
@@ -134,6 +138,7 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
     });
   }
 
+  // Add the background and store the pixels.
   const Vec3 background(step.settings.background);
   for (int y = 0; y < box.height; ++y) {
     for (int x = 0; x < box.width; ++x) {

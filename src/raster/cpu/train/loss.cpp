@@ -49,6 +49,7 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
   }();
   constexpr std::size_t kMargin = kSsimRadius * kChannels;
   const std::size_t values = shape.values;
+  // Convolve along the rows, into `rows`.
   rows.resize(field.size());
   shape.for_rows([&](std::size_t y) {
     std::vector<Real> padded(values + 2 * kMargin, 0);
@@ -61,6 +62,7 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
       for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
   });
+  // Convolve along the columns, back into `field`.
   shape.for_rows([&](std::size_t y) {
     Real* const out = &field[y * values];
     std::fill_n(out, values, Real(0));

@@ -219,20 +219,16 @@ int run(const BenchCommand& command, Arguments arguments) {
   return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
 
-}  // namespace
-
-CommandAction bench_command(Options& options) {
-  const auto command = std::make_shared<BenchCommand>();
-  BenchCommand* const c = command.get();
-  c->frame.modes = all_modes();
-  options.positionals("SCENE", c->scenes, 1, "splat files or model folders", kSceneSamples);
-  declare_common_options(options, c->frame);
+void declare_views(Options& options, BenchCommand* c) {
   options.value("--camera-index", "N,..", "cameras of the cameras file (default: all of them)",
                 {"0", "1,0"},
                 [c](const std::string& text) { c->camera_indices = parse_indices(text); });
   declare_camera_path_option(options, c->camera_path);
   options.integer("--path-steps", "N", 2, 100000, c->path_steps,
                   "views along --camera-path (default: 32)");
+}
+
+void declare_measuring(Options& options, BenchCommand* c) {
   declare_plan_options(options, c->plan, "view");
   options.integer(
       "--rounds", "N", 1, 1000, c->plan.rounds,
@@ -244,6 +240,9 @@ CommandAction bench_command(Options& options) {
   options.flag("--psnr", c->psnr,
                "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "
                "(seconds per view)");
+}
+
+void declare_plugins(Options& options, BenchCommand* c) {
   options.value("--plugin", "LIB,..",
                 "measures other renderers beside the modes: shared libraries with the functions of "
                 "quadsplat/plugin.h; includes --psnr",
@@ -257,15 +256,18 @@ CommandAction bench_command(Options& options) {
                 });
   options.integer("--plugin-timeout", "S", 1, 86400, c->plugin_timeout,
                   "seconds after which a plugin that does not answer is ended (default: 60)");
+}
+
+void declare_copies(Options& options, BenchCommand* c) {
   options.value("--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
                 [c](const std::string& text) { c->replicate = parse_size("--replicate", text); });
   options.integer(
       "--scaling", "N", 2, 100, c->scaling,
       "measures grids of 1x1, 2x2, .. NxN copies in a view of the whole grid, and plots "
       "time against size");
-  declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
-  options.text("--out-dir", "DIR", c->out_dir,
-               "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});
+}
+
+void add_examples(Options& options) {
   options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
                   "all modes on every camera of a scene");
   options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
@@ -274,6 +276,24 @@ CommandAction bench_command(Options& options) {
                   "how many times as fast as adr quadbox is on every camera");
   options.example("quadsplat bench plush.spz --plugin ./libtheirs.so --rounds 5",
                   "another renderer beside the modes, in turns with them");
+}
+
+}  // namespace
+
+CommandAction bench_command(Options& options) {
+  const auto command = std::make_shared<BenchCommand>();
+  BenchCommand* const c = command.get();
+  c->frame.modes = all_modes();
+  options.positionals("SCENE", c->scenes, 1, "splat files or model folders", kSceneSamples);
+  declare_common_options(options, c->frame);
+  declare_views(options, c);
+  declare_measuring(options, c);
+  declare_plugins(options, c);
+  declare_copies(options, c);
+  declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
+  options.text("--out-dir", "DIR", c->out_dir,
+               "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});
+  add_examples(options);
   return [command](Arguments arguments) { return run(*command, arguments); };
 }
 

@@ -106,8 +106,8 @@ class Compare {
     outputs.trace = true;
     const Frame& frame = renderer.render(shot_.camera, settings, outputs);
     const ReferenceCheck check =
-        check_against_reference(renderer_on(session_, Backend::cpu), shot_.camera, settings, frame,
-                                view.truth, std::nullopt, kTolerance, {});
+        check_against_reference(renderer_on(session_, Backend::cpu), {shot_.camera, settings},
+                                frame, view.truth, kTolerance, {});
     variant.remark = check_sentence(check, kTolerance);
   }
 

@@ -144,7 +144,7 @@ class RenderRun {
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (command_.psnr) results[i].psnr = psnrs[i];
       if (command_.stats && session_.backend != Backend::cpu) {  // the CPU always measures stages
-        mark_stages(*session_.renderer, shot.camera, session_.settings, results[i]);
+        mark_stages(*session_.renderer, shot.camera, session_.settings, {}, results[i]);
       }
       records_[first_record + i].result = results[i];
     }

@@ -54,7 +54,8 @@ void declare_frame_options(Options& options, FrameOptions& frame) {
 
 namespace {
 
-void declare_all(Options& options, FrameOptions& frame) {
+// The scene, its cameras and the size of their pictures.
+void declare_scene(Options& options, FrameOptions& frame) {
   options.integer("--iteration", "N", 0, 1'000'000'000, frame.iteration,
                   "reads point_cloud/iteration_N of a model folder (default: the highest N)");
   declare_axes_option(options, frame.axes);
@@ -72,6 +73,10 @@ void declare_all(Options& options, FrameOptions& frame) {
                 "picture size in pixels; keeps the vertical field of view (default: the camera's)",
                 {"48x32", "17x33"},
                 [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
+}
+
+// Who renders, and how.
+void declare_renderer(Options& options, FrameOptions& frame) {
   options.value("--cull", "NAME",
                 "tile culling modes, with commas: " + mode_names() +
                     "; all = 3dgs to exact, +peers = also those of other papers",
@@ -93,6 +98,10 @@ void declare_all(Options& options, FrameOptions& frame) {
       "--tile-size", {"8", "16", "32"},
       [&frame](int chosen) { frame.tile_px = kTileSizes[static_cast<std::size_t>(chosen)]; },
       "side of a tile in pixels; 8 and 32 need the CPU backend (default: 16)");
+}
+
+// The options that change the picture.
+void declare_look(Options& options, FrameOptions& frame) {
   declare_sh_degree_option(options, frame.sh_degree, "the scene's");
   options.real("--splat-scale", "X", 1e-6, 1e6, frame.splat_scale,
                "factor on the size of every Gaussian (default: 1)");
@@ -112,7 +121,11 @@ void declare_all(Options& options, FrameOptions& frame) {
 }  // namespace
 
 void declare_common_options(Options& options, FrameOptions& frame) {
-  options.common([&] { declare_all(options, frame); });
+  options.common([&] {
+    declare_scene(options, frame);
+    declare_renderer(options, frame);
+    declare_look(options, frame);
+  });
 }
 
 void declare_axes_option(Options& options, std::string& axes) {

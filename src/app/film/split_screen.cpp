@@ -38,7 +38,7 @@ SplitScreen::SplitScreen(std::vector<StripName> names, int width, int height)
       picture_(width, height, 3),
       font_(letter_height(names_, width, height)) {}
 
-Rect SplitScreen::strip(std::size_t index) const {
+PixelRect SplitScreen::strip(std::size_t index) const {
   const auto edge = [&](std::size_t i) {
     return static_cast<int>(i * static_cast<std::size_t>(picture_.width) / names_.size());
   };
@@ -46,7 +46,7 @@ Rect SplitScreen::strip(std::size_t index) const {
 }
 
 void SplitScreen::show(std::size_t index, const Image& view) {
-  const Rect part = strip(index);
+  const PixelRect part = strip(index);
   for (int y = 0; y < part.height; ++y) {
     const float* from = view.row(y) + 3 * part.x;
     std::copy(from, from + 3 * part.width, picture_.row(y) + 3 * part.x);
@@ -54,7 +54,7 @@ void SplitScreen::show(std::size_t index, const Image& view) {
 }
 
 void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines) {
-  const Rect part = strip(index);
+  const PixelRect part = strip(index);
   const int line = font_.line_height(), margin = line / 2;
   const int width = plate_width(font_, names_);
   if (width > part.width) return;

@@ -37,7 +37,7 @@ class SplitScreen {
   const Image& picture();
 
  private:
-  Rect strip(std::size_t index) const;
+  PixelRect strip(std::size_t index) const;
 
   std::vector<StripName> names_;
   Image picture_;

@@ -101,11 +101,13 @@ Framing fit_view(const Shape& shape, glm::dvec3 toward_eye, glm::dvec3 up) {
     extents = extents_of(
         shape, {right, down, -toward_eye, target + distance * toward_eye, 0.05 * shape.radius});
     if (round == kRounds) break;
+    // Move the target to the middle of the shape on the screen.
     const glm::dvec2 box = extents.box.center();
     const glm::dvec2 center = box + glm::clamp(extents.nearly.center() - box, glm::dvec2(-kMostOff),
                                                glm::dvec2(kMostOff));
     const double height = 2 * distance * std::tan(0.5 * kVerticalFov);
     target += height * (center.x * right + center.y * down);
+    // Change the distance so that the shape fills the wanted part of the screen.
     const double smallest =
         std::max(kLeastFilled / extents.box.height(),
                  std::min(kLeastDense / extents.dense.height(), kFilled / extents.box.height()));

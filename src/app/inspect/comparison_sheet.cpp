@@ -81,7 +81,7 @@ struct Sheet {
         on_white::kFaint);
   }
 
-  Rect crop_rect() const {
+  PixelRect crop_rect() const {
     const PixelBox& crop = comparison.crop;
     return {crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0};
   }

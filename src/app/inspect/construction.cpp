@@ -37,11 +37,17 @@ struct Fonts {
   Font title{38}, head{26}, text{22}, small{19};
 };
 
-/// Draws a line of text. Returns the top of the next line, `gap` pixels below.
-int write(Image& page, const Font& font, glm::ivec2 at, const std::string& text, glm::vec3 color,
-          int gap, Align align = Align::left) {
-  draw_text(page, font, at, text, color, align);
-  return at.y + font.line_height() + gap;
+struct LineStyle {
+  const Font& font;
+  glm::vec3 color;
+  int gap;  ///< pixels below the line
+  Align align = Align::left;
+};
+
+/// Draws a line of text. Returns the top of the next line.
+int write(Image& page, const LineStyle& style, glm::ivec2 at, const std::string& text) {
+  draw_text(page, style.font, at, text, style.color, style.align);
+  return at.y + style.font.line_height() + style.gap;
 }
 
 Image main_panel(const ConstructionInput& input, const Box& window) {
@@ -138,10 +144,10 @@ std::vector<InspectedFact> pixel_facts(const Inspection& inspection) {
 /// Returns the top of the next line.
 int draw_facts(Image& page, const Fonts& fonts, glm::ivec2 at, const std::string& title,
                const std::vector<InspectedFact>& facts) {
-  int y = write(page, fonts.head, at, title, kInk, 8);
+  int y = write(page, {fonts.head, kInk, 8}, at, title);
   for (const InspectedFact& fact : facts) {
     draw_text(page, fonts.small, {at.x, y}, fact.label, kFaint);
-    y = write(page, fonts.small, {at.x + kFacts, y}, fact.value, kInk, 6, Align::right);
+    y = write(page, {fonts.small, kInk, 6, Align::right}, {at.x + kFacts, y}, fact.value);
   }
   return y;
 }
@@ -157,12 +163,10 @@ int draw_mode_panels(Image& page, const Fonts& fonts, int top, const Constructio
     paste(page, panel, {center - panel.width / 2, top});
     const PairUses uses = uses_of(input.inspection, i);
     bottom =
-        write(page, fonts.head, {center, top + panel.height + 10},
-              fmt::format("{}: {} tiles", mode_name(static_cast<CullMode>(i) + 1), uses.pairs()),
-              kInk, 4, Align::center);
-    bottom = write(page, fonts.small, {center, bottom},
-                   fmt::format("{} used, {} hidden, {} empty", uses.used, uses.hidden, uses.empty),
-                   kFaint, 0, Align::center);
+        write(page, {fonts.head, kInk, 4, Align::center}, {center, top + panel.height + 10},
+              fmt::format("{}: {} tiles", mode_name(static_cast<CullMode>(i) + 1), uses.pairs()));
+    bottom = write(page, {fonts.small, kFaint, 0, Align::center}, {center, bottom},
+                   fmt::format("{} used, {} hidden, {} empty", uses.used, uses.hidden, uses.empty));
   }
   return bottom;
 }
@@ -186,7 +190,7 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
     const glm::vec2 box[] = {low, {high.x, low.y}, high, {low.x, high.y}};
     if (entry.fill > 0) fill_polygon(page, box, entry.pen.color, entry.fill);
     stroke(page, box, true, entry.pen);
-    at.y = write(page, fonts.small, {at.x + 46, at.y}, entry.words, kInk, 5);
+    at.y = write(page, {fonts.small, kInk, 5}, {at.x + 46, at.y}, entry.words);
   }
   return at.y;
 }
@@ -200,14 +204,13 @@ Image draw_construction(const ConstructionInput& input) {
   const Box window = window_of(g, input.grid);
   Image page(kWidth, kMostHeight, 3);
   fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
-  const int below_title = write(page, fonts.title, {kFigureMargin, kFigureMargin},
-                                fmt::format("Gaussian {}", grouped(g.gaussian)), kInk, 4);
+  const int below_title = write(page, {fonts.title, kInk, 4}, {kFigureMargin, kFigureMargin},
+                                fmt::format("Gaussian {}", grouped(g.gaussian)));
   const int top = write(
-      page, fonts.text, {kFigureMargin, below_title},
+      page, {fonts.text, kFaint, 22}, {kFigureMargin, below_title},
       fmt::format("{} \u00b7 tiles of {} \u00d7 {} pixels, drawn to scale, {:.1f} times as large",
                   input.where, input.grid.tile_px, input.grid.tile_px,
-                  FrameCanvas(window, kMain).scale()),
-      kFaint, 22);
+                  FrameCanvas(window, kMain).scale()));
   const Image main = main_panel(input, window);
   paste(page, main, {kFigureMargin, top});
 
@@ -215,10 +218,9 @@ Image draw_construction(const ConstructionInput& input) {
             walk_left = facts_left - kFigureGap - kWalk.x;
   const ModeTiles& quad = g.modes[static_cast<std::size_t>(kQuad) - 1];
   const int walk_top =
-      write(page, fonts.head, {walk_left, top},
+      write(page, {fonts.head, kInk, 8}, {walk_left, top},
             fmt::format("QPass walks {} {}{}", quad.runs.size(), quad.walks_rows ? "row" : "column",
-                        quad.runs.size() == 1 ? "" : "s"),
-            kInk, 8);
+                        quad.runs.size() == 1 ? "" : "s"));
   const Image walk = walk_panel(input, window, fonts.small);
   paste(page, walk, {walk_left, walk_top});
   const int legend_bottom = draw_legend(page, fonts, {walk_left, walk_top + walk.height + 18}, g);

@@ -62,24 +62,20 @@ void find_gaussian(const PixelReport& mine, const PixelReport& truth, ReferenceC
   }
 }
 
-PixelBox region_or_whole(const std::optional<PixelBox>& region, const Camera& camera) {
-  return region.value_or(PixelBox{0, 0, camera.width, camera.height});
-}
-
 }  // namespace
 
-Image render_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
-                       std::optional<PixelBox> region_or_all, const Progress& progress) {
-  const PixelBox region = region_or_whole(region_or_all, camera);
+Image render_reference(Renderer& cpu, const CheckedView& view, const Progress& progress) {
+  const PixelBox region = view.pixels();
+  RenderSettings settings = view.settings;
   settings.mode = kReferenceMode;
-  Image image(camera.width, camera.height, 3);
+  Image image(view.camera.width, view.camera.height, 3);
   const int height = region.y1 - region.y0;
   const int band = std::max((height + kBands - 1) / kBands, 16);
   for (int y = region.y0; y < region.y1; y += band) {
     progress.update(static_cast<float>(y - region.y0) / static_cast<float>(height));
     Outputs outputs;
     outputs.region = {region.x0, y, region.x1, std::min(y + band, region.y1)};
-    const Frame& frame = cpu.render(camera, settings, outputs, HostImage{}, progress.stop);
+    const Frame& frame = cpu.render(view.camera, settings, outputs, HostImage{}, progress.stop);
     for (int row = y; row < outputs.region->y1; ++row) {
       std::copy(frame.color.row(row) + 3 * region.x0, frame.color.row(row) + 3 * region.x1,
                 image.row(row) + 3 * region.x0);
@@ -89,24 +85,25 @@ Image render_reference(Renderer& cpu, const Camera& camera, RenderSettings setti
   return image;
 }
 
-ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
-                                       const Frame& frame, const Image& reference,
-                                       std::optional<PixelBox> region, int tolerance,
+ReferenceCheck check_against_reference(Renderer& cpu, const CheckedView& view, const Frame& frame,
+                                       const Image& reference, int tolerance,
                                        const Progress& progress) {
   assert(!frame.color.values.empty() && !frame.trace.tile_begin.empty());
   ReferenceCheck check;
-  check.region = region_or_whole(region, camera);
+  check.region = view.pixels();
   check.difference = image_difference(frame.color, reference, check.region, tolerance);
   if (!check.difference.first) return check;
   const glm::ivec2 pixel = *check.difference.first;
   check.tile = frame.grid.tile_of(pixel.x, pixel.y);
-  const PixelReport mine = inspect_pixel(frame, pixel, settings.background);
+  const PixelReport mine = inspect_pixel(frame, pixel, view.settings.background);
+  // Walk the same pixel in the reference.
   Outputs outputs;
   outputs.color = false;
   outputs.trace = true;
   outputs.region = {pixel.x, pixel.y, pixel.x + 1, pixel.y + 1};
+  RenderSettings settings = view.settings;
   settings.mode = kReferenceMode;
-  const Frame& truth = cpu.render(camera, settings, outputs, HostImage{}, progress.stop);
+  const Frame& truth = cpu.render(view.camera, settings, outputs, HostImage{}, progress.stop);
   find_gaussian(mine, inspect_pixel(truth, pixel, settings.background), check);
   return check;
 }

@@ -31,17 +31,24 @@ struct ReferenceCheck {
   Disagreement why = Disagreement::rounding;
 };
 
-/// Renders the reference's image of a region, 0 outside of it; unset = the whole image. Takes
-/// seconds: reports progress and throws Cancelled. `cpu`: a CPU renderer with the scene.
-Image render_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
-                       std::optional<PixelBox> region, const Progress& progress);
+/// A view, or the part of it that is compared.
+struct CheckedView {
+  const Camera& camera;
+  const RenderSettings& settings;
+  std::optional<PixelBox> region = {};  ///< unset = the whole image
 
-/// Compares `frame`, which was rendered with color and trace for `camera` and `settings`, with
-/// `reference`, the result of render_reference() for the same view and region. Differences of 8-bit
-/// values up to `tolerance` do not count. Throws Cancelled.
-ReferenceCheck check_against_reference(Renderer& cpu, const Camera& camera, RenderSettings settings,
-                                       const Frame& frame, const Image& reference,
-                                       std::optional<PixelBox> region, int tolerance,
+  PixelBox pixels() const { return region.value_or(PixelBox{0, 0, camera.width, camera.height}); }
+};
+
+/// Renders the reference's image of a view, 0 outside of the region. Takes seconds: reports
+/// progress and throws Cancelled. `cpu`: a CPU renderer with the scene.
+Image render_reference(Renderer& cpu, const CheckedView& view, const Progress& progress);
+
+/// Compares `frame`, which was rendered with color and trace for the view, with `reference`, the
+/// result of render_reference() for the same view. Differences of 8-bit values up to `tolerance` do
+/// not count. Throws Cancelled.
+ReferenceCheck check_against_reference(Renderer& cpu, const CheckedView& view, const Frame& frame,
+                                       const Image& reference, int tolerance,
                                        const Progress& progress);
 
 /// The disagreement as a predicate whose subject is the frame: "does not blend it".

@@ -43,6 +43,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
   std::vector<std::vector<RenderStats>> measured(turns);
   std::vector<ModeResult> results(turns);
   for (std::size_t i = 0; i < modes; ++i) results[i].mode = plan.modes[i];
+  // Render the modes and the guests in turns.
   for (int round = -plan.warmup; round < plan.frames; ++round) {
     for (std::size_t i = 0; i < turns; ++i) {
       plan.progress.update((static_cast<float>(round + plan.warmup) +
@@ -62,6 +63,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
       if (round + 1 == plan.frames && i < modes) visit(settings.mode, *frame);
     }
   }
+  // Summarise.
   for (std::size_t i = 0; i < turns; ++i) {
     if (!results[i].problem.empty()) continue;
     for (const RenderStats& stats : measured[i])
@@ -72,15 +74,15 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
 }
 
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames, const Target& target,
-                 const std::stop_token& stop) {
-  assert(frames > 0);
+                 const MarkedPlan& plan, ModeResult& result) {
+  assert(plan.frames > 0);
   settings.mode = result.mode;
   Outputs outputs;
   outputs.stage_times = true;
   std::vector<double> frame_ms, stage_ms[kStageCount];
-  for (int i = 0; i < frames; ++i) {
-    const RenderStats& marked = renderer.render(camera, settings, outputs, target, stop).stats;
+  for (int i = 0; i < plan.frames; ++i) {
+    const RenderStats& marked =
+        renderer.render(camera, settings, outputs, plan.target, plan.stop).stats;
     frame_ms.push_back(static_cast<double>(marked.frame_ms));
     for (int stage = 0; stage < kStageCount; ++stage)
       stage_ms[stage].push_back(static_cast<double>(marked.stage_ms[stage]));

@@ -46,11 +46,17 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       const MeasurePlan& plan,
                                       const std::function<void(CullMode, const Frame&)>& visit);
 
+/// The extra frames that measure stages.
+struct MarkedPlan {
+  int frames = 1;
+  Target target = HostImage{};
+  std::stop_token stop = {};
+};
+
 /// Sets the stage times of `result` to the medians of extra frames in its mode, because measuring
 /// stages may slow a frame down.
 void mark_stages(Renderer& renderer, const Camera& camera, RenderSettings settings,
-                 ModeResult& result, int frames = 1, const Target& target = HostImage{},
-                 const std::stop_token& stop = {});
+                 const MarkedPlan& plan, ModeResult& result);
 
 /// A table with one line per mode: time, FPS, pairs, speed-up and a summary of the mode.
 std::string format_mode_table(std::span<const ModeResult> results);

@@ -11,6 +11,15 @@ namespace {
 
 constexpr int kMarkedFrames = 20;  ///< at most, of the marked pass
 
+// The arguments of measure_view().
+struct MeasuredView {
+  Session& session;
+  const std::vector<CullMode>& modes;
+  const Camera& camera;
+  const ViewPlan& plan;
+  const Progress& progress;
+};
+
 BenchRow make_row(const Session& session, const Camera& camera, const ModeResult& result,
                   const std::vector<double>& frame_ms) {
   const RenderStats& stats = result.stats;
@@ -40,15 +49,16 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
 }
 
 /// Renders an extra frame, so that counting does not slow the timed frames down.
-void count_false_positives(Session& session, const Camera& camera, CullMode mode,
-                           const Target& target, std::stop_token stop, BenchRow& row) {
-  RenderSettings settings = session.settings;
+void count_false_positives(const MeasuredView& view, CullMode mode, const Target& target,
+                           BenchRow& row) {
+  RenderSettings settings = view.session.settings;
   settings.mode = mode;
   Outputs outputs;
   outputs.color = false;
   outputs.used = true;
   const RenderStats& stats =
-      session.renderer->render(camera, settings, outputs, target, std::move(stop)).stats;
+      view.session.renderer->render(view.camera, settings, outputs, target, view.progress.stop)
+          .stats;
   if (!stats.used_pairs) return;
   row.false_positives = stats.tile_pairs - *stats.used_pairs;
   row.false_positive_share = stats.tile_pairs == 0 ? 0
@@ -69,9 +79,8 @@ struct Measured {
 
 // Measures all modes and guests once. A guest with a problem is left out and keeps its first
 // problem.
-void measure_round(Session& session, const std::vector<CullMode>& modes, const Camera& camera,
-                   const ViewPlan& plan, const Progress& progress, int round,
-                   std::vector<Measured>& all) {
+void measure_round(const MeasuredView& view, int round, std::vector<Measured>& all) {
+  const auto& [session, modes, camera, plan, progress] = view;
   std::vector<std::size_t> present;
   std::vector<Guest> guests;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -79,11 +88,11 @@ void measure_round(Session& session, const std::vector<CullMode>& modes, const C
     present.push_back(i);
     if (i >= modes.size()) guests.push_back(plan.guests[i - modes.size()]);
   }
-  const Progress part = {
-      [&](float done) {
-        progress.update((static_cast<float>(round) + done) / static_cast<float>(plan.rounds));
-      },
-      progress.stop};
+  const Progress part = {[&view, round](float done) {
+                           view.progress.update((static_cast<float>(round) + done) /
+                                                static_cast<float>(view.plan.rounds));
+                         },
+                         progress.stop};
   const MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
                               part,  plan.clock,  guests};
   std::vector<ModeResult> results = measure_modes(*session.renderer, camera, session.settings, {},
@@ -99,12 +108,11 @@ void measure_round(Session& session, const std::vector<CullMode>& modes, const C
 }
 
 // mark_stages() of a guest. If it fails, the guest loses its other results.
-void mark_guest(const Session& session, const Camera& camera, const Guest& guest,
-                const ViewPlan& plan, ModeResult& result, const std::stop_token& stop) {
+void mark_guest(const MeasuredView& view, const Guest& guest, const MarkedPlan& plan,
+                ModeResult& result) {
   if (!result.problem.empty()) return;
   try {
-    mark_stages(*guest.renderer, camera, session.settings, result,
-                std::min(plan.frames, kMarkedFrames), DeviceImage{}, stop);
+    mark_stages(*guest.renderer, view.camera, view.session.settings, plan, result);
   } catch (const Error& error) {
     result.problem = error.what();
   }
@@ -115,22 +123,21 @@ void mark_guest(const Session& session, const Camera& camera, const Guest& guest
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,
                                    const Progress& progress) {
+  const MeasuredView view{session, modes, camera, plan, progress};
   std::vector<Measured> all(modes.size() + plan.guests.size());
-  for (int round = 0; round < plan.rounds; ++round)
-    measure_round(session, modes, camera, plan, progress, round, all);
+  for (int round = 0; round < plan.rounds; ++round) measure_round(view, round, all);
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < all.size(); ++i) {
     ModeResult& result = all[i].result;
     const bool own = i < modes.size();
     const Target target = own ? bench_target(session.backend) : Target(DeviceImage{});
+    const MarkedPlan marked{std::min(plan.frames, kMarkedFrames), target, progress.stop};
     result.marked_frame_ms = result.stats.frame_ms;
     // The CPU backend always measures stages, at no cost.
     if (own && plan.details && session.backend != Backend::cpu) {
-      mark_stages(*session.renderer, camera, session.settings, result,
-                  std::min(plan.frames, kMarkedFrames), target, progress.stop);
+      mark_stages(*session.renderer, camera, session.settings, marked, result);
     }
-    if (!own && plan.details)
-      mark_guest(session, camera, plan.guests[i - modes.size()], plan, result, progress.stop);
+    if (!own && plan.details) mark_guest(view, plan.guests[i - modes.size()], marked, result);
     if (!result.problem.empty()) {
       if (plan.guest_failed) plan.guest_failed(plan.guests[i - modes.size()], result.problem);
       continue;
@@ -142,7 +149,7 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
       row.mode = plan.guests[i - modes.size()].name;
       row.backend = kPluginBackend;
     } else if (plan.details) {
-      count_false_positives(session, camera, modes[i], target, progress.stop, row);
+      count_false_positives(view, modes[i], target, row);
     }
   }
   return rows;

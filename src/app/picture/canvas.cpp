@@ -6,7 +6,7 @@
 
 namespace qs {
 
-void fill_rect(Image& image, Rect rect, glm::vec3 color) {
+void fill_rect(Image& image, PixelRect rect, glm::vec3 color) {
   assert(image.channels == 3);
   const int x_end = std::min(rect.x + rect.width, image.width);
   const int y_end = std::min(rect.y + rect.height, image.height);
@@ -28,7 +28,7 @@ void paste(Image& image, const Image& part, glm::ivec2 at) {
   }
 }
 
-Image cropped(const Image& image, Rect part) {
+Image cropped(const Image& image, PixelRect part) {
   Image result(part.width, part.height, 3);
   for (int y = 0; y < part.height; ++y) {
     for (int x = 0; x < part.width; ++x) {

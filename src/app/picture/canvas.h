@@ -14,19 +14,19 @@
 
 namespace qs {
 
-struct Rect {
+struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
 enum class Align { left, center, right };
 
-void fill_rect(Image& image, Rect rect, glm::vec3 color);
+void fill_rect(Image& image, PixelRect rect, glm::vec3 color);
 
 /// Copies `part` onto `image`, with its top left corner at `at`.
 void paste(Image& image, const Image& part, glm::ivec2 at);
 
 /// A copy of a part, which must be inside the image; values are clamped to 0..1.
-Image cropped(const Image& image, Rect part);
+Image cropped(const Image& image, PixelRect part);
 
 /// Draws one line of text. `at` is the top left, top centre or top right of the line. Returns the
 /// width of the line in pixels.

@@ -27,9 +27,9 @@ std::string ssim_method(SsimBorder border) {
       border == SsimBorder::zeros ? "zeros outside" : "without the 5 pixels at the border");
 }
 
-std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows) {
+std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) {
   std::vector<MeanQuality> means;
-  for (const Quality& row : rows) {
+  for (const EvaluatedView& row : rows) {
     auto mean = std::find_if(means.begin(), means.end(),
                              [&](const MeanQuality& other) { return other.mode == row.mode; });
     if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0});
@@ -51,14 +51,14 @@ std::string format_eval_table(const EvalReport& report) {
   };
   std::size_t width = 4;
   for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
-  for (const Quality& row : report.rows) width = std::max(width, row.camera.name.size());
+  for (const EvaluatedView& row : report.rows) width = std::max(width, row.camera.name.size());
   std::string text =
       fmt::format("{:{}}  {:13}  {:>7}  {:>6}\n", "view", width, "mode", "PSNR dB", "SSIM");
   const auto line = [&](const std::string& name, const auto& row) {
     text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}\n", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);
   };
-  for (const Quality& row : report.rows) line(row.camera.name, row);
+  for (const EvaluatedView& row : report.rows) line(row.camera.name, row);
   for (const MeanQuality& mean : means) line(mean_title(mean), mean);
   return text;
 }
@@ -68,7 +68,7 @@ std::string format_eval_csv(const EvalReport& report) {
   std::string text =
       "scene,camera,mode,backend,gaussians,width,height,compared_width,"
       "compared_height,psnr,ssim\n";
-  for (const Quality& row : report.rows) {
+  for (const EvaluatedView& row : report.rows) {
     text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}\n",
                         csv_field(scene.filename().string()), csv_field(row.camera.name),
                         mode_name(row.mode), report.environment.at("backend").get<std::string>(),
@@ -86,7 +86,7 @@ std::string format_eval_json(const EvalReport& report) {
                      {"psnr", finite_or_null(mean.psnr)},
                      {"ssim", mean.ssim}});
   }
-  for (const Quality& row : report.rows) {
+  for (const EvaluatedView& row : report.rows) {
     views.push_back({{"view", row.view},
                      {"name", row.camera.name},
                      {"photograph", row.photograph.string()},
@@ -110,7 +110,7 @@ EvalReport parse_eval_report(const ordered_json& json) {
                     json_value<std::size_t>(json.at("view_count")),
                     {}};
   for (const ordered_json& view : json.at("views")) {
-    Quality& row = report.rows.emplace_back();
+    EvaluatedView& row = report.rows.emplace_back();
     row.camera = camera_of(view.at("camera"), "eval.json");
     row.photograph = view.at("photograph").get<std::string>();
     json_value(view.at("compared_width"), row.width);

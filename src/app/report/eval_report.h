@@ -21,7 +21,7 @@
 namespace qs {
 
 /// One view in one mode.
-struct Quality {
+struct EvaluatedView {
   Camera camera;
   std::filesystem::path photograph;
   int width = 0, height = 0;  ///< of the compared pictures
@@ -34,7 +34,7 @@ struct EvalReport {
   nlohmann::ordered_json environment, scene;  ///< environment_json() and scene_json()
   nlohmann::ordered_json method;              ///< the choice of views and the method of comparison
   std::size_t view_count = 0;                 ///< of all shards
-  std::vector<Quality> rows;                  ///< ordered by view, then by mode
+  std::vector<EvaluatedView> rows;            ///< ordered by view, then by mode
 };
 
 /// Means over the views of one mode.
@@ -48,7 +48,7 @@ struct MeanQuality {
 std::string ssim_method(SsimBorder border);
 
 /// One entry per mode, in the order of their first rows.
-std::vector<MeanQuality> mean_qualities(const std::vector<Quality>& rows);
+std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows);
 
 std::string format_eval_table(const EvalReport& report);
 std::string format_eval_csv(const EvalReport& report);

@@ -138,6 +138,7 @@ struct Grid {
 Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neighbours) {
   Numbers found;
   if (of.empty() || fewest_neighbours <= 0) return found;
+  // Lay a grid around the middle, with cells of a multiple of the median size.
   const float median = median_log_size(cloud, of);
   const double cell = double{Floaters::kCellSigmas} * std::exp(double{median});
   if (!(cell > 0) || !std::isfinite(cell)) return found;
@@ -151,6 +152,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   }
   const Grid grid{middle, cell};
 
+  // Count Gaussians per cell. A large Gaussian is looked up in a coarser grid.
   std::vector<Cell> cells;
   cells.reserve(of.size());
   std::array<Numbers, kLevels> of_level;
@@ -165,6 +167,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
     const double level = larger > 0 ? std::ceil(larger / std::log(1 << kFinerBits)) : 0;
     of_level[static_cast<std::size_t>(std::min(level, kLevels - 1.0))].push_back(i);
   }
+  // From fine to coarse, find the Gaussians in cells with too few neighbours.
   for (int level = 0; level < kLevels; ++level) {
     if (level > 0)
       for (Cell& each : cells) each.key = coarser(each.key);
@@ -195,10 +198,12 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
       if (removal.marks[i] == Removed::no) numbers.push_back(static_cast<std::uint32_t>(i));
     return numbers;
   };
+  // Mark Gaussians outside of the box.
   if (box) {
     for (std::size_t i = 0; i < cloud.size(); ++i)
       if (!contains(*box, cloud.positions[i])) removal.marks[i] = Removed::outside;
   }
+  // Mark floaters among the rest.
   if (floaters) {
     const Numbers inside = staying();
     const float core = floaters->large ? core_size(cloud, inside) : 0;

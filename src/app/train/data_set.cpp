@@ -135,6 +135,7 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
   set.blender = first_test.has_value();
   set.masks = masks_of(options);
   set.photo_memory = options.photo_memory;
+  // Read every photograph that has a camera, as a training or a test view.
   std::uint64_t bytes = 0;
   const Photographs photographs(set.photographs);
   const Masks masks(set.masks, set.photographs);
@@ -158,6 +159,7 @@ DataSet read_data_set(const DataOptions& options, ThreadPool& pool, const Progre
     bytes += views.back().bytes();
     if (bytes > set.photo_memory) set.release_pixels();
   }
+  // Refuse data from which nothing can be trained.
   if (set.training.empty() && set.test.empty()) {
     fail(
         "{}: holds no photograph named like one of the {} cameras of {}: name the folder with "

@@ -12,12 +12,12 @@
 namespace qs::train {
 namespace {
 
-struct Box {
+struct CellBox {
   glm::dvec3 low, size;
 };
 
 // The cameras' bounding box enlarged 3 times around its middle.
-Box box_around_cameras(const DataSet& data) {
+CellBox box_around_cameras(const DataSet& data) {
   glm::dvec3 low = data.training.front().camera.position(), high = low;
   for (const PhotographView& view : data.training) {
     low = glm::min(low, view.camera.position());
@@ -36,14 +36,14 @@ glm::dvec3 corner_of(std::size_t cell) {
 }
 
 // The position of `place`, which has the units of corner_of().
-glm::dvec3 position_in(const Box& box, glm::dvec3 place) {
+glm::dvec3 position_in(const CellBox& box, glm::dvec3 place) {
   return box.low + box.size * place / double{kCells};
 }
 
 // The cells that many pictures show: at least half as many as the largest number of pictures that
 // show the same cell. A picture shows a cell if it shows the cell's middle. If cameras circle a
 // subject, most pictures show the subject and few show a camera.
-std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const Box& box) {
+std::vector<std::size_t> cells_in_many_pictures(const DataSet& data, const CellBox& box) {
   constexpr std::size_t kMostCameras = 200;
   const std::size_t stride = 1 + (data.training.size() - 1) / kMostCameras;
   std::vector<int> pictures(std::size_t{kCells} * kCells * kCells, 0);
@@ -100,7 +100,7 @@ std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, st
     for (std::size_t i = 0; i < count; ++i) points[i].position = 1.3 * (2.0 * uniform(i) - 1.0);
     return points;
   }
-  const Box box = box_around_cameras(data);
+  const CellBox box = box_around_cameras(data);
   const std::vector<std::size_t> cells = cells_in_many_pictures(data, box);
   for (std::size_t i = 0; i < count; ++i) {
     const auto drawn =

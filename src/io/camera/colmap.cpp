@@ -30,6 +30,19 @@ constexpr std::array kModels = {
 
 constexpr std::uint64_t kMaxSide = 65535;
 
+void check_size(const ColmapLens& lens, const std::string& where) {
+  if (lens.width < 1 || lens.height < 1 || lens.width > kMaxSide || lens.height > kMaxSide) {
+    fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, lens.width,
+         lens.height, kMaxSide, kMaxSide);
+  }
+}
+
+void check_numbers(const ColmapLens& lens, const std::string& where) {
+  for (const double value : lens.parameters) {
+    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
+  }
+}
+
 }  // namespace
 
 const ColmapModel* find_colmap_model(int id) {
@@ -44,16 +57,11 @@ const ColmapModel* find_colmap_model(std::string_view name) {
   return found == kModels.end() ? nullptr : &*found;
 }
 
-void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& model,
-                     std::uint64_t width, std::uint64_t height, std::span<const double> parameters,
-                     const std::string& where) {
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
-    fail("{}: a picture of {} x {} pixels is not between 1 x 1 and {} x {}", where, width, height,
-         kMaxSide, kMaxSide);
-  }
-  for (const double value : parameters) {
-    if (!std::isfinite(value)) fail("{}: a parameter is not finite", where);
-  }
+void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::string& where) {
+  const auto& [id, model, width, height, parameters] = stored;
+  check_size(stored, where);
+  check_numbers(stored, where);
+  // The parameters are focal lengths, the principal point and the distortion.
   const auto focal_lengths = static_cast<std::size_t>(model.focal_lengths);
   const auto distortion = parameters.subspan(focal_lengths + 2);
   const bool distorts = std::any_of(distortion.begin(), distortion.end(),
@@ -62,14 +70,14 @@ void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& 
     fail("{}: a {} lens that distorts; undistort the photographs first (colmap image_undistorter)",
          where, model.name);
   }
-  Camera size;
-  size.width = static_cast<int>(width);
-  size.height = static_cast<int>(height);
   Lens lens;
   lens.focal_px = {parameters[0], parameters[focal_lengths - 1]};
   lens.center_px = {parameters[focal_lengths] - 0.5, parameters[focal_lengths + 1] - 0.5};
   if (!(lens.focal_px.x > 0 && lens.focal_px.y > 0))
     fail("{}: the focal length is not above 0", where);
+  Camera size;
+  size.width = static_cast<int>(width);
+  size.height = static_cast<int>(height);
   LensCamera camera{size, std::nullopt, {}};
   camera.camera.focal_px = lens.focal_px;
   camera.camera.center_px = lens.center_px;

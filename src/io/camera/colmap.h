@@ -36,11 +36,17 @@ const ColmapModel* find_colmap_model(std::string_view name);
 /// Every lens by its id; of the cameras only size and intrinsics are set.
 using ColmapLenses = std::map<std::uint32_t, LensCamera>;
 
+/// A lens as the file stores it.
+struct ColmapLens {
+  std::uint32_t id;
+  const ColmapModel& model;
+  std::uint64_t width, height;         ///< pixels
+  std::span<const double> parameters;  ///< model.parameters of them
+};
+
 /// Adds a lens. `where` names file and record; throws Error(input) for sizes and
 /// numbers out of range, distortion that Lens lacks, and a second lens of one id.
-void add_colmap_lens(ColmapLenses& lenses, std::uint32_t id, const ColmapModel& model,
-                     std::uint64_t width, std::uint64_t height, std::span<const double> parameters,
-                     const std::string& where);
+void add_colmap_lens(ColmapLenses& lenses, const ColmapLens& stored, const std::string& where);
 
 struct ColmapImage {
   glm::dquat rotation{1, 0, 0, 0};  ///< view from world, any length above 0

@@ -46,7 +46,7 @@ void read_lens(ByteCursor& cursor, const std::string& where, ColmapLenses& lense
   std::array<double, 16> parameters{};
   const auto count = static_cast<std::size_t>(model->parameters);
   for (std::size_t i = 0; i < count; ++i) parameters.at(i) = cursor.read<double>("parameters");
-  add_colmap_lens(lenses, id, *model, width, height, std::span(parameters).first(count), where);
+  add_colmap_lens(lenses, {id, *model, width, height, std::span(parameters).first(count)}, where);
 }
 
 ColmapImage read_image_record(ByteCursor& cursor, const std::string& where) {

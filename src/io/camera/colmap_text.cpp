@@ -96,7 +96,7 @@ void read_lens(Line& line, ColmapLenses& lenses) {
   std::vector<double> parameters;
   for (int i = 0; i < model->parameters; ++i)
     parameters.push_back(line.number<double>("a parameter"));
-  add_colmap_lens(lenses, id, *model, width, height, parameters, line.where());
+  add_colmap_lens(lenses, {id, *model, width, height, parameters}, line.where());
 }
 
 ColmapImage read_image_line(Line& line) {

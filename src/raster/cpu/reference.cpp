@@ -37,6 +37,7 @@ void grown_range(double low, double high, int first, int limit, int& begin, int&
 bool project_reference(const FrameContext& frame, const View<double>& view, const PixelBox& region,
                        std::size_t i, ReferenceSplat& splat) {
   const GaussianCloud& cloud = frame.cloud;
+  // Project the mean and the covariance.
   const glm::dvec3 position(cloud.positions[i]);
   const glm::dvec3 point = to_view(view, position);
   if (!(point.z > view.near_depth)) return false;
@@ -49,10 +50,12 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
   covariance.yy += frame.settings.dilation;
   const double determinant = covariance.determinant();
   if (!(determinant > 0) || !std::isfinite(determinant)) return false;
+  // Drop the Gaussian if no pixel can have alpha >= 1/255.
   splat.opacity = opacity_of_logit(cloud.opacity_logits[i]);
   if (frame.antialiased()) splat.opacity *= compensation(before, determinant);
   const double gamma = splat.gamma = 2 * std::log(255 * splat.opacity);
   if (!(gamma > 0)) return false;
+  // Store the ellipse and its box of pixels in the region.
   splat.covariance = covariance;
   splat.mean = to_pixel(view, point);
   splat.conic = {covariance.yy / determinant, -covariance.xy / determinant,
@@ -64,6 +67,7 @@ bool project_reference(const FrameContext& frame, const View<double>& view, cons
   grown_range(splat.mean.y - half.y, splat.mean.y + half.y, region.y0, region.y1, splat.box.y0,
               splat.box.y1);
   if (splat.box.x0 >= splat.box.x1 || splat.box.y0 >= splat.box.y1) return false;
+  // Evaluate the colour.
   const glm::vec3* sh =
       cloud.sh.data() + i * static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   splat.color = sh_color<double>(frame.sh_degree(), glm::normalize(position - view.position),
@@ -84,6 +88,7 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
   std::vector<std::uint32_t> considered(width, 0);
   std::vector<char> live(width, 1);
   for (const ReferenceSplat* splat : splats) {
+    // Composite the Gaussian onto the live pixels of its box.
     const double dy = y - splat->mean.y;
     for (int px = splat->box.x0; px < splat->box.x1; ++px) {
       const auto x = static_cast<std::size_t>(px);
@@ -104,6 +109,7 @@ void blend_row(const FrameContext& frame, const PixelBox& region,
       pixels[x].add(alpha, splat->depth, next);
     }
   }
+  // Store the maps that were asked for.
   for (auto x = static_cast<std::size_t>(region.x0); x < static_cast<std::size_t>(region.x1); ++x) {
     const std::size_t at = frame.pixel(static_cast<int>(x), y);
     if (outputs.evaluated) result.evaluated[at] = considered[x];

@@ -20,7 +20,7 @@ class CpuRenderer final : public Renderer {
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     progress.update(0);
-    fast::Scene scene = fast::make_scene(*cloud, pool_);
+    fast::SceneBlocks scene = fast::make_scene(*cloud, pool_);
     progress.update(1);
     cloud_ = std::move(cloud);
     fast_.upload(std::move(scene));
@@ -44,7 +44,7 @@ class CpuRenderer final : public Renderer {
     }
     const bool reference = settings.mode == kReferenceMode;
     const bool classic =
-        !reference && (settings.pipeline == qs::Pipeline::classic || settings.tile_px != kTileSize);
+        !reference && (settings.pipeline == Pipeline::classic || settings.tile_px != kTileSize);
     if (classic || (!reference && (outputs.used || outputs.depth)))
       classic_.activate_once(*cloud_, pool_);
 
@@ -99,7 +99,7 @@ class CpuRenderer final : public Renderer {
   std::shared_ptr<const GaussianCloud> cloud_ = std::make_shared<const GaussianCloud>();
   std::function<void(float fraction)> report_;
   Classic classic_;
-  fast::Pipeline fast_;
+  fast::FastPipeline fast_;
   Frame result_;
 };
 

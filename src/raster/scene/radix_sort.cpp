@@ -35,6 +35,7 @@ void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::s
     const auto digit = [&, smallest = range.low](std::uint32_t key) {
       return ((key - smallest) >> (pass * digit_bits)) & (buckets - 1);
     };
+    // Count the digits of every segment.
     items.offsets.assign(segments * buckets, 0);
     const auto count = [&](std::size_t s, std::size_t, int) {
       std::uint32_t* counts = &items.offsets[s * buckets];
@@ -51,6 +52,7 @@ void radix_sort(SortItems& items, KeyRange range, ThreadPool& pool, const std::s
       }
     };
     pool.for_chunks(segments, 1, std::cref(count));
+    // Turn the counts into the first targets, ordered by digit and then by segment.
     std::uint32_t sum = 0;
     for (std::size_t bucket = 0; bucket < buckets; ++bucket) {
       for (std::size_t s = 0; s < segments; ++s)

@@ -18,9 +18,9 @@ class ReferenceCheckTest : public test::InspectorTest {
  protected:
   ReferenceCheck check(const Frame& frame, std::optional<PixelBox> region = {},
                        const Progress& progress = {}) {
-    const Image reference = render_reference(*renderer_, camera_, settings_, region, progress);
-    return check_against_reference(*renderer_, camera_, settings_, frame, reference, region, 2,
-                                   progress);
+    const CheckedView view{camera_, settings_, region};
+    const Image reference = render_reference(*renderer_, view, progress);
+    return check_against_reference(*renderer_, view, frame, reference, 2, progress);
   }
 };
 

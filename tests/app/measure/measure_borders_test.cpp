@@ -133,7 +133,7 @@ TEST(MeasureModes, stage_times_are_medians_of_extra_frames) {
   Clockwork renderer({5, 1, 2});
   ModeResult result;
   result.mode = 4;
-  mark_stages(renderer, test::front_camera(8, 6), {}, result, 3);
+  mark_stages(renderer, test::front_camera(8, 6), {}, {3}, result);
   EXPECT_THAT(renderer.modes, ElementsAre(4, 4, 4));
   EXPECT_THAT(renderer.stage_times, ElementsAre(true, true, true));
   EXPECT_EQ(result.marked_frame_ms, 2);

@@ -341,8 +341,9 @@ TEST(ReaderLimits, colmap_s_models_have_their_parameters) {
       parameters[static_cast<std::size_t>(i)] = 10 + i;
     const auto add = [&](std::uint64_t width, std::uint64_t height) {
       ColmapLenses lenses;
-      const std::string message =
-          error_of([&] { add_colmap_lens(lenses, 7, *model, width, height, parameters, "here"); });
+      const std::string message = error_of([&] {
+        add_colmap_lens(lenses, {7, *model, width, height, parameters}, "here");
+      });
       if (message.empty()) {
         const LensCamera& camera = lenses.at(7);
         const auto [focal, center] =

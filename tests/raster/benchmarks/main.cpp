@@ -97,7 +97,7 @@ class Stages {
   const Subject& subject_;
   ThreadPool pool_{1};
   ActivatedCloud active_;
-  cpu::fast::Scene scene_;
+  cpu::fast::SceneBlocks scene_;
   RenderSettings settings_;
   cpu::FrameContext frame_;
   Frame result_;
@@ -105,8 +105,8 @@ class Stages {
   cpu::Visible visible_;
   cpu::DepthOrder order_;
   cpu::TileLists lists_;
-  cpu::fast::Visible fast_visible_;
-  cpu::fast::DepthOrder fast_order_;
+  cpu::fast::FastVisible fast_visible_;
+  cpu::fast::FastDepthOrder fast_order_;
   cpu::TileLists fast_lists_;
   cpu::fast::TileQueue fast_queue_;
 };

@@ -37,7 +37,7 @@ struct Subject {
 
   ThreadPool pool{2};
   GaussianCloud cloud;
-  cpu::fast::Scene scene;
+  cpu::fast::SceneBlocks scene;
 };
 
 /// A camera in the centre of surrounding_cloud() that looks in direction number `way`.
@@ -186,7 +186,7 @@ TEST(Frustum, keeps_gaussians_beyond_every_border_that_still_reach_the_picture) 
         cpu::Visible classic;
         cpu::preprocess(frame, activate(subject.cloud, subject.pool), classic);
         ASSERT_EQ(classic.count, share < 1 ? 1u : 0u) << mode;
-        cpu::fast::Visible fast;
+        cpu::fast::FastVisible fast;
         cpu::fast::preprocess(frame, subject.scene, false, fast);
         EXPECT_EQ(fast.count, classic.count) << mode;
       }
@@ -216,7 +216,7 @@ TEST(Preprocess, does_not_read_blocks_that_the_view_misses) {
   const Camera camera = inside(4);
   const RenderSettings settings;
   const cpu::FrameContext frame = subject.frame(camera, settings);
-  cpu::fast::Visible expected, got;
+  cpu::fast::FastVisible expected, got;
   cpu::fast::preprocess(frame, subject.scene, false, expected);
   ASSERT_GT(expected.count, 100u);
 

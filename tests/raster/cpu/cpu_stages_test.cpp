@@ -81,9 +81,9 @@ TEST(Blend, takes_tiles_by_descending_class_of_length_and_then_in_order) {
   const RenderSettings settings;
   const cpu::FrameContext frame{
       cloud, camera, settings, TileGrid::of_image(camera.width, camera.height), test::pool(2), {}};
-  const cpu::fast::Scene scene = cpu::fast::make_scene(cloud, test::pool(2));
-  cpu::fast::Visible visible;
-  cpu::fast::DepthOrder order;
+  const cpu::fast::SceneBlocks scene = cpu::fast::make_scene(cloud, test::pool(2));
+  cpu::fast::FastVisible visible;
+  cpu::fast::FastDepthOrder order;
   cpu::TileLists lists;
   cpu::fast::TileQueue queue;
   Frame result;

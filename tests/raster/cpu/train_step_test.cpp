@@ -41,7 +41,7 @@ Loss loss_of(int width, int height, const std::vector<glm::vec<3, Real>>& pictur
              const std::vector<glm::vec3>& target, std::vector<glm::vec<3, Real>>& gradient,
              int threads = 2, std::span<const std::uint8_t> mask = {}) {
   LossScratch<Real> scratch;
-  return compare<Real>(width, height, picture, target, pool(threads), scratch, gradient, mask);
+  return compare<Real>({width, height, picture, target, mask}, pool(threads), scratch, gradient);
 }
 
 // Masks out a rectangle, and single pixels.

@@ -55,8 +55,8 @@ TEST_F(CudaTrainStep, the_loss_and_its_gradient_equal_those_of_the_cpu) {
       model.compare(target, mask);
       cpu::train::LossScratch<float> scratch;
       std::vector<glm::vec3> expected_gradient;
-      const Loss expected = cpu::train::compare<float>(width, height, color, target, test::pool(),
-                                                       scratch, expected_gradient, mask);
+      const Loss expected = cpu::train::compare<float>({width, height, color, target, mask},
+                                                       test::pool(), scratch, expected_gradient);
       const Loss loss = model.loss();
       EXPECT_NEAR(loss.total, expected.total, 1e-12);
       EXPECT_NEAR(loss.l1, expected.l1, 1e-12);
@@ -287,7 +287,7 @@ TEST_F(CudaTrainStep, steps_lower_the_loss_as_on_the_cpu) {
     model.step(test::counted_step(kRates));
     const cpu::train::StepView view{camera, settings, test::pool()};
     forward(view, scene, frame);
-    const Loss expected = cpu::train::compare<float>(kWidth, kHeight, frame.color, target,
+    const Loss expected = cpu::train::compare<float>({kWidth, kHeight, frame.color, target},
                                                      test::pool(), scratch, d_color);
     cpu::train::backward<float>(view, scene, frame, d_color, backward_scratch, gradients);
     cpu::train::take_step(scene, gradients.by, kRates, state, test::pool());

@@ -191,9 +191,9 @@ KeyCommand mode_row(CullMode mode) {
   return command;
 }
 
-std::vector<KeyCommand> make_commands() {
+std::vector<KeyCommand> file_commands() {
   using enum Menu;
-  std::vector<KeyCommand> rows = {
+  return {
       always(checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, false),
                      [](const Viewer& v) { return v.panels.open && !v.opens_beside; })),
       checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
@@ -205,7 +205,12 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_F12, 0, file, "Screenshot of the window", grab_window),
       job_row(GLFW_KEY_F12, kCtrl, file, "Screenshot of the picture", job::save_screenshot),
       last(always(row(GLFW_KEY_Q, kCtrl, file, "Quit", [](Viewer&, Host& host) { host.quit(); }))),
+  };
+}
 
+std::vector<KeyCommand> view_commands() {
+  using enum Menu;
+  return {
       panel(GLFW_KEY_F10, 0, view, "Numbers of all modes", &Panels::hud),
       panel(GLFW_KEY_I, 0, view, "Scene and render settings", &Panels::info),
       panel(GLFW_KEY_B, 0, view, "Inspector: boxes of a Gaussian", &Panels::inspector),
@@ -227,7 +232,12 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
       always(row(GLFW_KEY_F11, 0, view, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
+  };
+}
 
+std::vector<KeyCommand> camera_commands() {
+  using enum Menu;
+  return {
       panel(GLFW_KEY_L, 0, camera, "Cameras and path", &Panels::cameras),
       row(GLFW_KEY_LEFT_BRACKET, 0, camera, "Previous camera", step_camera, CameraStep::previous),
       row(GLFW_KEY_RIGHT_BRACKET, 0, camera, "Next camera", step_camera, CameraStep::next),
@@ -245,24 +255,38 @@ std::vector<KeyCommand> make_commands() {
       row(GLFW_KEY_K, 0, camera, "Set a keyframe", add_keyframe),
       row(GLFW_KEY_SPACE, 0, camera, "Play the path", toggle_playback),
       row(GLFW_KEY_K, kCtrl, camera, "Film of the path, or round the scene", film),
-
-      held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode),
   };
-  for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
-  const std::vector<KeyCommand> last_rows = {
-      panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split),
-      row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view),
-      row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split),
+}
 
+std::vector<KeyCommand> mode_commands() {
+  using enum Menu;
+  std::vector<KeyCommand> rows = {
+      held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)};
+  for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
+  rows.push_back(panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split));
+  rows.push_back(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view));
+  rows.push_back(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split));
+  return rows;
+}
+
+std::vector<KeyCommand> measure_commands() {
+  using enum Menu;
+  return {
       row(GLFW_KEY_Z, 0, measure, "Record a zoom", toggle_zoom_recorder),
       job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
       job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
       job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",
               job::compare_around_cursor),
-
-      always(panel(GLFW_KEY_F1, 0, Menu::help, "Keys and mouse", &Panels::help)),
   };
-  rows.insert(rows.end(), last_rows.begin(), last_rows.end());
+}
+
+std::vector<KeyCommand> make_commands() {
+  std::vector<KeyCommand> rows;
+  for (const auto& part :
+       {file_commands(), view_commands(), camera_commands(), mode_commands(), measure_commands()}) {
+    rows.insert(rows.end(), part.begin(), part.end());
+  }
+  rows.push_back(always(panel(GLFW_KEY_F1, 0, Menu::help, "Keys and mouse", &Panels::help)));
   return rows;
 }
 

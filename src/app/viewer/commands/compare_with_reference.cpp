@@ -26,9 +26,10 @@ void compare(RenderContext& context, const Viewer& viewer, std::optional<PixelBo
   const Progress progress = shown_progress(
       context.session.scene->path, "computing the reference of", context.stop, context.reports);
   progress.update(0);
-  Image truth = render_reference(cpu, request.camera, request.settings, region, progress);
-  const ReferenceCheck verdict = check_against_reference(
-      cpu, request.camera, request.settings, frame, truth, region, kTolerance, progress);
+  const CheckedView view{request.camera, request.settings, region};
+  Image truth = render_reference(cpu, view, progress);
+  const ReferenceCheck verdict =
+      check_against_reference(cpu, view, frame, truth, kTolerance, progress);
   context.reference = ReferenceImage{viewer.view_version, verdict.region, std::move(truth)};
   context.report(action::compared_with_reference,
                  ReferenceComparison{viewer.view_version, viewer.variant(), kTolerance, verdict,

@@ -184,7 +184,7 @@ void SceneLoader::read_photograph(const fs::path& path) {
   photograph_thread_ = std::jthread([this, path] {
     try {
       ThreadPool pool(1);
-      Photograph photograph{
+      ShownPhotograph photograph{
           path, std::make_shared<Image>(qs::read_photograph(path, glm::vec3(0), 1, pool))};
       reports_.report(action::photograph_opened, std::move(photograph));
     } catch (const std::exception& error) {

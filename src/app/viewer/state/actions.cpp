@@ -282,7 +282,7 @@ void cameras_opened(Viewer& v, Host& host, const std::vector<Camera>& cameras,
   notify(v, fmt::format("{} cameras from {}", cameras.size(), file.filename().string()));
 }
 
-void photograph_opened(Viewer& v, const Photograph& photograph) {
+void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
   if (photograph.path == v.photograph.path) v.photograph = photograph;
 }
 

@@ -69,7 +69,7 @@ void backend_changed(Viewer& viewer, Backend backend);
 void cameras_opened(Viewer& viewer, Host& host, const std::vector<Camera>& cameras,
                     const std::filesystem::path& file,
                     const std::map<int, std::filesystem::path>& photographs);
-void photograph_opened(Viewer& viewer, const Photograph& photograph);
+void photograph_opened(Viewer& viewer, const ShownPhotograph& photograph);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);
 /// Adds frames to the numbers of the same view, unless these are complete.

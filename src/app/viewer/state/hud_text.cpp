@@ -287,9 +287,15 @@ std::vector<Fact> split_facts(const Viewer& viewer) {
   return facts;
 }
 
-std::string state_json(const Viewer& viewer) {
-  using nlohmann::ordered_json;
-  ordered_json json;
+namespace {
+
+using nlohmann::ordered_json;
+
+void add_facts(ordered_json& json, const std::vector<Fact>& facts) {
+  for (const Fact& fact : facts) json[fact.label] = fact.value;
+}
+
+void add_view(const Viewer& viewer, ordered_json& json) {
   json["scene"] = viewer.scene ? viewer.scene->name : "";
   json["gaussians"] = viewer.scene ? viewer.scene->gaussians : 0;
   json["mode"] = mode_name(viewer.mode());
@@ -299,6 +305,9 @@ std::string state_json(const Viewer& viewer) {
       viewer.camera.width > 0 && viewer.scene ? camera_json(viewer.camera) : ordered_json();
   json["axes"] = viewer.scene ? viewer.scene->axes : "";
   json["dataset_camera"] = viewer.dataset_camera;
+}
+
+void add_frame(const Viewer& viewer, ordered_json& json) {
   json["seconds"] = viewer.now;
   json["frames"] = viewer.frames;
   json["divisor"] = viewer.shown.divisor;
@@ -311,26 +320,39 @@ std::string state_json(const Viewer& viewer) {
   json["frames_behind"] = frames_behind(viewer.numbers);
   json["baseline"] = mode_name(viewer.baseline);
   json["status"] = viewer.drawn_status;
-  if (viewer.training) {
-    for (const Fact& fact : training_facts(viewer)) json["training"][fact.label] = fact.value;
-    json["training"]["shown"] = viewer.training->shown;
-  }
-  json["open_dialog"] = viewer.panels.open;
-  for (const HudRow& row : hud_rows(viewer)) {
-    const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
-    json["modes"].push_back({{"mode", row.name},
-                             {"ms_median", measured == nullptr ? 0 : measured->ms_median},
-                             {"ms", row.ms},
-                             {"fps", row.fps},
-                             {"pairs", row.pairs},
-                             {"per_visible", row.per_visible},
-                             {"unused", row.unused},
-                             {"ratio", row.ratio},
-                             {"noisy", row.is_noisy},
-                             {"other_ms", row.other_ms},
-                             {"other_ratio", row.other_ratio}});
-  }
-  for (const Fact& fact : hud_facts(viewer)) json["facts"][fact.label] = fact.value;
+}
+
+ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
+  const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
+  return {{"mode", row.name},
+          {"ms_median", measured == nullptr ? 0 : measured->ms_median},
+          {"ms", row.ms},
+          {"fps", row.fps},
+          {"pairs", row.pairs},
+          {"per_visible", row.per_visible},
+          {"unused", row.unused},
+          {"ratio", row.ratio},
+          {"noisy", row.is_noisy},
+          {"other_ms", row.other_ms},
+          {"other_ratio", row.other_ratio}};
+}
+
+ordered_json split_json(const Viewer& viewer, const ShownOther& other) {
+  const PixelBox& region = other.region;
+  ordered_json json = {{"first", full_name(viewer.variant())},
+                       {"other", full_name(other.variant)},
+                       {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
+                       {"divider", viewer.split.divider},
+                       {"amplification", shown_amplification(viewer)},
+                       {"flipped", viewer.split.flipped},
+                       {"region", {region.x0, region.y0, region.x1, region.y1}}};
+  if (other.scene) json["scenes"] = names_of_scenes(viewer, *other.scene);
+  add_facts(json, split_facts(viewer));
+  return json;
+}
+
+// What is drawn instead of the picture, or over it.
+void add_overlays(const Viewer& viewer, ordered_json& json) {
   if (viewer.shown.heatmap) {
     json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
                        {"total", viewer.shown.heatmap->total}};
@@ -341,34 +363,39 @@ std::string state_json(const Viewer& viewer) {
     json["picture"] = {
         {"quantity", row_of(map.quantity).name}, {"low", map.scale.low}, {"high", map.scale.high}};
   }
-  if (viewer.shown.other) {
-    const PixelBox& region = viewer.shown.other->region;
-    json["split"] = {{"first", full_name(viewer.variant())},
-                     {"other", full_name(viewer.shown.other->variant)},
-                     {"view", kSplitViews[static_cast<int>(viewer.split.view)]},
-                     {"divider", viewer.split.divider},
-                     {"amplification", shown_amplification(viewer)},
-                     {"flipped", viewer.split.flipped},
-                     {"region", {region.x0, region.y0, region.x1, region.y1}}};
-    if (viewer.shown.other->scene)
-      json["split"]["scenes"] = names_of_scenes(viewer, *viewer.shown.other->scene);
-    for (const Fact& fact : split_facts(viewer)) json["split"][fact.label] = fact.value;
-  }
+  if (viewer.shown.other) json["split"] = split_json(viewer, *viewer.shown.other);
   if (viewer.crop.wish.removes()) {
     json["crop"] = {{"text", crop_text(viewer)},
                     {"applied", viewer.crop.applied},
                     {"box", format_crop_box(viewer.crop.wish.box)}};
   }
-  if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
-  if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
-  if (verdict_is_current(viewer)) {
-    for (const Fact& fact : verdict_facts(*viewer.comparison))
-      json["verdict"][fact.label] = fact.value;
-  }
+}
+
+void add_messages(const Viewer& viewer, ordered_json& json) {
   json["hints"] = ordered_json::array();
   for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
   json["toasts"] = ordered_json::array();
   for (const Toast& toast : viewer.toasts) json["toasts"].push_back(toast.text);
+}
+
+}  // namespace
+
+std::string state_json(const Viewer& viewer) {
+  ordered_json json;
+  add_view(viewer, json);
+  add_frame(viewer, json);
+  if (viewer.training) {
+    add_facts(json["training"], training_facts(viewer));
+    json["training"]["shown"] = viewer.training->shown;
+  }
+  json["open_dialog"] = viewer.panels.open;
+  for (const HudRow& row : hud_rows(viewer)) json["modes"].push_back(mode_json(viewer, row));
+  if (const auto facts = hud_facts(viewer); !facts.empty()) add_facts(json["facts"], facts);
+  add_overlays(viewer, json);
+  if (viewer.inspected) json["inspector"] = inspection_json(viewer.inspected->inspection);
+  if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
+  if (verdict_is_current(viewer)) add_facts(json["verdict"], verdict_facts(*viewer.comparison));
+  add_messages(viewer, json);
   json["keyframes"] = viewer.keyframes.size();
   json["zoom"] = {{"running", viewer.zoom.running},
                   {"rows", viewer.zoom.rows.size()},

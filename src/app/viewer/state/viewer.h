@@ -174,7 +174,8 @@ struct ReferenceComparison {
   std::string sentence;
 };
 
-struct Photograph {
+/// The photograph of the chosen camera.
+struct ShownPhotograph {
   std::filesystem::path path;
   std::shared_ptr<const Image> image;  ///< null until it is read
 };
@@ -253,7 +254,7 @@ struct Viewer : Turn {
   Split split;  ///< used while panels.split
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;
-  Photograph photograph;
+  ShownPhotograph photograph;
   float photograph_opacity = 0.5f;
   float photograph_wipe = 1;  ///< the photograph covers the picture left of it, 0 to 1 of its width
   Panels panels;

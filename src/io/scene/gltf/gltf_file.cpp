@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -107,6 +108,84 @@ std::string first_line(const std::string& text) {
   return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
 }
 
+// Reads buffers: the binary chunk of a .glb, data URIs, and files beside the scene.
+class BufferReader {
+ public:
+  BufferReader(const std::filesystem::path& path,
+               std::optional<std::span<const std::byte>> binary_chunk)
+      : path_(path), name_(path.string()), binary_chunk_(binary_chunk) {
+    if (binary_chunk) result_.bytes = binary_chunk->size();
+  }
+
+  // Adds buffer `i` of the file. Throws Error(input).
+  void add(const json& buffer, std::size_t i) {
+    const std::string where = fmt::format("{}: buffer {}", name_, i);
+    if (!buffer.is_object() || !buffer.contains("byteLength") ||
+        !buffer["byteLength"].is_number_unsigned()) {
+      fail("{} has no byteLength", where);
+    }
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    const auto uri = buffer.find("uri");
+    if (uri == buffer.end() && (i != 0 || !binary_chunk_))
+      fail("{} has no bytes: neither a uri nor a binary chunk", where);
+    const auto bytes = uri == buffer.end() ? *binary_chunk_ : bytes_at(*uri, where);
+    if (length > bytes.size()) {
+      fail("{}: cut off: {} bytes are announced, there are {}", where, length, bytes.size());
+    }
+    result_.buffers.push_back(bytes.first(length));
+  }
+
+  GltfBuffers take() { return std::move(result_); }
+
+ private:
+  std::span<const std::byte> bytes_at(const json& uri, const std::string& where) {
+    if (!uri.is_string()) fail("{} has a uri that is no text", where);
+    const auto& name = uri.get_ref<const std::string&>();
+    if (name.starts_with("data:")) return keep(decode_data_uri(name, where));
+    if (name.find('%') != name.npos) {
+      fail("{}: unsafe file name '{}': no file name may have a %", where, name.substr(0, 80));
+    }
+    return file_named(name);
+  }
+
+  std::span<const std::byte> file_named(const std::string& stored_name) {
+    const std::string name = checked_file_name(stored_name, name_);
+    if (const auto known = files_.find(name); known != files_.end()) return known->second;
+    const auto bytes = keep(files_beside(path_)->read(name, kMaxBufferBytes));
+    result_.bytes_outside += bytes.size();
+    return files_[name] = bytes;
+  }
+
+  std::span<const std::byte> keep(Array<std::byte> bytes) {
+    result_.bytes += bytes.size();
+    return result_.unpacked.emplace_back(std::move(bytes));
+  }
+
+  const std::filesystem::path& path_;
+  std::string name_;
+  std::optional<std::span<const std::byte>> binary_chunk_;
+  // Many buffers may name one file, which is read only once.
+  std::map<std::string, std::span<const std::byte>> files_;
+  GltfBuffers result_;
+};
+
+// The model of the file's JSON, without the lists that nothing here reads.
+tinygltf::Model parse_model(json root, const std::string& path) {
+  for (const char* unused : {"buffers", "images", "textures", "samplers", "materials", "animations",
+                             "skins", "cameras"}) {
+    root.erase(unused);
+  }
+  const std::string description = root.dump(-1, ' ', false, json::error_handler_t::replace);
+  tinygltf::TinyGLTF parser;
+  tinygltf::Model model;
+  std::string error, warning;
+  if (!parser.LoadASCIIFromString(&model, &error, &warning, description.data(),
+                                  static_cast<unsigned int>(description.size()), "")) {
+    fail("{}: not valid glTF: {}", path, error.empty() ? "unknown reason" : first_line(error));
+  }
+  return model;
+}
+
 }  // namespace
 
 float GltfNumbers::convert(const std::byte* at) const {
@@ -131,63 +210,14 @@ GltfFile::GltfFile(std::span<const std::byte> content, const std::filesystem::pa
   if (!root.is_object()) fail("{}: not a glTF file: its JSON is not an object", path_);
   check_layout(root, path_);
 
+  // The buffers are read here, tinygltf gets the rest.
   json buffers = json::array();
   if (root.contains("buffers")) buffers.swap(root["buffers"]);
   if (!buffers.is_array()) fail("{}: buffers is not a list", path_);
-  buffer_bytes_ = chunks.binary.size();
-  // Many buffers may name one file, which is read only once.
-  std::map<std::string, std::span<const std::byte>> files;
-  const auto keep = [this](Array<std::byte> bytes) {
-    buffer_bytes_ += bytes.size();
-    return std::span<const std::byte>(unpacked_.emplace_back(std::move(bytes)));
-  };
-  const auto file_named = [&](const std::string& stored_name) {
-    const std::string name = checked_file_name(stored_name, path_);
-    if (const auto known = files.find(name); known != files.end()) return known->second;
-    const auto bytes = keep(files_beside(path)->read(name, kMaxBufferBytes));
-    bytes_outside_ += bytes.size();
-    return files[name] = bytes;
-  };
-  for (std::size_t i = 0; i < buffers.size(); ++i) {
-    const json& buffer = buffers[i];
-    const std::string where = fmt::format("{}: buffer {}", path_, i);
-    if (!buffer.is_object() || !buffer.contains("byteLength") ||
-        !buffer["byteLength"].is_number_unsigned()) {
-      fail("{} has no byteLength", where);
-    }
-    const auto length = buffer["byteLength"].get<std::uint64_t>();
-    std::span<const std::byte> bytes = chunks.binary;
-    if (const auto uri = buffer.find("uri"); uri != buffer.end()) {
-      if (!uri->is_string()) fail("{} has a uri that is no text", where);
-      const auto& name = uri->get_ref<const std::string&>();
-      if (name.starts_with("data:")) {
-        bytes = keep(decode_data_uri(name, where));
-      } else {
-        if (name.find('%') != name.npos) {
-          fail("{}: unsafe file name '{}': no file name may have a %", where, name.substr(0, 80));
-        }
-        bytes = file_named(name);
-      }
-    } else if (i != 0 || !is_binary_) {
-      fail("{} has no bytes: neither a uri nor a binary chunk", where);
-    }
-    if (length > bytes.size()) {
-      fail("{}: cut off: {} bytes are announced, there are {}", where, length, bytes.size());
-    }
-    buffers_.push_back(bytes.first(length));
-  }
-
-  for (const char* unused : {"buffers", "images", "textures", "samplers", "materials", "animations",
-                             "skins", "cameras"}) {
-    root.erase(unused);
-  }
-  const std::string description = root.dump(-1, ' ', false, json::error_handler_t::replace);
-  tinygltf::TinyGLTF parser;
-  std::string error, warning;
-  if (!parser.LoadASCIIFromString(&model_, &error, &warning, description.data(),
-                                  static_cast<unsigned int>(description.size()), "")) {
-    fail("{}: not valid glTF: {}", path_, error.empty() ? "unknown reason" : first_line(error));
-  }
+  BufferReader reader(path, is_binary_ ? std::optional(chunks.binary) : std::nullopt);
+  for (std::size_t i = 0; i < buffers.size(); ++i) reader.add(buffers[i], i);
+  buffers_ = reader.take();
+  model_ = parse_model(std::move(root), path_);
 }
 
 std::span<const std::byte> GltfFile::view(int index) const {
@@ -195,10 +225,10 @@ std::span<const std::byte> GltfFile::view(int index) const {
     fail("{}: bufferView {} does not exist", path_, index);
   }
   const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(index)];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size()) {
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.buffers.size()) {
     fail("{}: buffer {} does not exist", path_, view.buffer);
   }
-  const auto& buffer = buffers_[static_cast<std::size_t>(view.buffer)];
+  const auto& buffer = buffers_.buffers[static_cast<std::size_t>(view.buffer)];
   if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
     fail("{}: bufferView {} reaches beyond its buffer of {} bytes", path_, index, buffer.size());
   }

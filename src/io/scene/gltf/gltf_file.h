@@ -43,6 +43,13 @@ class GltfNumbers {
   bool normalized_ = false;
 };
 
+/// The buffers of a file, and the memory of those that are not parts of it.
+struct GltfBuffers {
+  std::vector<std::span<const std::byte>> buffers;
+  std::list<Array<std::byte>> unpacked;
+  std::uint64_t bytes = 0, bytes_outside = 0;
+};
+
 class GltfFile {
  public:
   /// `content` is a .glb or a .gltf and must outlive this. Throws Error(input).
@@ -50,8 +57,8 @@ class GltfFile {
 
   const tinygltf::Model& model() const { return model_; }
   bool is_binary() const { return is_binary_; }
-  std::uint64_t buffer_bytes() const { return buffer_bytes_; }    ///< each file counted once
-  std::uint64_t bytes_outside() const { return bytes_outside_; }  ///< of files beside it
+  std::uint64_t buffer_bytes() const { return buffers_.bytes; }  ///< each file counted once
+  std::uint64_t bytes_outside() const { return buffers_.bytes_outside; }  ///< of files beside it
 
   /// The bytes of bufferView `index`. Throws Error(input).
   std::span<const std::byte> view(int index) const;
@@ -70,9 +77,7 @@ class GltfFile {
   std::string path_;
   bool is_binary_ = false;
   tinygltf::Model model_;
-  std::vector<std::span<const std::byte>> buffers_;
-  std::list<Array<std::byte>> unpacked_;  // backing storage of some buffers_
-  std::uint64_t buffer_bytes_ = 0, bytes_outside_ = 0;
+  GltfBuffers buffers_;
 };
 
 bool is_glb(std::span<const std::byte> content);

@@ -108,17 +108,71 @@ float unpack_sh(std::uint32_t byte) {
   return static_cast<float>((t - 0.5) * 8);
 }
 
-// The columns of the SH bytes that are kept, channel by channel.
-std::vector<PlyColumn> sh_columns(const PlyRows& sh, int stored, int kept,
-                                  const std::string& path) {
-  std::vector<PlyColumn> columns;
-  for (int channel = 0; channel < 3; ++channel) {
-    for (int k = 0; k < kept; ++k) {
-      columns.push_back(need(sh, fmt::format("f_rest_{}", channel * stored + k), path));
+// What the Gaussians of a file are unpacked from.
+struct PackedGaussians {
+  std::string path;
+  PlyRows rows, sh;
+  PlyColumn position, rotation, scale, color;
+  Array<Chunk> chunks;
+  std::vector<PlyColumn> sh_columns;  // of the SH bytes that are kept, channel by channel
+
+  PackedGaussians(const std::string& name, PlyBody& body) : path(name) {
+    const PlyRows chunk_rows = body.rows("chunk");
+    rows = body.rows("vertex");
+    position = need(rows, "packed_position", path);
+    rotation = need(rows, "packed_rotation", path);
+    scale = need(rows, "packed_scale", path);
+    color = need(rows, "packed_color", path);
+    const std::uint64_t needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
+    if (chunk_rows.count < needed) {
+      fail("{}: {} chunks for {} Gaussians, {} are needed", path, chunk_rows.count, rows.count,
+           needed);
+    }
+    chunks = read_chunks(chunk_rows, needed, path);
+  }
+
+  // Chooses the SH columns. Returns the degree that is kept.
+  int choose_sh(const PlyRows& sh_rows, Scene& scene) {
+    sh = sh_rows;
+    int stored = sh_rest_per_channel(sh.columns.size());
+    if (stored < 0) {
+      scene.warnings.push_back(fmt::format(
+          "Only the base colour is used: {} values per row of element sh fit no degree.",
+          sh.columns.size()));
+      stored = 0;
+    }
+    if (stored > 0 && sh.count != rows.count) {
+      fail("{}: {} rows of element sh for {} Gaussians", path, sh.count, rows.count);
+    }
+    const int degree = kept_sh_degree(stored, scene);
+    for (int channel = 0; channel < 3; ++channel) {
+      for (int k = 0; k < sh_coefficient_count(degree) - 1; ++k)
+        sh_columns.push_back(need(sh, fmt::format("f_rest_{}", channel * stored + k), path));
+    }
+    return degree;
+  }
+
+  void unpack(std::size_t i, GaussianCloud& cloud) const {
+    const auto packed = [&](const PlyColumn& column) {
+      return whole_number(rows, i, column, 0xffffffff, path);
+    };
+    const Chunk& chunk = chunks[i / kChunkSize];
+    const std::uint32_t packed_color = packed(color);
+    cloud.positions[i] = unpack_11_10_11(packed(position), chunk.min_position, chunk.max_position);
+    cloud.log_scales[i] = unpack_11_10_11(packed(scale), chunk.min_scale, chunk.max_scale);
+    cloud.rotations[i] = unpack_rotation(packed(rotation));
+    cloud.opacity_logits[i] = logit_of_byte(static_cast<std::uint8_t>(packed_color));
+    const std::size_t rest = sh_columns.size() / 3;
+    glm::vec3* const coefficients = &cloud.sh[i * (rest + 1)];
+    coefficients[0] = unpack_color(packed_color, chunk);
+    for (std::size_t k = 0; k < rest; ++k) {
+      for (int channel = 0; channel < 3; ++channel) {
+        const PlyColumn& column = sh_columns[static_cast<std::size_t>(channel) * rest + k];
+        coefficients[1 + k][channel] = unpack_sh(whole_number(sh, i, column, 255, path));
+      }
     }
   }
-  return columns;
-}
+};
 
 }  // namespace
 
@@ -128,66 +182,19 @@ bool recognises_compressed_ply(std::span<const std::byte> content, const std::fi
 
 void read_compressed_ply(std::span<const std::byte> content, const std::filesystem::path& path,
                          ThreadPool& pool, const ReadOptions& options, Scene& scene) {
-  const std::string name = path.string();
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, options.progress);
-  const PlyRows chunk_rows = body.rows("chunk");
-  const PlyRows rows = body.rows("vertex");
-  const PlyColumn packed_position = need(rows, "packed_position", name);
-  const PlyColumn packed_rotation = need(rows, "packed_rotation", name);
-  const PlyColumn packed_scale = need(rows, "packed_scale", name);
-  const PlyColumn packed_color = need(rows, "packed_color", name);
-
-  const std::uint64_t chunks_needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
-  if (chunk_rows.count < chunks_needed) {
-    fail("{}: {} chunks for {} Gaussians, {} are needed", name, chunk_rows.count, rows.count,
-         chunks_needed);
-  }
-  const Array<Chunk> chunks = read_chunks(chunk_rows, chunks_needed, name);
-
-  const PlyRows sh = header.find("sh") != nullptr ? body.rows("sh") : PlyRows{};
-  int stored = sh_rest_per_channel(sh.columns.size());
-  if (stored < 0) {
-    scene.warnings.push_back(
-        fmt::format("Only the base colour is used: {} values per row of element sh fit no degree.",
-                    sh.columns.size()));
-    stored = 0;
-  }
-  if (stored > 0 && sh.count != rows.count) {
-    fail("{}: {} rows of element sh for {} Gaussians", name, sh.count, rows.count);
-  }
-  const int degree = kept_sh_degree(stored, scene);
-  const int rest = sh_coefficient_count(degree) - 1;
-  const std::vector<PlyColumn> columns = sh_columns(sh, stored, rest, name);
+  PackedGaussians packed(path.string(), body);
+  const int degree =
+      packed.choose_sh(header.find("sh") != nullptr ? body.rows("sh") : PlyRows{}, scene);
 
   scene.format = "compressed.ply, " + describe(header.format);
-  scene.cloud = make_cloud(rows.count, degree);
+  scene.cloud = make_cloud(packed.rows.count, degree);
   apply_ply_comments(header, scene);
-  GaussianCloud& cloud = scene.cloud;
-
-  const auto fill = [&](std::size_t i) {
-    const auto packed = [&](const PlyColumn& column) {
-      return whole_number(rows, i, column, 0xffffffff, name);
-    };
-    const Chunk& chunk = chunks[i / kChunkSize];
-    const std::uint32_t color = packed(packed_color);
-    cloud.positions[i] =
-        unpack_11_10_11(packed(packed_position), chunk.min_position, chunk.max_position);
-    cloud.log_scales[i] = unpack_11_10_11(packed(packed_scale), chunk.min_scale, chunk.max_scale);
-    cloud.rotations[i] = unpack_rotation(packed(packed_rotation));
-    cloud.opacity_logits[i] = logit_of_byte(static_cast<std::uint8_t>(color));
-    glm::vec3* const coefficients = &cloud.sh[i * static_cast<std::size_t>(rest + 1)];
-    coefficients[0] = unpack_color(color, chunk);
-    for (int k = 0; k < rest; ++k) {
-      for (int channel = 0; channel < 3; ++channel) {
-        const PlyColumn& column = columns[static_cast<std::size_t>(channel * rest + k)];
-        coefficients[1 + k][channel] = unpack_sh(whole_number(sh, i, column, 255, name));
-      }
-    }
-  };
-  const float start = rows.decoded.empty() ? 0 : 0.5f;  // PlyBody has reported up to here
+  // PlyBody has reported up to here.
+  const float start = packed.rows.decoded.empty() ? 0 : 0.5f;
   fill_cloud(scene, pool, options.progress, start, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) fill(i);
+    for (std::size_t i = begin; i < end; ++i) packed.unpack(i, scene.cloud);
   });
   for (std::string& warning : body.leftovers()) scene.warnings.push_back(std::move(warning));
 }

@@ -117,6 +117,7 @@ void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::pat
   const auto order = morton_order(cloud);
   const std::size_t chunk_count = (cloud.size() + kChunkGaussians - 1) / kChunkGaussians;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
+  // Find the bounds of the chunks.
   std::vector<ChunkBounds> chunks(chunk_count);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Values values = values_of(cloud, order[i]);
@@ -127,6 +128,7 @@ void write_compressed_ply(const GaussianCloud& cloud, const std::filesystem::pat
   }
   progress.update(0.3f);
 
+  // Pack the Gaussians relative to these bounds.
   std::vector<std::uint32_t> rows;
   std::vector<std::uint8_t> sh;
   for (std::size_t i = 0; i < order.size(); ++i) {

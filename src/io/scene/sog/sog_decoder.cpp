@@ -35,6 +35,7 @@ double from_log(double value) { return std::copysign(std::expm1(std::abs(value))
 SogDecoder::SogDecoder(std::string_view meta, const std::string& source, FileSource& files,
                        const std::string& folder, ThreadPool& pool)
     : meta_(parse_sog_meta(meta, source)) {
+  // List the pictures of the file.
   const std::uint64_t max_texels = 2 * meta_.count + kSpareTexels;
   std::vector<Picture> pictures = {{meta_.positions_low, max_texels, &positions_low_},
                                    {meta_.positions_high, max_texels, &positions_high_},
@@ -45,6 +46,7 @@ SogDecoder::SogDecoder(std::string_view meta, const std::string& source, FileSou
     pictures.push_back({meta_.labels, max_texels, &labels_});
     pictures.push_back({meta_.centroids, kMaxCentroidTexels, &centroids_});
   }
+  // Read the pictures and check their sizes before anything is decoded.
   for (Picture& picture : pictures) {
     picture.packed = files.read(folder + picture.name, packed_bytes(picture.max_texels));
     picture_bytes_ += picture.packed.size();
@@ -79,6 +81,7 @@ SogDecoder::SogDecoder(std::string_view meta, const std::string& source, FileSou
     fail("{}: {} Gaussians are announced, more than pictures of {} bytes can hold", source,
          meta_.count, picture_bytes_);
   }
+  // Decode.
   pool.for_chunks(pictures.size(), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t i = begin; i < end; ++i) {
       *pictures[i].pixels = decode_webp(pictures[i].packed, source + ": " + pictures[i].name);
@@ -95,6 +98,7 @@ const std::uint8_t* SogDecoder::coefficients_of(std::uint64_t label) const {
 
 void SogDecoder::fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to) {
   const std::uint64_t texel = 4 * from;
+  // Position and scale.
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint64_t at = texel + static_cast<std::uint64_t>(axis);
     const double t = (positions_low_[at] + 256.0 * positions_high_[at]) / 65535;
@@ -103,6 +107,7 @@ void SogDecoder::fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to) 
     cloud.log_scales[to][axis] = meta_.log_scale[static_cast<std::size_t>(axis)][scales_[at]];
   }
 
+  // Rotation: three components, and in alpha the number of the largest one, which is left out.
   constexpr int kFirstTag = 252;
   const std::uint8_t* const q = &rotations_[texel];
   if (q[3] < kFirstTag) {
@@ -115,6 +120,7 @@ void SogDecoder::fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to) 
     cloud.rotations[to] = make_quat(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   }
 
+  // Opacity and base colour.
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree));
   glm::vec3* const sh = &cloud.sh[to * coefficients];
   std::fill_n(sh, coefficients, glm::vec3(0));
@@ -122,6 +128,7 @@ void SogDecoder::fill(std::uint64_t from, GaussianCloud& cloud, std::size_t to) 
   sh[0] = {meta_.dc[0][color[0]], meta_.dc[1][color[1]], meta_.dc[2][color[2]]};
   cloud.opacity_logits[to] = meta_.logit[color[3]];
   if (degree_ == 0) return;
+  // View-dependent colour: a row of the palette.
   const std::uint64_t label = labels_[texel] + 256u * labels_[texel + 1];
   if (label >= palette_) {
     ++unlabelled_;

@@ -142,6 +142,7 @@ class KsplatFile {
     const std::uint64_t partial_buckets = load<std::uint32_t>(at + 36);
     const auto degree = load<std::uint16_t>(at + 40);
 
+    // Check the numbers.
     if (degree > kMaxDegree) fail("{}: SH degree {} does not exist in .ksplat", path_, degree);
     if (section.count > max_count) {
       fail("{}: a section has {} Gaussians and room for {}", path_, section.count, max_count);
@@ -150,6 +151,7 @@ class KsplatFile {
     const RowLayout& layout = kLayouts[header_.level];
     const auto rest = static_cast<std::size_t>(sh_coefficient_count(degree) - 1);
     section.row_bytes = layout.sh + 3 * rest * layout.sh_value_bytes;
+    // Compressed positions are relative to the centres of buckets.
     if (header_.level > 0) {
       if (section.bucket_size == 0 || bucket_bytes != kBucketBytes) {
         fail("{}: a section has buckets of {} rows and {} bytes", path_, section.bucket_size,

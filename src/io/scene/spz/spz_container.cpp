@@ -138,6 +138,7 @@ SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path
     fail("{}: .spz version {} without gzip, only 4 exists", path, header.version);
   }
   check(header, path);
+  // Extensions lie between the header and the table of streams.
   const auto stream_count = cursor.read<std::uint8_t>("the header");
   const auto table_offset = cursor.read<std::uint32_t>("the header");
   cursor.take(kHeaderBytes - cursor.offset(), "the header");  // reserved
@@ -148,6 +149,7 @@ SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path
     content.extensions.assign(between.begin(), between.begin() + static_cast<std::ptrdiff_t>(kept));
   }
 
+  // Read the table of streams.
   if (stream_count != (header.sh_degree == 0 ? 5 : 6)) {
     fail("{}: {} streams for SH degree {}", path, stream_count, header.sh_degree);
   }
@@ -162,6 +164,7 @@ SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path
     }
   }
   make_blocks(content, file.size(), path);
+  // Unpack each stream into its part of the content.
   std::vector<Stream> streams;
   for (std::size_t i = 0, offset = 0; i < stream_count; ++i) {
     const std::size_t size = content.blocks[i].size();

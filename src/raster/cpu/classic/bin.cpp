@@ -30,10 +30,12 @@ void bin_with(const FrameContext& frame, const VisibleSlots& visible, const Dept
     }
   };
 
+  // Count the pairs.
   frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
     for_each_pair(segment, [](std::uint64_t& count, std::uint32_t) { ++count; });
   });
 
+  // Turn the counts into ranges of the list.
   lists.begin.resize(tiles + 1);
   std::uint64_t sum = 0;
   for (std::size_t tile = 0; tile < tiles; ++tile) {
@@ -46,6 +48,7 @@ void bin_with(const FrameContext& frame, const VisibleSlots& visible, const Dept
   refuse_if_too_many(sum);
   lists.slots.resize(sum);
 
+  // Fill the ranges.
   frame.for_chunks(segments, 1, [&](std::size_t segment, std::size_t, int) {
     for_each_pair(segment,
                   [&](std::uint64_t& cursor, std::uint32_t slot) { lists.slots[cursor++] = slot; });

@@ -119,6 +119,7 @@ void blend_block(const FrameContext& frame, const Visible& visible, const TileLi
   const std::uint32_t length = lists.pairs(index);
   const std::uint32_t* list = lists.slots.data() + lists.begin[index];
 
+  // Composite the list front to back.
   BlendBlock pixels(width, height, length);
   for (std::uint32_t entry = 0; entry < length && pixels.live_strips > 0; ++entry) {
     if (entry + kPrefetch < length) __builtin_prefetch(&visible.splats[list[entry + kPrefetch]]);
@@ -126,6 +127,7 @@ void blend_block(const FrameContext& frame, const Visible& visible, const TileLi
                  static_cast<std::int32_t>(entry + 1));
   }
 
+  // Add the background and store the pixels.
   const glm::vec3 background = frame.settings.background;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {

@@ -21,6 +21,7 @@ void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& or
   const auto digit = [](std::uint32_t key, int pass) {
     return (key >> (pass * kDigitBits)) & (kBuckets - 1);
   };
+  // Gather the keys and count the digits of all passes.
   std::size_t at = 0;
   visible.for_each([&](std::uint32_t slot) {
     const auto key = std::bit_cast<std::uint32_t>(visible.depths[slot]);
@@ -30,6 +31,7 @@ void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& or
       ++offsets[static_cast<std::size_t>(pass)][digit(key, pass)];
     ++at;
   });
+  // Move the items, one digit per pass.
   for (int pass = 0; pass < kDigits; ++pass) {
     if (frame.stop.stop_requested()) throw Cancelled{};
     auto& offset = offsets[static_cast<std::size_t>(pass)];

@@ -21,9 +21,9 @@ using M = hn::Mask<D>;
 constexpr std::uint32_t kLanes = static_cast<std::uint32_t>(hn::MaxLanes(D()));
 constexpr int kFloats = sizeof(Record) / sizeof(float);
 
-/// The same field of kLanes records.
+/// The same field of kLanes records, addressed in the first one.
 struct Fields {
-  const Record* records;
+  const Record& first;
 
   HWY_INLINE V operator()(const float& field_of_first) const {
     const DI di;
@@ -49,9 +49,10 @@ struct Records {
 };
 
 /// Writes the polynomials and colours of entries [k, k + kLanes).
-HWY_INLINE void stage(const Fields& field, const Record& first, glm::vec3 background, V u, V v,
-                      std::uint32_t k, Batch& batch) {
+HWY_INLINE void stage(const Fields& field, glm::vec3 background, V u, V v, std::uint32_t k,
+                      Batch& batch) {
   const D d;
+  const Record& first = field.first;
   const V xx = field(first.a), xy = field(first.b), yy = field(first.c);
   const V half = hn::Set(d, 0.5f), log2_opacity = field(first.log2_opacity);
   const V x = hn::MulAdd(hn::Add(xx, xx), u, hn::Mul(xy, v));
@@ -73,11 +74,11 @@ HWY_INLINE void stage(const Fields& field, const Record& first, glm::vec3 backgr
 
 /// Appends entries [k, k + kLanes) to the cells that they reach. Over a row of cells, the ellipse
 /// is widest at its own extreme or at the end of the row nearest to it.
-HWY_INLINE void find_cells(const Fields& field, const Record& first, V u, V v, const bool* open,
-                           std::uint32_t k, Batch& batch) {
+HWY_INLINE void find_cells(const Fields& field, V u, V v, const bool* open, std::uint32_t k,
+                           Batch& batch) {
   const D d;
   const DU du;
-  const AlphaEllipse& e = first.ellipse;
+  const AlphaEllipse& e = field.first.ellipse;
   const V y_max = field(e.y_max), slope = field(e.slope), v_extreme = field(e.v_extreme),
           half2 = field(e.half2), narrowing = field(e.narrowing), margin = field(e.margin);
   const V from_first = hn::Add(u, hn::Set(d, -0.5f * (kTileSize - 1)));
@@ -122,11 +123,11 @@ void load_batch(const TileJob& job, std::uint32_t first, std::uint32_t size, con
   const V middle_y = hn::Set(d, static_cast<float>(job.y0) + 0.5f * (kTileSize - 1));
   for (std::uint32_t k = 0; k < size; k += kLanes) {
     const Record& record = loaded.records[k];
-    const Fields field{&record};
+    const Fields field{record};
     const V u = hn::Sub(middle_x, field(record.mean_x));
     const V v = hn::Sub(middle_y, field(record.mean_y));
-    stage(field, record, job.background, u, v, k, batch);
-    find_cells(field, record, u, v, open, k, batch);
+    stage(field, job.background, u, v, k, batch);
+    find_cells(field, u, v, open, k, batch);
   }
   for (int cell = 0; cell < kCells; ++cell) {
     for (std::uint32_t k = 0; k < Batch::kMultiple - 1; ++k)

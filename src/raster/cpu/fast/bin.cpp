@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kPrefetch = 16;
 
 /// Computes lists.begin from the corner differences that preprocess counted.
-void find_begins(const FrameContext& frame, const Visible& visible, TileLists& lists) {
+void find_begins(const FrameContext& frame, const FastVisible& visible, TileLists& lists) {
   const auto columns = static_cast<std::size_t>(frame.grid.columns);
   const auto rows = static_cast<std::size_t>(frame.grid.rows);
   lists.begin.resize(rows * columns + 1);
@@ -45,7 +45,7 @@ int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLis
 // Every thread owns a band of tile rows. It visits all Gaussians front to back and lists each
 // Gaussian that overlaps its band. So one thread writes each list in order, and the result does not
 // depend on the number of bands.
-void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& order,
+void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthOrder& order,
          TileLists& lists) {
   find_begins(frame, visible, lists);
   refuse_if_too_many(lists.pairs());
@@ -59,7 +59,7 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
     const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
     const int bottom =
         band + 1 == bands ? frame.grid.rows : band_begin(band + 1, bands, frame.grid, lists);
-    const auto add = [&](const Rect& rect, std::uint32_t slot) {
+    const auto add = [&](const PackedTileRect& rect, std::uint32_t slot) {
       const int row_end = std::min<int>(rect.row_end, bottom);
       for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
         std::uint64_t* cursors = &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
@@ -68,6 +68,7 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
       }
     };
     for (std::size_t i = 0; i < count; ++i) {
+      // Prefetch the listings of the next Gaussians, then their rectangles.
       if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[slots[i + kPrefetch]]);
       if (i + kPrefetch / 2 < count) {
         const std::uint32_t soon = slots[i + kPrefetch / 2];
@@ -80,7 +81,7 @@ void bin(const FrameContext& frame, const Visible& visible, const DepthOrder& or
       if (listing.count == 1) {
         add(listing.bounds, slot);
       } else {
-        const Rect* rects = visible.rects_of(slot);
+        const PackedTileRect* rects = visible.rects_of(slot);
         for (std::uint32_t k = 0; k < listing.count; ++k) add(rects[k], slot);
       }
     }

@@ -26,7 +26,7 @@ void queue_longest_first(const TileLists& lists, std::size_t tiles, TileQueue& q
 
 }  // namespace
 
-void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
            TileQueue& queue, const Outputs& outputs, Frame& result) {
   const auto tiles = static_cast<std::size_t>(frame.grid.count());
   queue_longest_first(lists, tiles, queue);

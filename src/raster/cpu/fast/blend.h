@@ -13,7 +13,7 @@ struct TileQueue {
 };
 
 /// Fills color and evaluated of `result` if requested. They already have their sizes.
-void blend(const FrameContext& frame, const Visible& visible, const TileLists& lists,
+void blend(const FrameContext& frame, const FastVisible& visible, const TileLists& lists,
            TileQueue& queue, const Outputs& outputs, Frame& result);
 
 }  // namespace qs::cpu::fast

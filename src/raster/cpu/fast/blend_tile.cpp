@@ -188,12 +188,14 @@ HWY_INLINE bool blend_pixels(const Batch& batch, std::uint32_t before, int index
       weight[j] = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], transmittance));
       transmittance = hn::Sub(transmittance, weight[j]);
     });
+    // Usually no pixel stops, so the entries are blended together.
     const M stops = hn::And(live, hn::Lt(transmittance, least));
     if (HWY_LIKELY(hn::AllFalse(d, stops))) {
       pixels.transmittance = transmittance;
       each([&](std::uint32_t j) HWY_ATTR { pixels.add(batch, entries[j], weight[j]); });
       continue;
     }
+    // Otherwise find the entry at which each pixel stops.
     each([&](std::uint32_t j) HWY_ATTR {
       const V all = hn::IfThenElseZero(counts[j], hn::Mul(alpha[j], pixels.transmittance));
       const V after = hn::Sub(pixels.transmittance, all);

@@ -54,27 +54,26 @@ HWY_INLINE V load(D d, const std::uint16_t* halves) {
 
 /// Evaluates the colours of group `group` of block `index`.
 template <class Value>
-HWY_INLINE void color_group(const Harmonics& sh, const Array<Value>& rest, int degree,
-                            glm::vec3 view_position, const Block& block, std::size_t index,
-                            std::size_t group, Colors& colors) {
+HWY_INLINE void color_group(const ColorInput& in, const Array<Value>& rest, const Block& block,
+                            std::size_t index, std::size_t group, Colors& colors) {
   const D d;
-  const int coefficients = sh_coefficient_count(degree);
+  const int coefficients = sh_coefficient_count(in.degree);
   const std::size_t group_of_cloud = index * (kBlock / kGroup) + group;
   for (std::size_t lane = 0; lane < kGroup; lane += hn::Lanes(d)) {
     const std::size_t i = group * kGroup + lane;
-    const V x = hn::Sub(hn::Load(d, block.x + i), hn::Set(d, view_position.x));
-    const V y = hn::Sub(hn::Load(d, block.y + i), hn::Set(d, view_position.y));
-    const V z = hn::Sub(hn::Load(d, block.z + i), hn::Set(d, view_position.z));
+    const V x = hn::Sub(hn::Load(d, block.x + i), hn::Set(d, in.view_position.x));
+    const V y = hn::Sub(hn::Load(d, block.y + i), hn::Set(d, in.view_position.y));
+    const V z = hn::Sub(hn::Load(d, block.z + i), hn::Set(d, in.view_position.z));
     const V length2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
     const V scale = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(length2));
     V weights[16];
-    harmonics(degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
-    const float* base = sh.base.data() + group_of_cloud * 3 * kGroup + lane;
+    harmonics(in.degree, hn::Mul(x, scale), hn::Mul(y, scale), hn::Mul(z, scale), weights);
+    const float* base = in.sh.base.data() + group_of_cloud * 3 * kGroup + lane;
     const V half = hn::Set(d, 0.5f);
     V red = hn::MulAdd(weights[0], hn::LoadU(d, base), half);
     V green = hn::MulAdd(weights[0], hn::LoadU(d, base + kGroup), half);
     V blue = hn::MulAdd(weights[0], hn::LoadU(d, base + 2 * kGroup), half);
-    const Value* value = rest.data() + group_of_cloud * sh.rest_size() + lane;
+    const Value* value = rest.data() + group_of_cloud * in.sh.rest_size() + lane;
     for (int k = 1; k < coefficients; ++k, value += 3 * kGroup) {
       red = hn::MulAdd(weights[k], load(d, value), red);
       green = hn::MulAdd(weights[k], load(d, value + kGroup), green);
@@ -86,16 +85,16 @@ HWY_INLINE void color_group(const Harmonics& sh, const Array<Value>& rest, int d
   }
 }
 
-void color_block(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
-                 std::size_t index, const Survivors& survivors, Colors& colors) {
+void color_block(const ColorInput& in, const Block& block, std::size_t index,
+                 const Survivors& survivors, Colors& colors) {
   std::uint32_t wanted = 0;
   for (std::size_t k = 0; k < survivors.count; ++k) wanted |= 1u << survivors.lane[k] / kGroup;
   for (; wanted != 0; wanted &= wanted - 1) {
     const auto group = static_cast<std::size_t>(std::countr_zero(wanted));
-    if (sh.rest.empty()) {
-      color_group(sh, sh.halves, degree, view_position, block, index, group, colors);
+    if (in.sh.rest.empty()) {
+      color_group(in, in.sh.halves, block, index, group, colors);
     } else {
-      color_group(sh, sh.rest, degree, view_position, block, index, group, colors);
+      color_group(in, in.sh.rest, block, index, group, colors);
     }
   }
 }
@@ -109,9 +108,9 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(color_block);
 
-void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
-           std::size_t index, const Survivors& survivors, Colors& colors) {
-  HWY_DYNAMIC_DISPATCH(color_block)(sh, degree, view_position, block, index, survivors, colors);
+void color(const ColorInput& in, const Block& block, std::size_t index, const Survivors& survivors,
+           Colors& colors) {
+  HWY_DYNAMIC_DISPATCH(color_block)(in, block, index, survivors, colors);
 }
 
 }  // namespace qs::cpu::fast

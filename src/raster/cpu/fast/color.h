@@ -12,9 +12,15 @@ struct alignas(64) Colors {
   float red[kBlock], green[kBlock], blue[kBlock];
 };
 
+/// What the colours of a frame depend on, beside the Gaussians' positions.
+struct ColorInput {
+  const Harmonics& sh;
+  int degree;               ///< evaluated, at most sh.degree
+  glm::vec3 view_position;  ///< the camera, world
+};
+
 /// Fills the colours of the survivors of block `index`, and of other members of their groups.
-/// `view_position`: the camera, world. `degree`: evaluated, at most sh.degree.
-void color(const Harmonics& sh, int degree, glm::vec3 view_position, const Block& block,
-           std::size_t index, const Survivors& survivors, Colors& colors);
+void color(const ColorInput& in, const Block& block, std::size_t index, const Survivors& survivors,
+           Colors& colors);
 
 }  // namespace qs::cpu::fast

@@ -6,7 +6,7 @@
 
 namespace qs::cpu::fast {
 
-void Pipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
+void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame& result) {
   RenderStats& stats = result.stats;
   timed(Stage::preprocess, stats, [&] { preprocess(frame, scene_, outputs.trace, visible_); });
   timed(Stage::sort, stats, [&] { sort(frame, visible_, order_); });

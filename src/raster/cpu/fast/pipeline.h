@@ -8,18 +8,18 @@
 
 namespace qs::cpu::fast {
 
-class Pipeline {
+class FastPipeline {
  public:
-  void upload(Scene scene) { scene_ = std::move(scene); }
+  void upload(SceneBlocks scene) { scene_ = std::move(scene); }
 
   /// Fills `result`, whose maps already have their sizes, except for the frame's time. The uploaded
   /// scene was made of frame.cloud.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
 
  private:
-  Scene scene_;
-  Visible visible_;
-  DepthOrder order_;
+  SceneBlocks scene_;
+  FastVisible visible_;
+  FastDepthOrder order_;
   TileLists lists_;
   TileQueue queue_;
 };

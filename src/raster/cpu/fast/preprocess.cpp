@@ -52,7 +52,7 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
                     Array<std::int32_t>& corners) {
   const auto stride = static_cast<std::size_t>(grid.columns) + 1;
   for (std::size_t i = begin; i < rects.size(); ++i) {
-    const Rect& rect = rects[i];
+    const PackedTileRect& rect = rects[i];
     ++corners[rect.row_begin * stride + rect.column_begin];
     --corners[rect.row_begin * stride + rect.column_end];
     --corners[rect.row_end * stride + rect.column_begin];
@@ -62,7 +62,8 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
 
 }  // namespace
 
-void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible) {
+void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
+                FastVisible& visible) {
   visible.resize(frame.cloud.size());
   visible.listings.resize(visible.slots());
   visible.records.resize(visible.slots());
@@ -78,8 +79,8 @@ void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visi
   const Frustum frustum(view, rules, frame.grid);
 
   frame.for_chunks(
-      visible.slots(), Visible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
-        const std::size_t chunk = begin / Visible::kChunk;
+      visible.slots(), FastVisible::kChunk, [&](std::size_t begin, std::size_t end, int worker) {
+        const std::size_t chunk = begin / FastVisible::kChunk;
         // Moved out while it grows, to avoid false sharing: neighbouring lists share a cache line.
         RectList rects = std::move(visible.rects[chunk]);
         rects.clear();
@@ -92,7 +93,7 @@ void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visi
           const std::size_t counted = rects.size();
           project(view, rules, frame.grid, block, survivors);
           list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
-          color(scene.harmonics, frame.sh_degree(), view.position, block, b, survivors, colors);
+          color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {

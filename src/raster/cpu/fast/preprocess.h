@@ -41,7 +41,7 @@ struct alignas(64) Record {
   }
 };
 
-struct Visible : VisibleSlots {
+struct FastVisible : VisibleSlots {
   Array<Listing> listings;      ///< per slot
   Array<Record> records;        ///< per slot
   std::vector<RectList> rects;  ///< per chunk
@@ -51,12 +51,13 @@ struct Visible : VisibleSlots {
   std::vector<Array<std::int32_t>> corners;
 
   /// The first rectangle of a slot.
-  const Rect* rects_of(std::uint32_t slot) const {
+  const PackedTileRect* rects_of(std::uint32_t slot) const {
     return &rects[slot / kChunk][listings[slot].first];
   }
 };
 
 /// `scene` was made of frame.cloud. Footprints are filled if `traced`.
-void preprocess(const FrameContext& frame, const Scene& scene, bool traced, Visible& visible);
+void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
+                FastVisible& visible);
 
 }  // namespace qs::cpu::fast

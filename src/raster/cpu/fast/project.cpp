@@ -42,7 +42,25 @@ HWY_INLINE V clamp(D d, V value, float limit) {
   return hn::IfThenElse(hn::Lt(value, low), low, hn::IfThenElse(hn::Gt(value, high), high, value));
 }
 
-HWY_INLINE V determinant(V xx, V xy, V yy) { return hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)); }
+/// The depth of a point in view axes and its slopes x/z and y/z, per lane.
+struct PointLanes {
+  V z, slope_x, slope_y;
+};
+
+/// Covariance on the image, per lane.
+struct CovarianceLanes {
+  V xx, xy, yy;
+
+  HWY_INLINE V determinant() const { return hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)); }
+};
+
+/// Footprint, per lane.
+struct FootprintLanes {
+  V mean_x, mean_y;
+  CovarianceLanes covariance;
+  V a, b, c;  // conic
+  V determinant, gamma;
+};
 
 struct Packer {
   D d;
@@ -57,10 +75,11 @@ struct Packer {
 
 /// Upper bound of the reach of all modes in pixels. The boxes by opacity reach k sqrt(gamma s) (see
 /// Extents), the square of `3dgs` reaches 3 sqrt(largest eigenvalue).
-HWY_INLINE V farthest_reach(D d, V xx, V yy, V det, V gamma) {
-  const V f2 = hn::Div(det, hn::Mul(xx, yy));
+HWY_INLINE V farthest_reach(D d, const FootprintLanes& f) {
+  const auto& [xx, xy, yy] = f.covariance;
+  const V f2 = hn::Div(f.determinant, hn::Mul(xx, yy));
   const V k = hn::Add(hn::Set(d, kReachK), hn::Div(hn::Set(d, kReachKPerF2), f2));
-  const V level = hn::Max(gamma, hn::Set(d, kSigmas * kSigmas));
+  const V level = hn::Max(f.gamma, hn::Set(d, kSigmas * kSigmas));
   return hn::Add(hn::Mul(k, hn::Sqrt(hn::Mul(level, hn::Add(xx, yy)))),
                  hn::Set(d, 2.0f * kTileSize));
 }
@@ -71,35 +90,38 @@ HWY_INLINE M outside(D d, V mean, V reach, int tiles) {
   return hn::Or(hn::Lt(hn::Add(mean, reach), hn::Zero(d)), hn::Gt(hn::Sub(mean, reach), size));
 }
 
-void project_block(const View<float>& view, const FootprintRules& rules, TileGrid grid,
-                   const Block& block, Survivors& out) {
-  const D d;
-  const hn::RebindToUnsigned<D> du;
-  const auto& m = view.view_from_world;
-  const auto row = [&](int r, V x, V y, V z) HWY_ATTR {
-    return hn::Add(dot(hn::Set(d, m[0][r]), hn::Set(d, m[1][r]), hn::Set(d, m[2][r]), x, y, z),
-                   hn::Set(d, m[3][r]));
-  };
-  const V fx = hn::Set(d, view.focal_px.x), fy = hn::Set(d, view.focal_px.y);
-  const V scale2 = hn::Set(d, rules.splat_scale * rules.splat_scale);
-  const V dilation = hn::Set(d, rules.dilation);
+/// The steps of project(), for the lanes of a block from `i` on. A step clears the lanes of `keep`
+/// that it drops.
+struct Projector {
+  D d;
+  View<float> view;  // a copy: stores cannot change it
+  FootprintRules rules;
 
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {
+  /// to_view()
+  HWY_INLINE PointLanes point(const Block& block, std::size_t i, M& keep) const {
+    const auto& m = view.view_from_world;
     const V wx = hn::Load(d, block.x + i), wy = hn::Load(d, block.y + i),
             wz = hn::Load(d, block.z + i);
-    const V z = row(2, wx, wy, wz);
-    M keep = hn::Gt(z, hn::Set(d, view.near_depth));
-    if (hn::AllFalse(d, keep)) continue;
-    const V x = row(0, wx, wy, wz), y = row(1, wx, wy, wz);
-    const V slope_x = hn::Div(x, z), slope_y = hn::Div(y, z);
+    const auto row = [&](int r) HWY_ATTR {
+      return hn::Add(dot(hn::Set(d, m[0][r]), hn::Set(d, m[1][r]), hn::Set(d, m[2][r]), wx, wy, wz),
+                     hn::Set(d, m[3][r]));
+    };
+    const V z = row(2);
+    keep = hn::Gt(z, hn::Set(d, view.near_depth));
+    return {z, hn::Div(row(0), z), hn::Div(row(1), z)};
+  }
 
-    // project_covariance()
-    const V tx = hn::Mul(clamp(d, slope_x, view.slope_limit.x), z);
-    const V ty = hn::Mul(clamp(d, slope_y, view.slope_limit.y), z);
+  /// project_covariance()
+  HWY_INLINE CovarianceLanes covariance(const Block& block, std::size_t i,
+                                        const PointLanes& point) const {
+    const auto& m = view.view_from_world;
+    const V fx = hn::Set(d, view.focal_px.x), fy = hn::Set(d, view.focal_px.y), z = point.z;
+    const V tx = hn::Mul(clamp(d, point.slope_x, view.slope_limit.x), z);
+    const V ty = hn::Mul(clamp(d, point.slope_y, view.slope_limit.y), z);
     const V zz = hn::Mul(z, z);
     const V j00 = hn::Div(fx, z), j02 = hn::Div(hn::Neg(hn::Mul(fx, tx)), zz);
     const V j11 = hn::Div(fy, z), j12 = hn::Div(hn::Neg(hn::Mul(fy, ty)), zz);
+    // The rows of J W.
     const auto along = [&](V j, V j2, int column, int r) HWY_ATTR {
       return hn::Add(hn::Mul(j, hn::Set(d, m[column][r])), hn::Mul(j2, hn::Set(d, m[column][2])));
     };
@@ -112,46 +134,79 @@ void project_block(const View<float>& view, const FootprintRules& rules, TileGri
             suz = dot(sxz, syz, szz, ux, uy, uz);
     const V svx = dot(sxx, sxy, sxz, vx, vy, vz), svy = dot(sxy, syy, syz, vx, vy, vz),
             svz = dot(sxz, syz, szz, vx, vy, vz);
-    V xx = hn::Mul(dot(ux, uy, uz, sux, suy, suz), scale2);
-    const V xy = hn::Mul(dot(vx, vy, vz, sux, suy, suz), scale2);
-    V yy = hn::Mul(dot(vx, vy, vz, svx, svy, svz), scale2);
+    const V scale2 = hn::Set(d, rules.splat_scale * rules.splat_scale);
+    return {hn::Mul(dot(ux, uy, uz, sux, suy, suz), scale2),
+            hn::Mul(dot(vx, vy, vz, sux, suy, suz), scale2),
+            hn::Mul(dot(vx, vy, vz, svx, svy, svz), scale2)};
+  }
 
-    // project()
-    const V before = determinant(xx, xy, yy);
-    xx = hn::Add(xx, dilation);
-    yy = hn::Add(yy, dilation);
-    const V det = determinant(xx, xy, yy);
+  /// The footprint of a covariance before the dilation; multiplies the opacity by compensation().
+  HWY_INLINE FootprintLanes footprint(const PointLanes& point, const CovarianceLanes& undilated,
+                                      V& log2_255_opacity, M& keep) const {
+    const V dilation = hn::Set(d, rules.dilation);
+    const CovarianceLanes dilated{hn::Add(undilated.xx, dilation), undilated.xy,
+                                  hn::Add(undilated.yy, dilation)};
+    const V det = dilated.determinant();
     keep = hn::And(keep, hn::And(hn::Gt(det, hn::Zero(d)), hn::Lt(det, hn::Set(d, INFINITY))));
-    V log2_255_opacity = hn::Load(d, block.log2_255_opacity + i);
     if (rules.antialiased) {
-      const V ratio = hn::Div(before, det), floor = hn::Set(d, float(kCompensationFloor));
+      const V ratio = hn::Div(undilated.determinant(), det);
+      const V floor = hn::Set(d, float(kCompensationFloor));
       const V factor = hn::Sqrt(hn::IfThenElse(hn::Gt(ratio, floor), ratio, floor));
       log2_255_opacity = hn::Add(log2_255_opacity, log2_portable(d, factor));
     }
     const V gamma = hn::Mul(hn::Set(d, 2.0f * static_cast<float>(kLn2)), log2_255_opacity);
     if (!rules.keep_faint) keep = hn::And(keep, hn::Gt(gamma, hn::Zero(d)));
-    const V mean_x = hn::Add(hn::Mul(fx, slope_x), hn::Set(d, view.center_px.x));
-    const V mean_y = hn::Add(hn::Mul(fy, slope_y), hn::Set(d, view.center_px.y));
-    const V a = hn::Div(yy, det), b = hn::Div(hn::Neg(xy), det), c = hn::Div(xx, det);
+    const V fx = hn::Set(d, view.focal_px.x), fy = hn::Set(d, view.focal_px.y);
+    const V mean_x = hn::Add(hn::Mul(fx, point.slope_x), hn::Set(d, view.center_px.x));
+    const V mean_y = hn::Add(hn::Mul(fy, point.slope_y), hn::Set(d, view.center_px.y));
+    const V a = hn::Div(dilated.yy, det), b = hn::Div(hn::Neg(dilated.xy), det),
+            c = hn::Div(dilated.xx, det);
+    // Drops values that are not finite.
     const V sum = hn::Add(hn::Add(hn::Add(hn::Add(mean_x, mean_y), a), b), c);
     keep = hn::And(keep, hn::Eq(hn::Sub(sum, sum), hn::Zero(d)));
-    const V reach = farthest_reach(d, xx, yy, det, gamma);
-    keep = hn::AndNot(outside(d, mean_x, reach, grid.columns), keep);
-    keep = hn::AndNot(outside(d, mean_y, reach, grid.rows), keep);
+    return {mean_x, mean_y, dilated, a, b, c, det, gamma};
+  }
+
+  /// Drops footprints that have no tile in any mode.
+  HWY_INLINE void drop_outside(const FootprintLanes& footprint, TileGrid grid, M& keep) const {
+    const V reach = farthest_reach(d, footprint);
+    keep = hn::AndNot(outside(d, footprint.mean_x, reach, grid.columns), keep);
+    keep = hn::AndNot(outside(d, footprint.mean_y, reach, grid.rows), keep);
+  }
+};
+
+HWY_INLINE void pack_footprint(const Packer& pack, const FootprintLanes& f, Survivors& out) {
+  pack(f.mean_x, out.mean_x);
+  pack(f.mean_y, out.mean_y);
+  pack(f.covariance.xx, out.xx);
+  pack(f.covariance.xy, out.xy);
+  pack(f.covariance.yy, out.yy);
+  pack(f.a, out.conic_a);
+  pack(f.b, out.conic_b);
+  pack(f.c, out.conic_c);
+  pack(f.determinant, out.determinant);
+  pack(f.gamma, out.gamma);
+}
+
+void project_block(const View<float>& view, const FootprintRules& rules, TileGrid grid,
+                   const Block& block, Survivors& out) {
+  const D d;
+  const hn::RebindToUnsigned<D> du;
+  const Projector projector{d, view, rules};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kBlock; i += hn::Lanes(d)) {
+    M keep;
+    const PointLanes point = projector.point(block, i, keep);
+    if (hn::AllFalse(d, keep)) continue;
+    const CovarianceLanes covariance = projector.covariance(block, i, point);
+    V log2_255_opacity = hn::Load(d, block.log2_255_opacity + i);
+    const FootprintLanes footprint = projector.footprint(point, covariance, log2_255_opacity, keep);
+    projector.drop_outside(footprint, grid, keep);
     if (hn::AllFalse(d, keep)) continue;
 
     const Packer pack{d, keep, count};
-    pack(mean_x, out.mean_x);
-    pack(mean_y, out.mean_y);
-    pack(xx, out.xx);
-    pack(xy, out.xy);
-    pack(yy, out.yy);
-    pack(a, out.conic_a);
-    pack(b, out.conic_b);
-    pack(c, out.conic_c);
-    pack(det, out.determinant);
-    pack(gamma, out.gamma);
-    pack(z, out.depth);
+    pack_footprint(pack, footprint, out);
+    pack(point.z, out.depth);
     pack(hn::Sub(log2_255_opacity, hn::Set(d, kLog2Of255)), out.log2_opacity);
     const auto lanes = hn::Iota(du, static_cast<std::uint32_t>(i));
     hn::StoreU(hn::Compress(lanes, hn::RebindMask(du, keep)), du, out.lane + count);

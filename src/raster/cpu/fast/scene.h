@@ -9,12 +9,12 @@
 
 namespace qs::cpu::fast {
 
-struct Scene {
+struct SceneBlocks {
   Array<Block> blocks;
   Array<BlockBounds> bounds;  ///< per block
   Harmonics harmonics;
 };
 
-Scene make_scene(const GaussianCloud& cloud, ThreadPool& pool);
+SceneBlocks make_scene(const GaussianCloud& cloud, ThreadPool& pool);
 
 }  // namespace qs::cpu::fast

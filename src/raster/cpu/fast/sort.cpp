@@ -9,7 +9,7 @@ namespace qs::cpu::fast {
 namespace {
 
 /// Copies depth bits and slots without unused slots. Returns the range of the bits.
-KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
+KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
   const std::size_t chunks = visible.chunk_counts.size();
   order.begins.resize(chunks);
   std::exclusive_scan(visible.chunk_counts.begin(), visible.chunk_counts.end(),
@@ -46,12 +46,14 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
     return gaussians[a] < gaussians[b];
   };
   frame.for_chunks(size, kBatch, [&](std::size_t begin, std::size_t end, int) {
+    // Find the items that have the depth of the next one.
     std::size_t ties[kBatch], count = 0;
     end = std::min(end, size - 1);
     for (std::size_t i = begin; i < end; ++i) {
       ties[count] = i;
       count += static_cast<std::size_t>(keys[i] == keys[i + 1]);
     }
+    // Keep the first item of each run.
     std::size_t runs = 0;
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = ties[k];
@@ -60,6 +62,7 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
       __builtin_prefetch(gaussians + items.values[i + 1]);
       ties[runs++] = i;
     }
+    // Sort the runs.
     for (std::size_t k = 0; k < runs; ++k) {
       const std::size_t i = ties[k];
       std::size_t length = 2;
@@ -77,7 +80,7 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
 }  // namespace
 
 // Depths are positive floats; their bits order like unsigned integers.
-void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order) {
+void sort(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
   order.items.resize(visible.count);
   const KeyRange range = gather(frame, visible, order);
   radix_sort(order.items, range, frame.pool, frame.stop);

@@ -9,7 +9,7 @@
 namespace qs::cpu::fast {
 
 /// Slots by ascending (bits of the depth, index in the cloud).
-struct DepthOrder {
+struct FastDepthOrder {
   const Array<std::uint32_t>& slots() const { return items.values; }
 
   SortItems items;               ///< keys: bits of the depths, values: slots
@@ -17,6 +17,6 @@ struct DepthOrder {
   std::vector<KeyRange> ranges;  ///< scratch, per thread
 };
 
-void sort(const FrameContext& frame, const VisibleSlots& visible, DepthOrder& order);
+void sort(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order);
 
 }  // namespace qs::cpu::fast

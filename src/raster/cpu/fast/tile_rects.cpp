@@ -53,8 +53,8 @@ class Joiner {
 
   HWY_INLINE void close() {
     const auto narrow = [](int tile) HWY_ATTR { return static_cast<std::uint16_t>(tile); };
-    const Rect rect{narrow(open_.row_begin), narrow(open_.row_end), narrow(open_.column_begin),
-                    narrow(open_.column_end)};
+    const PackedTileRect rect{narrow(open_.row_begin), narrow(open_.row_end),
+                              narrow(open_.column_begin), narrow(open_.column_end)};
     rects_.add(rect);
     bounds_ = {std::min(bounds_.row_begin, rect.row_begin), std::max(bounds_.row_end, rect.row_end),
                std::min(bounds_.column_begin, rect.column_begin),
@@ -64,7 +64,7 @@ class Joiner {
   RectList& rects_;
   std::size_t first_;
   Open open_;
-  Rect bounds_{65535, 0, 65535, 0};
+  PackedTileRect bounds_{65535, 0, 65535, 0};
 };
 
 HWY_INLINE void add_line(bool by_rows, int line, int begin, int end, Joiner& joiner) {

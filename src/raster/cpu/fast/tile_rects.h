@@ -11,7 +11,7 @@
 namespace qs::cpu::fast {
 
 /// Rows and columns [begin, end) of tiles. Sides of images are below 2^20 pixels.
-struct Rect {
+struct PackedTileRect {
   std::uint16_t row_begin, row_end, column_begin, column_end;
 };
 
@@ -20,10 +20,10 @@ struct Rect {
 class RectList {
  public:
   std::size_t size() const { return size_; }
-  const Rect& operator[](std::size_t i) const { return rects_[i]; }
+  const PackedTileRect& operator[](std::size_t i) const { return rects_[i]; }
 
   void clear() { size_ = 0; }
-  void add(Rect rect) {
+  void add(PackedTileRect rect) {
     if (size_ == rects_.size()) [[unlikely]]
       grow();
     rects_[size_++] = rect;
@@ -32,15 +32,15 @@ class RectList {
  private:
   void grow() { rects_.resize(2 * size_ + 2048); }
 
-  Array<Rect> rects_;  ///< its size is the capacity
+  Array<PackedTileRect> rects_;  ///< its size is the capacity
   std::size_t size_ = 0;
 };
 
 /// The rectangles of one Gaussian.
 struct Listing {
-  Rect bounds;          ///< around all of them
-  std::uint32_t first;  ///< in its chunk's RectList
-  std::uint32_t count;  ///< > 0
+  PackedTileRect bounds;  ///< around all of them
+  std::uint32_t first;    ///< in its chunk's RectList
+  std::uint32_t count;    ///< > 0
 };
 
 /// Appends the rectangles of `survivors` to `rects`, removes survivors without any, and writes

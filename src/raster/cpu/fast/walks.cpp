@@ -56,10 +56,10 @@ struct Footprints {
 };
 
 /// extents() of kernel/cull/culler.h.
-struct Extent {
+struct FootprintExtents {
   V max_x, max_y, f, k;
 
-  HWY_INLINE explicit Extent(const Footprints& p) {
+  HWY_INLINE explicit FootprintExtents(const Footprints& p) {
     const V f2 = hn::Div(p.determinant, hn::Mul(p.xx, p.yy));
     k = hn::Add(set(1.0f), hn::Div(set(4.0f * 5.9604644775390625e-8f), f2));
     max_x = hn::Mul(k, hn::Sqrt(hn::Mul(p.gamma, p.xx)));
@@ -120,7 +120,7 @@ struct Walk<AdrAabb> : WalkOfRect {
   HWY_INLINE Walk(const Footprints& p, TileGrid grid) : WalkOfRect(rects(p, grid)) {}
 
   static HWY_INLINE Rects rects(const Footprints& p, TileGrid grid) {
-    const Extent e(p);
+    const FootprintExtents e(p);
     return Rects::of_box(p, e.max_x, e.max_y, grid);
   }
 };
@@ -192,15 +192,15 @@ struct WalkOfBoxes {
 
 template <>
 struct Walk<QuadBox> : WalkOfBoxes {
-  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, Extent(p), grid) {}
-  HWY_INLINE Walk(const Footprints& p, const Extent& e, TileGrid grid)
+  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, FootprintExtents(p), grid) {}
+  HWY_INLINE Walk(const Footprints& p, const FootprintExtents& e, TileGrid grid)
       : WalkOfBoxes(p, e.max_x, e.max_y, hn::Mul(e.f, e.max_x), hn::Mul(e.f, e.max_y), grid) {}
 };
 
 template <>
 struct Walk<DualBox> : WalkOfBoxes {
-  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, Extent(p), grid) {}
-  HWY_INLINE Walk(const Footprints& p, const Extent& e, TileGrid grid)
+  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, FootprintExtents(p), grid) {}
+  HWY_INLINE Walk(const Footprints& p, const FootprintExtents& e, TileGrid grid)
       : WalkOfBoxes(p, e.max_x, e.max_y, hn::Zero(D()), hn::Zero(D()), grid) {}
 };
 
@@ -209,8 +209,9 @@ template <>
 struct Walk<Exact> : Walk<QuadBox> {
   V gamma, s_vv, s_uv, determinant, v_max, v_at_u_max;
 
-  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, Extent(p), grid) {}
-  HWY_INLINE Walk(const Footprints& p, const Extent& e, TileGrid grid) : Walk<QuadBox>(p, e, grid) {
+  HWY_INLINE Walk(const Footprints& p, TileGrid grid) : Walk(p, FootprintExtents(p), grid) {}
+  HWY_INLINE Walk(const Footprints& p, const FootprintExtents& e, TileGrid grid)
+      : Walk<QuadBox>(p, e, grid) {
     gamma = hn::Mul(hn::Mul(hn::Mul(p.gamma, set(kExactSlack)), e.k), e.k);
     const V s_uu = select(by_rows, p.xx, p.yy);
     s_vv = select(by_rows, p.yy, p.xx);

@@ -24,6 +24,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
   std::array<std::uint32_t, kPixels> last{};
   transmittance.fill(1);
   std::uint32_t longest = 0;
+  // Load the pixels of the tile.
   for (int y = 0; y < box.height; ++y) {
     for (int x = 0; x < box.width; ++x) {
       const auto p = static_cast<std::size_t>(y * kTileSize + x);
@@ -35,6 +36,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
     }
   }
 
+  // Composite again, and sum the gradients of each pair.
   const std::uint64_t first = frame.lists.begin[tile];
   for (std::uint32_t entry = 0; entry < longest; ++entry) {
     const std::uint32_t slot = frame.lists.slots[first + entry];
@@ -48,10 +50,11 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
       Real alpha = 0;
       if (composite(splat, x, y, transmittance[p], alpha) != Step::blends) return;
       to_come[p] -= alpha * in_front * splat.color;
-      add_pixel<Real>(splat, x, y, alpha, in_front, to_come[p], d_pixel[p], sums);
+      add_pixel<Real>(splat, {x, y, alpha, in_front, to_come[p], d_pixel[p]}, sums);
     });
     pairs[first + entry] = sums;
   }
+  // No pixel blends the rest of the list.
   std::fill(pairs.begin() + static_cast<std::ptrdiff_t>(first + longest),
             pairs.begin() + static_cast<std::ptrdiff_t>(frame.lists.begin[tile + 1]),
             PixelSums<Real>{});

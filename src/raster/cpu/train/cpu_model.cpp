@@ -26,8 +26,8 @@ Image CpuModel::picture() {
 void CpuModel::compare_with(std::optional<std::size_t> /*number*/, const Photograph& photograph) {
   const std::vector<glm::vec3> target = photograph.over(settings_.background);
   assert(target.size() == frame_.color.size());
-  result_ = compare<float>(camera_.width, camera_.height, frame_.color, target, pool_, loss_,
-                           d_color_, photograph.mask);
+  result_ = compare<float>({camera_.width, camera_.height, frame_.color, target, photograph.mask},
+                           pool_, loss_, d_color_);
 }
 
 void CpuModel::backward() {

@@ -17,22 +17,31 @@
 namespace qs::cpu::train {
 namespace {
 
+// A Gaussian with activated parameters.
+template <class Real>
+struct WorldGaussian {
+  const glm::vec<3, Real>& mean;
+  Covariance3<double> sigma;
+  double opacity;
+};
+
 // The input of the pixels. `projected` has decided that the Gaussian is visible; in double
 // precision its values are computed again.
 template <class Real>
 typename PixelMath<Real>::Splat splat_of(const View<Real>& view, const StepView& step,
-                                         const glm::vec<3, Real>& mean,
-                                         const Covariance3<double>& sigma, double opacity,
+                                         const WorldGaussian<Real>& gaussian,
                                          const Projected& projected,
                                          const glm::vec<3, Real>& color) {
   if constexpr (std::is_same_v<Real, float>) {
-    return make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
-                      color);
+    return make_splat(projected.footprint,
+                      static_cast<float>(gaussian.opacity) * projected.opacity_factor, color);
   } else {
-    const glm::dvec3 point = to_view(view, mean);
-    const auto covariance = ImageCovariance<double>::of(view, point, sigma, step.settings.dilation);
+    const glm::dvec3 point = to_view(view, gaussian.mean);
+    const auto covariance =
+        ImageCovariance<double>::of(view, point, gaussian.sigma, step.settings.dilation);
     const Covariance2<double>& c = covariance.after;
     const double determinant = c.determinant();
+    double opacity = gaussian.opacity;
     if (step.antialiased()) opacity *= compensation(covariance.before.determinant(), determinant);
     constexpr double kScale = -0.5 * kLog2E;
     return {to_pixel(view, point), glm::dvec3(c.yy, -2 * c.xy, c.xx) * (kScale / determinant),
@@ -59,6 +68,7 @@ void project_all(const StepView& step, const FrameContext& context,
       parameters.size(), VisibleSlots::kChunk, [&](std::size_t begin, std::size_t end, int) {
         std::size_t slot = begin;
         for (std::size_t i = begin; i < end; ++i) {
+          // Activate and project.
           const glm::vec<3, Real>& mean = parameters.means[i];
           const Covariance3<double> sigma =
               covariance_of(glm::dvec3(parameters.log_scales[i]),
@@ -69,7 +79,9 @@ void project_all(const StepView& step, const FrameContext& context,
                        projected))
             continue;
           frame.in_view[i] = is_in_view(projected.footprint, context.grid);
+          // Drop Gaussians without tiles.
           if (count_tiles<P>(projected.footprint, context.grid) == 0) continue;
+          // Evaluate the colour and store the Gaussian in the next slot.
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
           const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),
                                             [sh](int k) { return sh[k]; });
@@ -77,7 +89,7 @@ void project_all(const StepView& step, const FrameContext& context,
           visible.depths[slot] = projected.depth;
           visible.footprints[slot] = projected.footprint;
           frame.areas[slot] = PixelArea::of(projected.footprint);
-          frame.splats[slot] = splat_of<Real>(view, step, mean, sigma, opacity, projected, color);
+          frame.splats[slot] = splat_of<Real>(view, step, {mean, sigma, opacity}, projected, color);
           ++slot;
         }
         visible.chunk_counts[begin / VisibleSlots::kChunk] =
@@ -99,6 +111,7 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
   transmittance.fill(1);
   live.fill(true);
 
+  // Composite the list front to back until all pixels have stopped.
   int left = box.width * box.height;
   const std::uint32_t length = frame.lists.pairs(tile);
   const std::uint32_t* list = frame.lists.slots.data() + frame.lists.begin[tile];
@@ -125,6 +138,7 @@ void blend_tile(const StepView& step, std::size_t tile, ForwardFrame<Real>& fram
     });
   }
 
+  // Add the background and store the pixels.
   const Vec3 background(step.settings.background);
   for (int y = 0; y < box.height; ++y) {
     for (int x = 0; x < box.width; ++x) {

@@ -49,6 +49,7 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
   }();
   constexpr std::size_t kMargin = kSsimRadius * kChannels;
   const std::size_t values = shape.values;
+  // Convolve along the rows, into `rows`.
   rows.resize(field.size());
   shape.for_rows([&](std::size_t y) {
     std::vector<Real> padded(values + 2 * kMargin, 0);
@@ -61,6 +62,7 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
       for (std::size_t i = 0; i < values; ++i) out[i] += kWindow[k] * in[i];
     }
   });
+  // Convolve along the columns, back into `field`.
   shape.for_rows([&](std::size_t y) {
     Real* const out = &field[y * values];
     std::fill_n(out, values, Real(0));
@@ -73,89 +75,118 @@ void blur(const Shape& shape, std::vector<Real>& field, std::vector<Real>& rows)
   });
 }
 
-}  // namespace
-
+// The values of picture and photograph, channel by channel.
 template <class Real>
-Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
-             std::span<const glm::vec3> target, ThreadPool& pool, LossScratch<Real>& scratch,
-             std::vector<glm::vec<3, Real>>& d_color, std::span<const std::uint8_t> mask) {
-  const Shape shape{static_cast<std::size_t>(width) * kChannels, static_cast<std::size_t>(height),
-                    pool};
-  const std::size_t values = shape.values, count = values * shape.height;
-  assert(color.size() * kChannels == count && target.size() == color.size());
-  assert(mask.empty() || mask.size() == color.size());
-  const auto is_masked = [&](std::size_t i) { return !mask.empty() && mask[i / kChannels] == 0; };
-  const auto masked = std::count(mask.begin(), mask.end(), std::uint8_t{0});
-  d_color.resize(color.size());
-  const Real* const a = &color[0][0];
-  const float* const b = &target[0][0];
-  Real* const d = &d_color[0][0];
-  std::vector<Real>&mean_a = scratch.fields[0], &mean_b = scratch.fields[1],
-  &mean_aa = scratch.fields[2], &mean_bb = scratch.fields[3], &mean_ab = scratch.fields[4];
-  for (auto& field : scratch.fields) field.resize(count);
+struct ComparedValues {
+  const Real* picture;
+  const float* photograph;
+  std::span<const std::uint8_t> mask;
 
+  bool is_masked(std::size_t i) const { return !mask.empty() && mask[i / kChannels] == 0; }
+};
+
+// The moments of the values under the window, zeros where they are masked.
+template <class Real>
+void find_moments(const Shape& shape, const ComparedValues<Real>& values,
+                  LossScratch<Real>& moments) {
   shape.for_rows([&](std::size_t y) {
-    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
-      const bool out = is_masked(i);
-      const Real va = out ? 0 : shown(a[i]), vb = out ? 0 : b[i];
-      mean_a[i] = va;
-      mean_b[i] = vb;
-      mean_aa[i] = va * va;
-      mean_bb[i] = vb * vb;
-      mean_ab[i] = va * vb;
+    for (std::size_t i = y * shape.values; i < (y + 1) * shape.values; ++i) {
+      const bool out = values.is_masked(i);
+      const Real a = out ? 0 : shown(values.picture[i]), b = out ? 0 : values.photograph[i];
+      moments.a[i] = a;
+      moments.b[i] = b;
+      moments.aa[i] = a * a;
+      moments.bb[i] = b * b;
+      moments.ab[i] = a * b;
     }
   });
-  for (auto& field : scratch.fields) blur(shape, field, scratch.rows);
+  for (auto* field : {&moments.a, &moments.b, &moments.aa, &moments.bb, &moments.ab})
+    blur(shape, *field, moments.rows);
+}
 
-  const auto total = static_cast<double>(count - static_cast<std::size_t>(masked) * kChannels);
-  // The derivatives replace the moments.
-  const double ssim = shape.sum_of_rows([&](std::size_t y) {
-    double sum = 0;
-    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
-      if (is_masked(i)) {
-        mean_a[i] = mean_aa[i] = mean_ab[i] = 0;
+// Sum of SSIM. Its derivatives by the picture's values replace the moments that contain them.
+template <class Real>
+double sum_similarity(const Shape& shape, const ComparedValues<Real>& values,
+                      LossScratch<Real>& moments) {
+  const double sum = shape.sum_of_rows([&](std::size_t y) {
+    double of_row = 0;
+    for (std::size_t i = y * shape.values; i < (y + 1) * shape.values; ++i) {
+      if (values.is_masked(i)) {
+        moments.a[i] = moments.aa[i] = moments.ab[i] = 0;
         continue;
       }
-      const auto s = Similarity<Real>::of(mean_a[i], mean_b[i], mean_aa[i], mean_bb[i], mean_ab[i]);
-      sum += static_cast<double>(s.value);
-      mean_a[i] = s.by_a;
-      mean_aa[i] = s.by_aa;
-      mean_ab[i] = s.by_ab;
+      const auto s = Similarity<Real>::of(moments.a[i], moments.b[i], moments.aa[i], moments.bb[i],
+                                          moments.ab[i]);
+      of_row += static_cast<double>(s.value);
+      moments.a[i] = s.by_a;
+      moments.aa[i] = s.by_aa;
+      moments.ab[i] = s.by_ab;
     }
-    return sum;
+    return of_row;
   });
-  for (auto* field : {&mean_a, &mean_aa, &mean_ab}) blur(shape, *field, scratch.rows);
+  for (auto* field : {&moments.a, &moments.aa, &moments.ab}) blur(shape, *field, moments.rows);
+  return sum;
+}
 
-  const auto gradient = LossGradient<Real>::of(total);
-  const double l1 = shape.sum_of_rows([&](std::size_t y) {
+// Sum of absolute differences. Sets `d`, the gradient of the loss.
+template <class Real>
+double sum_l1(const Shape& shape, const ComparedValues<Real>& values,
+              const LossGradient<Real>& gradient, const LossScratch<Real>& by, Real* d) {
+  return shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
-    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
-      if (is_masked(i)) {
+    for (std::size_t i = y * shape.values; i < (y + 1) * shape.values; ++i) {
+      if (values.is_masked(i)) {
         d[i] = 0;
         continue;
       }
-      const Real vb = b[i];
-      sum += std::abs(static_cast<double>(shown(a[i]) - vb));
-      d[i] = gradient.by(a[i], vb, mean_a[i], mean_aa[i], mean_ab[i]);
+      const Real a = values.picture[i], b = values.photograph[i];
+      sum += std::abs(static_cast<double>(shown(a) - b));
+      d[i] = gradient.by(a, b, by.a[i], by.aa[i], by.ab[i]);
     }
     return sum;
   });
-  const double squared_error = shape.sum_of_rows([&](std::size_t y) {
+}
+
+template <class Real>
+double sum_squared_error(const Shape& shape, const ComparedValues<Real>& values) {
+  return shape.sum_of_rows([&](std::size_t y) {
     double sum = 0;
-    for (std::size_t i = y * values; i < (y + 1) * values; ++i) {
-      if (is_masked(i)) continue;
-      const double difference = static_cast<double>(shown(a[i])) - static_cast<double>(b[i]);
+    for (std::size_t i = y * shape.values; i < (y + 1) * shape.values; ++i) {
+      if (values.is_masked(i)) continue;
+      const double difference =
+          static_cast<double>(shown(values.picture[i])) - static_cast<double>(values.photograph[i]);
       sum += difference * difference;
     }
     return sum;
   });
-  return Loss::of_sums(l1, ssim, squared_error, total);
 }
 
-template Loss compare(int, int, std::span<const glm::vec3>, std::span<const glm::vec3>, ThreadPool&,
-                      LossScratch<float>&, std::vector<glm::vec3>&, std::span<const std::uint8_t>);
-template Loss compare(int, int, std::span<const glm::dvec3>, std::span<const glm::vec3>,
-                      ThreadPool&, LossScratch<double>&, std::vector<glm::dvec3>&,
-                      std::span<const std::uint8_t>);
+}  // namespace
+
+template <class Real>
+Loss compare(const LossInput<Real>& in, ThreadPool& pool, LossScratch<Real>& scratch,
+             std::vector<glm::vec<3, Real>>& d_color) {
+  const Shape shape{static_cast<std::size_t>(in.width) * kChannels,
+                    static_cast<std::size_t>(in.height), pool};
+  const std::size_t count = shape.values * shape.height;
+  assert(in.color.size() * kChannels == count && in.target.size() == in.color.size());
+  assert(in.mask.empty() || in.mask.size() == in.color.size());
+  const auto masked = std::count(in.mask.begin(), in.mask.end(), std::uint8_t{0});
+  const auto total = static_cast<double>(count - static_cast<std::size_t>(masked) * kChannels);
+  const ComparedValues<Real> values{&in.color[0][0], &in.target[0][0], in.mask};
+  d_color.resize(in.color.size());
+  for (auto* field : {&scratch.a, &scratch.b, &scratch.aa, &scratch.bb, &scratch.ab})
+    field->resize(count);
+
+  find_moments(shape, values, scratch);
+  const double ssim = sum_similarity(shape, values, scratch);
+  const double l1 = sum_l1(shape, values, LossGradient<Real>::of(total), scratch, &d_color[0][0]);
+  return Loss::of_sums(l1, ssim, sum_squared_error(shape, values), total);
+}
+
+template Loss compare(const LossInput<float>&, ThreadPool&, LossScratch<float>&,
+                      std::vector<glm::vec3>&);
+template Loss compare(const LossInput<double>&, ThreadPool&, LossScratch<double>&,
+                      std::vector<glm::dvec3>&);
 
 }  // namespace qs::cpu::train

@@ -16,19 +16,28 @@ namespace qs::cpu::train {
 
 using qs::Loss;
 
-/// Memory of compare() that the next step uses again.
+/// A picture and the photograph that it is compared with, both per pixel, row by row.
 template <class Real>
-struct LossScratch {
-  std::vector<Real> fields[5], rows;
+struct LossInput {
+  int width, height;
+  std::span<const glm::vec<3, Real>> color;
+  std::span<const glm::vec3> target;
+  /// Pixels whose value is 0 are left out and have no derivative. Without a mask all pixels count,
+  /// with a mask at least one pixel must count.
+  std::span<const std::uint8_t> mask = {};
 };
 
-/// Compares `color` with `target`, both per pixel, row by row, and sets `d_color` to the
-/// derivatives of the total by `color`. A channel equal to the target's has no derivative of L1.
-/// Pixels whose value in `mask` is 0 are left out and have no derivative; without a mask all pixels
-/// count, with a mask at least one pixel must count.
+/// Memory of compare() that the next step uses again: the moments of the values of picture (a) and
+/// photograph (b) under the window, then SSIM's derivatives by them.
 template <class Real>
-Loss compare(int width, int height, std::span<const glm::vec<3, Real>> color,
-             std::span<const glm::vec3> target, ThreadPool& pool, LossScratch<Real>& scratch,
-             std::vector<glm::vec<3, Real>>& d_color, std::span<const std::uint8_t> mask = {});
+struct LossScratch {
+  std::vector<Real> a, b, aa, bb, ab, rows;
+};
+
+/// Sets `d_color` to the derivatives of the total by the picture's colours. A channel equal to the
+/// target's has no derivative of L1.
+template <class Real>
+Loss compare(const LossInput<Real>& in, ThreadPool& pool, LossScratch<Real>& scratch,
+             std::vector<glm::vec<3, Real>>& d_color);
 
 }  // namespace qs::cpu::train

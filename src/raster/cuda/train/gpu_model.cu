@@ -35,9 +35,9 @@ struct GpuModel::State {
   qs::train::ModelState host;      ///< the copy that state() returns
   qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
-  std::vector<Photograph> photographs;  ///< by number
+  std::vector<DevicePhotograph> photographs;  ///< by number
   std::uint64_t photograph_bytes = 0;
-  Photograph passing;  ///< the last photograph that is not kept
+  DevicePhotograph passing;  ///< the last photograph that is not kept
 
   ForwardFrame frame;
   LossScratch loss;
@@ -67,14 +67,14 @@ struct GpuModel::State {
   }
 
   /// The photograph in the memory of the GPU.
-  const Photograph& uploaded(std::optional<std::size_t> number,
-                             const qs::train::Photograph& host_photograph) {
+  const DevicePhotograph& uploaded(std::optional<std::size_t> number,
+                                   const qs::train::Photograph& host_photograph) {
     if (number && *number >= photographs.size()) photographs.resize(*number + 1);
     if (number && photographs[*number].pixels > 0) return photographs[*number];
-    const std::uint64_t bytes = Photograph::bytes_of(host_photograph);
+    const std::uint64_t bytes = DevicePhotograph::bytes_of(host_photograph);
     const bool keeps = number && photograph_bytes + bytes < DeviceMemory::now().total / 2;
     if (keeps) photograph_bytes += bytes;
-    Photograph& result = keeps ? photographs[*number] : passing;
+    DevicePhotograph& result = keeps ? photographs[*number] : passing;
     result.upload(host_photograph, stream);
     return result;
   }
@@ -205,7 +205,7 @@ void GpuModel::compare_with(std::optional<std::size_t> number,
                             const qs::train::Photograph& photograph) {
   State& s = gpu();
   assert(photograph.rgb.size() == 3 * s.pixels());
-  const Photograph& uploaded = s.uploaded(number, photograph);
+  const DevicePhotograph& uploaded = s.uploaded(number, photograph);
   uploaded.over(s.settings.background, s.stream, s.target);
   s.compare_with_target(uploaded.has_mask ? uploaded.mask.data() : nullptr, uploaded.counted);
 }

@@ -29,7 +29,7 @@ void copy_bytes(std::span<const std::uint8_t> from, DeviceBuffer<std::uint8_t>& 
 
 }  // namespace
 
-void Photograph::upload(const qs::train::Photograph& host, cudaStream_t stream) {
+void DevicePhotograph::upload(const qs::train::Photograph& host, cudaStream_t stream) {
   pixels = 0;
   has_alpha = !host.alpha.empty();
   has_mask = !host.mask.empty();
@@ -45,8 +45,8 @@ void Photograph::upload(const qs::train::Photograph& host, cudaStream_t stream) 
                        std::count(host.mask.begin(), host.mask.end(), std::uint8_t{0}));
 }
 
-void Photograph::over(const glm::vec3& background, cudaStream_t stream,
-                      DeviceBuffer<glm::vec3>& target) const {
+void DevicePhotograph::over(const glm::vec3& background, cudaStream_t stream,
+                            DeviceBuffer<glm::vec3>& target) const {
   target.reserve("the step's image", pixels);
   launch("draw_photograph", draw_photograph, blocks_for(pixels), stream, rgb.data(),
          has_alpha ? alpha.data() : nullptr, static_cast<std::uint32_t>(pixels), background,

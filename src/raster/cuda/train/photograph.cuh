@@ -12,7 +12,7 @@
 
 namespace qs::cuda::train {
 
-struct Photograph {
+struct DevicePhotograph {
   DeviceBuffer<std::uint8_t> rgb;    ///< row by row; over black if there is alpha
   DeviceBuffer<std::uint8_t> alpha;  ///< per pixel, if has_alpha
   DeviceBuffer<std::uint8_t> mask;   ///< per pixel, if has_mask

@@ -59,18 +59,28 @@ QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real trans
   return glm::dot(d_pixel, color * transmittance - behind / (1 - alpha));
 }
 
-/// Adds the contribution of pixel (x, y) to a Gaussian that the pixel blended. `alpha` is as
-/// composite() returned it; the other arguments are as for alpha_gradient().
+/// A pixel that blended a Gaussian, in the step that blended it; see alpha_gradient().
 template <class Real>
-QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, Real x, Real y, Real alpha,
-                     Real transmittance, const glm::vec<3, Real>& behind,
-                     const glm::vec<3, Real>& d_pixel, PixelSums<Real>& sums) {
+struct BlendedPixel {
+  Real x, y;
+  Real alpha;          ///< as composite() returned it
+  Real transmittance;  ///< in front of the Gaussian
+  const glm::vec<3, Real>& behind;
+  const glm::vec<3, Real>& d_pixel;
+};
+
+/// Adds the contribution of a pixel to a Gaussian that it blended.
+template <class Real>
+QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, const BlendedPixel<Real>& pixel,
+                     PixelSums<Real>& sums) {
   using Math = PixelMath<Real>;
-  const Real dx = x - splat.mean_px.x, dy = y - splat.mean_px.y;
-  sums.color += alpha * transmittance * d_pixel;
+  const Real alpha = pixel.alpha;
+  const Real dx = pixel.x - splat.mean_px.x, dy = pixel.y - splat.mean_px.y;
+  sums.color += alpha * pixel.transmittance * pixel.d_pixel;
   const Real unclamped =
       alpha < Math::kAlphaMax ? alpha : splat.opacity * Math::exp2(log2_falloff(splat, dx, dy));
-  const Real d = unclamped * alpha_gradient(splat.color, alpha, transmittance, behind, d_pixel);
+  const Real d = unclamped * alpha_gradient(splat.color, alpha, pixel.transmittance, pixel.behind,
+                                            pixel.d_pixel);
   sums.d += d;
   sums.dx += d * dx;
   sums.dy += d * dy;

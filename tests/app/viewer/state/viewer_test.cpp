@@ -317,9 +317,9 @@ TEST(Viewer, reads_a_camera_s_photograph_once_and_drops_one_that_comes_late) {
   driven.press("]");
   EXPECT_THAT(driven.photographs, testing::ElementsAre("/0.jpg", "/2.jpg"));
   const auto image = std::make_shared<Image>(4, 3, 3);
-  driven.apply(photograph_opened, Photograph{"/0.jpg", image});
+  driven.apply(photograph_opened, ShownPhotograph{"/0.jpg", image});
   EXPECT_EQ(driven.viewer.photograph.image, nullptr);
-  driven.apply(photograph_opened, Photograph{"/2.jpg", image});
+  driven.apply(photograph_opened, ShownPhotograph{"/2.jpg", image});
   EXPECT_EQ(driven.viewer.photograph.image, image);
 }
 

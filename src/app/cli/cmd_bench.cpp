@@ -245,7 +245,8 @@ CommandAction bench_command(Options& options) {
   for (CullMode mode = 1; mode <= kModeCount; ++mode) names.emplace_back(mode_name(mode));
   options.choice(
       "--baseline", names, [c](int index) { c->baseline = index + 1; },
-      "mode that the ratios are relative to; also prints them per camera (default: 3dgs)");
+      fmt::format("mode that the ratios are relative to; also prints them per camera (default: {})",
+                  kUsualBaseline));
   options.flag("--load", c->load, "measures the stages of reading the scenes instead");
   options.flag("--psnr", c->psnr,
                "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "

@@ -166,10 +166,10 @@ TYPED_TEST(CullerTest, loses_visible_pixels_exactly_when_the_table_says_so) {
       [&](const Footprint& footprint, TileGrid grid, Size) {
         const bool loses = !includes(tile_set<TypeParam>(footprint, grid), *needed++);
         losses += loses;
-        EXPECT_FALSE(loses && TypeParam::kLossless);
+        EXPECT_FALSE(loses && row_of<TypeParam>().lossless);
       },
       kBruteForceDraws);
-  EXPECT_EQ(losses == 0, TypeParam::kLossless);
+  EXPECT_EQ(losses == 0, row_of<TypeParam>().lossless);
 }
 
 TEST(Cullers, qpass_lists_the_same_tiles_as_the_naive_loop) {

@@ -43,7 +43,7 @@ room(app/report app/measure app/inspect app/session app/framing app/picture app/
      io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)
 room(app/measure app/session app/framing app/base io/scene io/camera io/bytes raster/api raster/clock raster/scene
      raster/base)
-room(app/inspect app/picture app/base raster/api raster/scene raster/kernel raster/base)
+room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/session app/framing app/base io/scene io/cloud io/camera io/picture raster/api raster/scene raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
@@ -66,12 +66,12 @@ room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu 
 room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/scene raster/kernel/gradient
      raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel)
-room(raster/cpu/classic raster/cpu raster/scene raster/kernel)
+room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel raster/base)
 room(raster/cuda/train raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/train raster/scene
      raster/kernel/gradient raster/kernel/cull raster/kernel)
-room(raster/cuda/fast raster/cuda raster/kernel)
-room(raster/cuda/classic raster/cuda raster/kernel)
+room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
+room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/clock)

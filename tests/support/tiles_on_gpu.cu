@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/check.cuh"
 #include "raster/cuda/device_buffer.cuh"
+#include "raster/kernel/cull/modes.h"
 #include "support/tiles_on_gpu.h"
 
 namespace qs::test {
@@ -20,7 +21,7 @@ __global__ void list_tiles(const Case* cases, std::uint32_t count, std::uint8_t*
   const std::uint32_t i = blockIdx.x * cuda::kThreads + threadIdx.x;
   if (i >= count) return;
   const Case own = cases[i];
-  if (!(own.footprint.gamma > 0) && !P::kKeepsFaint) return;
+  if (!(own.footprint.gamma > 0) && !row_of<P>().keeps_faint) return;
   for_each_tile<P>(own.footprint, own.grid, [&](int tile) { flags[own.first + tile] = 1; });
 }
 

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 #include "support/cull_vectors.h"
 
 namespace qs::test {

@@ -235,7 +235,8 @@ void declare_measuring(Options& options, BenchCommand* c) {
       "measures everything N times and reports how far the medians differ (default: 1)");
   declare_mode_option(
       options, "--baseline", [c](CullMode mode) { c->baseline = mode; },
-      "mode that the ratios are relative to; also prints them per camera (default: 3dgs)");
+      fmt::format("mode that the ratios are relative to; also prints them per camera (default: {})",
+                  kUsualBaseline));
   options.flag("--load", c->load, "measures the stages of reading the scenes instead");
   options.flag("--psnr", c->psnr,
                "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "

@@ -20,9 +20,9 @@ std::vector<std::string> mode_list() {
 
 std::string mode_names() { return joined(mode_list(), ", "); }
 
-// Names separated by commas: a mode, "all" (modes 1 to 6), or "+peers" (the modes of other papers).
-// Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are empty because
-// the command chooses them later.
+// Names separated by commas: a mode, "all" (modes 1 to kCullerCount), or "+peers" (the modes of
+// other papers). Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are
+// empty because the command chooses them later.
 std::vector<CullMode> parse_modes(const std::string& text, const std::vector<CullMode>& usual) {
   std::vector<CullMode> modes;
   const auto add = [&modes](const std::vector<CullMode>& more) {
@@ -78,8 +78,9 @@ void declare_scene(Options& options, FrameOptions& frame) {
 // Who renders, and how.
 void declare_renderer(Options& options, FrameOptions& frame) {
   options.value("--cull", "NAME",
-                "tile culling modes, with commas: " + mode_names() +
-                    "; all = 3dgs to exact, +peers = also those of other papers",
+                fmt::format("tile culling modes, with commas: {}; all = {} to {}, +peers = also "
+                            "those of other papers",
+                            mode_names(), mode_name(1), mode_name(kCullerCount)),
                 {"3dgs", "all", "reference", "quadbox,dualbox", "accutile", "exact", "snugbox"},
                 [&frame, usual = frame.modes](const std::string& text) {
                   frame.modes = parse_modes(text, usual);

@@ -26,8 +26,6 @@ constexpr int kModePanel =
     (kWidth - 2 * kFigureMargin - (kCullerCount - 1) * kSmallGap) / kCullerCount;
 constexpr int kModePanelHeight = 250;
 
-constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
-                   kDual = find_culler("dualbox"), kQuad = find_culler("quadbox");
 const Pen kSquarePen{kInk, 2.5f, 1, 9}, kAdrPen{mode_color(kAdr), 3},
     kDualPen{mode_color(kDual), 3}, kQuadPen{mode_color(kQuad), 2.5f}, kEllipsePen{kRed, 2.5f},
     kPixelPen{kGreen, 3};
@@ -181,9 +179,10 @@ int draw_legend(Image& page, const Fonts& fonts, glm::ivec2 at, const GaussianRe
   const Entry entries[] = {
       {kEllipsePen, kEllipseFill, "where alpha reaches 1/255"},
       {kSquarePen, 0, fmt::format("{}: square of three sigma", mode_name(k3dgs))},
-      {kAdrPen, 0, "adr: bounding box of the ellipse"},
-      {kDualPen, kDualFill, "dualbox: its two major quadrants"},
-      {kQuadPen, kQuadFill, fmt::format("quadbox: also the others, {:.2f} times as large", g.f)},
+      {kAdrPen, 0, fmt::format("{}: bounding box of the ellipse", mode_name(kAdr))},
+      {kDualPen, kDualFill, fmt::format("{}: its two major quadrants", mode_name(kDual))},
+      {kQuadPen, kQuadFill,
+       fmt::format("{}: also the others, {:.2f} times as large", mode_name(kQuad), g.f)},
       {kPixelPen, 0, "the pixel"}};
   for (const Entry& entry : entries) {
     const glm::vec2 low = glm::vec2(at) + glm::vec2(0, 5), high = low + glm::vec2(34, 14);

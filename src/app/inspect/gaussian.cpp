@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "raster/kernel/cull/modes.h"
+
 namespace qs {
 namespace {
 
@@ -18,7 +20,7 @@ glm::dvec2 eigenvalues(const Covariance2<float>& c) {
 }
 
 bool keeps(CullMode mode, const Footprint& footprint) {
-  return footprint.gamma > 0 || with_culler(mode, []<class P>(P) { return P::kKeepsFaint; });
+  return footprint.gamma > 0 || row_of(mode).keeps_faint;
 }
 
 Box quadrant_box(glm::vec2 mean, glm::vec2 reach, int quadrant) {

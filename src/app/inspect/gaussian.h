@@ -11,6 +11,11 @@
 
 namespace qs {
 
+/// The modes that figures and pages explain.
+inline constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
+                          kDual = find_culler("dualbox"), kQuad = find_culler("quadbox"),
+                          kExact = find_culler("exact");
+
 /// In pixel coordinates: the centre of pixel i is at i.
 struct Box {
   glm::vec2 low{0.0f}, high{0.0f};

@@ -146,7 +146,7 @@ std::string format_inspection(const Inspection& inspection) {
       "used: a pixel blends it; hidden: it reaches only stopped pixels; empty: it reaches no "
       "pixel\n";
   for (const ModeTiles& mode : g.modes) {
-    if (mode.mode != find_culler("quadbox") || mode.runs.empty()) continue;
+    if (mode.mode != kQuad || mode.runs.empty()) continue;
     text += '\n';
     text += walk_lines(mode);
   }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 #include "raster/base/error.h"
 
@@ -100,10 +101,10 @@ std::string format_mode_table(std::span<const ModeResult> results) {
   const bool with_psnr = std::any_of(results.begin(), results.end(),
                                      [](const ModeResult& row) { return row.psnr.has_value(); });
   const auto base = std::find_if(results.begin(), results.end(), [](const ModeResult& row) {
-    return row.mode == find_culler("3dgs");
+    return row.mode == find_culler(kUsualBaseline);
   });
   std::string text = fmt::format("{:13}  {:>9}  {:>7}  {:>12}  {:>13}  {:>7}", "mode", "ms", "FPS",
-                                 "pairs", "pairs/visible", "vs 3dgs");
+                                 "pairs", "pairs/visible", fmt::format("vs {}", kUsualBaseline));
   if (with_psnr) text += fmt::format("  {:>7}", "PSNR dB");
   text += "  what it is\n";
   for (const ModeResult& row : results) {

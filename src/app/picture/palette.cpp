@@ -11,14 +11,7 @@ std::string hex_text(glm::vec3 color) {
   return fmt::format("#{:02X}{:02X}{:02X}", to_8bit(color.r), to_8bit(color.g), to_8bit(color.b));
 }
 
-glm::vec3 mode_color(CullMode mode) {
-  // Index = CullMode. Other papers' modes are paler than ours.
-  constexpr glm::vec3 kColors[] = {kGreen,        glm::vec3(0),  kOrange,       kSkyBlue,
-                                   kPurple,       kBlue,         kVermillion,   rgb(0x8FC9A0),
-                                   rgb(0x8C6D31), rgb(0xA39BD0), rgb(0xC9B458), rgb(0xB5838D)};
-  static_assert(std::size(kColors) == kModeCount + 1);
-  return mode < 0 ? kGray : kColors[static_cast<std::size_t>(mode)];
-}
+glm::vec3 mode_color(CullMode mode) { return mode < 0 ? kGray : rgb(row_of(mode).color); }
 
 glm::vec3 plugin_color(std::size_t number) {
   // Colours that no mode has: a dark red, Okabe and Ito's yellow, a brown, grays.

@@ -10,7 +10,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 
 namespace qs {
 

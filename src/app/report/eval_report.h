@@ -14,7 +14,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/image_metrics.h"
 

@@ -7,6 +7,7 @@
 #include "app/measure/measure.h"
 #include "app/measure/statistics.h"
 #include "app/session/session.h"
+#include "raster/kernel/cull/square.h"
 
 namespace qs {
 namespace {

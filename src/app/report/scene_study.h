@@ -32,10 +32,6 @@ std::span<const GaussianQuantity> quantities();
 inline constexpr std::size_t kBins = 12;
 inline constexpr std::size_t kUsualSize = 1;  ///< index of kTileSize in kTileSizes
 
-/// Modes that the study compares by name.
-inline constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
-                          kQuad = find_culler("quadbox"), kExact = find_culler("exact");
-
 inline constexpr int kStudyFrames = 5;  ///< timed frames per mode and view
 
 /// Index of the bin that holds `value`.

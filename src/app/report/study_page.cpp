@@ -139,10 +139,12 @@ class Writer {
     const SceneStudy::Example& example = study_.example;
     const auto pairs = [&](CullMode which) { return grouped(example.pairs[index_of(which)]); };
     html_.paragraph(fmt::format(
-        "Gaussian {} has {} pairs in mode 3dgs, {} in adr, {} in quadbox and {} in exact. Of all "
-        "Gaussians that are completely inside the image, it is the one on which quadbox saves most "
-        "compared with adr.",
-        grouped(example.gaussian), pairs(k3dgs), pairs(kAdr), pairs(kQuad), pairs(kExact)));
+        "Gaussian {} has {} pairs in mode {}, {} in {}, {} in {} and {} in {}. Of all Gaussians "
+        "that are completely inside the image, it is the one on which {} saves most compared with "
+        "{}.",
+        grouped(example.gaussian), pairs(k3dgs), mode_name(k3dgs), pairs(kAdr), mode_name(kAdr),
+        pairs(kQuad), mode_name(kQuad), pairs(kExact), mode_name(kExact), mode_name(kQuad),
+        mode_name(kAdr)));
     for (const CaptionedImage& picture : page_.example)
       html_.picture(picture.image, picture.caption);
   }

@@ -41,7 +41,7 @@ struct FrameOptions {
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
 };
 
-/// Modes 1 to 6: the meaning of `--cull all`.
+/// Modes 1 to kCullerCount: the meaning of `--cull all`.
 std::vector<CullMode> all_modes();
 /// The modes of other papers: the meaning of `--cull +peers`.
 std::vector<CullMode> peer_modes();

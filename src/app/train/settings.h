@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 #include <nlohmann/json_fwd.hpp>
 
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::train {

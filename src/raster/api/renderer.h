@@ -22,7 +22,7 @@
 #include "raster/base/parallel.h"
 #include "raster/base/progress.h"
 #include "raster/kernel/blend.h"
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 #include "raster/kernel/tile_grid.h"
 #include "raster/scene/camera.h"
 #include "raster/scene/gaussian_cloud.h"

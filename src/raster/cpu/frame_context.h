@@ -29,9 +29,8 @@ struct FrameContext {
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
   FootprintRules rules() const {
-    const bool keep_faint =
-        with_culler(settings.mode, []<class P>(P) -> bool { return P::kKeepsFaint; });
-    return {keep_faint, antialiased(), settings.splat_scale, static_cast<float>(settings.dilation)};
+    return {row_of(settings.mode).keeps_faint, antialiased(), settings.splat_scale,
+            static_cast<float>(settings.dilation)};
   }
 
   /// Runs a parallel loop; throws Cancelled when the frame was cancelled.

@@ -27,8 +27,9 @@ struct FrameContext {
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }
-  FootprintRules rules(bool keep_faint) const {
-    return {keep_faint, antialiased(), settings.splat_scale, static_cast<float>(settings.dilation)};
+  FootprintRules rules() const {
+    return {row_of(settings.mode).keeps_faint, antialiased(), settings.splat_scale,
+            static_cast<float>(settings.dilation)};
   }
 
   /// Called between stages. Work that was already enqueued still completes.

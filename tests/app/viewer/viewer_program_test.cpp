@@ -23,7 +23,7 @@
 #include "io/cloud/axes.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
 #include "support/built_scenes.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"

@@ -28,7 +28,7 @@ const test::CullVectors& vectors() {
 template <class P>
 std::set<int> vector_tiles(const CullVector& vector) {
   std::set<int> tiles;
-  if (!(vector.footprint.gamma > 0) && !P::kKeepsFaint) return tiles;
+  if (!(vector.footprint.gamma > 0) && !row_of<P>().keeps_faint) return tiles;
   for_each_tile<P>(vector.footprint, vector.grid, [&](int tile) { tiles.insert(tile); });
   return tiles;
 }
@@ -62,7 +62,7 @@ TEST(CullVectors, are_passed_by_every_mode) {
         const std::set<int> listed = vector_tiles<P>(vector);
         EXPECT_EQ(vector.maps.at(vectors().map_of_mode.at(P::kName)).fault_of(listed), "")
             << P::kName << " " << vector.name;
-        if (!P::kLossless) continue;
+        if (!row_of<P>().lossless) continue;
         for (const int tile : vector.maps.at("needed").must)
           EXPECT_TRUE(listed.contains(tile)) << P::kName << " " << vector.name << " tile " << tile;
       }

@@ -166,10 +166,10 @@ TYPED_TEST(CullerTest, loses_visible_pixels_exactly_when_the_table_says_so) {
       [&](const Footprint& footprint, TileGrid grid, Size) {
         const bool loses = !includes(tile_set<TypeParam>(footprint, grid), *needed++);
         losses += loses;
-        EXPECT_FALSE(loses && TypeParam::kLossless);
+        EXPECT_FALSE(loses && row_of<TypeParam>().lossless);
       },
       kBruteForceDraws);
-  EXPECT_EQ(losses == 0, TypeParam::kLossless);
+  EXPECT_EQ(losses == 0, row_of<TypeParam>().lossless);
 }
 
 TEST(Cullers, qpass_lists_the_same_tiles_as_the_naive_loop) {
@@ -254,6 +254,33 @@ TEST(Cullers, the_table_finds_every_mode_by_its_name_and_nothing_else) {
   EXPECT_EQ(find_culler("quad"), -1);
   EXPECT_EQ(find_culler(""), -1);
   EXPECT_STREQ(kCullers[kDefaultMode].name, "quadbox");
+}
+
+/// The list without its first struct.
+template <class First, class... Rest>
+std::tuple<Rest...> without_first(const std::tuple<First, Rest...>&) {
+  return {};
+}
+
+/// The list with its first two structs exchanged.
+template <class A, class B, class... Rest>
+std::tuple<B, A, Rest...> swapped(const std::tuple<A, B, Rest...>&) {
+  return {};
+}
+
+/// A mode without a row.
+struct Nameless {
+  static constexpr const char* kName = "nameless";
+};
+
+TEST(Cullers, agree_with_the_table_only_in_number_order_and_name) {
+  const AllCullers all;
+  const auto rest = without_first(all);
+  EXPECT_TRUE(agrees_with_table(all));
+  EXPECT_FALSE(agrees_with_table(rest));
+  EXPECT_FALSE(agrees_with_table(swapped(all)));
+  EXPECT_FALSE(agrees_with_table(std::tuple_cat(all, std::tuple<Nameless>())));
+  EXPECT_FALSE(agrees_with_table(std::tuple_cat(std::tuple<Nameless>(), rest)));
 }
 
 }  // namespace

@@ -184,6 +184,8 @@ KeyCommand job_row(int key, int mods, Menu menu, const char* help,
   });
 }
 
+static_assert(kCullerCount <= 9, "every mode has a key of one digit, and 0 is taken");
+
 KeyCommand mode_row(CullMode mode) {
   KeyCommand command = row(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), set_mode, mode);
   command.is_checked = [mode](const Viewer& viewer) { return viewer.settings.mode == mode; };

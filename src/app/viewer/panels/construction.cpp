@@ -44,18 +44,16 @@ void draw_grid(const Figure& figure, const Box& window, const TileGrid& grid) {
     figure.draw.AddLine(figure.at({low.x, y}), figure.at({high.x, y}), kGridLine);
 }
 
-glm::vec3 color_of_mode(const char* name) { return on_dark::mode_color(find_culler(name)); }
-
 void draw_boxes(const Figure& figure, const GaussianReport& gaussian) {
-  figure.outline(gaussian.square, color_of(color_of_mode("3dgs")), 1.5f);
+  figure.outline(gaussian.square, color_of(on_dark::mode_color(k3dgs)), 1.5f);
   if (!gaussian.visible) return;
-  figure.outline(gaussian.adr, color_of(color_of_mode("adr")), 1.5f);
+  figure.outline(gaussian.adr, color_of(on_dark::mode_color(kAdr)), 1.5f);
   for (const Box& box : gaussian.quad_boxes) {
-    figure.fill(box, color_of(color_of_mode("quadbox"), 0.12f));
-    figure.outline(box, color_of(color_of_mode("quadbox")), 1.5f);
+    figure.fill(box, color_of(on_dark::mode_color(kQuad), 0.12f));
+    figure.outline(box, color_of(on_dark::mode_color(kQuad)), 1.5f);
   }
   for (const Box& box : gaussian.dual_boxes)
-    figure.outline(box, color_of(color_of_mode("dualbox")), 1.5f);
+    figure.outline(box, color_of(on_dark::mode_color(kDual)), 1.5f);
   std::vector<ImVec2> ellipse;
   for (const glm::vec2 point : ellipse_of(gaussian.footprint, 96))
     ellipse.push_back(figure.at(point));
@@ -64,11 +62,9 @@ void draw_boxes(const Figure& figure, const GaussianReport& gaussian) {
 }
 
 void draw_construction_legend() {
-  const std::pair<glm::vec3, const char*> entries[] = {{kVermillion, "alpha = 1/255"},
-                                                       {color_of_mode("3dgs"), "3dgs"},
-                                                       {color_of_mode("adr"), "adr"},
-                                                       {color_of_mode("dualbox"), "dualbox"},
-                                                       {color_of_mode("quadbox"), "quadbox"}};
+  std::vector<std::pair<glm::vec3, const char*>> entries = {{kVermillion, "alpha = 1/255"}};
+  for (const CullMode mode : {k3dgs, kAdr, kDual, kQuad})
+    entries.emplace_back(on_dark::mode_color(mode), mode_name(mode));
   bool first = true;
   for (const auto& [color, text] : entries) {
     if (!first) same_line_if_fits(ImGui::CalcTextSize(text).x);

@@ -145,7 +145,7 @@ void draw_inspected(const Viewer& viewer, const Screen& screen) {
   if (inspection.gaussian) {
     const GaussianReport& gaussian = *inspection.gaussian;
     rectangle(gaussian.square.low, gaussian.square.high, IM_COL32(255, 255, 255, 150), 1);
-    rectangle(gaussian.adr.low, gaussian.adr.high, color_of(mode_color(find_culler("adr"))), 1.5f);
+    rectangle(gaussian.adr.low, gaussian.adr.high, color_of(mode_color(kAdr)), 1.5f);
     for (const Box& box : gaussian.quad_boxes)
       rectangle(box.low, box.high, color_of(kSkyBlue), 1.5f);
     std::vector<ImVec2> ellipse;

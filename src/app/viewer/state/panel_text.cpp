@@ -191,7 +191,7 @@ std::string log_time(const LogEntry& entry) {
 std::vector<std::string> hint_texts(const Hints& hints) {
   std::vector<std::string> texts;
   if (hints.turn) texts.emplace_back("drag: turn the view");
-  if (hints.modes) texts.emplace_back("1 to 6: culling modes");
+  if (hints.modes) texts.push_back(fmt::format("1 to {}: culling modes", kCullerCount));
   if (hints.map) texts.emplace_back("H: where the work is");
   return texts;
 }

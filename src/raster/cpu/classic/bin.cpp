@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "raster/kernel/cull/modes.h"
+
 namespace qs::cpu {
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 
 namespace qs::cpu {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "raster/cpu/fast/walks.h"
+#include "raster/kernel/cull/modes.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/tile_rects.cpp"

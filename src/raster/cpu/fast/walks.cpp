@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/walks.h"
 
+#include "raster/kernel/cull/modes.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/walks.cpp"
 #include "raster/cpu/fast/simd.h"

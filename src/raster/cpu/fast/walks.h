@@ -7,7 +7,8 @@
 #pragma once
 
 #include "raster/cpu/fast/survivors.h"
-#include "raster/kernel/cull/modes.h"
+#include "raster/kernel/cull/mode.h"
+#include "raster/kernel/tile_grid.h"
 
 namespace qs::cpu::fast {
 

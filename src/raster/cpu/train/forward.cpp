@@ -10,6 +10,7 @@
 #include "raster/kernel/activation.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/in_view.h"
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/gradient/gaussian.h"
 #include "raster/kernel/sh.h"
 #include "raster/scene/activated_cloud.h"

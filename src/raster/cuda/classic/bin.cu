@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/bin.cuh"
+#include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::classic {
 namespace {

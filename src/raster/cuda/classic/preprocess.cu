@@ -2,6 +2,7 @@
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/classic/preprocess.cuh"
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 
 namespace qs::cuda::classic {
@@ -57,7 +58,7 @@ void preprocess(const FrameContext& frame, Visible& visible) {
   visible.reserve(frame.cloud.count);
   check(cudaMemsetAsync(visible.counters.data(), 0, sizeof(Counters), frame.stream), "preprocess");
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const FootprintRules rules = frame.rules(P::kKeepsFaint);
+    const FootprintRules rules = frame.rules();
     const PreprocessInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,
                              frame.sh_degree(), frame.grid};
     launch("preprocess", preprocess_gaussians<P>, blocks_for(std::uint64_t{frame.cloud.count} + 1),

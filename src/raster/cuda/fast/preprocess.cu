@@ -9,6 +9,7 @@
 #include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/fast/schedule.cuh"
 #include "raster/kernel/blend.h"
+#include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
 
 namespace qs::cuda::fast {
@@ -345,7 +346,7 @@ void project(const FrameContext& frame, const FrameSize& size, Visible& visible,
   const View<float> view = make_view<float>(frame.camera);
   const unsigned blocks = blocks_for(cloud.count);
   with_culler(frame.settings.mode, [&]<class P>(P) {
-    const FootprintRules rules = frame.rules(P::kKeepsFaint);
+    const FootprintRules rules = frame.rules();
     launch("preprocess", find_shown_blocks, std::max(blocks_for(blocks), kFindGrid), frame.stream,
            Frustum(view, rules, frame.grid), cloud.bounds, blocks, visible.view().shown,
            to_clear.begin, to_clear.words);

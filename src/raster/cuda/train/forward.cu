@@ -10,6 +10,7 @@
 #include "raster/cuda/train/segment.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
+#include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::train {
 namespace {
@@ -158,8 +159,8 @@ void project(const StepView& view, const FrameContext& context, Parameters& para
         "project");
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      const ProjectInput in{parameters.view(), make_view<float>(view.camera),
-                            context.rules(P::kKeepsFaint), context.sh_degree(), context.grid};
+      const ProjectInput in{parameters.view(), make_view<float>(view.camera), context.rules(),
+                            context.sh_degree(), context.grid};
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
              ProjectOutput{visible.view(), frame.order.buffers.keys.data(),
                            frame.order.buffers.values.data(), frame.total.sum.data(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/warp.cuh"
+#include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::train {
 namespace {

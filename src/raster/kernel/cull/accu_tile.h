@@ -48,10 +48,6 @@ struct AccuTileWalk {
 
 struct AccuTile {
   static constexpr const char* kName = "accutile";
-  static constexpr const char* kSummary =
-      "Speedy-Splat: tiles of SnugBox that the ellipse spans in their line, loses parts of needles";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD AccuTileWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {

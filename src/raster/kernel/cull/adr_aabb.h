@@ -10,9 +10,6 @@ namespace qs {
 
 struct AdrAabb {
   static constexpr const char* kName = "adr";
-  static constexpr const char* kSummary = "tight axis-aligned box of the visible ellipse";
-  static constexpr bool kLossless = true;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD RectWalk walk(const Footprint& footprint, TileGrid grid) {

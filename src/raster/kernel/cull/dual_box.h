@@ -10,9 +10,6 @@ namespace qs {
 
 struct DualBox {
   static constexpr const char* kName = "dualbox";
-  static constexpr const char* kSummary = "only the two boxes along the major axis, loses quality";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD QuadBoxWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {

@@ -55,10 +55,6 @@ struct ExactWalk {
 
 struct Exact {
   static constexpr const char* kName = "exact";
-  static constexpr const char* kSummary =
-      "tiles whose pixel centres the ellipse really meets, the lower bound";
-  static constexpr bool kLossless = true;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD ExactWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {

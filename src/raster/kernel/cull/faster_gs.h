@@ -13,10 +13,6 @@ namespace qs {
 
 struct FasterGs {
   static constexpr const char* kName = "faster-gs";
-  static constexpr const char* kSummary =
-      "Faster-GS: tiles in which alpha reaches 1/255, of a tight box, loses parts of needles";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD TestedWalk<LargestAlphaTest<kTilePx>> walk(const Footprint& footprint,

@@ -39,10 +39,6 @@ struct EdgeTest {
 
 struct FlashGs {
   static constexpr const char* kName = "flashgs";
-  static constexpr const char* kSummary =
-      "FlashGS: tiles whose rectangle meets the ellipse, loses parts of needles";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD TestedWalk<EdgeTest<kTilePx>> walk(const Footprint& footprint, TileGrid grid) {

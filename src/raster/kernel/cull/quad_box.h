@@ -92,10 +92,6 @@ struct QuadBoxWalk {
 
 struct QuadBox {
   static constexpr const char* kName = "quadbox";
-  static constexpr const char* kSummary =
-      "four boxes hugging the ellipse, walked in one pass (QPass)";
-  static constexpr bool kLossless = true;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD QuadBoxWalk<kTilePx> walk(const Footprint& footprint, TileGrid grid) {
@@ -107,9 +103,6 @@ struct QuadBox {
 
 struct QuadBoxNaive {
   static constexpr const char* kName = "quadbox-naive";
-  static constexpr const char* kSummary = "the same four boxes looped one by one, without QPass";
-  static constexpr bool kLossless = true;
-  static constexpr bool kKeepsFaint = false;
 
   /// Calls visit(column, row) for the tiles within `window`, box by box, without the tiles that an
   /// earlier box contains.

@@ -13,10 +13,6 @@ namespace qs {
 
 struct SnugBox {
   static constexpr const char* kName = "snugbox";
-  static constexpr const char* kSummary =
-      "Speedy-Splat: box of the visible ellipse from its conic, loses parts of needles";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   /// The |v| at which u is largest on p u^2 + 2b u v + r v^2 = t.
   static QS_HD float v_at_largest_u(float p, float b, float r, float t) {

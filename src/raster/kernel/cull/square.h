@@ -10,9 +10,6 @@ namespace qs {
 
 struct Square {
   static constexpr const char* kName = "3dgs";
-  static constexpr const char* kSummary = "square of 3 standard deviations, cuts what lies beyond";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = true;
 
   /// The covariance's larger eigenvalue, px^2. Its root has a lower bound, as in 3DGS.
   static QS_HD float larger_variance(const Footprint& footprint) {

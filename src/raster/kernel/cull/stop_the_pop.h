@@ -47,10 +47,6 @@ struct LargestAlphaTest {
 
 struct StopThePop {
   static constexpr const char* kName = "stopthepop";
-  static constexpr const char* kSummary =
-      "StopThePop: tiles in which alpha reaches 1/255, of a square, loses parts of needles";
-  static constexpr bool kLossless = false;
-  static constexpr bool kKeepsFaint = false;
 
   template <int kTilePx = kTileSize>
   static QS_HD TestedWalk<LargestAlphaTest<kTilePx>> walk(const Footprint& footprint,

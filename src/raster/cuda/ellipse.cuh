@@ -6,7 +6,7 @@
 #include "raster/cuda/flush.cuh"
 #include "raster/kernel/cull/culler.h"
 
-namespace qs::cuda::fast {
+namespace qs::cuda {
 
 /// The ellipse in which alpha >= 1/255, relative to the mean. In the row v pixels below the mean it
 /// spans slope v +- sqrt(half2 - narrowing v^2), if |v| <= y_max. It is enlarged by a margin for
@@ -27,4 +27,4 @@ __device__ inline AlphaEllipse ellipse_of(const Footprint& footprint) {
   return {max.y, -conic.y / conic.x, -conic.y / conic.z * max.x, half2, half2 / (max.y * max.y)};
 }
 
-}  // namespace qs::cuda::fast
+}  // namespace qs::cuda

@@ -5,7 +5,7 @@
 
 #include "raster/cuda/scan_and_sort.cuh"
 
-namespace qs::cuda::classic {
+namespace qs::cuda {
 namespace {
 
 /// CUB algorithms are called twice: the first call returns the scratch size that the second needs.
@@ -17,7 +17,7 @@ std::size_t scratch_bytes(const Call& call, const char* what) {
 }
 
 template <class Call>
-void run(const Call& call, Scratch& scratch, const char* what) {
+void run(const Call& call, DeviceBuffer<std::byte>& scratch, const char* what) {
   std::size_t bytes = scratch_bytes(call, what);
   scratch.reserve(what, bytes);
   check(call(scratch.data(), bytes), what);
@@ -34,7 +34,7 @@ auto sort_call(cub::DoubleBuffer<Key>& keys, cub::DoubleBuffer<std::uint32_t>& v
 }  // namespace
 
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
-                   Scratch& scratch, cudaStream_t stream) {
+                   DeviceBuffer<std::byte>& scratch, cudaStream_t stream) {
   const auto call = [&](void* memory, std::size_t& bytes) {
     // CUB accumulates in the type of the initial value.
     return cub::DeviceScan::ExclusiveScan(memory, bytes, counts, sums, ::cuda::std::plus<>{},
@@ -82,4 +82,4 @@ template struct SortBuffers<std::uint64_t>;
 template void sort_pairs(SortBuffers<std::uint32_t>&, std::uint32_t, int, cudaStream_t);
 template void sort_pairs(SortBuffers<std::uint64_t>&, std::uint32_t, int, cudaStream_t);
 
-}  // namespace qs::cuda::classic
+}  // namespace qs::cuda

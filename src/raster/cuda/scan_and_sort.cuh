@@ -9,13 +9,11 @@
 
 #include "raster/cuda/device_buffer.cuh"
 
-namespace qs::cuda::classic {
-
-using Scratch = DeviceBuffer<std::byte>;
+namespace qs::cuda {
 
 /// sums[i] = counts[0] + ... + counts[i - 1], in 64 bits; `counts` and `sums` have `size` elements.
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
-                   Scratch& scratch, cudaStream_t stream);
+                   DeviceBuffer<std::byte>& scratch, cudaStream_t stream);
 
 /// Two buffers each for keys and values: every sorting pass moves them from one to the other. `Key`
 /// is std::uint32_t or std::uint64_t.
@@ -23,7 +21,7 @@ template <class Key>
 struct SortBuffers {
   DeviceBuffer<Key> keys, other_keys;
   DeviceBuffer<std::uint32_t> values, other_values;
-  Scratch scratch;
+  DeviceBuffer<std::byte> scratch;
 
   /// Makes room for `size` pairs and for sorting them. Throws Error(device) with the total size if
   /// memory is short.
@@ -35,4 +33,4 @@ struct SortBuffers {
 template <class Key>
 void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cudaStream_t stream);
 
-}  // namespace qs::cuda::classic
+}  // namespace qs::cuda

@@ -7,7 +7,7 @@
 
 #include "raster/cuda/check.cuh"
 
-namespace qs::cuda::fast {
+namespace qs::cuda {
 
 inline constexpr unsigned kWarp = 32;
 inline constexpr unsigned kAllLanes = 0xffffffffu;
@@ -96,4 +96,4 @@ __device__ BlockSum<T> sum_of_block(T value) {
   return sum;
 }
 
-}  // namespace qs::cuda::fast
+}  // namespace qs::cuda

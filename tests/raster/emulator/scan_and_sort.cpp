@@ -6,10 +6,10 @@
 #include <numeric>
 #include <vector>
 
-namespace qs::cuda::classic {
+namespace qs::cuda {
 
-void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size, Scratch&,
-                   cudaStream_t) {
+void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
+                   DeviceBuffer<std::byte>&, cudaStream_t) {
   std::exclusive_scan(counts, counts + size, sums, std::uint64_t{0});
 }
 
@@ -41,4 +41,4 @@ template struct SortBuffers<std::uint64_t>;
 template void sort_pairs(SortBuffers<std::uint32_t>&, std::uint32_t, int, cudaStream_t);
 template void sort_pairs(SortBuffers<std::uint64_t>&, std::uint32_t, int, cudaStream_t);
 
-}  // namespace qs::cuda::classic
+}  // namespace qs::cuda

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/classic/bin.cuh"
+#include "raster/cuda/pair_limit.cuh"
 #include "raster/kernel/cull/modes.h"
 
 namespace qs::cuda::classic {
@@ -9,7 +10,7 @@ namespace {
 /// than the preprocess kernel counted.
 template <class P>
 __global__ void __launch_bounds__(kThreads)
-    duplicate(VisibleView visible, std::uint32_t gaussians, TileGrid grid,
+    duplicate(ClassicVisibleView visible, std::uint32_t gaussians, TileGrid grid,
               const std::uint64_t* offsets, std::uint64_t* keys, std::uint32_t* values) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= gaussians || visible.tile_counts[i] == 0) return;
@@ -25,7 +26,7 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 // Finds offsets and the number of pairs, and makes room for the pairs.
-void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
+void count_pairs(const FrameContext& frame, ClassicVisible& visible, ClassicPairs& pairs) {
   const std::uint32_t gaussians = frame.cloud.count;
   pairs.count = 0;
   pairs.offsets.reserve("the frame's Gaussians", std::size_t{gaussians} + 1);
@@ -43,7 +44,7 @@ void count_pairs(const FrameContext& frame, Visible& visible, TilePairs& pairs) 
 
 }  // namespace
 
-void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs) {
+void bin(const FrameContext& frame, ClassicVisible& visible, ClassicPairs& pairs) {
   count_pairs(frame, visible, pairs);
   if (pairs.count == 0) return;
   const std::uint32_t gaussians = frame.cloud.count;

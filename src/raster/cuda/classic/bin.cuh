@@ -13,7 +13,7 @@ inline constexpr int kDepthBits = 32;  ///< of a key
 
 /// Keys are tile << kDepthBits | bits of the depth; values are indices in the cloud, ascending
 /// before sort().
-struct TilePairs {
+struct ClassicPairs {
   SortBuffers<std::uint64_t> buffers;
   DeviceBuffer<std::uint64_t> offsets;  ///< per Gaussian: its first pair; last: number of pairs
   PinnedValue<std::uint64_t> total;     ///< number of pairs, copied to the host
@@ -22,6 +22,6 @@ struct TilePairs {
 
 /// Waits for the GPU to count the pairs: the only synchronisation within a frame. Throws
 /// Error(device) if there are too many pairs to index or to fit into memory.
-void bin(const FrameContext& frame, Visible& visible, TilePairs& pairs);
+void bin(const FrameContext& frame, ClassicVisible& visible, ClassicPairs& pairs);
 
 }  // namespace qs::cuda::classic

@@ -39,7 +39,7 @@ __device__ bool counts(float log2_alpha, const LogSplat& splat) {
 /// kMarksUsed: fills BlendOutput::used, which costs one store per contribution.
 template <bool kMarksUsed>
 __global__ void __launch_bounds__(kThreads)
-    blend_tiles(Input in, BlendOutput out, Counters* counters) {
+    blend_tiles(Input in, BlendOutput out, ClassicCounters* counters) {
   __shared__ LogSplat batch[kThreads];
   const unsigned tile = blockIdx.x, thread = threadIdx.x;
   const int x = static_cast<int>(tile % in.columns * kTileSize + thread % kTileSize);
@@ -88,7 +88,7 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
+void blend(const FrameContext& frame, ClassicVisible& visible, const ClassicPairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels) {
   pixels.reserve(frame.camera, outputs);
   pixels.reserve_used(outputs, pairs.count);

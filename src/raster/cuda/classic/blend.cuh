@@ -9,8 +9,8 @@
 
 namespace qs::cuda::classic {
 
-/// Fills the parts of `pixels` that `outputs` requests, and Counters::max_pairs_in_a_tile.
-void blend(const FrameContext& frame, Visible& visible, const TilePairs& pairs,
+/// Fills the parts of `pixels` that `outputs` requests, and ClassicCounters::max_pairs_in_a_tile.
+void blend(const FrameContext& frame, ClassicVisible& visible, const ClassicPairs& pairs,
            const TileLists& lists, const Outputs& outputs, Pixels& pixels);
 
 }  // namespace qs::cuda::classic

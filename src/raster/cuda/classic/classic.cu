@@ -53,8 +53,8 @@ void ClassicPipeline::append_gaussians(const FrameContext& frame, Trace& trace) 
   };
   const auto tiles = on_host(visible_.tile_counts);
   const auto depths = on_host(visible_.depths);
-  auto means = on_host(visible_.means), conics = on_host(visible_.conics);
-  auto levels = on_host(visible_.levels);
+  auto means = on_host(visible_.footprints.means), conics = on_host(visible_.footprints.conics);
+  auto levels = on_host(visible_.footprints.levels);
   const auto splats = on_host(visible_.splats);
   const FootprintArrays footprints{means.data(), conics.data(), levels.data()};
   for (std::size_t i = 0; i < size; ++i) {

@@ -25,9 +25,9 @@ class ClassicPipeline {
   void append_gaussians(const FrameContext& frame, Trace& trace) const;
   std::vector<ListRange> list_ranges(const FrameContext& frame) const;
 
-  PinnedValue<Counters> counters_;
-  Visible visible_;
-  TilePairs pairs_;
+  PinnedValue<ClassicCounters> counters_;
+  ClassicVisible visible_;
+  ClassicPairs pairs_;
   TileLists lists_;
 };
 

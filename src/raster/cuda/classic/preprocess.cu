@@ -18,7 +18,7 @@ struct PreprocessInput {
 
 template <class P>
 __global__ void __launch_bounds__(kThreads)
-    preprocess_gaussians(PreprocessInput in, VisibleView out) {
+    preprocess_gaussians(PreprocessInput in, ClassicVisibleView out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   std::uint32_t tiles = 0;
   ActiveGaussian gaussian;
@@ -44,19 +44,18 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void Visible::reserve(std::size_t gaussians) {
+void ClassicVisible::reserve(std::size_t gaussians) {
   tile_counts.reserve("the frame's Gaussians", gaussians + 1);
   depths.reserve("the frame's Gaussians", gaussians);
-  means.reserve("the frame's Gaussians", gaussians);
-  conics.reserve("the frame's Gaussians", gaussians);
-  levels.reserve("the frame's Gaussians", gaussians);
+  footprints.reserve("the frame's Gaussians", gaussians);
   splats.reserve("the frame's Gaussians", gaussians);
   counters.reserve("the frame's counters", 1);
 }
 
-void preprocess(const FrameContext& frame, Visible& visible) {
+void preprocess(const FrameContext& frame, ClassicVisible& visible) {
   visible.reserve(frame.cloud.count);
-  check(cudaMemsetAsync(visible.counters.data(), 0, sizeof(Counters), frame.stream), "preprocess");
+  check(cudaMemsetAsync(visible.counters.data(), 0, sizeof(ClassicCounters), frame.stream),
+        "preprocess");
   with_culler(frame.settings.mode, [&]<class P>(P) {
     const FootprintRules rules = frame.rules();
     const PreprocessInput in{frame.cloud.view(), make_view<float>(frame.camera), rules,

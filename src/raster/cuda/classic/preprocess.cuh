@@ -5,6 +5,7 @@
 // undefined.
 #pragma once
 
+#include "raster/cuda/footprint_arrays.cuh"
 #include "raster/cuda/frame_context.cuh"
 #include "raster/kernel/blend.h"
 
@@ -42,61 +43,36 @@ struct alignas(16) LogSplat {
   }
 };
 
-/// Footprints in three arrays with elements of 16, 16 and 8 bytes.
-struct FootprintArrays {
-  float4* means;   ///< mean x, y, covariance xx, xy
-  float4* conics;  ///< covariance yy, conic a, b, c
-  float2* levels;  ///< determinant, gamma
-
-  QS_HD Footprint load(std::size_t i) const {
-    const float4 m = means[i], c = conics[i];
-    const float2 l = levels[i];
-    return {{m.x, m.y}, {m.z, m.w, c.x}, {c.y, c.z, c.w}, l.x, l.y};
-  }
-
-  QS_HD void store(std::size_t i, const Footprint& f) const {
-    const Covariance2<float>& s = f.covariance;
-    means[i] = {f.mean_px.x, f.mean_px.y, s.xx, s.xy};
-    conics[i] = {s.yy, f.conic.x, f.conic.y, f.conic.z};
-    levels[i] = {f.determinant, f.gamma};
-  }
-};
-
 /// Counted by the frame's kernels; reset to zero at the start of preprocess().
-struct Counters {
+struct ClassicCounters {
   std::uint32_t visible;
   std::uint32_t max_pairs_in_a_tile;
 };
 
 /// The pointers that kernels use. Passed by value.
-struct VisibleView {
+struct ClassicVisibleView {
   std::uint32_t* tile_counts;  ///< 0 = not visible; one more element than Gaussians, always 0
   float* depths;               ///< view z
   FootprintArrays footprints;
   LogSplat* splats;
-  Counters* counters;
+  ClassicCounters* counters;
 };
 
-struct Visible {
+struct ClassicVisible {
   DeviceBuffer<std::uint32_t> tile_counts;
   DeviceBuffer<float> depths;
-  DeviceBuffer<float4> means, conics;
-  DeviceBuffer<float2> levels;
+  FootprintBuffers footprints;
   DeviceBuffer<LogSplat> splats;
-  DeviceBuffer<Counters> counters;
+  DeviceBuffer<ClassicCounters> counters;
 
   void reserve(std::size_t gaussians);
 
-  VisibleView view() {
-    return {tile_counts.data(),
-            depths.data(),
-            {means.data(), conics.data(), levels.data()},
-            splats.data(),
-            counters.data()};
+  ClassicVisibleView view() {
+    return {tile_counts.data(), depths.data(), footprints.arrays(), splats.data(), counters.data()};
   }
 };
 
 /// A Gaussian is visible if the frame's culling mode assigns it at least one tile.
-void preprocess(const FrameContext& frame, Visible& visible);
+void preprocess(const FrameContext& frame, ClassicVisible& visible);
 
 }  // namespace qs::cuda::classic

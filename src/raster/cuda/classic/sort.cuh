@@ -5,19 +5,10 @@
 #pragma once
 
 #include "raster/cuda/classic/bin.cuh"
+#include "raster/cuda/tile_lists.cuh"
 
 namespace qs::cuda::classic {
 
-struct TileLists {
-  DeviceBuffer<uint2> ranges;  ///< per tile: its list is the pairs [x, y)
-};
-
-void sort(const FrameContext& frame, TilePairs& pairs, TileLists& lists);
-
-/// The same for `count` pairs of any origin, whose keys have the tile from bit `tile_bit` on. Pairs
-/// of equal keys keep their order.
-template <class Key>
-void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
-                  cudaStream_t stream, TileLists& lists);
+void sort(const FrameContext& frame, ClassicPairs& pairs, TileLists& lists);
 
 }  // namespace qs::cuda::classic

@@ -118,8 +118,8 @@ struct Appended {
     return true;
   }
 
-  __device__ unsigned tiles_in(int column, int row, std::uint32_t place, const VisibleView& visible,
-                               TileGrid grid) const {
+  __device__ unsigned tiles_in(int column, int row, std::uint32_t place,
+                               const FastVisibleView& visible, TileGrid grid) const {
     constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
     static_assert(kColumns == 4 && kRows == 2);
     if constexpr (!kWalks<P>) {
@@ -178,7 +178,7 @@ struct StagedEntry {
 /// work and call visit() together.
 template <class P, class Visit>
 __device__ void for_each_macro_tile(const Appended<P>* gaussians, std::uint32_t first_place,
-                                    const VisibleView& visible, const MacroTiles& macro_tiles,
+                                    const FastVisibleView& visible, const MacroTiles& macro_tiles,
                                     TileGrid grid, const Visit& visit) {
   static_assert(sizeof(Appended<P>) / sizeof(std::uint32_t) % 2 == 1);
   const Appended<P>& mine = gaussians[lane_index()];

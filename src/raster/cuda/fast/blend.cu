@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/fast/schedule.cuh"
 #include "raster/cuda/fast/segments.cuh"
+#include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBlendThreads = kTileWarps * kWarp;
+constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
 constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
 constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
 constexpr unsigned kJoinBlocks = 256;                 // share the long lists
@@ -18,7 +18,7 @@ template <bool kMaps>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, std::uint32_t longest) {
   constexpr Cut kCut = Walk<kMaps>::kCut;
-  __shared__ Rings<kMaps> rings[kTileWarps];
+  __shared__ Rings<kMaps> rings[kHalfTiles];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
   const ListRange range = in.ranges[tile];
@@ -92,7 +92,7 @@ template <bool kAgain>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
   constexpr Cut kCut = Cut::flush;
-  __shared__ Rings<false> rings[kTileWarps];
+  __shared__ Rings<false> rings[kHalfTiles];
   const std::uint32_t count = min(view.counters->segments, view.capacity);
   for (;;) {
     std::uint32_t turn = 2 * count;
@@ -178,14 +178,14 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
   }
 }
 
-ListInput input_of(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+ListInput input_of(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
                    const Scratch& scratch) {
   return ListInput::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats);
 }
 
 }  // namespace
 
-void blend(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+void blend(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
            const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
          Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
@@ -195,13 +195,13 @@ void blend(const FrameContext& frame, const Visible& visible, const TilePairs& p
          scratch.segments.longest_uncut);
 }
 
-void count_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+void count_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
                       const Scratch& scratch) {
   launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
          input_of(frame, visible, pairs, scratch));
 }
 
-void blend_long_lists(const FrameContext& frame, const Visible& visible, const TilePairs& pairs,
+void blend_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
                       const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
   const ListInput in = input_of(frame, visible, pairs, scratch);
   const Blocks blocks(kSegmentBlocks, kBlendThreads);

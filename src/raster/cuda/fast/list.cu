@@ -69,7 +69,7 @@ std::uint32_t most_in_shared_memory() {
 }
 
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                TilePairs& pairs) {
+                FastPairs& pairs) {
   const bool lists_all = !size.macro.keeps_whole() && !size.macro.has_slices();
   launch("sort", list_usual_macro_tiles,
          Blocks(static_cast<unsigned>(scratch.macro_tiles.count()), kUsualThreads,
@@ -78,7 +78,7 @@ void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scrat
 }
 
 void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                TilePairs& pairs, cudaStream_t stream) {
+                FastPairs& pairs, cudaStream_t stream) {
   const auto count = static_cast<unsigned>(scratch.macro_tiles.count());
   launch("sort", list_whole_macro_tiles,
          Blocks(std::min(count, kWholeBlocks), kLargeThreads,

@@ -9,7 +9,7 @@
 
 namespace qs::cuda::fast {
 
-struct TilePairs {
+struct FastPairs {
   DeviceBuffer<std::uint32_t> gaussians;  ///< the lists of all tiles, front to back
 
   void reserve(const FrameSize& size) {
@@ -24,16 +24,16 @@ std::uint32_t most_in_shared_memory();
 /// the lists' ranges and schedule. Also counts the pairs. Pairs beyond size.pair_capacity are
 /// counted but not written. For macro-tiles with less than kUsual Gaussians.
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                TilePairs& pairs);
+                FastPairs& pairs);
 
 /// The same for macro-tiles with at least kUsual Gaussians. Macro-tiles beyond size.macro.capacity
 /// list nothing.
 void list_whole(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                TilePairs& pairs, cudaStream_t stream);
+                FastPairs& pairs, cudaStream_t stream);
 
 /// The same if these macro-tiles are cut into slices. Slices and spilled entries beyond the
 /// capacities of size.macro are counted but not listed.
 void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                 TilePairs& pairs, cudaStream_t stream);
+                 FastPairs& pairs, cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

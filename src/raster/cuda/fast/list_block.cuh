@@ -6,8 +6,8 @@
 
 #include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/macro_sort.cuh"
-#include "raster/cuda/fast/schedule.cuh"
 #include "raster/cuda/fast/segments.cuh"
+#include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 
@@ -27,7 +27,7 @@ struct Lists {
   SegmentsView segments;
 
   static Lists of(const FrameContext& frame, const FrameSize& size, const Scratch& scratch,
-                  TilePairs& pairs) {
+                  FastPairs& pairs) {
     return {frame.grid,          scratch.ranges,   pairs.gaussians.data(), size.pair_capacity,
             scratch.class_sizes, scratch.schedule, scratch.segments};
   }
@@ -46,7 +46,7 @@ __device__ inline TileRect tiles_of(const MacroTiles& macro_tiles, std::uint32_t
 /// writes its range and schedule. Returns the place of the tile's list. One warp calls it.
 __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& window,
                                            std::uint32_t length) {
-  Counters* const counters = out.segments.counters;
+  FastCounters* const counters = out.segments.counters;
   const unsigned lane = lane_index();
   const int row = window.rows.begin + static_cast<int>(lane) / MacroTiles::kColumns;
   const int column = window.columns.begin + static_cast<int>(lane) % MacroTiles::kColumns;

@@ -8,6 +8,7 @@
 #include "raster/cuda/depth.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/pipeline.cuh"
+#include "raster/cuda/pair_limit.cuh"
 
 namespace qs::cuda::fast {
 namespace {
@@ -19,8 +20,9 @@ bool needs_color(const Outputs& outputs) {
 
 /// Writes the depths of visible Gaussians by their index in the file, as lists have it.
 __global__ void __launch_bounds__(kBlockGaussians)
-    store_depths(const Counters* counters, VisibleView visible, const std::uint32_t* file_indices,
-                 std::uint32_t count, std::uint32_t nearest, float* depths) {
+    store_depths(const FastCounters* counters, FastVisibleView visible,
+                 const std::uint32_t* file_indices, std::uint32_t count, std::uint32_t nearest,
+                 float* depths) {
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
@@ -41,7 +43,7 @@ std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
 
-bool MacroSizePolicy::fits(const Counters& counters, const MacroSize& size) {
+bool MacroSizePolicy::fits(const FastCounters& counters, const MacroSize& size) {
   if (size.has_slices()) {
     return counters.spilled <= size.spilled && counters.slices <= size.slices &&
            counters.fullest_slice <= size.slice_capacity;
@@ -50,7 +52,7 @@ bool MacroSizePolicy::fits(const Counters& counters, const MacroSize& size) {
   return fullest < MacroTiles::kUsual || (size.keeps_whole() && fullest <= size.capacity);
 }
 
-std::optional<MacroSize> MacroSizePolicy::next(const Counters& counters,
+std::optional<MacroSize> MacroSizePolicy::next(const FastCounters& counters,
                                                const FrameSize& size) const {
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
   constexpr std::uint32_t kStep = 1024;
@@ -65,7 +67,7 @@ std::optional<MacroSize> MacroSizePolicy::next(const Counters& counters,
   return sliced(counters, size.macro);
 }
 
-std::optional<MacroSize> MacroSizePolicy::sliced(const Counters& counters,
+std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
                                                  const MacroSize& before) const {
   const auto log2_distance_of = [](std::uint32_t target) {
     return static_cast<std::uint32_t>(std::bit_width(target / Slicing::kLeastSamples)) - 1;

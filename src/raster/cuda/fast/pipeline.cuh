@@ -28,14 +28,14 @@ class MacroSizePolicy {
   explicit MacroSizePolicy(std::uint32_t most) : most_(most) {}
 
   /// True if a frame of this size with these counters listed all its Gaussians.
-  static bool fits(const Counters& counters, const MacroSize& size);
+  static bool fits(const FastCounters& counters, const MacroSize& size);
 
   /// Size for the frame after a frame of `size` with these counters, or for drawing that frame
   /// again. Unset if no size can draw this view.
-  std::optional<MacroSize> next(const Counters& counters, const FrameSize& size) const;
+  std::optional<MacroSize> next(const FastCounters& counters, const FrameSize& size) const;
 
  private:
-  std::optional<MacroSize> sliced(const Counters& counters, const MacroSize& before) const;
+  std::optional<MacroSize> sliced(const FastCounters& counters, const MacroSize& before) const;
 
   std::uint32_t most_;
 };
@@ -70,10 +70,10 @@ class FastPipeline {
   Stream full_stream_;  // for full macro-tiles
   Event projected_, listed_, colored_, scheduled_, blended_;
   Graph graph_;
-  PinnedValue<Counters> counters_;
+  PinnedValue<FastCounters> counters_;
   Scratch scratch_;
-  Visible visible_;
-  TilePairs pairs_;
+  FastVisible visible_;
+  FastPairs pairs_;
   DeviceBuffer<float> depths_;  // by index in the file, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next

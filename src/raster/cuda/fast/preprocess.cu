@@ -7,7 +7,7 @@
 #include "raster/cuda/dynamic_shared.cuh"
 #include "raster/cuda/fast/append.cuh"
 #include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/fast/schedule.cuh"
+#include "raster/cuda/schedule.cuh"
 #include "raster/kernel/blend.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/sh.h"
@@ -23,7 +23,7 @@ struct ProjectInput {
   std::uint32_t nearest_bits;  // of the depth whose key is 0
 };
 
-/// Sets VisibleView::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
+/// Sets FastVisibleView::shown, a thread per block of Gaussians, and clears memory: 64-bit words.
 __global__ void __launch_bounds__(kThreads)
     find_shown_blocks(Frustum frustum, const BlockBounds* bounds, unsigned blocks,
                       std::uint8_t* shown, std::uint64_t* to_clear, std::size_t words) {
@@ -52,9 +52,9 @@ constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large
 /// additions to the same counter would take longer than all other work. All threads of a block call
 /// it together.
 template <class P>
-__device__ void project_block(const ProjectInput& in, const VisibleView& out,
+__device__ void project_block(const ProjectInput& in, const FastVisibleView& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
-                              Counters* counters, std::uint32_t block) {
+                              FastCounters* counters, std::uint32_t block) {
   __shared__ Appended<P> appended[kThreads];
   __shared__ std::uint32_t file_indices[kThreads];
   __shared__ std::uint32_t staged_count, staged[kStagedEntries];
@@ -136,8 +136,8 @@ __device__ void project_block(const ProjectInput& in, const VisibleView& out,
 /// whether the view may show it.
 template <class P>
 __global__ void __launch_bounds__(kThreads, kProjectBlocks)
-    project_and_append(ProjectInput in, VisibleView out, MacroTiles macro_tiles,
-                       std::uint32_t* large, Counters* counters) {
+    project_and_append(ProjectInput in, FastVisibleView out, MacroTiles macro_tiles,
+                       std::uint32_t* large, FastCounters* counters) {
   __shared__ std::uint32_t shown_count, shown[kThreads];
   const std::uint32_t blocks = (in.cloud.count + kBlockGaussians - 1) / kBlockGaussians;
   for (std::uint32_t first = blockIdx.x; first < blocks; first += gridDim.x * kThreads) {
@@ -157,7 +157,8 @@ __global__ void __launch_bounds__(kThreads, kProjectBlocks)
 
 /// Determines the number of slices of each full macro-tile, and numbers the slices. All threads of
 /// one block call it together. The full macro-tiles are the first `count` in the order.
-__device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Counters* counters) {
+__device__ void number_slices(const MacroTiles& tiles, std::uint32_t count,
+                              FastCounters* counters) {
   const std::uint32_t target = tiles.slicing.size.slice_target;
   const volatile std::uint32_t* const counts = tiles.counts;
   std::uint32_t sum = 0;
@@ -174,7 +175,7 @@ __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count, Coun
 
 /// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All
 /// threads of one block call it together.
-__device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
+__device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
   __shared__ std::uint32_t fullest, full;
   const auto count = static_cast<unsigned>(tiles.count());
@@ -216,8 +217,8 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, Counters* counters) {
 /// orders the macro-tiles.
 template <class P>
 __global__ void __launch_bounds__(kAppendThreads)
-    append_large(CloudView cloud, TileGrid grid, VisibleView visible, MacroTiles macro_tiles,
-                 const std::uint32_t* large, Counters* counters) {
+    append_large(CloudView cloud, TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
+                 const std::uint32_t* large, FastCounters* counters) {
   __shared__ Span runs[kLargeLines];
   const std::uint32_t count = counters->large;
   for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
@@ -308,13 +309,13 @@ struct ColorInput {
   CloudView cloud;
   glm::vec3 camera;  // world
   int sh_degree;
-  const Counters* counters;
+  const FastCounters* counters;
 };
 
 /// kHalves: the scene has CloudView::sh_halves.
 template <bool kHalves>
 __global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
-    color_gaussians(ColorInput in, VisibleView visible) {
+    color_gaussians(ColorInput in, FastVisibleView visible) {
   const std::uint32_t blocks = in.counters->visible_blocks;
   for (std::uint32_t b = blockIdx.x; b < blocks; b += gridDim.x) {
     const std::uint32_t i = visible.blocks[b] * kBlockGaussians + threadIdx.x;
@@ -332,7 +333,7 @@ __global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
 
 }  // namespace
 
-void Visible::reserve(std::size_t gaussians) {
+void FastVisible::reserve(std::size_t gaussians) {
   shown.reserve("the frame's Gaussians", blocks_for(gaussians));
   blocks.reserve("the frame's Gaussians", blocks_for(gaussians));
   depth_keys.reserve("the frame's Gaussians", gaussians);
@@ -340,7 +341,8 @@ void Visible::reserve(std::size_t gaussians) {
   splats.reserve("the frame's Gaussians", gaussians);
 }
 
-void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch) {
+void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
+             Scratch& scratch) {
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
   const View<float> view = make_view<float>(frame.camera);
@@ -360,7 +362,7 @@ void project(const FrameContext& frame, const FrameSize& size, Visible& visible,
   });
 }
 
-void color(const FrameContext& frame, const Scratch& scratch, Visible& visible,
+void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
            cudaStream_t stream) {
   const ColorInput in{frame.cloud.view(), make_view<float>(frame.camera).position,
                       frame.sh_degree(), scratch.counters};

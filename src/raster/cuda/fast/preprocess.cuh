@@ -56,7 +56,7 @@ inline float depth_of_key(std::uint32_t key, const Camera& camera) {
 }
 
 /// The pointers that kernels use. Passed by value.
-struct VisibleView {
+struct FastVisibleView {
   std::uint8_t* shown;    ///< per block of Gaussians: 0 if the view cannot show any of them
   std::uint32_t* blocks;  ///< the blocks with visible Gaussians, in any order
   /// per place in these blocks; kInvisibleKey = not visible, and the other arrays are undefined
@@ -66,21 +66,22 @@ struct VisibleView {
   BoundedSplat* splats;         ///< by index in the file, as lists have it
 };
 
-struct Visible {
+struct FastVisible {
   DeviceBuffer<std::uint8_t> shown;
   DeviceBuffer<std::uint32_t> blocks, depth_keys;
   DeviceBuffer<PackedFootprint> footprints;
   DeviceBuffer<BoundedSplat> splats;
 
   void reserve(std::size_t gaussians);
-  VisibleView view() {
+  FastVisibleView view() {
     return {shown.data(), blocks.data(), depth_keys.data(), footprints.data(), splats.data()};
   }
 };
 
 /// The first work of a frame: also clears the frame's counters.
-void project(const FrameContext& frame, const FrameSize& size, Visible& visible, Scratch& scratch);
-void color(const FrameContext& frame, const Scratch& scratch, Visible& visible,
+void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
+             Scratch& scratch);
+void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
            cudaStream_t stream);
 
 }  // namespace qs::cuda::fast

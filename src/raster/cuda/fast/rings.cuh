@@ -4,9 +4,14 @@
 // memory. All four begin at the same slot, because they advance together.
 #pragma once
 
-#include "raster/cuda/fast/reach.cuh"
+#include "raster/cuda/fast/column.cuh"
+#include "raster/cuda/reach.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
+
+constexpr unsigned kLanes = kWarp / kSubTiles;  // of a sub-tile, a column of pixels each
+static_assert(kLanes == kSubWidth && kPixels == kSubHeight);
 
 constexpr unsigned kUnroll = 4;  // slots composited per loop iteration
 constexpr unsigned kRing = 48;   // slots

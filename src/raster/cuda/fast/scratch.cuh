@@ -10,10 +10,10 @@
 
 namespace qs::cuda::fast {
 
-struct Counters {
+struct FastCounters {
   std::uint64_t tile_pairs;  ///< all pairs of the frame
   std::uint32_t visible;
-  std::uint32_t visible_blocks;  ///< see VisibleView
+  std::uint32_t visible_blocks;  ///< see FastVisibleView
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
   std::uint32_t segments;            ///< of all long lists
@@ -48,7 +48,7 @@ struct SegmentsView {
   SegmentResult* results;
   std::uint32_t capacity;
   std::uint32_t longest_uncut;  ///< in Gaussians; longer lists are cut
-  Counters* counters;
+  FastCounters* counters;
 
   /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
   /// warp walks through a list.
@@ -90,14 +90,14 @@ struct ToClear {
 };
 
 struct Scratch {
-  Counters* counters = nullptr;
+  FastCounters* counters = nullptr;
   MacroTiles macro_tiles{};
   std::uint32_t* class_sizes = nullptr;  ///< see ScheduleView
   // Not set to zero:
   ListRange* ranges = nullptr;        ///< per tile: its list in the tile pairs
   std::uint32_t* schedule = nullptr;  ///< see ScheduleView
   SegmentsView segments{};
-  std::uint32_t* large = nullptr;  ///< places of Counters::large Gaussians
+  std::uint32_t* large = nullptr;  ///< places of FastCounters::large Gaussians
 
   /// Points the members into the reserved memory. Returns the memory that must be cleared first.
   ToClear begin_frame(const FrameSize& size) {

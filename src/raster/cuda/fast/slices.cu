@@ -24,7 +24,8 @@ constexpr std::uint32_t kCountedSlices = 8192;  // further slices are counted in
 
 /// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
 template <unsigned kBlock, bool kGlobal>
-__global__ void __launch_bounds__(kBlock) find_slices(MacroTiles tiles, const Counters* counters) {
+__global__ void __launch_bounds__(kBlock)
+    find_slices(MacroTiles tiles, const FastCounters* counters) {
   const Slicing& slicing = tiles.slicing;
   const std::uint32_t capacity = slicing.size.sample_capacity;
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
@@ -118,7 +119,7 @@ __device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std:
 /// Blocks take full macro-tiles in turns and copy their entries, then copy chunks of spilled
 /// entries.
 __global__ void __launch_bounds__(kThreads)
-    fill_slices(MacroTiles tiles, const Counters* counters) {
+    fill_slices(MacroTiles tiles, const FastCounters* counters) {
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
   const Slicing& slicing = tiles.slicing;
   const std::uint32_t slices = min(counters->slices, slicing.size.slices);
@@ -167,7 +168,7 @@ __device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
 
 /// Blocks take full macro-tiles in turns.
 __global__ void __launch_bounds__(kPlaceThreads)
-    place_slices(MacroTiles tiles, Lists out, Counters* counters) {
+    place_slices(MacroTiles tiles, Lists out, FastCounters* counters) {
   constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
   static_assert(kTiles <= kWarps);
   __shared__ std::uint64_t begins[kTiles];
@@ -215,7 +216,7 @@ __global__ void __launch_bounds__(kPlaceThreads)
 /// Blocks take slices in turns.
 template <unsigned kBlock, unsigned kResident>
 __global__ void __launch_bounds__(kBlock, kResident)
-    sort_slices(MacroTiles tiles, Lists out, const Counters* counters) {
+    sort_slices(MacroTiles tiles, Lists out, const FastCounters* counters) {
   using Block = ListBlock<kBlock>;
   __shared__ typename Block::Shared shared;
   const Slicing& slicing = tiles.slicing;
@@ -239,10 +240,10 @@ __global__ void __launch_bounds__(kBlock, kResident)
 }  // namespace
 
 void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
-                 TilePairs& pairs, cudaStream_t stream) {
+                 FastPairs& pairs, cudaStream_t stream) {
   const Lists out = Lists::of(frame, size, scratch, pairs);
   const MacroTiles& tiles = scratch.macro_tiles;
-  Counters* const counters = scratch.counters;
+  FastCounters* const counters = scratch.counters;
   const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
   const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
     const bool is_usual = capacity <= MacroTiles::kUsual;

@@ -21,7 +21,7 @@ struct HalfTile {
 
   __device__ HalfTile(unsigned tile, unsigned half, int columns)
       : x0(static_cast<int>(tile % columns * kTileSize)),
-        y0(static_cast<int>(tile / columns * kTileSize + half * kWarpHeight)) {
+        y0(static_cast<int>(tile / columns * kTileSize + half * kHalfTileHeight)) {
     const unsigned lane = lane_index(), sub = lane / kLanes;
     x = x0 + static_cast<int>(sub % 2 * kSubWidth + lane % kLanes);
     y = y0 + static_cast<int>(sub / 2 * kSubHeight);
@@ -130,7 +130,7 @@ class Walk {
     const BoundedSplat splat = in_.splats[gaussian];
     const float x0 = x_ - splat.x, y0 = y_ - splat.y, rows = splat.clamp_rows;
     const Reach reach(splat.ellipse, x0, y0);
-    const bool clamps = exists && y0 <= rows && y0 + (kWarpHeight - 1) >= -rows;
+    const bool clamps = exists && y0 <= rows && y0 + (kHalfTileHeight - 1) >= -rows;
     const Stage stage(splat, x0, y0, in_.background);
     if (__any_sync(kAllLanes, rows == INFINITY)) {
 #pragma unroll

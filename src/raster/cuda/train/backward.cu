@@ -7,9 +7,7 @@
 namespace qs::cuda::train {
 namespace {
 
-using fast::kAllLanes;
-
-constexpr unsigned kWarps = kTilePixels / fast::kWarp;
+constexpr unsigned kWarps = kTilePixels / kWarp;
 constexpr unsigned kSums = 9;  // numbers of PixelSums
 static_assert(sizeof(PixelSums<float>) == kSums * sizeof(float));
 
@@ -30,7 +28,7 @@ __device__ float fold(float value) {
 }
 template <unsigned kDistance>
 __device__ float fold(float without, float with) {
-  const bool bit = (fast::lane_index() & kDistance) != 0;
+  const bool bit = (lane_index() & kDistance) != 0;
   const float sent = bit ? without : with, kept = bit ? with : without;
   return kept + __shfl_xor_sync(kAllLanes, sent, kDistance);
 }
@@ -43,7 +41,7 @@ __device__ void sum_of_warp(const PixelSums<float>& sums, float* result) {
   const float b[] = {fold<8>(a[0], a[1]), fold<8>(a[2], a[3])};
   const float blue = fold<4>(fold<8>(fold<16>(sums.color.z)));
   const float total = fold<1>(fold<2>(fold<4>(b[0], b[1]), blue));
-  const unsigned lane = fast::lane_index();
+  const unsigned lane = lane_index();
   if (lane % 4 == 0) result[lane / 4 % 2 * 4 + lane / 8 % 2 * 2 + lane / 16] = total;
   if (lane == 2) result[kSums - 1] = total;
 }
@@ -110,8 +108,8 @@ struct Pixel {
 
 /// One block per segment.
 __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums<float>* pairs) {
-  __shared__ Segment segment;
-  __shared__ float sums_of_warps[kWarps][fast::kWarp * kSums];
+  __shared__ SharedSegment segment;
+  __shared__ float sums_of_warps[kWarps][kWarp * kSums];
   const std::uint32_t tile = in.segment_tiles[blockIdx.x];
   if (tile == kNoTile) return;
   const uint2 range = in.tiles.ranges[tile];
@@ -119,11 +117,11 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
   segment.load(in.tiles, tile, range.x + first, size);
   Pixel pixel(in, tile, first);
-  const unsigned end_of_warp = fast::largest_of_warp(pixel.end);
-  float* const own = sums_of_warps[threadIdx.x / fast::kWarp];
-  for (std::uint32_t group = 0; group < size; group += fast::kWarp) {
+  const unsigned end_of_warp = largest_of_warp(pixel.end);
+  float* const own = sums_of_warps[threadIdx.x / kWarp];
+  for (std::uint32_t group = 0; group < size; group += kWarp) {
     if (__syncthreads_count(pixel.end > group) == 0) break;
-    for (unsigned k = 0; k < kSums; ++k) own[k * fast::kWarp + fast::lane_index()] = 0;
+    for (unsigned k = 0; k < kSums; ++k) own[k * kWarp + lane_index()] = 0;
     __syncwarp();
     for (unsigned reaching = segment.reaching(group, min(size, end_of_warp)); reaching != 0;
          reaching &= reaching - 1) {
@@ -134,7 +132,7 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums
       if (__any_sync(kAllLanes, blends)) sum_of_warp(sums, own + member * kSums);
     }
     __syncthreads();
-    for (unsigned k = threadIdx.x; k < fast::kWarp * kSums; k += kTilePixels) {
+    for (unsigned k = threadIdx.x; k < kWarp * kSums; k += kTilePixels) {
       const std::uint32_t entry = group + k / kSums;
       if (entry >= size) break;
       float sum = 0;
@@ -231,13 +229,13 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
   gradients.mean_px.reserve("the gradients", with_room(parameters.count));
   scratch.sums.reserve("the gradients", with_room(parameters.count));
   if (parameters.count == 0) return;
-  if (view.stop.stop_requested()) throw Cancelled{};
+  view.throw_if_cancelled();
   sum_pairs_of_tiles(view, frame, d_color, scratch);
   const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
                                    view.antialiased(),
                                    std::min(view.settings.sh_degree, parameters.sh_degree)};
-  const GaussianInput in{rules, parameters.view(), frame.visible.tile_counts.data(),
-                         scratch.sums.data(), frame.splats.data()};
+  const GaussianInput in{rules, parameters.view(), frame.tile_counts.data(), scratch.sums.data(),
+                         frame.splats.data()};
   launch("sum_gaussians", sum_gaussians, blocks_for(std::uint64_t{kSums} * parameters.count),
          view.stream, parameters.count, frame.order.gaussians(), frame.order.offsets.data(),
          reinterpret_cast<const float*>(scratch.pairs.data()),

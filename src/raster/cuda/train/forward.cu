@@ -3,14 +3,15 @@
 
 #include <glm/geometric.hpp>
 
-#include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/fast/schedule.cuh"
+#include "raster/cuda/footprint_rules.cuh"
+#include "raster/cuda/schedule.cuh"
 #include "raster/cuda/train/forward.cuh"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/segment.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
 #include "raster/kernel/cull/modes.h"
+#include "raster/kernel/sh.h"
 
 namespace qs::cuda::train {
 namespace {
@@ -26,7 +27,8 @@ struct ProjectInput {
 };
 
 struct ProjectOutput {
-  classic::VisibleView visible;
+  std::uint32_t* tile_counts;
+  FootprintArrays footprints;
   std::uint32_t* depth_keys;  ///< see DepthOrder
   std::uint32_t* gaussians;   ///< their indices
   unsigned long long* pairs;  ///< their number is added
@@ -47,19 +49,19 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   const bool exists =
       project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
   const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
-  out.visible.tile_counts[i] = tiles;
+  out.tile_counts[i] = tiles;
   out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
   out.gaussians[i] = i;
-  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : fast::kInvisibleKey;
+  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : DepthOrder::kInvisibleKey;
   if (tiles == 0) return 0;
 
   const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);
   const glm::vec3 color = sh_color<float>(in.sh_degree, direction,
                                           [&](int k) { return in.parameters.coefficient(i, k); });
-  out.visible.footprints.store(i, projected.footprint);
+  out.footprints.store(i, projected.footprint);
   out.splats[i] = {make_splat(projected.footprint,
                               static_cast<float>(opacity) * projected.opacity_factor, color),
-                   fast::ellipse_of(projected.footprint)};
+                   ellipse_of(projected.footprint)};
   return tiles;
 }
 
@@ -68,7 +70,7 @@ template <class P>
 __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
-  const auto of_block = fast::sum_of_block<kThreads>(static_cast<unsigned long long>(tiles)).total;
+  const auto of_block = sum_of_block<kThreads>(static_cast<unsigned long long>(tiles)).total;
   if (threadIdx.x == 0 && of_block > 0) atomicAdd(out.pairs, of_block);
 }
 
@@ -78,7 +80,7 @@ __global__ void __launch_bounds__(kThreads)
                    std::uint32_t* scheduled) {
   const std::uint32_t tile = blockIdx.x * blockDim.x + threadIdx.x;
   if (tile >= tiles) return;
-  const unsigned own = fast::length_class(ranges[tile].y - ranges[tile].x);
+  const unsigned own = length_class(ranges[tile].y - ranges[tile].x);
   scheduled[own * tiles + atomicAdd(&class_sizes[own], 1u)] = tile;
 }
 
@@ -93,8 +95,8 @@ struct BlendTarget {
 
 /// A tile is one block with one thread per pixel.
 __global__ void __launch_bounds__(kThreads)
-    blend_tiles(fast::ScheduleView schedule, TilesView in, BlendTarget out) {
-  __shared__ Segment segment;
+    blend_tiles(ScheduleView schedule, TilesView in, BlendTarget out) {
+  __shared__ SharedSegment segment;
   const std::uint32_t tile = schedule.tile(blockIdx.x);
   const unsigned thread = threadIdx.x;
   const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
@@ -114,8 +116,8 @@ __global__ void __launch_bounds__(kThreads)
     if (thread == 0) out.segment_tiles[index] = tile;
     out.states[index * kTilePixels + thread] = {color.x, color.y, color.z, transmittance};
     __syncthreads();
-    for (std::uint32_t group = 0; group < size; group += fast::kWarp) {
-      if (!__any_sync(fast::kAllLanes, live)) break;
+    for (std::uint32_t group = 0; group < size; group += kWarp) {
+      if (!__any_sync(kAllLanes, live)) break;
       for (unsigned reaching = segment.reaching(group, size); reaching != 0 && live;
            reaching &= reaching - 1) {
         const std::uint32_t entry = group + lowest_bit(reaching);
@@ -142,15 +144,11 @@ __global__ void __launch_bounds__(kThreads)
   out.last[at] = last;
 }
 
-void project(const StepView& view, const FrameContext& context, Parameters& parameters,
-             ForwardFrame& frame) {
+void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's Gaussians";
   const std::size_t room = with_room(parameters.count);
-  classic::Visible& visible = frame.visible;
-  visible.tile_counts.reserve(kWhat, room);
-  visible.means.reserve(kWhat, room);
-  visible.conics.reserve(kWhat, room);
-  visible.levels.reserve(kWhat, room);
+  frame.tile_counts.reserve(kWhat, room);
+  frame.footprints.reserve(kWhat, room);
   frame.splats.reserve(kWhat, room);
   frame.in_view.reserve(kWhat, room);
   frame.order.reserve(parameters.count);
@@ -159,12 +157,13 @@ void project(const StepView& view, const FrameContext& context, Parameters& para
         "project");
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      const ProjectInput in{parameters.view(), make_view<float>(view.camera), context.rules(),
-                            context.sh_degree(), context.grid};
+      const ProjectInput in{parameters.view(), make_view<float>(view.camera),
+                            footprint_rules(view.settings, view.antialiased()),
+                            std::min(view.settings.sh_degree, parameters.sh_degree), view.grid()};
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
-             ProjectOutput{visible.view(), frame.order.buffers.keys.data(),
-                           frame.order.buffers.values.data(), frame.total.sum.data(),
-                           frame.splats.data(), frame.in_view.data()});
+             ProjectOutput{frame.tile_counts.data(), frame.footprints.arrays(),
+                           frame.order.buffers.keys.data(), frame.order.buffers.values.data(),
+                           frame.total.sum.data(), frame.splats.data(), frame.in_view.data()});
     });
   }
   check(cudaMemcpyAsync(&*frame.total.copy, frame.total.sum.data(), sizeof(unsigned long long),
@@ -173,12 +172,12 @@ void project(const StepView& view, const FrameContext& context, Parameters& para
   frame.total.arrived.record(view.stream);
 }
 
-fast::ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
+ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
   const auto tiles = static_cast<unsigned>(view.grid().count());
   TileSchedule& result = frame.schedule;
-  result.class_sizes.reserve("the step's tiles", fast::kLengthClasses);
-  result.tiles.reserve("the step's tiles", std::size_t{fast::kLengthClasses} * tiles);
-  check(cudaMemsetAsync(result.class_sizes.data(), 0, fast::kLengthClasses * sizeof(std::uint32_t),
+  result.class_sizes.reserve("the step's tiles", kLengthClasses);
+  result.tiles.reserve("the step's tiles", std::size_t{kLengthClasses} * tiles);
+  check(cudaMemsetAsync(result.class_sizes.data(), 0, kLengthClasses * sizeof(std::uint32_t),
                         view.stream),
         "schedule");
   launch("schedule", schedule_tiles, blocks_for(tiles), view.stream, frame.lists.ranges.data(),
@@ -200,7 +199,7 @@ void blend(const StepView& view, ForwardFrame& frame) {
   check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
                         view.stream),
         "blend");
-  const fast::ScheduleView order = schedule(view, frame);
+  const ScheduleView order = schedule(view, frame);
   launch("blend", blend_tiles, tiles, view.stream, order, frame.tiles(view),
          BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
                      frame.segment_tiles.data(), frame.states.data(), view.settings.background});
@@ -209,21 +208,13 @@ void blend(const StepView& view, ForwardFrame& frame) {
 }  // namespace
 
 void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
-  // list_pairs() and the stages of `classic` read only these values of a cloud.
-  DeviceCloud facts;
-  facts.count = parameters.count;
-  facts.sh_degree = parameters.sh_degree;
-  facts.antialiased = view.antialiased();
-  const FrameContext context{facts,     view.camera, view.settings, view.grid(), view.stream,
-                             view.stop, {}};
-  context.throw_if_cancelled();
-  project(view, context, parameters, frame);
+  view.throw_if_cancelled();
+  project(view, parameters, frame);
   // The GPU sorts while the host waits for the number of pairs.
-  sort_by_depth(parameters.count, frame.visible.tile_counts.data(), view.stream, frame.order);
-  list_pairs(context, frame);
-  classic::sort_by_tile(frame.pairs.buffers, frame.pairs.count,
-                        static_cast<std::uint32_t>(context.grid.count()), 0, view.stream,
-                        frame.lists);
+  sort_by_depth(parameters.count, frame.tile_counts.data(), view.stream, frame.order);
+  list_pairs(view, parameters.count, frame);
+  sort_by_tile(frame.pairs.buffers, frame.pairs.count,
+               static_cast<std::uint32_t>(view.grid().count()), 0, view.stream, frame.lists);
   blend(view, frame);
 }
 

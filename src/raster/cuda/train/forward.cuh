@@ -12,10 +12,13 @@
 
 #include <stop_token>
 
-#include "raster/cuda/classic/sort.cuh"
+#include "raster/api/renderer.h"
 #include "raster/cuda/ellipse.cuh"
+#include "raster/cuda/footprint_arrays.cuh"
+#include "raster/cuda/tile_lists.cuh"
 #include "raster/cuda/train/order.cuh"
 #include "raster/cuda/train/parameters.cuh"
+#include "raster/kernel/blend.h"
 
 namespace qs::cuda::train {
 
@@ -31,6 +34,11 @@ struct StepView {
   bool antialiased() const { return settings.antialiased.value_or(false); }
   std::size_t pixels() const {
     return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  }
+
+  /// Called between passes. Work that was already enqueued still completes.
+  void throw_if_cancelled() const {
+    if (stop.stop_requested()) throw Cancelled{};
   }
 };
 
@@ -48,7 +56,7 @@ QS_HD std::uint32_t first_segment(std::uint32_t begin, std::uint32_t tile) {
 /// A visible Gaussian.
 struct alignas(16) ListedSplat {
   Splat splat;
-  fast::AlphaEllipse ellipse;
+  AlphaEllipse ellipse;
 };
 
 /// The pixels of the tiles and their lists, as kernels read them. Passed by value.
@@ -83,7 +91,7 @@ struct TilesView {
 /// Pairs of a tile and a Gaussian. A pair has a place in the order of ranks, then of tiles.
 struct ListedPairs {
   /// Keys: tiles; values: places. Sorted by tile, the values are the tile lists.
-  classic::SortBuffers<std::uint32_t> buffers;
+  SortBuffers<std::uint32_t> buffers;
   DeviceBuffer<std::uint32_t> owners;  ///< per place: its Gaussian
   std::uint32_t count = 0;
 };
@@ -101,13 +109,16 @@ struct PairTotal {
 };
 
 struct ForwardFrame {
-  classic::Visible visible;  ///< listed in a tile by the culling mode; without splats and depths
-  DeviceBuffer<ListedSplat> splats;    ///< per Gaussian
-  DeviceBuffer<std::uint8_t> in_view;  ///< per Gaussian, see the CPU's Gradients::visible
+  // Per Gaussian.
+  DeviceBuffer<std::uint32_t> tile_counts;  ///< 0: not visible; footprint and splat are undefined
+  FootprintBuffers footprints;
+  DeviceBuffer<ListedSplat> splats;
+  DeviceBuffer<std::uint8_t> in_view;  ///< see the CPU's Gradients::visible
+
   PairTotal total;
   DepthOrder order;
   ListedPairs pairs;
-  classic::TileLists lists;
+  TileLists lists;
   TileSchedule schedule;
 
   // Per pixel, row by row.

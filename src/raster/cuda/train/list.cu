@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "raster/cuda/pair_limit.cuh"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/modes.h"
@@ -14,7 +15,7 @@ struct ListInput {
   const std::uint32_t* counts;     ///< by rank: tiles
   const std::uint64_t* offsets;    ///< by rank: the first place
   std::uint32_t ranks;
-  classic::FootprintArrays footprints;  ///< by Gaussian
+  FootprintArrays footprints;  ///< by Gaussian
   TileGrid grid;
   std::uint32_t* tiles;   ///< per place
   std::uint32_t* places;  ///< per place: itself, to be sorted
@@ -31,7 +32,7 @@ __device__ void for_each_listed(const TileRect& rect, TileGrid grid, unsigned la
     for (int first = rect.columns.begin; first < rect.columns.end; first += int{kLanes}) {
       const int column = first + static_cast<int>(lane);
       const bool listed = column < rect.columns.end && lists(column, row);
-      const unsigned mask = kLanes == 1 ? (listed ? 1 : 0) : __ballot_sync(fast::kAllLanes, listed);
+      const unsigned mask = kLanes == 1 ? (listed ? 1 : 0) : __ballot_sync(kAllLanes, listed);
       const unsigned lower = mask & ((1u << lane) - 1);
       if (listed)
         visit(before + static_cast<std::uint32_t>(__popc(lower)), row * grid.columns + column);
@@ -91,37 +92,36 @@ __device__ void list_tiles(const ListInput& in, std::uint32_t rank, unsigned lan
 /// One thread per rank. Near Gaussians are large, so the ranks of a warp are far apart.
 template <class P>
 __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
-  const unsigned lane = fast::lane_index();
+  const unsigned lane = lane_index();
   const std::uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
-  const std::uint32_t warp = thread / fast::kWarp, warps = gridDim.x * (kThreads / fast::kWarp);
+  const std::uint32_t warp = thread / kWarp, warps = gridDim.x * (kThreads / kWarp);
   const std::uint32_t rank = lane * warps + warp;
   const std::uint32_t count = rank < in.ranks ? in.counts[rank] : 0;
   if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, rank, 0);
-  for (unsigned large = __ballot_sync(fast::kAllLanes, count > kAlone); large != 0;
-       large &= large - 1) {
+  for (unsigned large = __ballot_sync(kAllLanes, count > kAlone); large != 0; large &= large - 1) {
     const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
-    list_tiles<P, fast::kWarp>(in, owner * warps + warp, lane);
+    list_tiles<P, kWarp>(in, owner * warps + warp, lane);
   }
 }
 
 }  // namespace
 
-void list_pairs(const FrameContext& context, ForwardFrame& frame) {
+void list_pairs(const StepView& view, std::uint32_t count, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's pairs";
   ListedPairs& pairs = frame.pairs;
   pairs.count = 0;
   frame.total.arrived.wait();
-  context.throw_if_cancelled();
+  view.throw_if_cancelled();
   require_indexable(*frame.total.copy);
   pairs.count = static_cast<std::uint32_t>(*frame.total.copy);
   if (pairs.count == 0) return;
   pairs.buffers.reserve(kWhat, pairs.count);
   pairs.owners.reserve(kWhat, frame.room());
-  with_culler(context.settings.mode, [&]<class P>(P) {
-    launch("list_pairs", list_gaussians<P>, blocks_for(context.cloud.count), context.stream,
+  with_culler(view.settings.mode, [&]<class P>(P) {
+    launch("list_pairs", list_gaussians<P>, blocks_for(count), view.stream,
            ListInput{frame.order.gaussians(), frame.order.counts.data(), frame.order.offsets.data(),
-                     context.cloud.count, frame.visible.view().footprints, context.grid,
-                     pairs.buffers.keys.data(), pairs.buffers.values.data(), pairs.owners.data()});
+                     count, frame.footprints.arrays(), view.grid(), pairs.buffers.keys.data(),
+                     pairs.buffers.values.data(), pairs.owners.data()});
   });
 }
 

@@ -9,8 +9,8 @@
 
 namespace qs::cuda::train {
 
-/// Fills frame.pairs from frame.visible and frame.order. Waits once, for the number of pairs.
-/// Throws Cancelled, and Error(device) if memory is short.
-void list_pairs(const FrameContext& context, ForwardFrame& frame);
+/// Fills frame.pairs for `count` Gaussians, from frame.footprints and frame.order. Waits once, for
+/// the number of pairs. Throws Cancelled, and Error(device) if memory is short.
+void list_pairs(const StepView& view, std::uint32_t count, ForwardFrame& frame);
 
 }  // namespace qs::cuda::train

@@ -138,7 +138,7 @@ __global__ void __launch_bounds__(kThreads)
     derivatives[field + i] = s.by_aa;
     derivatives[2 * field + i] = s.by_ab;
   });
-  const double total = fast::sum_of_block<kThreads>(value).total;
+  const double total = sum_of_block<kThreads>(value).total;
   if (threadIdx.x == 0) sums[blockIdx.x].ssim = total;
 }
 
@@ -166,8 +166,8 @@ __global__ void __launch_bounds__(kThreads)
     const double difference = static_cast<double>(shown(a[i])) - static_cast<double>(b[i]);
     squared += difference * difference;
   });
-  const double l1_total = fast::sum_of_block<kThreads>(l1).total;
-  const double squared_total = fast::sum_of_block<kThreads>(squared).total;
+  const double l1_total = sum_of_block<kThreads>(l1).total;
+  const double squared_total = sum_of_block<kThreads>(squared).total;
   if (threadIdx.x == 0) {
     sums[blockIdx.x].l1 = l1_total;
     sums[blockIdx.x].squared_error = squared_total;
@@ -183,9 +183,8 @@ __global__ void __launch_bounds__(kThreads)
     own.ssim += sums[k].ssim;
     own.squared_error += sums[k].squared_error;
   }
-  const LossSums total{fast::sum_of_block<kThreads>(own.l1).total,
-                       fast::sum_of_block<kThreads>(own.ssim).total,
-                       fast::sum_of_block<kThreads>(own.squared_error).total};
+  const LossSums total{sum_of_block<kThreads>(own.l1).total, sum_of_block<kThreads>(own.ssim).total,
+                       sum_of_block<kThreads>(own.squared_error).total};
   if (threadIdx.x == 0) *result = total;
 }
 

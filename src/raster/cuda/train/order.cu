@@ -27,11 +27,11 @@ void DepthOrder::reserve(std::uint32_t count) {
 void sort_by_depth(std::uint32_t count, const std::uint32_t* tile_counts, cudaStream_t stream,
                    DepthOrder& order) {
   if (count == 0) return;
-  classic::sort_pairs(order.buffers, count, 32, stream);
+  sort_pairs(order.buffers, count, 32, stream);
   launch("sort_by_depth", gather_counts, blocks_for(std::uint64_t{count} + 1), stream, count,
          order.gaussians(), tile_counts, order.counts.data());
-  classic::exclusive_sum(order.counts.data(), order.offsets.data(), count + 1,
-                         order.buffers.scratch, stream);
+  exclusive_sum(order.counts.data(), order.offsets.data(), count + 1, order.buffers.scratch,
+                stream);
 }
 
 }  // namespace qs::cuda::train

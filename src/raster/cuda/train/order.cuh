@@ -11,9 +11,11 @@ namespace qs::cuda::train {
 
 /// The place of a Gaussian in the order is its rank.
 struct DepthOrder {
-  /// Keys: bits of the depths, which are positive, or fast::kInvisibleKey, which is larger; values:
-  /// Gaussians. Equal keys are in the order of the Gaussians' indices.
-  classic::SortBuffers<std::uint32_t> buffers;
+  static constexpr std::uint32_t kInvisibleKey = 0xffffffffu;  ///< behind all others
+
+  /// Keys: bits of the depths, which are positive, or kInvisibleKey; values: Gaussians. Equal keys
+  /// are in the order of the Gaussians' indices.
+  SortBuffers<std::uint32_t> buffers;
   DeviceBuffer<std::uint32_t> counts;  ///< by rank: pairs; the additional last element is 0
   /// by rank: the first pair; the additional last element is the number of pairs
   DeviceBuffer<std::uint64_t> offsets;

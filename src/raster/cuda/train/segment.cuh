@@ -5,8 +5,10 @@
 // must agree on both, so they share this code.
 #pragma once
 
-#include "raster/cuda/fast/reach.cuh"
+#include "raster/cuda/flush.cuh"
+#include "raster/cuda/reach.cuh"
 #include "raster/cuda/train/forward.cuh"
+#include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::train {
 
@@ -31,7 +33,7 @@ struct Contribution {
   }
 };
 
-struct Segment {
+struct SharedSegment {
   // Records of 36 bytes, read in three instructions.
   float4 shapes[kSegment];  ///< mean x, y; log2_conic x, y
   float4 lights[kSegment];  ///< log2_conic z, opacity, red, green
@@ -51,14 +53,14 @@ struct Segment {
     blues[thread] = splat.color.z;
     unsigned bits = 0;
 #pragma unroll
-    for (unsigned half = 0; half < fast::kTileWarps; ++half) {
-      const fast::Reach reach(listed.ellipse,
-                              static_cast<float>(in.left_of(tile)) - listed.splat.mean_px.x,
-                              static_cast<float>(in.top_of(tile)) - listed.splat.mean_px.y +
-                                  static_cast<float>(half * fast::kWarpHeight));
+    for (unsigned half = 0; half < kHalfTiles; ++half) {
+      const Reach reach(listed.ellipse,
+                        static_cast<float>(in.left_of(tile)) - listed.splat.mean_px.x,
+                        static_cast<float>(in.top_of(tile)) - listed.splat.mean_px.y +
+                            static_cast<float>(half * kHalfTileHeight));
 #pragma unroll
-      for (unsigned s = 0; s < fast::kSubTiles; ++s)
-        if (reach.reached[s]) bits |= 1u << (half * fast::kSubTiles + s);
+      for (unsigned s = 0; s < kSubTiles; ++s)
+        if (reach.reached[s]) bits |= 1u << (half * kSubTiles + s);
     }
     warps[thread] = static_cast<std::uint8_t>(bits);
   }
@@ -76,9 +78,9 @@ struct Segment {
   /// Bit k is set if entry group + k is below `size` and may reach a pixel of this warp. All lanes
   /// call it.
   __device__ unsigned reaching(std::uint32_t group, std::uint32_t size) const {
-    const std::uint32_t entry = group + fast::lane_index();
-    const unsigned warp = threadIdx.x / fast::kWarp;
-    return __ballot_sync(fast::kAllLanes, entry < size && (warps[entry] >> warp & 1) != 0);
+    const std::uint32_t entry = group + lane_index();
+    const unsigned warp = threadIdx.x / kWarp;
+    return __ballot_sync(kAllLanes, entry < size && (warps[entry] >> warp & 1) != 0);
   }
 };
 

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
-// The sub-tiles of 8x4 pixels that a warp composites, and the test that decides if a Gaussian
-// reaches them.
+// The sub-tiles of 8x4 pixels of half a tile, and the test that decides if a Gaussian reaches them.
 #pragma once
 
-#include "raster/cuda/fast/column.cuh"
-#include "raster/cuda/fast/preprocess.cuh"
-#include "raster/cuda/warp.cuh"
+#include "raster/cuda/ellipse.cuh"
+#include "raster/cuda/flush.cuh"
+#include "raster/kernel/constants.h"
 
-namespace qs::cuda::fast {
+namespace qs::cuda {
 
-constexpr unsigned kSubWidth = 8, kSubHeight = kPixels;   // of a sub-tile in pixels
-constexpr unsigned kWarpHeight = 2 * kSubHeight;          // pixel rows of a warp
-constexpr unsigned kTileWarps = kTileSize / kWarpHeight;  // warps of a tile, one above the other
-constexpr unsigned kSubTiles = 4;                         // of a warp, in two rows
-constexpr unsigned kLanes = kWarp / kSubTiles;            // of a sub-tile, a column of pixels each
-static_assert(kLanes == kSubWidth && 2 * kSubWidth == kTileSize);
+inline constexpr unsigned kSubWidth = 8, kSubHeight = 4;     ///< of a sub-tile, px
+inline constexpr unsigned kSubTiles = 4;                     ///< of half a tile, in two rows
+inline constexpr unsigned kHalfTileHeight = 2 * kSubHeight;  ///< of half a tile, px
+inline constexpr unsigned kHalfTiles =
+    kTileSize / kHalfTileHeight;  ///< of a tile, one above the other
+static_assert(2 * kSubWidth == kTileSize);
 
 /// The sub-tiles that may have a pixel centre inside the ellipse; index 2 * row + column. (x0, y0)
-/// is the offset of the warp's first pixel from the mean. Over a band of rows, the ellipse is
+/// is the offset of the half's first pixel from the mean. Over a band of rows, the ellipse is
 /// widest at its own extreme or at the end of the band nearest to it, as in ExactWalk.
 struct Reach {
   bool reached[kSubTiles];
@@ -48,4 +47,4 @@ struct Reach {
   }
 };
 
-}  // namespace qs::cuda::fast
+}  // namespace qs::cuda

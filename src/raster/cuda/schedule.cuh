@@ -5,9 +5,9 @@
 // arbitrary; images do not depend on it.
 #pragma once
 
-#include "raster/cuda/fast/scratch.cuh"
+#include "raster/cuda/warp.cuh"
 
-namespace qs::cuda::fast {
+namespace qs::cuda {
 
 inline constexpr unsigned kLengthClasses = kWarp;  ///< half octaves, the longest first
 
@@ -35,4 +35,4 @@ struct ScheduleView {
   }
 };
 
-}  // namespace qs::cuda::fast
+}  // namespace qs::cuda

@@ -26,7 +26,7 @@ namespace qs {
 using AllCullers = std::tuple<Square, AdrAabb, DualBox, QuadBoxNaive, QuadBox, Exact,  //
                               SnugBox, AccuTile, FlashGs, StopThePop, FasterGs>;
 
-/// Whether the list has the struct of every row but the reference's, in the order of the rows.
+/// True if the list has the struct of every row but the reference's, in the order of the rows.
 template <class... P>
 constexpr bool agrees_with_table(const std::tuple<P...>&) {
   if (sizeof...(P) != kModeCount) return false;

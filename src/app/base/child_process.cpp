@@ -20,7 +20,7 @@
 namespace qs {
 namespace {
 
-// What a process gets from the one that starts it.
+// The attributes and descriptors with which a process is started.
 class SpawnPlan {
  public:
   explicit SpawnPlan(const ChildCommand& command) : command_(command) {

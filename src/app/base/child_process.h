@@ -29,15 +29,15 @@ struct ChildCommand {
 
   /// The program, which is searched in PATH if it has no slash, and its arguments.
   std::vector<std::string> words;
-  std::filesystem::path folder = {};  ///< where it runs; empty: the current folder
+  std::filesystem::path folder = {};  ///< its working folder; empty: the current folder
   bool own_group = false;             ///< Ctrl+C in the terminal does not reach the child
   bool keeps_messages = false;        ///< its stderr is kept for messages()
   std::optional<Socket> socket = {};
-  /// Further descriptors. The child's 0, 1 and 2 are /dev/null if nothing else is said.
+  /// Further descriptors. The child's 0, 1 and 2 are /dev/null unless something else takes them.
   std::vector<Inherited> inherits = {};
 };
 
-/// How a process ended: by itself, with an exit code, or by a signal.
+/// The end of a process: by itself, with an exit code, or by a signal.
 struct ChildEnd {
   int exit_code = 0, signal = 0;
 
@@ -74,7 +74,7 @@ class ChildProcess {
   ChildEnd wait();
   /// Nothing if the process still runs after `limit`.
   std::optional<ChildEnd> wait_for(std::chrono::milliseconds limit);
-  /// Ends the process at once, by SIGKILL.
+  /// Kills the process immediately, by SIGKILL.
   void kill();
 
   /// The first bytes of the child's stderr, if the command keeps them.

@@ -105,7 +105,7 @@ CommandAction film_command(Options& options) {
                {"frames", "film.mp4"});
   options.required();
   options.flag("--turntable", command->turntable,
-               "round what the scene is of (the default without --camera-path)");
+               "a circle around the subject of the scene (the default without --camera-path)");
   options.real("--arc", "DEGREES", 0, 360, command->arc,
                "angle of the turntable; below 360 the camera swings there and back (default: 360, "
                "or the side that the cameras saw and no wall hides)");

@@ -189,7 +189,7 @@ void declare_options(Options& options, TrainCommand& command) {
         data.photo_memory = parse_bytes("--photo-memory", text);
       });
   declare_backend_option(options, command.backend,
-                         "what trains; another one may continue a run, to other bits");
+                         "the backend that trains; another may continue a run, to other bits");
   declare_device_option(options, command.device);
   declare_threads_option(options, command.threads);
   options.flag("--view", command.in_window,

@@ -43,7 +43,7 @@ void declare_threads_option(Options& options, int& threads);
 void declare_sh_degree_option(Options& options, int& degree, const std::string& usual);
 
 /// --background. `usual` names the default. If `random` is not null, the option also takes the word
-/// "random" and sets this variable to whether it was given.
+/// "random" and sets `*random` to true if it was given, else to false.
 void declare_background_option(Options& options,
                                const std::function<void(const glm::vec3& color)>& chosen,
                                const std::string& usual, bool* random = nullptr);
@@ -52,19 +52,19 @@ void declare_background_option(Options& options,
 void declare_mode_option(Options& options, const std::string& name,
                          const std::function<void(CullMode mode)>& chosen, const std::string& help);
 
-/// --picture, where it chooses what the pixels hold.
+/// --picture, for commands in which it chooses the quantity of the pixels.
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);
 
 /// --camera-path.
 void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path);
 
-/// --frames and --warmup, for each mode and `place`. The defaults are those of `plan`.
+/// --frames and --warmup, for each mode and `place`. The defaults are the values of `plan`.
 void declare_plan_options(Options& options, ViewPlan& plan, const std::string& place);
 
 /// --settings and --input of commands that open the window. Sets view.settings to its default.
 void declare_window_options(Options& options, ViewOptions& view);
 
-/// --shard, for a Shard or a std::optional of one.
+/// --shard, for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {
   options.value("--shard", "I/N", help + "; see quadsplat merge", {"1/1", "2/2"},

@@ -36,7 +36,7 @@ ChildCommand fed_shell(const std::string& script) {
   return command;
 }
 
-/// What the command writes to stderr.
+/// The text that the command writes to stderr.
 std::string said(const ChildCommand& command) {
   ChildProcess process(command);
   EXPECT_TRUE(process.wait().good());

@@ -22,7 +22,6 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/preferences.h"
 #include "app/viewer/window/input.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
@@ -989,39 +988,6 @@ TEST(FrameRequests, a_request_has_everything_of_the_view) {
   EXPECT_NE(request.version, request.view_version);
   EXPECT_EQ(request.settings.sh_degree, 1);
   EXPECT_EQ(request.divisor, 1);
-}
-
-// ---- preferences --------------------------------------------------------------------------------
-TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
-  const auto size_of = [](const char* text) {
-    Viewer viewer;
-    glm::ivec2 size(1, 1);
-    parse_preferences(text, viewer, size);
-    return size;
-  };
-  EXPECT_EQ(size_of(R"({"width": 320, "height": 240})"), glm::ivec2(320, 240));
-  EXPECT_EQ(size_of(R"({"width": 319, "height": 239})"), glm::ivec2(320, 240));
-  EXPECT_EQ(size_of(R"({"width": 16384, "height": 16384})"), glm::ivec2(16384));
-  EXPECT_EQ(size_of(R"({"width": 16385, "height": 16385})"), glm::ivec2(16384));
-  Viewer viewer;
-  for (int i = 1000; i < 1100; ++i) viewer.last_views[std::to_string(i)] = "x";
-  const auto kept = [&] {
-    Viewer read;
-    glm::ivec2 size(0);
-    parse_preferences(format_preferences(viewer, {640, 480}), read, size);
-    return read.last_views;
-  };
-  EXPECT_THAT(kept(), SizeIs(100));
-  viewer.last_views["2000"] = "x";
-  EXPECT_THAT(kept(), SizeIs(100));
-  EXPECT_FALSE(kept().contains("1000"));
-  const TemporaryFolder folder;
-  std::ofstream(folder / "big") << "";
-  std::filesystem::resize_file(folder / "big", (4 << 20) + 1);
-  glm::ivec2 size(0);
-  EXPECT_THAT(read_preferences(folder / "big", viewer, size),
-              HasSubstr("4194305 bytes are more than the 4194304 that are read"));
-  write_preferences("", viewer, {1, 1});  // no file: nothing is kept
 }
 
 }  // namespace

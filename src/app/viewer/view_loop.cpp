@@ -133,10 +133,10 @@ class ViewLoop final : public Host {
   }
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
-  void start_training(const std::vector<std::string>& words) override {
+  void start_training(const TrainingRequest& request) override {
     training_shown_ = false;
-    training_.emplace(Window::wake, [this, words](TrainingThread& thread) {
-      return options_.train_words(thread, words);
+    training_.emplace(Window::wake, [this, request](TrainingThread& thread) {
+      return options_.train_request(thread, request);
     });
   }
   void train(TrainingCommand command) override {

@@ -210,7 +210,7 @@ CommandAction train_command(Options& options) {
 }
 
 std::string train_request_in_window(TrainingThread& thread, const TrainingRequest& request) {
-  // The options are declared and checked as those of the command.
+  // The command's own options check the words.
   std::vector<std::string> words = {request.data, "--out-dir", request.model};
   words.insert(words.end(), request.options.begin(), request.options.end());
   TrainCommand command;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The parts of the viewer's loop without a window: pacing, scripts, window grabs, options,
-// requests to the render thread, the loader's facts.
+// requests to the render thread, the facts of a scene.
 #include <csignal>
 #include <fstream>
 
@@ -14,7 +14,7 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/scene_loader.h"
+#include "app/viewer/render/view_facts.h"
 #include "app/viewer/view_options.h"
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window_grab.h"

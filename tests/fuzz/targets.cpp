@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "app/viewer/state/preferences.h"
+#include "app/viewer/preferences.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/points.h"
 #include "io/picture/picture_formats.h"

@@ -22,7 +22,7 @@ class RecordingHost : public Host {
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
   std::vector<TrainingCommand> training;
-  std::vector<std::vector<std::string>> trained;  ///< words of start_training()
+  std::vector<TrainingRequest> trained;
   int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
   std::string text;  ///< on the clipboard
 
@@ -34,7 +34,7 @@ class RecordingHost : public Host {
   void cancel_loading() override { ++cancelled; }
   void run(Job job) override { jobs.push_back(std::move(job)); }
   void stop_job() override { ++stopped; }
-  void start_training(const std::vector<std::string>& words) override { trained.push_back(words); }
+  void start_training(const TrainingRequest& request) override { trained.push_back(request); }
   void train(TrainingCommand command) override { training.push_back(command); }
   void write_file(const std::filesystem::path& path, const std::string& content) override {
     written[path] = content;

@@ -92,7 +92,7 @@ int run(TrainCommand& command, Arguments arguments) {
     ViewOptions& view = command.view;
     view.frame.modes = {command.settings.mode};
     view.frame.threads = command.threads;
-    view.train_words = train_words_in_window;
+    view.train_request = train_request_in_window;
     if (train_in_window(command.settings, data, command.run, std::move(model), pool, view) ==
         train::RunEnd::interrupted)
       print_continuation("stopped", arguments);
@@ -209,7 +209,10 @@ CommandAction train_command(Options& options) {
   return [command](Arguments arguments) { return run(*command, arguments); };
 }
 
-std::string train_words_in_window(TrainingThread& thread, const std::vector<std::string>& words) {
+std::string train_request_in_window(TrainingThread& thread, const TrainingRequest& request) {
+  // The command's own options check the words.
+  std::vector<std::string> words = {request.data, "--out-dir", request.model};
+  words.insert(words.end(), request.options.begin(), request.options.end());
   TrainCommand command;
   Options options("train", "");
   declare_options(options, command);

@@ -50,7 +50,7 @@ int run(ViewCommand& command) {
   take_scene_beside(view);
   view.vsync = !command.no_vsync;
   view.interop = !command.no_interop;
-  view.train_words = train_words_in_window;
+  view.train_request = train_request_in_window;
   run_viewer(view);
   return kExitOk;
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "app/measure/measure_view.h"
-#include "app/viewer/state/preferences.h"
+#include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
 #include "io/cloud/axes.h"
 #include "raster/base/fail.h"

@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "app/train/run.h"
 #include "app/viewer/view_options.h"
@@ -31,7 +30,7 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
 /// The window's sentence about a run that ended.
 std::string sentence_of(train::RunEnd end);
 
-/// ViewOptions::train_words.
-std::string train_words_in_window(TrainingThread& thread, const std::vector<std::string>& words);
+/// ViewOptions::train_request.
+std::string train_request_in_window(TrainingThread& thread, const TrainingRequest& request);
 
 }  // namespace qs

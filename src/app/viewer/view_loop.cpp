@@ -11,13 +11,14 @@
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/preferences.h"
 #include "app/viewer/render/crop_scene.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/scene_loader.h"
+#include "app/viewer/render/photograph_reader.h"
+#include "app/viewer/render/scene_opening.h"
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
-#include "app/viewer/state/preferences.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"
 #include "app/viewer/window/picture_texture.h"
@@ -51,7 +52,8 @@ class ViewLoop final : public Host {
   explicit ViewLoop(const ViewOptions& options)
       : options_(options),
         store_(initial_viewer(options, first_size_)),
-        loader_(Window::wake, options.frame.threads),
+        opening_(Window::wake, options.frame.threads),
+        photographs_(Window::wake),
         window_(begin_reading()) {
     if (options.script) {
       script_ = ScriptPlayer(*options.script);
@@ -76,7 +78,8 @@ class ViewLoop final : public Host {
       play_script(actions);
       window_.input().tick(actions);
       render_->take_reports(actions);
-      loader_.take_reports(actions);
+      opening_.take_reports(actions);
+      photographs_.take_reports(actions);
       if (training_) training_->take_reports(actions);
       if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       measure_memory();
@@ -113,7 +116,7 @@ class ViewLoop final : public Host {
       request.iteration = frame.iteration;
       request.cameras_file = frame.cameras;
     }
-    loader_.open(request);
+    opening_.open(request);
   }
   void open_beside(const std::filesystem::path& path) override {
     OpenRequest request;
@@ -121,22 +124,20 @@ class ViewLoop final : public Host {
     request.axes = remembered_axes(viewer_, path);
     request.skip_huge = viewer_.skips_huge;
     request.beside = true;
-    loader_.open(request);
+    opening_.open(request);
   }
-  void read_photograph(const std::filesystem::path& path) override {
-    loader_.read_photograph(path);
-  }
+  void read_photograph(const std::filesystem::path& path) override { photographs_.read(path); }
   void cancel_loading() override {
-    loader_.cancel();
+    opening_.cancel();
     render_->stop_job();
     if (training_ && training_->reads()) training_->command(TrainingCommand::stop);
   }
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
-  void start_training(const std::vector<std::string>& words) override {
+  void start_training(const TrainingRequest& request) override {
     training_shown_ = false;
-    training_.emplace(Window::wake, [this, words](TrainingThread& thread) {
-      return options_.train_words(thread, words);
+    training_.emplace(Window::wake, [this, request](TrainingThread& thread) {
+      return options_.train_request(thread, request);
     });
   }
   void train(TrainingCommand command) override {
@@ -210,8 +211,8 @@ class ViewLoop final : public Host {
   void play_script(Actions& actions) {
     if (grab_.requested()) return;
     const auto at_rest = [&] {
-      return is_settled(viewer_) && !loader_.busy() && !render_->busy() && beside_.empty() &&
-             !(training_ && (training_->busy() || training_->reads()));
+      return is_settled(viewer_) && !opening_.busy() && !photographs_.busy() && !render_->busy() &&
+             beside_.empty() && !(training_ && (training_->busy() || training_->reads()));
     };
     const auto step = script_.next(viewer_, *this, at_rest);
     if (step) window_.play(*step, viewer_.now, actions);
@@ -234,7 +235,7 @@ class ViewLoop final : public Host {
 
   // Reads the second scene that the command line names, after the first scene.
   void begin_beside() {
-    if (beside_.empty() || loader_.busy() || render_->busy()) return;
+    if (beside_.empty() || opening_.busy() || photographs_.busy() || render_->busy()) return;
     const std::filesystem::path path = std::exchange(beside_, {});
     if (viewer_.scene) open_beside(path);
   }
@@ -303,7 +304,8 @@ class ViewLoop final : public Host {
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();
   Turn turn_;
-  SceneLoader loader_;
+  SceneOpening opening_;
+  PhotographReader photographs_;
   Window window_;
   Presenter presenter_;
   std::shared_ptr<const Image> bundled_picture_;

@@ -3,8 +3,8 @@
 
 #include <system_error>
 
+#include "app/viewer/preferences.h"
 #include "app/viewer/state/actions.h"
-#include "app/viewer/state/preferences.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -7,7 +7,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "app/session/session.h"
 #include "app/viewer/state/viewer.h"
@@ -27,9 +26,8 @@ struct ViewOptions {
   /// A training run beside the window, which gives it its scene; see TrainingThread::Work. May be
   /// null.
   std::function<std::string(TrainingThread&)> train;
-  /// Like `train`, for runs that the user starts in the window, from the words of a command line
-  /// after `quadsplat train`.
-  std::function<std::string(TrainingThread&, const std::vector<std::string>& words)> train_words;
+  /// Like `train`, for runs that the user starts in the window.
+  std::function<std::string(TrainingThread&, const TrainingRequest&)> train_request;
 };
 
 /// True if the user has no preferences file yet: the bundled scene and hints are shown.

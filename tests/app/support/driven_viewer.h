@@ -51,7 +51,7 @@ struct Driven : RecordingHost {
 struct DrivenScene : Driven {
   explicit DrivenScene(int cameras) {
     apply(action::resize, 640, 480);
-    apply(action::scene_opened, some_scene(cameras), RenderSettings(), Backend::cpu);
+    apply(action::scene_opened, OpenedScene{some_scene(cameras), RenderSettings(), Backend::cpu});
   }
 };
 

@@ -11,8 +11,8 @@
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/open_scene.h"
 #include "app/viewer/render/render_thread.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/camera_actions.h"
 #include "support/recording_host.h"
 #include "support/scene_files.h"
@@ -33,16 +33,16 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
   RenderingViewer()
       : thread_(
             one_thread(), [] {}, nullptr) {
-    auto loaded = std::make_shared<LoadedScene>();
-    loaded->scene.cloud = random_cloud(300, 1, 5);
-    loaded->scene.path = scenes_ / "random scene.ply";
-    write_scene(loaded->scene.cloud, loaded->scene.path);
-    loaded->facts.name = "random";
-    loaded->facts.path = loaded->scene.path;
-    loaded->facts.core = {glm::vec3(-1), glm::vec3(1)};
+    Scene scene;
+    scene.cloud = random_cloud(300, 1, 5);
+    scene.path = scenes_ / "random scene.ply";
+    write_scene(scene.cloud, scene.path);
+    ViewedScene facts;
+    facts.name = "random";
+    facts.path = scene.path;
+    facts.core = {glm::vec3(-1), glm::vec3(1)};
     apply(call(action::resize, 96, 64));
-    apply(call(action::scene_read, loaded, false));
-    settle();
+    show(std::move(scene), facts);
     apply(call(action::set_camera, front_camera(96, 64)));
     change([this](Viewer& viewer) { viewer.out_dir = scenes_.path(); });
     request_ = full_frame(viewer());
@@ -50,6 +50,23 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
 
   void run(Job job) override { thread_.run(std::move(job)); }
   void stop_job() override { thread_.stop_job(); }
+
+  // Shows a scene with black behind it, as after reading.
+  void show(Scene scene, const ViewedScene& facts, Backend backend = Backend::cpu) {
+    const UploadOrder order{std::make_shared<const Scene>(std::move(scene)), facts,
+                            settings_for(facts, viewer().settings, false), backend};
+    thread_.run([order](RenderContext& context) {
+      context.report(action::scene_opened, show_scene(context, order, {}));
+    });
+    settle();
+  }
+  void show_beside_it(std::shared_ptr<const Scene> scene) {
+    const BesideOrder order{std::move(scene), viewer().backend};
+    thread_.run([order](RenderContext& context) {
+      context.report(action::beside_opened, show_beside(context, order, {}));
+    });
+    settle();
+  }
 
   const Viewer& viewer() const { return store_.viewer(); }
   void apply(const Action& action) { store_.apply(action, *this); }

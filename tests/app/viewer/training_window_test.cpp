@@ -84,14 +84,14 @@ TEST(TrainingState, commands_reach_the_host_in_the_phases_in_which_they_make_sen
 
 TEST(TrainingState, a_run_starts_unless_one_is_under_way) {
   Driven driven;
-  const std::vector<std::string> words = {"garden", "--out-dir", "model"};
-  driven.apply(action::start_training, words);
-  EXPECT_THAT(driven.trained, ElementsAre(words));
-  driven.apply(action::start_training, words);
+  const TrainingRequest request{"garden", "model", {"--iterations", "9"}};
+  driven.apply(action::start_training, request);
+  EXPECT_THAT(driven.trained, ElementsAre(request));
+  driven.apply(action::start_training, request);
   EXPECT_EQ(driven.trained.size(), 1u);
   EXPECT_THAT(driven.viewer.log.back().text, HasSubstr("stop that run first"));
   driven.apply(action::training_ended, std::string("finished and saved"), false);
-  driven.apply(action::start_training, words);
+  driven.apply(action::start_training, request);
   EXPECT_EQ(driven.trained.size(), 2u);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The parts of the viewer's loop without a window: pacing, scripts, window grabs, preferences,
-// requests to the render thread, the loader's facts.
+// The parts of the viewer's loop without a window: pacing, scripts, window grabs, options,
+// requests to the render thread, the facts of a scene.
 #include <csignal>
 #include <fstream>
 
@@ -12,9 +12,9 @@
 #include "app/base/quit_signals.h"
 #include "app/viewer/memory_use.h"
 #include "app/viewer/pacing.h"
+#include "app/viewer/preferences.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/scene_loader.h"
-#include "app/viewer/state/preferences.h"
+#include "app/viewer/render/view_facts.h"
 #include "app/viewer/view_options.h"
 #include "app/viewer/window/script_player.h"
 #include "app/viewer/window/window_grab.h"
@@ -392,56 +392,7 @@ TEST(WindowGrab, writes_once_and_reports_what_went_wrong) {
   EXPECT_TRUE(store.viewer().toasts[1].error);
 }
 
-// ---- preferences and files ----------------------------------------------------------------------
-TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
-  const TemporaryFolder folder;
-  Viewer written;
-  written.vsync = written.on_demand = written.reduce_when_moving = false;
-  written.panels.info = true;
-  written.navigation = Navigation::fly;
-  written.recent = {"/a.ply", "/b c.ply"};
-  written.last_views["/a.ply"] = "kept";
-  written.ups["/a.ply"] = "0,-1,0.5";
-  written.axes["/a.ply"] = "RFU";
-  written.scene.emplace();
-  written.scene->path = "/b.ply";
-  written.camera = test::front_camera(64, 48);
-  write_preferences(folder / "deep/viewer.json", written, {1600, 900});
-  Viewer read;
-  glm::ivec2 size(0);
-  EXPECT_EQ(read_preferences(folder / "deep/viewer.json", read, size), "");
-  EXPECT_EQ(size, glm::ivec2(1600, 900));
-  EXPECT_FALSE(read.vsync || read.on_demand || read.reduce_when_moving);
-  EXPECT_TRUE(read.panels.info);
-  EXPECT_EQ(read.navigation, Navigation::fly);
-  EXPECT_EQ(read.recent, written.recent);
-  EXPECT_EQ(read.ups, written.ups);
-  EXPECT_EQ(read.axes, written.axes);
-  EXPECT_THAT(read.last_views,
-              testing::ElementsAre(testing::Pair("/a.ply", "kept"),
-                                   testing::Pair("/b.ply", format_camera(written.camera))));
-}
-
-TEST(Preferences, damaged_ones_are_reported_and_ignored) {
-  const TemporaryFolder folder;
-  for (const char* text : {"{", "[]", "{\"width\": \"wide\"}", "{\"vsync\": false, \"recent\": 3}",
-                           "{\"width\": 7e51}", "{\"height\": 2147483648}"}) {
-    std::ofstream(folder / "viewer.json") << text;
-    Viewer viewer;
-    glm::ivec2 size(1280, 720);
-    EXPECT_THAT(read_preferences(folder / "viewer.json", viewer, size), HasSubstr("ignored"))
-        << text;
-    EXPECT_EQ(size, glm::ivec2(1280, 720));
-    EXPECT_TRUE(viewer.vsync);
-  }
-  Viewer viewer;
-  glm::ivec2 size(1280, 720);
-  EXPECT_EQ(read_preferences(folder / "missing.json", viewer, size), "");
-  std::ofstream(folder / "viewer.json") << "{\"width\": 3, \"height\": 99999}";
-  EXPECT_EQ(read_preferences(folder / "viewer.json", viewer, size), "");
-  EXPECT_EQ(size, glm::ivec2(320, 16384));
-}
-
+// ---- options and files --------------------------------------------------------------------------
 TEST(ViewOptions, overrule_the_preferences) {
   const TemporaryFolder folder;
   Viewer kept;

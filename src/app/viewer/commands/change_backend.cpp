@@ -2,8 +2,7 @@
 //
 // Uploads the scene to another backend and shows it from there.
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/render/open_scene.h"
-#include "app/viewer/render/render_context.h"
+#include "app/viewer/render/upload_scene.h"
 
 namespace qs {
 
@@ -13,7 +12,8 @@ void action::change_backend(Viewer& viewer, Host& host, Backend backend) {
     const auto end = hide_progress_at_end(context);
     Session& session = context.session;
     session.second.reset();
-    session.renderer = upload_to(context, session.scene, backend);
+    session.renderer =
+        upload_to(context, session.scene, backend, upload_progress(context, *session.scene));
     session.backend = backend;
     context.report(action::backend_changed, backend);
   });

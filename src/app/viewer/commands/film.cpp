@@ -12,8 +12,8 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/open_scene.h"
 #include "app/viewer/render/render_context.h"
+#include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {

@@ -22,12 +22,12 @@ std::string usual_model(const std::string& data) {
   return (path.has_filename() ? path : path.parent_path()).string() + "_model";
 }
 
-std::vector<std::string> words_of(const PanelState& state) {
+TrainingRequest request_of(const PanelState& state) {
   const auto& [data, model, options, focus] = state.train;
-  std::vector<std::string> words = {data, "--out-dir", model.empty() ? usual_model(data) : model};
-  std::istringstream more(options);
-  for (std::string word; more >> word;) words.push_back(word);
-  return words;
+  TrainingRequest request{data, model.empty() ? usual_model(data) : model, {}};
+  std::istringstream words(options);
+  for (std::string word; words >> word;) request.options.push_back(word);
+  return request;
 }
 
 void draw_field(const char* title, const char* hint, std::string& text) {
@@ -71,7 +71,7 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   const bool starts = (ImGui::Button("Train") || entered) && !data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (starts) actions.push_back(call(action::start_training, words_of(state)));
+  if (starts) actions.push_back(call(action::start_training, request_of(state)));
   if (starts || !open) {
     actions.push_back(call(action::toggle_panel, &Panels::train));
     ImGui::CloseCurrentPopup();

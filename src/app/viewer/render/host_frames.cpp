@@ -2,7 +2,7 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
-#include "app/viewer/render/open_scene.h"
+#include "app/viewer/render/upload_scene.h"
 
 namespace qs {
 namespace {

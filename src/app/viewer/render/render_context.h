@@ -10,6 +10,7 @@
 
 #include "app/session/session.h"
 #include "app/viewer/render/action_queue.h"
+#include "app/viewer/render/stepped_progress.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {
@@ -108,16 +109,11 @@ inline auto with_settings(Session& session, const RenderSettings& settings) {
 /// Progress that the window shows, in steps of 1 %. `what`: "reading" or "uploading".
 inline Progress shown_progress(std::filesystem::path path, std::string what, std::stop_token stop,
                                ActionQueue& reports) {
-  constexpr float kStep = 0.01f;
-  Progress progress;
-  progress.stop = std::move(stop);
-  progress.report = [path = std::move(path), what = std::move(what), &reports,
-                     reported = 0.0f](float fraction) mutable {
-    if (fraction < reported + kStep) return;
-    reported = fraction;
-    reports.report(action::show_progress, Loading{path, what, fraction});
-  };
-  return progress;
+  return stepped_progress(
+      [path = std::move(path), what = std::move(what), &reports](float fraction) {
+        reports.report(action::show_progress, Loading{path, what, fraction});
+      },
+      std::move(stop));
 }
 
 }  // namespace qs

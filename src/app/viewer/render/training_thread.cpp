@@ -4,8 +4,8 @@
 #include <new>
 #include <utility>
 
-#include "app/viewer/render/render_context.h"
-#include "app/viewer/render/scene_loader.h"
+#include "app/viewer/render/upload_scene.h"
+#include "app/viewer/render/view_facts.h"
 #include "app/viewer/state/actions.h"
 
 namespace qs {
@@ -193,12 +193,12 @@ Job open_trained(const TrainedModel& model, Backend backend, const RenderSetting
   return [=](RenderContext& context) {
     const auto end = hide_progress_at_end(context);
     const std::filesystem::path cameras = model.scene->path / "cameras.json";
-    const auto loaded = std::make_shared<LoadedScene>();
-    loaded->scene = *model.scene;
-    loaded->facts = view_facts(loaded->scene, cameras, *context.session.pool);
-    loaded->facts.photographs =
-        find_photographs(model.data / "cameras.json", loaded->facts.cameras);
-    open_scene(loaded, backend, settings, false)(context);
+    UploadOrder order{
+        model.scene, view_facts(*model.scene, cameras, *context.session.pool), {}, backend};
+    order.facts.photographs = find_photographs(model.data / "cameras.json", order.facts.cameras);
+    order.settings = settings_for(order.facts, settings, false);
+    context.report(action::scene_opened,
+                   show_scene(context, order, upload_progress(context, *model.scene)));
     context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
                    model.seconds);
   };

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "app/viewer/render/action_queue.h"
-#include "app/viewer/render/open_scene.h"
+#include "app/viewer/render/render_context.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {

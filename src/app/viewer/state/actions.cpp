@@ -43,13 +43,10 @@ void keep_in_log(Viewer& v, const std::string& text, bool error) {
 }
 
 void restore_view(Viewer& v) {
-  const auto kept = v.last_views.find(v.scene->path.string());
-  if (kept == v.last_views.end() || !v.restores_views) return;
-  try {
-    set_camera(v, parse_camera(kept->second, "settings"));
-    notify(v, "restored the last view of this scene; Home goes to the first view");
-  } catch (const Error&) {  // the settings were edited by hand, so the first view stays
-  }
+  const std::optional<Camera> last = last_view(v, v.scene->path);
+  if (!last) return;
+  set_camera(v, *last);
+  notify(v, "restored the last view of this scene; Home goes to the first view");
 }
 
 }  // namespace
@@ -229,18 +226,17 @@ void say_what_is_odd(Viewer& v) {
 
 }  // namespace
 
-void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderSettings& settings,
-                  Backend backend) {
+void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
+  const ViewedScene& scene = opened.facts;
   const bool other_file = !v.scene || v.scene->path != scene.path;
   const bool turned = !other_file && v.scene->axes != scene.axes;
   const bool another = other_file || turned;
   if (v.scene) v.last_views[v.scene->path.string()] = format_camera(v.camera);
   const CullMode mode = v.settings.mode;
   v.scene = scene;
-  v.settings = settings;
+  v.settings = opened.settings;
   v.settings.mode = mode;
-  v.backend = backend;
-  end_progress(v);
+  v.backend = opened.backend;
   add_recent(v, scene.path);
   v.crop = {};
   if (another) {
@@ -259,7 +255,6 @@ void scene_opened(Viewer& v, Host& host, const ViewedScene& scene, const RenderS
 void beside_opened(Viewer& v, const SceneBeside& scene) {
   v.beside = scene;
   v.panels.split = true;
-  end_progress(v);
   add_recent(v, scene.path);
   picture_changed(v);
 }
@@ -270,16 +265,38 @@ void backend_changed(Viewer& v, Backend backend) {
   view_changed(v);
 }
 
-void cameras_opened(Viewer& v, Host& host, const std::vector<Camera>& cameras,
-                    const std::filesystem::path& file,
-                    const std::map<int, std::filesystem::path>& photographs) {
+void cameras_opened(Viewer& v, Host& host, const OpenedCameras& opened) {
   if (!v.scene) return;
-  v.scene->cameras = cameras;
-  v.scene->cameras_file = file;
-  v.scene->photographs = photographs;
+  v.scene->cameras = opened.cameras;
+  v.scene->cameras_file = opened.file;
+  v.scene->photographs = opened.photographs;
   use_cameras(*v.scene);
   set_first_view(v, host);
-  notify(v, fmt::format("{} cameras from {}", cameras.size(), file.filename().string()));
+  notify(v,
+         fmt::format("{} cameras from {}", opened.cameras.size(), opened.file.filename().string()));
+}
+
+namespace {
+
+/// One function for each result of an opening.
+struct EndOfOpening {
+  Viewer& v;
+  Host& host;
+
+  void operator()(const OpenedScene& opened) const { scene_opened(v, host, opened); }
+  void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
+  void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
+  void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
+  void operator()(const OpeningFailed& failed) const { notify_error(v, failed.sentence); }
+  void operator()(const OpeningCancelled& cancelled) const {
+    if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
+  }
+};
+
+}  // namespace
+
+void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
+  std::visit(EndOfOpening{v, host}, result);
 }
 
 void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "app/viewer/state/action.h"
+#include "app/viewer/state/opening.h"
 
 namespace qs::action {
 
@@ -62,13 +63,12 @@ void tick(Viewer& viewer, const Turn& turn, double seconds);
 
 void show_progress(Viewer& viewer, const Loading& loading);
 void end_progress(Viewer& viewer);
-void scene_opened(Viewer& viewer, Host& host, const ViewedScene& scene,
-                  const RenderSettings& settings, Backend backend);
+/// Shows the result of an opening. Viewer::loading may already be the progress of a newer opening.
+void opening_ended(Viewer& viewer, Host& host, const OpeningResult& result);
+void scene_opened(Viewer& viewer, Host& host, const OpenedScene& opened);
 void beside_opened(Viewer& viewer, const SceneBeside& scene);
+void cameras_opened(Viewer& viewer, Host& host, const OpenedCameras& opened);
 void backend_changed(Viewer& viewer, Backend backend);
-void cameras_opened(Viewer& viewer, Host& host, const std::vector<Camera>& cameras,
-                    const std::filesystem::path& file,
-                    const std::map<int, std::filesystem::path>& photographs);
 void photograph_opened(Viewer& viewer, const ShownPhotograph& photograph);
 void frame_shown(Viewer& viewer, const ShownFrame& frame);
 void numbers_measured(Viewer& viewer, const ModeNumbers& numbers);

@@ -14,6 +14,7 @@
 #include "app/framing/camera_rig.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/flight.h"
+#include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
 #include "raster/base/error.h"
 
@@ -38,6 +39,33 @@ std::optional<glm::dvec3> remembered_up(const Viewer& v, const std::filesystem::
 std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene) {
   const auto kept = v.axes.find(scene.string());
   return kept != v.axes.end() && is_axes(kept->second) ? kept->second : "";
+}
+
+std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
+  const auto kept = v.last_views.find(scene.string());
+  if (kept == v.last_views.end() || !v.restores_views) return {};
+  try {
+    return parse_camera(kept->second, "settings");
+  } catch (const Error&) {  // the settings were edited by hand
+    return {};
+  }
+}
+
+namespace {
+
+Camera framed(const Viewer& v, const Framing& framing) {
+  return framed_camera(framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
+}
+
+Camera fitted(const Viewer& v, const Camera& camera) {
+  return v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
+}
+
+}  // namespace
+
+Camera opening_view(const Viewer& v, const ViewedScene& scene) {
+  if (const std::optional<Camera> last = last_view(v, scene.path)) return fitted(v, *last);
+  return fitted(v, scene.cameras.empty() ? framed(v, scene.framing) : scene.cameras.front());
 }
 
 namespace action {
@@ -65,16 +93,12 @@ glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
 /// Resizes the camera to the window.
 void set_view(Viewer& v, const Camera& camera) {
   v.travel.reset();
-  v.camera = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
+  v.camera = fitted(v, camera);
   view_changed(v);
 }
 
 /// The camera of the data set at the current view, or at the end of the current travel; -1: none.
 int destination(const Viewer& v) { return v.travel ? v.travel->dataset_camera : v.dataset_camera; }
-
-Camera framed(const Viewer& v) {
-  return framed_camera(v.scene->framing, std::max(v.camera.width, 1), std::max(v.camera.height, 1));
-}
 
 int nearest_camera(const Viewer& v) {
   int nearest = -1;
@@ -175,7 +199,7 @@ void resize(Viewer& v, int width, int height) {
 
 void frame_scene(Viewer& v) {
   if (!v.scene) return;
-  travel_to(v, framed(v));
+  travel_to(v, framed(v, v.scene->framing));
   v.pivot = v.scene->framing.target;
 }
 
@@ -237,7 +261,7 @@ void make_upright(Viewer& v) {
 }
 
 void set_first_view(Viewer& v, Host& host) {
-  v.home = framed(v);
+  v.home = framed(v, v.scene->framing);
   v.dataset_camera = -1;
   go_home(v, host);
   arrive(v);

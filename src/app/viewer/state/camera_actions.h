@@ -53,6 +53,12 @@ namespace qs {
 /// The up direction that make_upright() remembered for this scene file.
 std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesystem::path& scene);
 
+/// The view in which the user left this scene file, of any size; unset if views are not restored.
+std::optional<Camera> last_view(const Viewer& viewer, const std::filesystem::path& scene);
+
+/// The view at the window's size in which scene_opened() shows another scene.
+Camera opening_view(const Viewer& viewer, const ViewedScene& scene);
+
 /// The axes that were chosen for this scene file; "" if no axes were chosen.
 std::string remembered_axes(const Viewer& viewer, const std::filesystem::path& scene);
 

@@ -8,12 +8,12 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
 namespace qs {
 
 struct RenderContext;
 enum class TrainingCommand;
+struct TrainingRequest;
 
 /// Work for the render thread, which owns the renderer and the scene.
 using Job = std::function<void(RenderContext&)>;
@@ -32,8 +32,7 @@ class Host {
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
   virtual void stop_job() = 0;    ///< the running job
 
-  /// Starts a training run. `words`: of a command line, after `quadsplat train`.
-  virtual void start_training(const std::vector<std::string>& words) = 0;
+  virtual void start_training(const TrainingRequest& request) = 0;
   virtual void train(TrainingCommand command) = 0;  ///< for the training run, if there is one
 
   /// Throws Error(input).

@@ -9,12 +9,22 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace qs {
 
 enum class TrainingPhase { running, paused, ended };
 
 enum class TrainingCommand { pause, resume, step, save, stop };
+
+/// A run that the user starts in the window.
+struct TrainingRequest {
+  std::filesystem::path data;        ///< folder of the photographs with their cameras
+  std::filesystem::path model;       ///< folder of the trained model
+  std::vector<std::string> options;  ///< further options of the command `train`, a word each
+
+  bool operator==(const TrainingRequest&) const = default;
+};
 
 struct TrainingProgress {
   int iteration = 0, iterations = 0;  ///< done, planned

@@ -61,11 +61,11 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
 
 namespace action {
 
-void start_training(Viewer& v, Host& host, const std::vector<std::string>& words) {
+void start_training(Viewer& v, Host& host, const TrainingRequest& request) {
   if (v.training && v.training->phase != TrainingPhase::ended)
     return notify_error(v, "a model is being trained: stop that run first");
   v.training = Training();
-  host.start_training(words);
+  host.start_training(request);
 }
 
 void command_training(Viewer& v, Host& host, TrainingCommand command) {

@@ -20,8 +20,8 @@ std::vector<Fact> training_facts(const Viewer& viewer);
 namespace action {
 
 // ---- by the user -------------------------------------------------------------------------------
-/// Starts a run, unless a run is in progress. `words`: of a command line, after `quadsplat train`.
-void start_training(Viewer& viewer, Host& host, const std::vector<std::string>& words);
+/// Starts a run, unless a run is in progress.
+void start_training(Viewer& viewer, Host& host, const TrainingRequest& request);
 /// Passes the command to the host if it is valid in this phase.
 void command_training(Viewer& viewer, Host& host, TrainingCommand command);
 /// Pauses or resumes.

@@ -173,7 +173,7 @@ TEST(Crop, another_scene_is_whole) {
   DrivenScene driven(1);
   driven.press("R");
   driven.apply(change_crop, boxed(kUnit));
-  driven.apply(scene_opened, test::some_scene(1), RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{test::some_scene(1), RenderSettings(), Backend::cpu});
   EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
   EXPECT_FALSE(driven.viewer.crop.busy);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Background jobs of the viewer in a window that is wider than high: their results, the part of the
-// view that they cover, and the files that the loader reads.
+// Background jobs of the viewer in a window that is wider than high: their results, and the part of
+// the view that they cover.
 #include <fstream>
 
 #include <glm/geometric.hpp>
@@ -15,7 +15,6 @@
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/host_frames.h"
-#include "app/viewer/render/scene_loader.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/window/presenter.h"
 #include "io/camera/cameras.h"
@@ -138,8 +137,7 @@ TEST_F(FilmJob, films_two_scenes_beside_each_other) {
   auto scene = std::make_shared<Scene>();
   scene->cloud = test::random_cloud(120, 1, 9);
   scene->path = scenes_ / "other.ply";
-  apply(call(action::beside_read, std::shared_ptr<const Scene>(scene)));
-  settle();
+  show_beside_it(scene);
   ASSERT_TRUE(viewer().beside);
   press("K");
   press("K");
@@ -351,246 +349,6 @@ TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
   EXPECT_EQ(viewer().zoom.steps, 12);
   EXPECT_THAT(viewer().zoom.rows, SizeIs(12 * kCullerCount));
   EXPECT_EQ(viewer().zoom.folder, scenes_ / "zoom/random scene_0001");
-}
-
-// ---- reading files ------------------------------------------------------------------------------
-class Loader : public testing::Test, protected test::RecordingHost {
- protected:
-  // Reports of reading until the loader is done.
-  Viewer load(const std::filesystem::path& path, const std::string& axes = "",
-              const Sampling& sampling = {}) {
-    SceneLoader loader([] {}, 1, sampling);
-    OpenRequest request;
-    request.path = path;
-    request.axes = axes;
-    loader.open(request);
-    return finish(loader);
-  }
-
-  Viewer finish(SceneLoader& loader) {
-    ViewerStore store{start_};
-    while (loader.busy()) {
-      Actions actions;
-      loader.take_reports(actions);
-      for (const Action& action : actions) {
-        store.apply(action, *this);
-        if (store.viewer().loading) seen_.push_back(*store.viewer().loading);
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    Actions reports;
-    reports_.take(reports);
-    for (const Action& action : reports) store.apply(action, *this);
-    return store.viewer();
-  }
-
-  void write(const std::string& name, const std::string& content) {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name) << content;
-  }
-  static std::string cameras(const std::vector<const char*>& names) {
-    std::string list;
-    for (const char* name : names) {
-      Camera camera = test::front_camera(64, 48);
-      camera.name = name;
-      list += (list.empty() ? "[" : ",") + format_camera(camera);
-    }
-    return list + "]";
-  }
-  void picture(const std::string& name) {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    write_image(Image(5, 3, 3), folder_ / name);
-  }
-
-  void run(Job job) override {
-    if (!run_at_once_) return RecordingHost::run(std::move(job));
-    RenderContext context{reports_, {}};
-    context.session.pool = std::make_unique<ThreadPool>(1);
-    job(context);
-  }
-
-  TemporaryFolder folder_;
-  Viewer start_;
-  std::vector<Loading> seen_;
-  bool run_at_once_ = false;
-  ActionQueue reports_{[] {}};  // of jobs
-};
-
-TEST_F(Loader, cameras_get_the_photographs_of_the_folder_images_here_or_one_up) {
-  start_.scene.emplace();
-  start_.camera = test::front_camera(64, 48);
-  write("a/cameras.json", cameras({"0001", "left/0002", "x/0003"}));
-  picture("a/images/0001.png");
-  picture("a/images/left/0002.ppm");
-  picture("a/images/0003.png");
-  Viewer viewer = load(folder_ / "a/cameras.json");
-  EXPECT_THAT(viewer.scene->photographs,
-              ElementsAre(testing::Pair(0, folder_ / "a/images/0001.png"),
-                          testing::Pair(1, folder_ / "a/images/left/0002.ppm"),
-                          testing::Pair(2, folder_ / "a/images/0003.png")));
-  EXPECT_EQ(viewer.scene->cameras_file, folder_ / "a/cameras.json");
-  EXPECT_THAT(viewer.scene->cameras, SizeIs(3));
-  EXPECT_FALSE(viewer.loading);
-  ASSERT_FALSE(seen_.empty());
-  EXPECT_EQ(seen_[0].what, "reading");
-  EXPECT_EQ(seen_[0].fraction, 0);
-  EXPECT_EQ(seen_[0].path, folder_ / "a/cameras.json");
-  write("a/sparse/cameras.json", cameras({"0001"}));
-  viewer = load(folder_ / "a/sparse/cameras.json");
-  ASSERT_THAT(viewer.scene->photographs, SizeIs(1));
-  EXPECT_EQ(std::filesystem::canonical(viewer.scene->photographs.at(0)),
-            std::filesystem::canonical(folder_ / "a/images/0001.png"));
-  viewer = load(folder_ / "a/sparse");  // a folder without a scene
-  EXPECT_THAT(viewer.scene->cameras, SizeIs(1));
-}
-
-TEST_F(Loader, a_list_of_cameras_with_times_is_a_path) {
-  write("path.json",
-        format_camera_path({{1, test::front_camera(8, 6)}, {3, test::front_camera(8, 6)}}));
-  const Viewer viewer = load(folder_ / "path.json");
-  ASSERT_THAT(viewer.keyframes, SizeIs(2));
-  EXPECT_EQ(viewer.keyframes[1].time, 3);
-  EXPECT_FALSE(viewer.loading);
-}
-
-TEST_F(Loader, a_scene_comes_with_its_facts) {
-  test::write_scene(test::random_cloud(30, 2, 2), folder_ / "scene.ply");
-  write("cameras.json", cameras({"0001"}));
-  const Viewer viewer = load(folder_ / "scene.ply", "RUB");
-  EXPECT_THAT(jobs, SizeIs(1));
-  EXPECT_TRUE(viewer.loading);
-  EXPECT_EQ(viewer.loading->what, "uploading");
-  EXPECT_EQ(viewer.loading->fraction, 0);
-  ThreadPool pool(1);
-  Scene scene = read_scene(folder_ / "scene.ply", pool, {});
-  const ViewedScene facts = view_facts(scene, std::nullopt, pool);
-  EXPECT_EQ(facts.name, "scene");
-  EXPECT_EQ(facts.gaussians, 30u);
-  EXPECT_EQ(facts.sh_degree, 2);
-  EXPECT_EQ(facts.file_bytes, std::filesystem::file_size(folder_ / "scene.ply"));
-  EXPECT_THAT(facts.cameras, SizeIs(1));
-  EXPECT_FALSE(facts.white_background);
-  // The cameras' mean up, unless their up directions differ too much or the file names an axis.
-  const auto up = [&](const std::vector<glm::dvec3>& ups) {
-    std::string list;
-    for (const glm::dvec3& each : ups) {
-      const Camera camera = look_at({0, 0, 0}, glm::dvec3(1, 0, 0), each, 1, 64, 48);
-      list += (list.empty() ? "[" : ",") + format_camera(camera);
-    }
-    write("other.json", list + "]");
-    return view_facts(scene, folder_ / "other.json", pool).up;
-  };
-  EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 1, 0}}), glm::normalize(glm::dvec3(0, 1, 1))), 1e-9);
-  EXPECT_LT(glm::distance(up({{0, 0, 1}, {0, 0, -1}, {0, 0, 1}, {0, 0, -1}}), glm::dvec3(0, -1, 0)),
-            1e-9);
-  const double tilt = std::acos(0.11), more = std::acos(0.09);
-  EXPECT_LT(
-      glm::distance(up({{0, std::sin(tilt), std::cos(tilt)}, {0, -std::sin(tilt), std::cos(tilt)}}),
-                    glm::dvec3(0, 0, 1)),
-      1e-9);
-  EXPECT_LT(
-      glm::distance(up({{0, std::sin(more), std::cos(more)}, {0, -std::sin(more), std::cos(more)}}),
-                    glm::dvec3(0, -1, 0)),
-      1e-9);
-  scene.vertical_axis = "x";
-  EXPECT_EQ(up({{0, 0, 1}}), glm::dvec3(1, 0, 0));
-}
-
-TEST_F(Loader, a_large_scene_is_seen_before_it_is_there_and_is_the_same_afterwards) {
-  Sampling sampling;
-  sampling.fewest = 60'000;
-  start_.camera = test::front_camera(320, 180);
-  for (const char* name : {"large.spz", "large.ply"}) {
-    const std::filesystem::path path = folder_ / name;
-    test::write_scene(test::random_cloud(60'001, 1, 3), path);
-    const Scene scene = test::read_scene(path);
-    const ViewedScene facts = view_facts(scene, std::nullopt, test::pool(1));
-    jobs.clear();
-    EXPECT_FALSE(load(path, "", sampling).scene);
-    ASSERT_THAT(jobs, SizeIs(2)) << "the picture of a sample, then the scene";
-
-    ActionQueue reports([] {});
-    std::vector<RenderedFrame> shown;
-    RenderContext context{reports, {}, [&](RenderedFrame frame) { shown.push_back(frame); }};
-    context.session.pool = std::make_unique<ThreadPool>(1);
-    jobs[0](context);
-    EXPECT_EQ(context.session.scene, nullptr);
-    ASSERT_THAT(shown, SizeIs(1));
-    const auto lit = [](std::uint8_t value) { return value > 40 && value < 255; };
-    EXPECT_GT(std::count_if(shown[0].rgba.begin(), shown[0].rgba.end(), lit),
-              static_cast<int>(shown[0].rgba.size() / 8));
-    EXPECT_GT(shown[0].shown.divisor, 1) << "it is not a measurement";
-
-    jobs[1](context);
-    EXPECT_EQ(context.session.scene->cloud.positions, scene.cloud.positions);
-    EXPECT_EQ(context.session.scene->cloud.sh, scene.cloud.sh);
-    ViewerStore store{Viewer()};
-    Actions actions;
-    reports.take(actions);
-    for (const Action& action : actions) store.apply(action, *this);
-    const ViewedScene& shown_facts = *store.viewer().scene;
-    EXPECT_EQ(shown_facts.up, facts.up);
-    EXPECT_EQ(shown_facts.framing.eye, facts.framing.eye);
-    EXPECT_EQ(shown_facts.framing.target, facts.framing.target);
-    EXPECT_EQ(shown_facts.framing.near_depth, facts.framing.near_depth);
-    EXPECT_EQ(shown_facts.gaussians, 60'001u);
-  }
-}
-
-TEST_F(Loader, a_small_scene_and_one_beside_another_are_shown_once_they_are_there) {
-  const std::filesystem::path path = folder_ / "scene.ply";
-  test::write_scene(test::random_cloud(1000, 0, 3), path);
-  load(path);
-  EXPECT_THAT(jobs, SizeIs(1));
-  jobs.clear();
-  Sampling all;
-  all.fewest = 0;
-  start_.scene.emplace();
-  load(path, "", all);
-  EXPECT_THAT(jobs, SizeIs(1));
-}
-
-TEST_F(Loader, a_model_is_read_at_its_last_iteration) {
-  for (const char* name : {"iteration_0", "iteration_30000"}) {
-    const auto folder = folder_ / "model/point_cloud" / name;
-    std::filesystem::create_directories(folder);
-    test::write_scene(test::random_cloud(5, 0, 2), folder / "point_cloud.ply");
-  }
-  run_at_once_ = true;
-  const Viewer viewer = load(folder_ / "model");
-  EXPECT_EQ(viewer.scene->path, folder_ / "model/point_cloud/iteration_30000/point_cloud.ply");
-  EXPECT_EQ(viewer.scene->name, "model");
-}
-
-TEST_F(Loader, what_cannot_be_read_becomes_a_sentence) {
-  write("broken.json", "{");
-  std::filesystem::resize_file(folder_ / "broken.json", (256u << 20) + 1);
-  Viewer viewer = load(folder_ / "broken.json");
-  ASSERT_THAT(viewer.toasts, SizeIs(1));
-  EXPECT_TRUE(viewer.toasts[0].error);
-  EXPECT_EQ(viewer.toasts[0].text,
-            (folder_ / "broken.json").string() +
-                ": 268435457 bytes are more than the 268435456 that are read");
-  EXPECT_FALSE(viewer.loading);
-  viewer = load(folder_ / "missing.ply");
-  EXPECT_THAT(viewer.toasts.at(0).text, HasSubstr("does not exist"));
-  write("meta.json", "[]");  // the name of a scene
-  EXPECT_THAT(load(folder_ / "meta.json").toasts.at(0).text, testing::Not(HasSubstr("camera")));
-}
-
-TEST_F(Loader, photographs_are_read_beside_scenes) {
-  picture("a.png");
-  start_.photograph.path = folder_ / "a.png";
-  SceneLoader loader([] {}, 1);
-  loader.read_photograph(folder_ / "a.png");
-  const Viewer viewer = finish(loader);
-  ASSERT_NE(viewer.photograph.image, nullptr);
-  EXPECT_EQ(viewer.photograph.image->width, 5);
-  EXPECT_EQ(viewer.photograph.image->height, 3);
-  SceneLoader other([] {}, 1);
-  other.read_photograph(folder_ / "b.png");
-  EXPECT_TRUE(finish(other).toasts.at(0).error);
-  EXPECT_FALSE(other.busy());
 }
 
 }  // namespace

@@ -83,8 +83,7 @@ TEST_F(RenderThreadTest, another_scene_is_drawn_beside_from_the_same_camera_in_t
   auto scene = std::make_shared<Scene>();
   scene->path = "other.ply";
   scene->cloud = test::random_cloud(200, 2, 77);
-  apply(call(action::beside_read, std::shared_ptr<const Scene>(scene)));
-  settle();
+  show_beside_it(scene);
   ASSERT_TRUE(viewer().beside);
   EXPECT_EQ(viewer().beside->gaussians, 200u);
   EXPECT_FALSE(viewer().loading);
@@ -155,18 +154,17 @@ TEST_F(RenderThreadTest, smaller_frames_say_so) {
 
 TEST_F(RenderThreadTest, smaller_frames_are_as_bright_as_the_full_one) {
   // Dots smaller than a pixel, which the low-pass dilation enlarges.
-  auto dots = std::make_shared<LoadedScene>();
-  dots->scene.cloud = test::random_cloud(20000, 0, 3);
+  Scene dots;
+  dots.cloud = test::random_cloud(20000, 0, 3);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-1, 1);
-  for (std::size_t i = 0; i < dots->scene.cloud.size(); ++i) {
-    dots->scene.cloud.positions[i] = {2.2f * place(random), 1.2f * place(random), 4.0f};
-    dots->scene.cloud.log_scales[i] = glm::vec3(std::log(0.0016f));
-    dots->scene.cloud.opacity_logits[i] = 1.0f;
-    dots->scene.cloud.sh[i] = glm::vec3(1.0f);
+  for (std::size_t i = 0; i < dots.cloud.size(); ++i) {
+    dots.cloud.positions[i] = {2.2f * place(random), 1.2f * place(random), 4.0f};
+    dots.cloud.log_scales[i] = glm::vec3(std::log(0.0016f));
+    dots.cloud.opacity_logits[i] = 1.0f;
+    dots.cloud.sh[i] = glm::vec3(1.0f);
   }
-  apply(call(action::scene_read, dots, false));
-  settle();
+  show(std::move(dots), {});
   apply(call(action::resize, 640, 360));
   apply(call(action::set_camera, test::front_camera(640, 360)));
   const auto brightness = [&](int divisor) {
@@ -311,10 +309,10 @@ TEST_F(RenderThreadTest, errors_become_sentences_and_the_thread_lives_on) {
 }
 
 TEST_F(RenderThreadTest, a_scene_that_does_not_fit_leaves_the_old_one) {
-  const auto loaded = std::make_shared<LoadedScene>();
-  loaded->scene.path = loaded->facts.path = "/data/other.ply";
-  thread_.run(open_scene(loaded, Backend::cuda, {}, false));
-  settle();
+  Scene other;
+  ViewedScene facts;
+  other.path = facts.path = "/data/other.ply";
+  show(std::move(other), facts, Backend::cuda);
   if (viewer().backend == Backend::cuda) GTEST_SKIP() << "a GPU is here";
   EXPECT_EQ(viewer().scene->name, "random");
   EXPECT_TRUE(viewer().toasts.back().error);

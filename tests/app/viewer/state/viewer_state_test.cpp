@@ -22,7 +22,6 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/preferences.h"
 #include "app/viewer/window/input.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
@@ -146,7 +145,7 @@ TEST(Motion, framing_uses_the_window_s_size_and_up) {
   scene.framing.eye = {1.5, -6, 4};
   scene.framing.target = {1.5, 3.5, 3.5};
   scene.framing.up = scene.up;
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   const Camera framed = framed_camera(scene.framing, 300, 500);
   EXPECT_EQ(text_of(driven.viewer.camera), text_of(framed));
   EXPECT_EQ(text_of(driven.viewer.home), text_of(framed));
@@ -166,10 +165,9 @@ TEST(Motion, framing_uses_the_window_s_size_and_up) {
 TEST(Motion, framing_shows_what_the_cameras_look_at_from_one_of_them) {
   Driven driven;
   driven.apply(resize, 300, 200);
-  driven.apply(scene_opened, some_scene(0), RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{some_scene(0), RenderSettings(), Backend::cpu});
   const ViewedScene other = some_scene(4);
-  driven.apply(cameras_opened, other.cameras, std::filesystem::path("cameras.json"),
-               std::map<int, std::filesystem::path>());
+  driven.apply(cameras_opened, OpenedCameras{other.cameras, "cameras.json", {}});
   driven.press("F");
   EXPECT_LT(glm::length(driven.viewer.pivot), 1e-9);  // they look at the origin
   EXPECT_NEAR(glm::length(driven.viewer.camera.position()), std::sqrt(10.0), 1e-9);
@@ -181,7 +179,7 @@ TEST(Motion, a_view_that_is_declared_upright_is_remembered) {
   Driven driven;
   driven.apply(resize, 300, 200);
   driven.press("U");  // no scene, no effect
-  driven.apply(scene_opened, some_scene(0), RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{some_scene(0), RenderSettings(), Backend::cpu});
   const std::filesystem::path scene = driven.viewer.scene->path;
   EXPECT_FALSE(remembered_up(driven.viewer, scene));
   driven.apply(roll, 10.0);
@@ -196,8 +194,7 @@ TEST(Motion, a_view_that_is_declared_upright_is_remembered) {
   driven.press("F");
   EXPECT_NEAR(glm::dot(view_axes(driven.viewer.camera).right, up), 0, 1e-9);
   // The cameras' own up does not replace it.
-  driven.apply(cameras_opened, some_scene(4).cameras, std::filesystem::path("cameras.json"),
-               std::map<int, std::filesystem::path>());
+  driven.apply(cameras_opened, OpenedCameras{some_scene(4).cameras, "cameras.json", {}});
   EXPECT_LT(glm::distance(driven.viewer.scene->up, up), 1e-12);
   // A view from above does not leave F without a horizon.
   const Framing framing = driven.viewer.scene->framing;
@@ -246,7 +243,7 @@ TEST(Motion, turning_away_counts_as_a_distance_of_one_extent) {
     scene.path = "/data/" + std::to_string(apart);
     scene.cameras = {look_at({0, 0, 0}, {0, 0, -1}, kUp, 1, 640, 480),
                      look_at({apart, 0, 0}, {apart, 0, 1}, kUp, 1, 640, 480)};
-    driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
     driven.apply(set_camera, look_at({0, 0, 0}, {0, 0, 1}, kUp, 1, 640, 480));
     driven.press("N");
     return driven.viewer.dataset_camera;
@@ -299,7 +296,7 @@ TEST(State, ten_recent_scenes_and_120_times_are_kept) {
   for (int i = 0; i < 12; ++i) {
     ViewedScene scene = some_scene(0);
     scene.path = "/" + std::to_string(i);
-    driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   }
   ASSERT_THAT(driven.viewer.recent, SizeIs(10));
   EXPECT_EQ(driven.viewer.recent.front(), "/11");
@@ -329,7 +326,7 @@ TEST(State, turned_scenes_are_remembered_and_start_at_their_first_view) {
   EXPECT_TRUE(driven.viewer.ups.empty());
   ViewedScene scene = some_scene(0);
   scene.axes = "RFU";
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   EXPECT_EQ(format_camera(driven.viewer.camera), format_camera(home)) << "not the view before";
   // Files with y up are turned about the x axis first.
   driven.apply([](Viewer& viewer) {
@@ -350,7 +347,7 @@ TEST(State, a_scene_that_seems_upside_down_is_turned_over_first) {
   ViewedScene scene = some_scene(2);
   scene.path = "/data/hanging.ply";
   scene.framing.upside_down = true;
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   EXPECT_EQ(driven.viewer.toasts.back().text,
             "The scene seems to be upside down: press Y to turn it");
   std::vector<std::string> tried;
@@ -371,7 +368,7 @@ TEST(State, what_is_larger_than_the_scene_is_said_and_left_out_on_request) {
   ViewedScene scene = some_scene(2);
   scene.path = "/data/covered.ply";
   scene.huge = 3;
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   EXPECT_THAT(driven.viewer.toasts.back().text,
               testing::StartsWith("3 Gaussians are larger than the scene and may cover it"));
   driven.apply(skip_huge, true);
@@ -384,7 +381,6 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
   const auto open = [&](const char* path, const char* axes) {
     driven.press("K");
     driven.apply(zoom_stepped, 3, std::vector<BenchRow>(2));
-    driven.apply(show_progress, Loading{"x", "reading", 0.5f});
     driven.apply([](Viewer& viewer) {
       viewer.comparison.emplace();
       viewer.inspected.emplace();
@@ -396,9 +392,8 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
     RenderSettings settings;
     settings.mode = 1;
     settings.sh_degree = 2;
-    driven.apply(scene_opened, scene, settings, Backend::cuda);
+    driven.apply(scene_opened, OpenedScene{scene, settings, Backend::cuda});
     EXPECT_GT(driven.viewer.version, version);
-    EXPECT_FALSE(driven.viewer.loading);
     EXPECT_EQ(driven.viewer.settings.mode, kDefaultMode);  // stays
     EXPECT_EQ(driven.viewer.settings.sh_degree, 2);
     EXPECT_EQ(driven.viewer.backend, Backend::cuda);
@@ -651,7 +646,7 @@ TEST(State, a_photograph_is_shown_at_the_nearest_camera) {
   driven.apply(resize, 64, 48);
   ViewedScene scene = some_scene(3);
   scene.photographs = {{1, "/1.jpg"}};
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   driven.apply(go_to_camera, 1);
   driven.apply(roll, 0.1);
   driven.press("G");
@@ -666,12 +661,47 @@ TEST(State, a_photograph_is_shown_at_the_nearest_camera) {
   EXPECT_EQ(driven.viewer.photograph_wipe, 0.75f);
   driven.apply(set_photograph_wipe, 3.0f);
   EXPECT_EQ(driven.viewer.photograph_wipe, 1);
-  driven.apply(cameras_opened, scene.cameras, std::filesystem::path("/x/c.json"),
-               std::map<int, std::filesystem::path>());
+  driven.apply(cameras_opened, OpenedCameras{scene.cameras, "/x/c.json", {}});
   EXPECT_EQ(driven.viewer.toasts.back().text, "3 cameras from c.json");
   EXPECT_EQ(driven.viewer.scene->cameras_file, "/x/c.json");
   EXPECT_THAT(driven.viewer.scene->photographs, IsEmpty());
   EXPECT_EQ(driven.viewer.dataset_camera, 0);
+}
+
+TEST(State, another_scene_opens_in_its_opening_view) {
+  for (const int cameras : {0, 2}) {
+    for (const bool restores : {false, true}) {
+      Driven driven;
+      driven.apply(resize, 640, 470);
+      driven.apply([&](Viewer& viewer) {
+        viewer.restores_views = restores;
+        viewer.last_views["/data/garden.ply"] = format_camera(test::front_camera(80, 60));
+      });
+      const std::string view = text_of(opening_view(driven.viewer, some_scene(cameras)));
+      driven.apply(scene_opened, OpenedScene{some_scene(cameras), RenderSettings(), Backend::cpu});
+      EXPECT_EQ(view, text_of(driven.viewer.camera)) << cameras << restores;
+    }
+  }
+}
+
+TEST(State, an_opening_ends_with_its_scene_or_a_sentence) {
+  DrivenScene driven(1);
+  driven.apply(opening_ended, OpeningResult(OpeningFailed{"a.ply: is broken"}));
+  EXPECT_EQ(driven.viewer.toasts.back().text, "a.ply: is broken");
+  EXPECT_TRUE(driven.viewer.toasts.back().error);
+  driven.apply(opening_ended, OpeningResult(OpeningCancelled{"a.ply: cancelled"}));
+  EXPECT_EQ(driven.viewer.toasts.back().text, "a.ply: cancelled");
+  EXPECT_FALSE(driven.viewer.toasts.back().error);
+  const std::size_t messages = driven.viewer.log.size();
+  driven.apply(opening_ended, OpeningResult(OpeningCancelled{}));
+  EXPECT_EQ(driven.viewer.log.size(), messages);
+  EXPECT_EQ(driven.viewer.scene->name, "garden");
+  driven.apply(opening_ended, OpeningResult(SceneBeside{"/b.ply", 70}));
+  EXPECT_EQ(driven.viewer.beside->gaussians, 70u);
+  ViewedScene other = some_scene(0);
+  other.name = "other";
+  driven.apply(opening_ended, OpeningResult(OpenedScene{other, RenderSettings(), Backend::cpu}));
+  EXPECT_EQ(driven.viewer.scene->name, "other");
 }
 
 TEST(State, cancelling_stops_reading_and_hides_its_progress) {
@@ -989,39 +1019,6 @@ TEST(FrameRequests, a_request_has_everything_of_the_view) {
   EXPECT_NE(request.version, request.view_version);
   EXPECT_EQ(request.settings.sh_degree, 1);
   EXPECT_EQ(request.divisor, 1);
-}
-
-// ---- preferences --------------------------------------------------------------------------------
-TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
-  const auto size_of = [](const char* text) {
-    Viewer viewer;
-    glm::ivec2 size(1, 1);
-    parse_preferences(text, viewer, size);
-    return size;
-  };
-  EXPECT_EQ(size_of(R"({"width": 320, "height": 240})"), glm::ivec2(320, 240));
-  EXPECT_EQ(size_of(R"({"width": 319, "height": 239})"), glm::ivec2(320, 240));
-  EXPECT_EQ(size_of(R"({"width": 16384, "height": 16384})"), glm::ivec2(16384));
-  EXPECT_EQ(size_of(R"({"width": 16385, "height": 16385})"), glm::ivec2(16384));
-  Viewer viewer;
-  for (int i = 1000; i < 1100; ++i) viewer.last_views[std::to_string(i)] = "x";
-  const auto kept = [&] {
-    Viewer read;
-    glm::ivec2 size(0);
-    parse_preferences(format_preferences(viewer, {640, 480}), read, size);
-    return read.last_views;
-  };
-  EXPECT_THAT(kept(), SizeIs(100));
-  viewer.last_views["2000"] = "x";
-  EXPECT_THAT(kept(), SizeIs(100));
-  EXPECT_FALSE(kept().contains("1000"));
-  const TemporaryFolder folder;
-  std::ofstream(folder / "big") << "";
-  std::filesystem::resize_file(folder / "big", (4 << 20) + 1);
-  glm::ivec2 size(0);
-  EXPECT_THAT(read_preferences(folder / "big", viewer, size),
-              HasSubstr("4194305 bytes are more than the 4194304 that are read"));
-  write_preferences("", viewer, {1, 1});  // no file: nothing is kept
 }
 
 }  // namespace

@@ -182,7 +182,7 @@ TEST(Viewer, goes_through_all_axes_and_back_to_the_file_s) {
     seen.insert(driven.opened.back().axes);
     ViewedScene scene = some_scene(0);
     scene.axes = driven.opened.back().axes;
-    driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   }
   EXPECT_EQ(driven.viewer.scene->axes, "");
   EXPECT_EQ(seen.size(), kFrames + 1);
@@ -229,7 +229,7 @@ TEST(Viewer, a_failed_load_keeps_the_scene_and_shows_the_sentence) {
   ASSERT_THAT(driven.opened, SizeIs(1));
   EXPECT_EQ(driven.opened[0].path, "/data/broken.ply");
   driven.apply(show_progress, Loading{"/data/broken.ply", "reading", 0.5f});
-  driven.apply(notify_error, "/data/broken.ply: is not a ply file");
+  driven.apply(opening_ended, OpeningResult(OpeningFailed{"/data/broken.ply: is not a ply file"}));
   driven.apply(end_progress);
   EXPECT_EQ(driven.viewer.scene->name, "garden");
   EXPECT_FALSE(driven.viewer.loading);
@@ -262,7 +262,7 @@ TEST(Viewer, reopening_a_scene_keeps_the_view) {
   DrivenScene driven(2);
   driven.apply(orbit, glm::dvec2(50, 20));
   const glm::dvec3 position = driven.viewer.camera.position();
-  driven.apply(scene_opened, some_scene(2), RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{some_scene(2), RenderSettings(), Backend::cpu});
   EXPECT_EQ(driven.viewer.camera.position(), position);
 }
 
@@ -274,9 +274,9 @@ TEST(Viewer, a_scene_opens_where_it_was_left_unless_cameras_were_named) {
     const std::string left = format_camera(driven.viewer.camera);
     ViewedScene other = some_scene(1);
     other.path = "/data/other.ply";
-    driven.apply(scene_opened, other, RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{other, RenderSettings(), Backend::cpu});
     EXPECT_EQ(driven.viewer.dataset_camera, 0);
-    driven.apply(scene_opened, some_scene(2), RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{some_scene(2), RenderSettings(), Backend::cpu});
     EXPECT_EQ(format_camera(driven.viewer.camera) == left, restores);
     EXPECT_EQ(driven.viewer.dataset_camera, restores ? -1 : 0);
     EXPECT_EQ(driven.viewer.toasts.size(), restores ? 1u : 0u);
@@ -287,7 +287,7 @@ TEST(Viewer, a_kept_view_that_cannot_be_read_leaves_the_first_view) {
   Driven driven;
   driven.apply([](Viewer& viewer) { viewer.last_views["/data/garden.ply"] = "{}"; });
   driven.apply(resize, 640, 480);
-  driven.apply(scene_opened, some_scene(2), RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{some_scene(2), RenderSettings(), Backend::cpu});
   EXPECT_EQ(driven.viewer.dataset_camera, 0);
   EXPECT_THAT(driven.viewer.toasts, IsEmpty());
 }
@@ -298,7 +298,7 @@ TEST(Viewer, recent_files_are_unique_newest_first) {
   for (const char* path : {"/a.ply", "/b.ply", "/a.ply"}) {
     ViewedScene scene = some_scene(0);
     scene.path = path;
-    driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+    driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   }
   EXPECT_THAT(driven.viewer.recent, testing::ElementsAre("/a.ply", "/b.ply"));
 }
@@ -308,7 +308,7 @@ TEST(Viewer, reads_a_camera_s_photograph_once_and_drops_one_that_comes_late) {
   driven.apply(resize, 640, 480);
   ViewedScene scene = some_scene(3);
   scene.photographs = {{0, "/0.jpg"}, {2, "/2.jpg"}};
-  driven.apply(scene_opened, scene, RenderSettings(), Backend::cpu);
+  driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
   EXPECT_THAT(driven.photographs, IsEmpty());
   driven.press("G");
   driven.press("Home");

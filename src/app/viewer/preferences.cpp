@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/state/preferences.h"
+#include "app/viewer/preferences.h"
 
 #include <cstdlib>
 #include <system_error>

@@ -7,7 +7,7 @@
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
-#include "app/viewer/state/preferences.h"
+#include "app/viewer/preferences.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"

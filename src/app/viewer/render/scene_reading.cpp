@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/scene_reading.h"
+
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "app/framing/framing.h"
+#include "app/framing/huge_gaussians.h"
+#include "app/viewer/render/stepped_progress.h"
+#include "app/viewer/render/view_facts.h"
+#include "io/bytes/json_text.h"
+#include "io/camera/cameras.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Report = std::function<void(ReadingReport)>;
+
+constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
+
+// True for cameras and paths; meta.json and lod-meta.json are scenes.
+bool is_json(const fs::path& path) {
+  return path.extension() == ".json" && !path.filename().string().ends_with("meta.json");
+}
+
+// Only paths of keyframes hold times.
+bool is_camera_path(const fs::path& path) {
+  return read_text_file(path, kMaxCamerasBytes).find("\"time\"") != std::string::npos;
+}
+
+template <class Read>
+bool succeeds(Read read) {
+  try {
+    return read();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// A folder without a scene in it may hold the cameras of a data set.
+bool is_cameras_folder(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_directory(folder, error) &&
+         !succeeds([&] { return find_scene_file(folder), true; }) &&
+         succeeds([&] { return !read_cameras(folder).empty(); });
+}
+
+// Uses a sample while the rest of the scene is read: a separate thread chooses the first view and
+// reports the sample and the view.
+class EarlyView {
+ public:
+  EarlyView(const Report& report, const OpenRequest& request)
+      : report_(report), request_(request) {}
+
+  void begin(SceneSample sample) {
+    thread_ = std::jthread([this, sample = std::move(sample)](const std::stop_token& stop) mutable {
+      try {
+        work(std::move(sample), stop);
+      } catch (const std::exception&) {  // the scene itself fails too, with a message
+      }
+    });
+  }
+
+  // The framing of the scene: the sample's framing if no Gaussian was dropped since.
+  std::optional<Framing> framing_of(const Scene& scene) {
+    if (thread_.joinable()) thread_.join();
+    return scene.cloud.size() == of_ ? framing_ : std::nullopt;
+  }
+
+ private:
+  void work(SceneSample sample, const std::stop_token& stop) {
+    ThreadPool pool(1);
+    if (request_.skip_huge) drop_huge(sample.scene.cloud);
+    ReadSample read;
+    read.facts = view_facts_with(
+        sample.scene, request_.cameras_file, request_.up,
+        [&](const auto& up) { return choose_framing(sample_of(sample), up, pool); });
+    read.facts.axes = request_.axes;
+    read.facts.declared_axes = sample.scene.declared_axes;
+    framing_ = read.facts.framing;
+    of_ = sample.of;
+    read.sample = std::make_shared<SceneSample>(std::move(sample));
+    if (!stop.stop_requested()) report_(std::move(read));
+  }
+
+  const Report& report_;
+  const OpenRequest& request_;
+  std::optional<Framing> framing_;
+  std::size_t of_ = 0;
+  std::jthread thread_;
+};
+
+LoadedBeside read_beside(const OpenRequest& request, int threads, const ReadOptions& options) {
+  ThreadPool pool(threads);
+  Scene scene = read_scene(request.path, pool, options);
+  if (request.skip_huge) drop_huge(scene.cloud);
+  return {std::make_shared<const Scene>(std::move(scene))};
+}
+
+LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions options,
+                       const Report& report) {
+  EarlyView early(report, request);
+  options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
+  ThreadPool pool(threads);
+  Scene scene = read_scene(request.path, pool, options);
+  const std::optional<Framing> framing = early.framing_of(scene);
+  const std::size_t skipped = request.skip_huge ? drop_huge(scene.cloud) : 0;
+  LoadedScene loaded;
+  loaded.facts = framing ? view_facts_with(scene, request.cameras_file, request.up,
+                                           [&](const auto&) { return *framing; })
+                         : view_facts(scene, request.cameras_file, pool, request.up);
+  loaded.facts.axes = request.axes;
+  loaded.facts.declared_axes = scene.declared_axes;
+  loaded.facts.skipped_huge = skipped;
+  loaded.scene = std::make_shared<const Scene>(std::move(scene));
+  return loaded;
+}
+
+ReadingReport read_any(const OpenRequest& request, int threads, Sampling sampling,
+                       const Report& report, const std::stop_token& stop) {
+  const fs::path& path = request.path;
+  if (is_json(path) && is_camera_path(path)) return OpenedPath{read_camera_path(path)};
+  if (is_json(path) || is_cameras_folder(path)) {
+    std::vector<Camera> cameras = read_cameras(path);
+    auto photographs = find_photographs(path, cameras);
+    return OpenedCameras{std::move(cameras), path, std::move(photographs)};
+  }
+  ReadOptions options;
+  options.iteration = request.iteration;
+  options.axes = request.axes;
+  options.progress = stepped_progress(
+      [&](float fraction) {
+        report(Loading{path, "reading", fraction});
+      },
+      stop);
+  if (request.beside) return read_beside(request, threads, options);
+  options.sampling = std::move(sampling);
+  return read_whole(request, threads, std::move(options), report);
+}
+
+}  // namespace
+
+void read_to_open(const OpenRequest& request, int threads, Sampling sampling,
+                  const std::function<void(ReadingReport)>& report, const std::stop_token& stop) {
+  ReadingReport last = read_any(request, threads, std::move(sampling), report, stop);
+  if (stop.stop_requested()) throw Cancelled{};
+  report(std::move(last));
+}
+
+}  // namespace qs

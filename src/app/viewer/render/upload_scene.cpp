@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/upload_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/viewer/render/host_frames.h"
+#include "app/viewer/render/resolution.h"
+
+namespace qs {
+Progress upload_progress(RenderContext& context, const Scene& scene) {
+  return shown_progress(scene.path, "uploading", context.stop, context.reports);
+}
+
+std::unique_ptr<Renderer> upload_to(RenderContext& context,
+                                    const std::shared_ptr<const Scene>& scene, Backend backend,
+                                    const Progress& progress) {
+  auto renderer = make_renderer(backend, *context.session.pool, context.session.device);
+  renderer->upload(cloud_of(scene), progress);
+  return renderer;
+}
+
+RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
+                            bool keep_background) {
+  if (!keep_background) settings.background = glm::vec3(facts.white_background ? 1.0f : 0.0f);
+  return settings;
+}
+
+void draw_sample(RenderContext& context, const SampleOrder& order) {
+  constexpr double kLargest = 16;  ///< times as large as in the scene
+  constexpr int kDivisor = 2;      ///< the sample shows no details
+  FrameRequest request = order.request;
+  // Fewer Gaussians are drawn larger, so that they cover the same area.
+  const double larger = std::min(std::sqrt(static_cast<double>(order.sample->step)), kLargest);
+  request.divisor = kDivisor;
+  request.settings = reduced(request.settings, kDivisor);
+  request.settings.splat_scale *= static_cast<float>(larger);
+  const auto renderer = make_renderer(Backend::cpu, *context.session.pool);
+  renderer->upload(std::move(order.sample->scene.cloud), {});
+  const Camera camera = reduced(request.camera, kDivisor);
+  context.present(rendered_of(
+      request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
+}
+
+OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
+  auto renderer = upload_to(context, order.scene, order.backend, progress);
+  Session& session = context.session;
+  session.second.reset();
+  context.reference.reset();
+  context.cropped.reset();
+  session.renderer = std::move(renderer);
+  session.scene = order.scene;
+  session.backend = order.backend;
+  session.settings = order.settings;
+  return {order.facts, order.settings, order.backend};
+}
+
+SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
+                        const Progress& progress) {
+  auto renderer = upload_to(context, order.scene, order.backend, progress);
+  const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
+  context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
+  return facts;
+}
+
+Renderer& renderer_on(RenderContext& context, Backend backend) {
+  Session& session = context.session;
+  if (backend == session.backend || session.second) return renderer_on(session, backend);
+  const auto end = hide_progress_at_end(context);
+  return renderer_on(session, backend, upload_progress(context, *session.scene));
+}
+
+Renderer& renderer_beside(RenderContext& context) {
+  RenderedBeside& beside = *context.beside;
+  if (beside.renderer == nullptr || beside.backend != context.session.backend) {
+    const auto end = hide_progress_at_end(context);
+    beside.renderer.reset();  // the old and the new renderer may not fit into memory together
+    beside.renderer = upload_to(context, beside.scene, context.session.backend,
+                                upload_progress(context, *beside.scene));
+    beside.backend = context.session.backend;
+  }
+  return *beside.renderer;
+}
+
+}  // namespace qs

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+//
+// The render thread's part of opening a scene: it draws a sample, uploads the scene, and shows it.
+#pragma once
+
+#include <memory>
+
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/opening.h"
+
+namespace qs {
+
+/// Shows a picture of a sample in the view that the scene will open with.
+struct SampleOrder {
+  std::shared_ptr<SceneSample> sample;  ///< drawing takes its cloud
+  FrameRequest request;
+};
+
+/// Uploads a scene and shows it in the place of the scene in the window.
+struct UploadOrder {
+  std::shared_ptr<const Scene> scene;
+  ViewedScene facts;
+  RenderSettings settings;
+  Backend backend = Backend::cpu;
+};
+
+/// Uploads a scene to show beside the scene in the window.
+struct BesideOrder {
+  std::shared_ptr<const Scene> scene;
+  Backend backend = Backend::cpu;
+};
+
+/// The settings that a scene opens with: `settings`, but with the model's background unless
+/// `keep_background`.
+RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
+                            bool keep_background);
+
+/// Draws on the CPU with any backend, because a separate CPU renderer is made quickly. Throws Error
+/// and Cancelled.
+void draw_sample(RenderContext& context, const SampleOrder& order);
+
+/// Uploads to a new renderer first, so that the old scene stays if the new scene does not fit.
+/// Throws Error and Cancelled, and then nothing has changed.
+OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress);
+SceneBeside show_beside(RenderContext& context, const BesideOrder& order, const Progress& progress);
+
+/// Progress of an upload that the window shows.
+Progress upload_progress(RenderContext& context, const Scene& scene);
+
+/// A renderer with the scene. Throws Error and Cancelled.
+std::unique_ptr<Renderer> upload_to(RenderContext& context,
+                                    const std::shared_ptr<const Scene>& scene, Backend backend,
+                                    const Progress& progress);
+
+/// The renderer of RenderContext::beside on the session's backend, to which it is uploaded again
+/// after a change of the backend. Throws Error and Cancelled.
+Renderer& renderer_beside(RenderContext& context);
+
+}  // namespace qs

@@ -108,7 +108,7 @@ float unpack_sh(std::uint32_t byte) {
   return static_cast<float>((t - 0.5) * 8);
 }
 
-// What the Gaussians of a file are unpacked from.
+// The packed values of the Gaussians of a file.
 struct PackedGaussians {
   std::string path;
   PlyRows rows, sh;

@@ -24,12 +24,12 @@ constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 
 /// Polynomial for 2^x on [0, 1): coefficients of x^0 to x^5. A minimax fit with a relative error
 /// below 1e-7.
-constexpr float kFloorExp2C0 = 0.99999994f;
-constexpr float kFloorExp2C1 = 0.69315308f;
-constexpr float kFloorExp2C2 = 0.24015361f;
-constexpr float kFloorExp2C3 = 0.055826318f;
-constexpr float kFloorExp2C4 = 0.0089893397f;
-constexpr float kFloorExp2C5 = 0.0018775767f;
+[[maybe_unused]] constexpr float kFloorExp2C0 = 0.99999994f;
+[[maybe_unused]] constexpr float kFloorExp2C1 = 0.69315308f;
+[[maybe_unused]] constexpr float kFloorExp2C2 = 0.24015361f;
+[[maybe_unused]] constexpr float kFloorExp2C3 = 0.055826318f;
+[[maybe_unused]] constexpr float kFloorExp2C4 = 0.0089893397f;
+[[maybe_unused]] constexpr float kFloorExp2C5 = 0.0018775767f;
 
 /// Entries whose alphas are computed side by side: each alpha is a chain of dependent instructions,
 /// too long for a CPU to overlap the chains by itself.

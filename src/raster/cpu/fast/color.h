@@ -12,7 +12,7 @@ struct alignas(64) Colors {
   float red[kBlock], green[kBlock], blue[kBlock];
 };
 
-/// What the colours of a frame depend on, beside the Gaussians' positions.
+/// The values from which the colours of a frame are computed, beside the Gaussians' positions.
 struct ColorInput {
   const Harmonics& sh;
   int degree;               ///< evaluated, at most sh.degree

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/base/child_process.h"
 
-#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstring>
@@ -47,9 +46,9 @@ std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-std::set<std::string> open_descriptors() {
+std::set<std::string> open_descriptors(const std::string& folder = "/proc/self/fd") {
   std::set<std::string> links;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::error_code gone;  // the iterator's own
     const auto target = std::filesystem::read_symlink(entry.path(), gone);
     links.insert(entry.path().filename().string() + " " + target.string());
@@ -145,11 +144,21 @@ TEST(ChildProcess, has_the_named_descriptors_and_no_others) {
   const TemporaryFolder folder;
   std::ofstream stream(folder / "a stream without O_CLOEXEC");
   const ChildProcess other(fed_shell("exec sleep 1000"));
-  const Descriptor low(open("/dev/zero", O_RDONLY)), lower(open("/dev/full", O_RDONLY));
-  ChildCommand command = shell("cd /proc/$$/fd; for i in *; do readlink $i >&2; done");
-  command.inherits = {{low.get(), 3}, {lower.get(), 4}};
-  EXPECT_THAT(said(command), testing::MatchesRegex("/dev/null\n/dev/null\n/memfd:.*\n/dev/zero\n"
-                                                   "/dev/full\n"));
+  const Descriptor zero(open("/dev/zero", O_RDONLY)), full(open("/dev/full", O_RDONLY));
+  ChildCommand command = shell("echo $$ >&2; exec sleep 1000");
+  command.inherits = {{zero.get(), 3}, {full.get(), 4}};
+  const ChildProcess process(command);
+  const std::set<std::string> expected = {"0 /dev/null", "1 /dev/null",
+                                          "2 /memfd:messages of a process (deleted)", "3 /dev/zero",
+                                          "4 /dev/full"};
+  std::set<std::string> found;
+  const Clock::time_point start = Clock::now();
+  while (found != expected && Clock::now() - start < seconds(10)) {  // a program opens files first
+    const std::string number = process.messages(100);
+    if (number.ends_with('\n'))
+      found = open_descriptors("/proc/" + number.substr(0, number.size() - 1) + "/fd");
+  }
+  EXPECT_EQ(found, expected);
 }
 
 TEST(ChildProcess, may_have_descriptors_whose_numbers_are_exchanged) {

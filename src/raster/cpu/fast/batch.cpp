@@ -21,7 +21,7 @@ using M = hn::Mask<D>;
 constexpr std::uint32_t kLanes = static_cast<std::uint32_t>(hn::MaxLanes(D()));
 constexpr int kFloats = sizeof(Record) / sizeof(float);
 
-/// The same field of kLanes records, addressed in the first one.
+/// The same field of kLanes records, addressed in the first record.
 struct Fields {
   const Record& first;
 

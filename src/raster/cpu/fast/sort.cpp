@@ -46,7 +46,7 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
     return gaussians[a] < gaussians[b];
   };
   frame.for_chunks(size, kBatch, [&](std::size_t begin, std::size_t end, int) {
-    // Find the items that have the depth of the next one.
+    // Find the items that have the depth of the next item.
     std::size_t ties[kBatch], count = 0;
     end = std::min(end, size - 1);
     for (std::size_t i = begin; i < end; ++i) {

@@ -75,7 +75,7 @@ void declare_scene(Options& options, FrameOptions& frame) {
                 [&frame](const std::string& text) { frame.size = parse_size("--size", text); });
 }
 
-// Who renders, and how.
+// The culling modes, the backend and its options.
 void declare_renderer(Options& options, FrameOptions& frame) {
   options.value("--cull", "NAME",
                 fmt::format("tile culling modes, with commas: {}; all = {} to {}, +peers = also "

@@ -42,7 +42,7 @@ std::string script(const Plot& plot) {
              quoted(plot.name + ".svg"));
 }
 
-// Runs gnuplot in `folder` with its messages dropped. Returns "" or what went wrong.
+// Runs gnuplot in `folder` with its messages dropped. Returns "" or the problem.
 std::string run_gnuplot(const std::filesystem::path& folder, const std::string& file) {
   constexpr int kNotFound = 127;  // of a shell
   ChildEnd end{kNotFound};

@@ -351,7 +351,7 @@ ordered_json split_json(const Viewer& viewer, const ShownOther& other) {
   return json;
 }
 
-// Texts drawn instead of the picture, or over it.
+// The heatmap, the value map, the split and the crop of the shown picture.
 void add_overlays(const Viewer& viewer, ordered_json& json) {
   if (viewer.shown.heatmap) {
     json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},

@@ -43,7 +43,7 @@ class GltfNumbers {
   bool normalized_ = false;
 };
 
-/// The buffers of a file, and the memory of all buffers outside the file.
+/// The buffers of a file, and the memory of buffers outside of it or in base64.
 struct GltfBuffers {
   std::vector<std::span<const std::byte>> buffers;
   std::list<Array<std::byte>> unpacked;

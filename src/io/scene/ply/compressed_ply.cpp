@@ -108,7 +108,7 @@ float unpack_sh(std::uint32_t byte) {
   return static_cast<float>((t - 0.5) * 8);
 }
 
-// The packed values of the Gaussians of a file.
+// The rows and columns of a file from which its Gaussians are unpacked.
 struct PackedGaussians {
   std::string path;
   PlyRows rows, sh;

@@ -12,7 +12,7 @@ struct alignas(64) Colors {
   float red[kBlock], green[kBlock], blue[kBlock];
 };
 
-/// The values from which the colours of a frame are computed, beside the Gaussians' positions.
+/// The inputs of a frame's colours, besides the Gaussians' positions.
 struct ColorInput {
   const Harmonics& sh;
   int degree;               ///< evaluated, at most sh.degree

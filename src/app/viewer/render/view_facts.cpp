@@ -11,8 +11,11 @@
 #include "io/camera/cameras.h"
 
 namespace qs {
+namespace {
 
 namespace fs = std::filesystem;
+
+}  // namespace
 
 std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
                                          const std::vector<Camera>& cameras) {

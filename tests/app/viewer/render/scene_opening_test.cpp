@@ -423,7 +423,7 @@ TEST_F(Loader, a_scene_comes_with_its_facts) {
   EXPECT_EQ(facts.file_bytes, std::filesystem::file_size(folder_ / "scene.ply"));
   EXPECT_THAT(facts.cameras, SizeIs(1));
   EXPECT_FALSE(facts.white_background);
-  // The cameras' mean up, unless they hold it too little in common or the file names an axis.
+  // The cameras' mean up, unless their up directions differ too much or the file names an axis.
   const auto up = [&](const std::vector<glm::dvec3>& ups) {
     std::string list;
     for (const glm::dvec3& each : ups) {

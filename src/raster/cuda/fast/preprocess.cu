@@ -54,7 +54,7 @@ struct ProjectedBlock {
   Appended<P> appended[kThreads];
   std::uint32_t file_indices[kThreads];
   std::uint32_t staged_count, staged[kStagedEntries];
-  std::uint32_t spilled, next_spilled;  // entries of the block; place of the next one
+  std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
   /// Projects Gaussian `i`, the thread's own. Returns true if it is visible.
   __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisibleView& out,
@@ -80,7 +80,8 @@ struct ProjectedBlock {
     return visible;
   }
 
-  /// Stages the entries of all Gaussians and counts them. Appends at once those that do not fit.
+  /// Stages the entries of all Gaussians and counts them. Entries that do not fit are appended at
+  /// once.
   __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisibleView& out,
                                                 const MacroTiles& macro_tiles, TileGrid grid,
                                                 std::uint32_t* counts) {

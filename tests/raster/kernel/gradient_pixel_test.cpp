@@ -66,8 +66,10 @@ std::vector<Real> pixel_gradients(const std::vector<Real>& x, const glm::dvec3& 
     const auto& part = walk.parts[i];
     if (part.step != Step::blends) continue;
     PixelSums<Real> sums;
-    add_pixel<Real>(splat_of(x, i), kPixelX, kPixelY, part.alpha, part.in_front,
-                    walk.color - part.upto, glm::vec<3, Real>(d_pixel), sums);
+    const BlendedPixel<Real> pixel{
+        static_cast<Real>(kPixelX), static_cast<Real>(kPixelY), part.alpha, part.in_front,
+        walk.color - part.upto,     glm::vec<3, Real>(d_pixel)};
+    add_pixel<Real>(splat_of(x, i), pixel, sums);
     const SplatGradient<Real> sum = splat_gradient<Real>(splat_of(x, i), sums);
     const Real values[] = {sum.mean_px.x, sum.mean_px.y, sum.conic.x, sum.conic.y, sum.conic.z,
                            sum.opacity,   sum.color.x,   sum.color.y, sum.color.z};

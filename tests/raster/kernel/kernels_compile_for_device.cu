@@ -55,7 +55,7 @@ __global__ void use_gradients(GradientRules<Real> rules,
   Real transmittance = 1, alpha = 0;
   if (composite(splats[0], Real(1), Real(2), transmittance, alpha) != Step::blends) return;
   PixelSums<Real> sums;
-  add_pixel<Real>(splats[0], 1, 2, alpha, transmittance, pixels[0], pixels[1], sums);
+  add_pixel<Real>(splats[0], {1, 2, alpha, transmittance, pixels[0], pixels[1]}, sums);
   gradients[0] = gaussian_gradient<Real>(
       rules, gaussians[0], [&](int i) { return pixels[i]; }, splat_gradient<Real>(splats[0], sums),
       [&](int i, const glm::vec<3, Real>& gradient) { sh[i] = gradient; });

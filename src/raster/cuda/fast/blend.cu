@@ -129,7 +129,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     SegmentResult& result = view.results[index];
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
-      const Pixel<kCut>& pixel = column.pixels[j];
+      const ColumnPixel<kCut>& pixel = column.pixels[j];
       const unsigned place = half.place(j);
       if (kAgain && !stops[j]) continue;
       result.red[place] = pixel.red;

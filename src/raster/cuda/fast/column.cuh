@@ -35,7 +35,7 @@ constexpr float kClear = kCut == Cut::flush ? 0x1p126f / 255 : 1.0f;
 /// The state of one pixel during compositing. `red`, `green` and `blue` begin with the background,
 /// which staged colours do not contain. Transmittance goes on falling after the pixel has stopped.
 template <Cut kCut>
-struct Pixel {
+struct ColumnPixel {
   float transmittance;  ///< scaled by kClear
   float red, green, blue;
 
@@ -59,11 +59,11 @@ struct Pixel {
 template <Cut kCut>
 struct Column {
   float x;  // counted from the sub-tile's middle
-  Pixel<kCut> pixels[kPixels];
+  ColumnPixel<kCut> pixels[kPixels];
 
   __device__ bool any_live() const {
     bool any = false;
-    for (const Pixel<kCut>& pixel : pixels) any = any || pixel.is_live();
+    for (const ColumnPixel<kCut>& pixel : pixels) any = any || pixel.is_live();
     return any;
   }
 

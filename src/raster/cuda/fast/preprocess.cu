@@ -47,6 +47,97 @@ constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are append
 constexpr int kLargeLines = 512;  // of a walk in shared memory; longer walks are recomputed
 constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large Gaussians
 
+/// The Gaussians of a block of threads and their entries of macro-tiles, in shared memory. `counts`
+/// has a number per macro-tile. All threads of the block call each function together.
+template <class P>
+struct ProjectedBlock {
+  Appended<P> appended[kThreads];
+  std::uint32_t file_indices[kThreads];
+  std::uint32_t staged_count, staged[kStagedEntries];
+  std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
+
+  /// Projects Gaussian `i`, the thread's own. Returns true if it is visible.
+  __device__ __forceinline__ bool project_own(const ProjectInput& in, const FastVisibleView& out,
+                                              std::uint32_t i, std::uint32_t* large,
+                                              FastCounters* counters) {
+    Appended<P>& own = appended[threadIdx.x];
+    own.clear();
+    Projected projected;
+    bool is_large = false;
+    if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
+      is_large = !own.set(projected.footprint, in.grid);
+    }
+    const bool visible = is_large || own.has_walk();
+    own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
+    if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
+    if (visible) {
+      const Footprint& footprint = projected.footprint;
+      out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
+      file_indices[threadIdx.x] = in.cloud.file_indices[i];
+    }
+    const std::uint32_t slot = reserve_slot(is_large, &counters->large);
+    if (is_large) large[slot] = i;
+    return visible;
+  }
+
+  /// Stages the entries of all Gaussians and counts them. Entries that do not fit are appended at
+  /// once.
+  __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisibleView& out,
+                                                const MacroTiles& macro_tiles, TileGrid grid,
+                                                std::uint32_t* counts) {
+    const unsigned first_owner = threadIdx.x / kWarp * kWarp;
+    for_each_macro_tile(
+        appended + first_owner, first + first_owner, out, macro_tiles, grid,
+        [&](bool exists, unsigned macro_tile, unsigned owner, unsigned tiles) {
+          const std::uint32_t at = reserve_slot(exists, &staged_count);
+          if (!exists) return;
+          owner += first_owner;
+          if (at < kStagedEntries) {
+            staged[at] = StagedEntry(macro_tile, owner, tiles).word;
+            atomicAdd(&counts[macro_tile], 1u);
+          } else {
+            macro_tiles.append(macro_tile, {appended[owner].depth_key, file_indices[owner]}, tiles);
+          }
+        });
+  }
+
+  /// Reserves room for the staged entries. The counts become the first slots in the macro-tiles.
+  __device__ __forceinline__ void reserve_room(const MacroTiles& macro_tiles,
+                                               std::uint32_t* counts) {
+    const auto macro_count = static_cast<unsigned>(macro_tiles.count());
+    for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
+      const std::uint32_t here = counts[m];
+      if (here == 0) continue;
+      const std::uint32_t begin = atomicAdd(&macro_tiles.counts[m], here);
+      const std::uint32_t end = begin + here;
+      const std::uint32_t beyond = end - min(end, max(begin, macro_tiles.slicing.size.capacity));
+      if (beyond > 0) atomicAdd(&spilled, beyond);
+      counts[m] = begin;
+    }
+    __syncthreads();
+    if (threadIdx.x == 0 && spilled > 0) {
+      next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
+    }
+  }
+
+  /// Stores the staged entries from the slots `next` on.
+  __device__ __forceinline__ void store_entries(const MacroTiles& macro_tiles,
+                                                std::uint32_t* next) {
+    const std::uint32_t staged_here = min(staged_count, kStagedEntries);
+    for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
+      const bool exists = s < staged_here;
+      const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
+      const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
+      const std::uint32_t slot = reserve_slot_of(macro_tile, exists, next);
+      const std::uint32_t place =
+          reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
+      if (!exists) continue;
+      macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, file_indices[owner]},
+                        entry.mask());
+    }
+  }
+};
+
 /// Projects a block of Gaussians and appends them to macro-tiles. It counts their entries first,
 /// and reserves room once per macro-tile and once for all spilled entries: thousands of atomic
 /// additions to the same counter would take longer than all other work. All threads of a block call
@@ -55,80 +146,24 @@ template <class P>
 __device__ void project_block(const ProjectInput& in, const FastVisibleView& out,
                               const MacroTiles& macro_tiles, std::uint32_t* large,
                               FastCounters* counters, std::uint32_t block) {
-  __shared__ Appended<P> appended[kThreads];
-  __shared__ std::uint32_t file_indices[kThreads];
-  __shared__ std::uint32_t staged_count, staged[kStagedEntries];
-  __shared__ std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
+  __shared__ ProjectedBlock<P> shared;
   auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
   const auto macro_count = static_cast<unsigned>(macro_tiles.count());
-  const std::uint32_t first = block * kThreads, i = first + threadIdx.x;
+  const std::uint32_t first = block * kThreads;
   for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
-  if (threadIdx.x == 0) staged_count = spilled = 0;
+  if (threadIdx.x == 0) shared.staged_count = shared.spilled = 0;
 
-  Appended<P>& own = appended[threadIdx.x];
-  own.clear();
-  Projected projected;
-  bool is_large = false;
-  if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
-    is_large = !own.set(projected.footprint, in.grid);
-  }
-  const bool visible = is_large || own.has_walk();
-  own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
-  if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
-  if (visible) {
-    const Footprint& footprint = projected.footprint;
-    out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
-    file_indices[threadIdx.x] = in.cloud.file_indices[i];
-  }
-  const std::uint32_t slot = reserve_slot(is_large, &counters->large);
-  if (is_large) large[slot] = i;
+  const bool visible = shared.project_own(in, out, first + threadIdx.x, large, counters);
   const int visible_here = __syncthreads_count(visible);
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
     out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
   }
-
-  const unsigned first_owner = threadIdx.x / kWarp * kWarp;
-  for_each_macro_tile(
-      appended + first_owner, first + first_owner, out, macro_tiles, in.grid,
-      [&](bool exists, unsigned macro_tile, unsigned owner, unsigned tiles) {
-        const std::uint32_t at = reserve_slot(exists, &staged_count);
-        if (!exists) return;
-        owner += first_owner;
-        if (at < kStagedEntries) {
-          staged[at] = StagedEntry(macro_tile, owner, tiles).word;
-          atomicAdd(&counts[macro_tile], 1u);
-        } else {
-          macro_tiles.append(macro_tile, {appended[owner].depth_key, file_indices[owner]}, tiles);
-        }
-      });
+  shared.stage_entries(first, out, macro_tiles, in.grid, counts);
   __syncthreads();
-  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
-    const std::uint32_t here = counts[m];
-    if (here == 0) continue;
-    const std::uint32_t begin = atomicAdd(&macro_tiles.counts[m], here);
-    const std::uint32_t end = begin + here;
-    const std::uint32_t beyond = end - min(end, max(begin, macro_tiles.slicing.size.capacity));
-    if (beyond > 0) atomicAdd(&spilled, beyond);
-    counts[m] = begin;
-  }
+  shared.reserve_room(macro_tiles, counts);
   __syncthreads();
-  if (threadIdx.x == 0 && spilled > 0) {
-    next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
-  }
-  __syncthreads();
-  const std::uint32_t staged_here = min(staged_count, kStagedEntries);
-  for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
-    const bool exists = s < staged_here;
-    const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
-    const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
-    const std::uint32_t slot = reserve_slot_of(macro_tile, exists, counts);
-    const std::uint32_t place =
-        reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
-    if (!exists) continue;
-    macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, file_indices[owner]},
-                      entry.mask());
-  }
+  shared.store_entries(macro_tiles, counts);
   __syncthreads();
 }
 

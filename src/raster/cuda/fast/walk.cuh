@@ -218,7 +218,7 @@ class Walk {
   __device__ void mark(const Column<kCut>& before, std::uint32_t entry, std::uint32_t begin) {
     bool used = false;
     for (int j = 0; j < kPixels; ++j) {
-      const Pixel<kCut>&was = before.pixels[j], &is = column_.pixels[j];
+      const ColumnPixel<kCut>&was = before.pixels[j], &is = column_.pixels[j];
       if (was.is_live() && !is.is_live()) marks_.evaluated[j] = entry - begin + 1;
       used = used || (is.is_live() && is.transmittance != was.transmittance);
     }

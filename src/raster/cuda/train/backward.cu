@@ -52,7 +52,7 @@ __device__ float dot(const glm::vec3& a, const glm::vec3& b) {
 
 /// The pixel of a thread, composited again with the operations of the forward pass. So its values
 /// do not depend on where segments begin, and all lossless modes give equal gradients.
-struct Pixel {
+struct SegmentPixel {
   float x, y;
   glm::vec3 d_color{0};
   std::uint32_t end = 0;  ///< entries of the segment up to the last blended entry
@@ -61,7 +61,7 @@ struct Pixel {
   float transmittance = 1;
 
   /// `first` is the segment's first entry in the tile's list.
-  __device__ Pixel(const PairInput& in, std::uint32_t tile, std::uint32_t first) {
+  __device__ SegmentPixel(const PairInput& in, std::uint32_t tile, std::uint32_t first) {
     const int px = in.tiles.x_of(tile, threadIdx.x), py = in.tiles.y_of(tile, threadIdx.x);
     x = static_cast<float>(px);
     y = static_cast<float>(py);
@@ -116,7 +116,7 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums
   const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
   segment.load(in.tiles, tile, range.x + first, size);
-  Pixel pixel(in, tile, first);
+  SegmentPixel pixel(in, tile, first);
   const unsigned end_of_warp = largest_of_warp(pixel.end);
   float* const own = sums_of_warps[threadIdx.x / kWarp];
   for (std::uint32_t group = 0; group < size; group += kWarp) {

@@ -65,8 +65,7 @@ struct BlendedPixel {
   Real x, y;
   Real alpha;          ///< as composite() returned it
   Real transmittance;  ///< in front of the Gaussian
-  const glm::vec<3, Real>& behind;
-  const glm::vec<3, Real>& d_pixel;
+  glm::vec<3, Real> behind, d_pixel;
 };
 
 /// Adds the contribution of a pixel to a Gaussian that it blended.

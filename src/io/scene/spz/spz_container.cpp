@@ -13,7 +13,7 @@
 namespace qs {
 namespace {
 
-constexpr std::size_t kLegacyHeaderBytes = 16, kHeaderBytes = 32;
+constexpr std::size_t kLegacyHeaderBytes = 16;
 // Known records have 4 to 12 bytes.
 constexpr std::size_t kMaxExtensionBytes = 1 << 16;
 
@@ -141,9 +141,9 @@ SpzContent unpack_plain(std::span<const std::byte> file, const std::string& path
   // Extensions lie between the header and the table of streams.
   const auto stream_count = cursor.read<std::uint8_t>("the header");
   const auto table_offset = cursor.read<std::uint32_t>("the header");
-  cursor.take(kHeaderBytes - cursor.offset(), "the header");  // reserved
-  if (table_offset < kHeaderBytes) fail("{}: the table of streams lies in the header", path);
-  const auto between = cursor.take(table_offset - kHeaderBytes, "the table of streams");
+  cursor.take(kSpzHeaderBytes - cursor.offset(), "the header");  // reserved
+  if (table_offset < kSpzHeaderBytes) fail("{}: the table of streams lies in the header", path);
+  const auto between = cursor.take(table_offset - kSpzHeaderBytes, "the table of streams");
   if ((header.flags & SpzHeader::kExtensions) != 0) {
     const std::size_t kept = std::min(between.size(), kMaxExtensionBytes);
     content.extensions.assign(between.begin(), between.begin() + static_cast<std::ptrdiff_t>(kept));

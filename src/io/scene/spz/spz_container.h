@@ -21,6 +21,7 @@
 namespace qs {
 
 inline constexpr std::uint32_t kSpzMagic = 0x5053474e;  ///< "NGSP"
+inline constexpr std::uint32_t kSpzHeaderBytes = 32;    ///< of version 4
 
 struct SpzHeader {
   std::uint32_t version = 0;         ///< 1..4

@@ -188,14 +188,13 @@ void write_spz(const GaussianCloud& cloud, const std::filesystem::path& path, Th
 void write_spz_v4(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool&,
                   const Progress& progress) {
   constexpr int kLevel = 9;
-  constexpr std::uint32_t kHeaderBytes = 32;
   const int bits = fractional_bits(cloud, path.string());
   const Blocks blocks = make_blocks(cloud, bits, progress);
   const std::size_t streams = cloud.sh_degree == 0 ? kSpzSh : kSpzBlocks;
   std::string header = start_of_header(cloud, 4, bits);
   put(header, static_cast<std::uint8_t>(streams));
-  put(header, kHeaderBytes);  // offset of the table of streams
-  header.resize(kHeaderBytes);
+  put(header, kSpzHeaderBytes);  // offset of the table of streams
+  header.resize(kSpzHeaderBytes);
   std::vector<Bytes> packed(streams);
   float done = 0.5f;
   for (std::size_t i = 0; i < streams; ++i) {

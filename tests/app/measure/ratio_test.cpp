@@ -94,8 +94,8 @@ TEST(GeometricMean, has_an_interval_that_holds_the_truth_in_95_of_100_experiment
   EXPECT_NEAR(static_cast<double>(holds) / kExperiments, 0.95, 0.008);  // over three deviations
 }
 
-BenchRow row(const std::string& mode, std::uint64_t view, std::vector<double> round_ms,
-             const std::string& scene = "scene", const std::string& pipeline = "fast") {
+BenchRow row_of_times(const std::string& mode, std::uint64_t view, std::vector<double> round_ms,
+                      const std::string& scene = "scene", const std::string& pipeline = "fast") {
   BenchRow result;
   result.scene = scene;
   result.camera = "camera " + std::to_string(view);
@@ -112,20 +112,23 @@ TEST(PairedRatios, compare_times_of_the_same_round_so_that_slow_rounds_cancel) {
   // The second round took twice as long in every mode; the medians of all rounds give the same
   // ratio.
   const std::optional<Ratio> ratio =
-      paired_ratio(row("3dgs", 0, {3, 6, 3.3}), row("adr", 0, {2, 4, 2.2}));
+      paired_ratio(row_of_times("3dgs", 0, {3, 6, 3.3}), row_of_times("adr", 0, {2, 4, 2.2}));
   ASSERT_TRUE(ratio);
   EXPECT_NEAR(ratio->value, 1.5, 1e-12);
   EXPECT_NEAR(ratio->interval->low, 1.5, 1e-9);
   EXPECT_NEAR(ratio->interval->high, 1.5, 1e-9);
   EXPECT_EQ(ratio->samples, 3u);
-  EXPECT_EQ(paired_ratio(row("3dgs", 0, {3, 6}), row("adr", 0, {2, 4, 2.2}))->samples, 2u);
-  EXPECT_FALSE(paired_ratio(row("3dgs", 0, {0}), row("adr", 0, {0})));
+  EXPECT_EQ(
+      paired_ratio(row_of_times("3dgs", 0, {3, 6}), row_of_times("adr", 0, {2, 4, 2.2}))->samples,
+      2u);
+  EXPECT_FALSE(paired_ratio(row_of_times("3dgs", 0, {0}), row_of_times("adr", 0, {0})));
 }
 
 TEST(PairedRatios, are_those_of_every_camera_and_their_geometric_mean) {
-  const std::vector<BenchRow> rows = {row("3dgs", 0, {4, 5}), row("adr", 0, {2, 2}),
-                                      row("3dgs", 1, {9, 9}), row("adr", 1, {3, 6}),
-                                      row("3dgs", 2, {7, 7}), row("adr", 2, {5, 4})};
+  const std::vector<BenchRow> rows = {
+      row_of_times("3dgs", 0, {4, 5}), row_of_times("adr", 0, {2, 2}),
+      row_of_times("3dgs", 1, {9, 9}), row_of_times("adr", 1, {3, 6}),
+      row_of_times("3dgs", 2, {7, 7}), row_of_times("adr", 2, {5, 4})};
   const std::vector<PairedRatio> ratios = paired_ratios(rows, "3dgs");
   ASSERT_EQ(ratios.size(), 4u);
   const double expected[] = {std::sqrt(4.0 / 2 * 5 / 2), std::sqrt(9.0 / 3 * 9 / 6),
@@ -149,13 +152,13 @@ TEST(PairedRatios, are_those_of_every_camera_and_their_geometric_mean) {
 
 TEST(PairedRatios, stay_within_scene_and_pipeline_and_need_the_baseline) {
   const std::vector<BenchRow> rows = {
-      row("adr", 0, {2}, "a"),
-      row("3dgs", 0, {4}, "a"),
-      row("adr", 0, {2}, "a", "classic"),
-      row("3dgs", 0, {6}, "a", "classic"),
-      row("adr", 0, {5}, "b"),
-      row("3dgs", 0, {5}, "b"),
-      row("adr", 1, {1}, "b"),  // without a baseline
+      row_of_times("adr", 0, {2}, "a"),
+      row_of_times("3dgs", 0, {4}, "a"),
+      row_of_times("adr", 0, {2}, "a", "classic"),
+      row_of_times("3dgs", 0, {6}, "a", "classic"),
+      row_of_times("adr", 0, {5}, "b"),
+      row_of_times("3dgs", 0, {5}, "b"),
+      row_of_times("adr", 1, {1}, "b"),  // without a baseline
   };
   std::vector<std::string> text;
   for (const PairedRatio& each : paired_ratios(rows, "3dgs")) {
@@ -173,8 +176,9 @@ TEST(PairedRatios, stay_within_scene_and_pipeline_and_need_the_baseline) {
 BenchReport report() {
   BenchReport report;
   report.environment = {{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", "abc"}};
-  report.rows = {row("3dgs", 0, {8, 8}), row("adr", 0, {4, 4}), row("exact", 0, {2, 2}),
-                 row("3dgs", 1, {9, 9}), row("adr", 1, {6, 6}), row("exact", 1, {3, 3})};
+  report.rows = {row_of_times("3dgs", 0, {8, 8}),  row_of_times("adr", 0, {4, 4}),
+                 row_of_times("exact", 0, {2, 2}), row_of_times("3dgs", 1, {9, 9}),
+                 row_of_times("adr", 1, {6, 6}),   row_of_times("exact", 1, {3, 3})};
   return report;
 }
 

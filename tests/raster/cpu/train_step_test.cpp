@@ -76,10 +76,10 @@ TEST(TrainLoss, is_made_of_the_metrics_that_eval_reports) {
 class TrainLossGradient : public testing::TestWithParam<bool> {};
 
 TEST_P(TrainLossGradient, equals_differences) {
-  constexpr int kWidth = 14, kHeight = 13;  // wider than the window, so all weights matter
-  const auto mask = GetParam() ? some_mask(kWidth, kHeight) : std::vector<std::uint8_t>();
-  const auto target = random_picture<float>(kWidth, kHeight, 3);
-  const auto picture = random_picture<double>(kWidth, kHeight, 4, -0.2, 1.2);
+  constexpr int kLossWidth = 14, kLossHeight = 13;  // wider than the window, so all weights matter
+  const auto mask = GetParam() ? some_mask(kLossWidth, kLossHeight) : std::vector<std::uint8_t>();
+  const auto target = random_picture<float>(kLossWidth, kLossHeight, 3);
+  const auto picture = random_picture<double>(kLossWidth, kLossHeight, 4, -0.2, 1.2);
   const std::vector<double> x(&picture[0][0], &picture[0][0] + 3 * picture.size());
   const auto at = []<class Real>(const std::vector<Real>& values) {
     std::vector<glm::vec<3, Real>> pixels(values.size() / 3);
@@ -89,12 +89,12 @@ TEST_P(TrainLossGradient, equals_differences) {
   std::vector<glm::dvec3> ignored;
   const auto expected = test::differences(
       [&](const auto& values) {
-        return loss_of(kWidth, kHeight, at(values), target, ignored, 1, mask).total;
+        return loss_of(kLossWidth, kLossHeight, at(values), target, ignored, 1, mask).total;
       },
       x, 1e-6);
   const auto gradient = [&]<class Real>(const std::vector<Real>& values) {
     std::vector<glm::vec<3, Real>> result;
-    loss_of(kWidth, kHeight, at(values), target, result, 2, mask);
+    loss_of(kLossWidth, kLossHeight, at(values), target, result, 2, mask);
     return std::vector<Real>(&result[0][0], &result[0][0] + 3 * result.size());
   };
   test::expect_close(gradient(x), expected, 1e-6);
@@ -105,13 +105,14 @@ INSTANTIATE_TEST_SUITE_P(TrainLoss, TrainLossGradient, testing::Bool(),
                          [](const auto& row) { return row.param ? "masked" : "whole"; });
 
 TEST(TrainLoss, of_masked_pictures_is_made_of_masked_metrics) {
-  constexpr int kWidth = 37, kHeight = 23;
-  const auto picture = random_picture<float>(kWidth, kHeight, 1);
-  const auto target = random_picture<float>(kWidth, kHeight, 2);
-  const auto mask = some_mask(kWidth, kHeight);
+  constexpr int kLossWidth = 37, kLossHeight = 23;
+  const auto picture = random_picture<float>(kLossWidth, kLossHeight, 1);
+  const auto target = random_picture<float>(kLossWidth, kLossHeight, 2);
+  const auto mask = some_mask(kLossWidth, kLossHeight);
   std::vector<glm::vec3> gradient;
-  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient, 2, mask);
-  const Image a = image_of(kWidth, kHeight, picture), b = image_of(kWidth, kHeight, target);
+  const Loss loss = loss_of(kLossWidth, kLossHeight, picture, target, gradient, 2, mask);
+  const Image a = image_of(kLossWidth, kLossHeight, picture),
+              b = image_of(kLossWidth, kLossHeight, target);
   EXPECT_NEAR(loss.ssim, ssim(a, b, pool(), SsimBorder::zeros, mask), 1e-5);
   EXPECT_NEAR(psnr_of(loss.squared_error), psnr(a, b, pool(), mask), 1e-9);
   double l1 = 0, counted = 0;
@@ -124,14 +125,14 @@ TEST(TrainLoss, of_masked_pictures_is_made_of_masked_metrics) {
 }
 
 TEST(TrainLoss, compares_the_picture_as_it_is_shown) {
-  constexpr int kWidth = 37, kHeight = 23;
-  const auto picture = random_picture<float>(kWidth, kHeight, 1, -0.2, 1.2);
-  const auto target = random_picture<float>(kWidth, kHeight, 2);
+  constexpr int kLossWidth = 37, kLossHeight = 23;
+  const auto picture = random_picture<float>(kLossWidth, kLossHeight, 1, -0.2, 1.2);
+  const auto target = random_picture<float>(kLossWidth, kLossHeight, 2);
   auto shown_picture = picture;
   for (glm::vec3& pixel : shown_picture) pixel = glm::clamp(pixel, 0.0f, 1.0f);
   std::vector<glm::vec3> gradient, expected;
-  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient);
-  EXPECT_EQ(loss.total, loss_of(kWidth, kHeight, shown_picture, target, expected).total);
+  const Loss loss = loss_of(kLossWidth, kLossHeight, picture, target, gradient);
+  EXPECT_EQ(loss.total, loss_of(kLossWidth, kLossHeight, shown_picture, target, expected).total);
   for (std::size_t i = 0; i < picture.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       const bool inside = picture[i][c] == shown_picture[i][c];
@@ -141,23 +142,23 @@ TEST(TrainLoss, compares_the_picture_as_it_is_shown) {
 }
 
 TEST(TrainLoss, under_a_mask_nothing_matters_and_nothing_has_a_gradient) {
-  constexpr int kWidth = 37, kHeight = 23;
-  auto picture = random_picture<float>(kWidth, kHeight, 1);
-  auto target = random_picture<float>(kWidth, kHeight, 2);
-  const auto mask = some_mask(kWidth, kHeight);
+  constexpr int kLossWidth = 37, kLossHeight = 23;
+  auto picture = random_picture<float>(kLossWidth, kLossHeight, 1);
+  auto target = random_picture<float>(kLossWidth, kLossHeight, 2);
+  const auto mask = some_mask(kLossWidth, kLossHeight);
   std::vector<glm::vec3> gradient, other, whole;
-  const Loss loss = loss_of(kWidth, kHeight, picture, target, gradient, 2, mask);
+  const Loss loss = loss_of(kLossWidth, kLossHeight, picture, target, gradient, 2, mask);
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] != 0) continue;
     EXPECT_EQ(gradient[i], glm::vec3(0));
     picture[i] *= -3;
     target[i] += glm::vec3(1, 0.5f, 0);
   }
-  EXPECT_EQ(loss_of(kWidth, kHeight, picture, target, other, 2, mask).total, loss.total);
+  EXPECT_EQ(loss_of(kLossWidth, kLossHeight, picture, target, other, 2, mask).total, loss.total);
   EXPECT_EQ(other, gradient);
   const std::vector<std::uint8_t> all(mask.size(), 1);
-  EXPECT_EQ(loss_of(kWidth, kHeight, picture, target, other, 2, all).total,
-            loss_of(kWidth, kHeight, picture, target, whole).total);
+  EXPECT_EQ(loss_of(kLossWidth, kLossHeight, picture, target, other, 2, all).total,
+            loss_of(kLossWidth, kLossHeight, picture, target, whole).total);
   EXPECT_EQ(other, whole);
 }
 

@@ -52,7 +52,7 @@ class SceneOpeningTest : public testing::Test, protected test::RecordingHost {
   const Viewer& viewer() const { return store_.viewer(); }
   void apply(const Action& action) { store_.apply(action, *this); }
 
-  void open(const std::filesystem::path& path, bool beside = false) {
+  void open_scene(const std::filesystem::path& path, bool beside = false) {
     OpenRequest request;
     request.path = path;
     request.beside = beside;
@@ -87,7 +87,7 @@ class SceneOpeningTest : public testing::Test, protected test::RecordingHost {
     for (const Action& action : actions) apply(action);
   }
   void open_wholly(const std::filesystem::path& path) {
-    open(path);
+    open_scene(path);
     read();
     run_jobs();
     take_uploads();
@@ -105,7 +105,7 @@ class SceneOpeningTest : public testing::Test, protected test::RecordingHost {
 TEST_F(SceneOpeningTest, reads_then_uploads_then_tells_the_scene) {
   const auto path = scene("a.ply", 30);
   EXPECT_EQ(opening_.step(), Step::idle);
-  open(path);
+  open_scene(path);
   EXPECT_EQ(opening_.step(), Step::reading);
   EXPECT_TRUE(opening_.busy());
   read();
@@ -126,7 +126,7 @@ TEST_F(SceneOpeningTest, reads_then_uploads_then_tells_the_scene) {
 TEST_F(SceneOpeningTest, a_file_that_cannot_be_read_ends_with_a_sentence_and_the_old_scene) {
   open_wholly(scene("a.ply", 30));
   std::ofstream(folder_ / "broken.ply") << "no";
-  open(folder_ / "broken.ply");
+  open_scene(folder_ / "broken.ply");
   read();
   EXPECT_EQ(opening_.step(), Step::idle);
   EXPECT_FALSE(viewer().loading);
@@ -149,7 +149,7 @@ TEST_F(SceneOpeningTest, an_upload_that_fails_ends_with_a_sentence_and_the_old_s
 }
 
 TEST_F(SceneOpeningTest, cancelled_while_it_is_read_nothing_is_opened) {
-  open(scene("a.ply", 30));
+  open_scene(scene("a.ply", 30));
   opening_.cancel();
   EXPECT_EQ(opening_.step(), Step::idle);
   read();
@@ -160,7 +160,7 @@ TEST_F(SceneOpeningTest, cancelled_while_it_is_read_nothing_is_opened) {
 }
 
 TEST_F(SceneOpeningTest, cancelled_between_reading_and_its_report_nothing_is_opened) {
-  open(scene("a.ply", 30));
+  open_scene(scene("a.ply", 30));
   const Actions late = read_without_applying();
   opening_.cancel();
   for (const Action& action : late) apply(action);
@@ -172,7 +172,7 @@ TEST_F(SceneOpeningTest, cancelled_between_reading_and_its_report_nothing_is_ope
 
 TEST_F(SceneOpeningTest, cancelled_before_the_upload_begins_the_old_scene_stays) {
   open_wholly(scene("a.ply", 30));
-  open(scene("b.ply", 20));
+  open_scene(scene("b.ply", 20));
   read();
   const std::string before = said();
   apply([this](Viewer& viewer, Host& host) {
@@ -192,7 +192,7 @@ TEST_F(SceneOpeningTest, cancelled_before_the_upload_begins_the_old_scene_stays)
 
 TEST_F(SceneOpeningTest, cancelled_during_the_upload_the_old_scene_stays) {
   open_wholly(scene("a.ply", 30));
-  open(scene("b.ply", 20));
+  open_scene(scene("b.ply", 20));
   read();
   std::stop_source stop;
   stop.request_stop();
@@ -206,7 +206,7 @@ TEST_F(SceneOpeningTest, cancelled_during_the_upload_the_old_scene_stays) {
 }
 
 TEST_F(SceneOpeningTest, cancelled_after_the_upload_the_shown_scene_is_told) {
-  open(scene("a.ply", 30));
+  open_scene(scene("a.ply", 30));
   read();
   run_jobs();
   opening_.cancel();
@@ -216,8 +216,8 @@ TEST_F(SceneOpeningTest, cancelled_after_the_upload_the_shown_scene_is_told) {
 }
 
 TEST_F(SceneOpeningTest, opened_again_while_reading_only_the_newer_file_is_opened) {
-  open(scene("a.ply", 30));
-  open(scene("b.ply", 20));
+  open_scene(scene("a.ply", 30));
+  open_scene(scene("b.ply", 20));
   EXPECT_EQ(opening_.step(), Step::reading);
   read();
   EXPECT_EQ(said(), "a.ply: cancelled");
@@ -229,10 +229,10 @@ TEST_F(SceneOpeningTest, opened_again_while_reading_only_the_newer_file_is_opene
 }
 
 TEST_F(SceneOpeningTest, opened_again_while_uploading_both_are_shown_and_progress_is_the_newer_s) {
-  open(scene("a.ply", 30));
+  open_scene(scene("a.ply", 30));
   read();
   ASSERT_EQ(opening_.step(), Step::uploading);
-  open(scene("b.ply", 20));
+  open_scene(scene("b.ply", 20));
   const Actions newer = read_without_applying();
   for (const Action& action : newer) {
     apply(action);
@@ -252,7 +252,7 @@ TEST_F(SceneOpeningTest, opened_again_while_uploading_both_are_shown_and_progres
 
 TEST_F(SceneOpeningTest, a_scene_beside_another_leaves_it) {
   open_wholly(scene("a.ply", 30));
-  open(scene("b.ply", 20), true);
+  open_scene(scene("b.ply", 20), true);
   read();
   EXPECT_EQ(opening_.step(), Step::uploading);
   EXPECT_EQ(viewer().loading->what, "uploading");
@@ -269,7 +269,7 @@ TEST_F(SceneOpeningTest, a_scene_beside_another_leaves_it) {
 TEST_F(SceneOpeningTest, cameras_and_paths_need_no_upload) {
   std::ofstream(folder_ / "path.json")
       << format_camera_path({{1, test::front_camera(8, 6)}, {3, test::front_camera(8, 6)}});
-  open(folder_ / "path.json");
+  open_scene(folder_ / "path.json");
   read();
   EXPECT_EQ(opening_.step(), Step::idle);
   EXPECT_FALSE(viewer().loading);

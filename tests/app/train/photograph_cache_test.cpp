@@ -70,10 +70,10 @@ TEST_F(Photos, least_recently_used_make_room) {
     cache.view(data.training[view], {});
     return cache.reads() - before;
   };
-  for (const std::size_t view : {0, 1, 2}) EXPECT_EQ(reads_of(view), 1u);
+  for (const std::size_t view : {0u, 1u, 2u}) EXPECT_EQ(reads_of(view), 1u);
   EXPECT_EQ(reads_of(0), 0u);
   EXPECT_EQ(reads_of(3), 1u) << "in the place of 1";
-  for (const std::size_t view : {0, 2, 3}) EXPECT_EQ(reads_of(view), 0u) << view;
+  for (const std::size_t view : {0u, 2u, 3u}) EXPECT_EQ(reads_of(view), 0u) << view;
   EXPECT_EQ(reads_of(1), 1u) << "in the place of 0";
   EXPECT_EQ(reads_of(3), 0u);
 }

@@ -10,7 +10,7 @@ namespace {
 
 // The part of NVML's binary interface that is used here, as in its API reference. The header is not
 // in every CUDA installation.
-using Device = struct nvmlDevice_st*;
+using Device = void*;
 using Result = int;
 constexpr Result kSuccess = 0;
 constexpr int kClockSm = 1;         // nvmlClockType_t

@@ -73,8 +73,9 @@ HWY_INLINE void color_group(const ColorInput& in, const Array<Value>& rest, cons
     V red = hn::MulAdd(weights[0], hn::LoadU(d, base), half);
     V green = hn::MulAdd(weights[0], hn::LoadU(d, base + kGroup), half);
     V blue = hn::MulAdd(weights[0], hn::LoadU(d, base + 2 * kGroup), half);
-    const Value* value = rest.data() + group_of_cloud * in.sh.rest_size() + lane;
-    for (int k = 1; k < coefficients; ++k, value += 3 * kGroup) {
+    std::size_t next = group_of_cloud * in.sh.rest_size() + lane;
+    for (int k = 1; k < coefficients; ++k, next += 3 * kGroup) {
+      const Value* value = rest.data() + next;
       red = hn::MulAdd(weights[k], load(d, value), red);
       green = hn::MulAdd(weights[k], load(d, value + kGroup), green);
       blue = hn::MulAdd(weights[k], load(d, value + 2 * kGroup), blue);

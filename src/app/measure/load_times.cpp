@@ -26,7 +26,7 @@ double milliseconds(const Work& work) {
       .count();
 }
 
-double median(std::vector<double> values) {
+double upper_median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -76,11 +76,11 @@ LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, i
     copy.push_back(copy_ms);
     inflate.push_back(inflate_ms);
   }
-  times.total_ms = median(total);
-  times.unpack_ms = median(unpack);
-  times.fill_ms = median(fill);
-  times.copy_ms = median(copy);
-  times.inflate_ms = median(inflate);
+  times.total_ms = upper_median(total);
+  times.unpack_ms = upper_median(unpack);
+  times.fill_ms = upper_median(fill);
+  times.copy_ms = upper_median(copy);
+  times.inflate_ms = upper_median(inflate);
   return times;
 }
 

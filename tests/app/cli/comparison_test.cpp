@@ -94,12 +94,12 @@ TEST(InspectCommand, its_counts_are_those_of_render_s_statistics) {
       test::run_quadsplat({"inspect", kPlush, "--camera-index", "0", "--size", "640x480", "--pixel",
                            "320,240", "--json", "--picture", picture});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = parse_json(run.out, "test");
-  EXPECT_EQ(json["pixel"], nlohmann::json({320, 240}));
-  EXPECT_GT(json["contributions"].size(), 0u);
+  const auto report = parse_json(run.out, "test");
+  EXPECT_EQ(report["pixel"], nlohmann::json({320, 240}));
+  EXPECT_GT(report["contributions"].size(), 0u);
   EXPECT_EQ(read_image(picture).width, 1800);
   const test::ProgramRun text = test::run_quadsplat(
-      {"inspect", kPlush, "--size", "640x480", "--gaussian", json["picked"]["gaussian"].dump()});
+      {"inspect", kPlush, "--size", "640x480", "--gaussian", report["picked"]["gaussian"].dump()});
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("quadbox walks"));
 }

@@ -102,15 +102,15 @@ TEST(Options, that_are_required_must_be_given) {
 
 TEST(Options, positionals_take_the_rest) {
   std::vector<std::filesystem::path> files;
-  bool json = false;
+  bool as_json = false;
   Options options("try", "tries");
   options.positionals("FILE", files, 1, "files", {"a"});
-  options.flag("--json", json, "json");
+  options.flag("--json", as_json, "json");
   EXPECT_THAT(usage_error([&] { options.parse({}); }), HasSubstr("FILE is required"));
   const std::vector<std::string> words = {"a", "--json", "b", "--", "--c"};
   EXPECT_TRUE(options.parse(words));
   EXPECT_THAT(files, testing::ElementsAre("a", "b", "--c"));
-  EXPECT_TRUE(json);
+  EXPECT_TRUE(as_json);
 }
 
 TEST(Options, flags_can_be_switched_off_by_value) {

@@ -75,20 +75,20 @@ TEST_F(TrainProgram, writes_a_model_folder_that_eval_opens) {
   EXPECT_THAT(page, HasSubstr("Training of model"));
   EXPECT_THAT(page, HasSubstr(">60</td>"));
   EXPECT_THAT(bytes_of(model("model") / "plots/loss.gp"), HasSubstr("$rows << END\n30 "));
-  const auto json = parse_json(bytes_of(model("model") / "train.json"), "test");
-  EXPECT_EQ(json["settings"]["strategy"], "adc");
-  EXPECT_EQ(json["result"]["iteration"], 60);
+  const auto report = parse_json(bytes_of(model("model") / "train.json"), "test");
+  EXPECT_EQ(report["settings"]["strategy"], "adc");
+  EXPECT_EQ(report["result"]["iteration"], 60);
   double seconds = 0;
-  for (const auto& stage : json["result"]["stage_seconds"]) seconds += stage.get<double>();
-  EXPECT_NEAR(seconds, json["result"]["seconds"].get<double>(), 1e-9);
+  for (const auto& stage : report["result"]["stage_seconds"]) seconds += stage.get<double>();
+  EXPECT_NEAR(seconds, report["result"]["seconds"].get<double>(), 1e-9);
 
   const ProgramRun eval =
       run_quadsplat({"eval", model("model").string(), "--images", (data() / "images").string(),
                      "--holdout", "4", "--backend", "cpu", "--json", "-"});
   ASSERT_EQ(eval.exit_code, 0) << eval.err;
   const auto measured = parse_json(eval.out, "test");
-  EXPECT_NEAR(measured["means"][0]["psnr"].get<double>(), json["result"]["test_psnr"].get<double>(),
-              0.01);
+  EXPECT_NEAR(measured["means"][0]["psnr"].get<double>(),
+              report["result"]["test_psnr"].get<double>(), 0.01);
 }
 
 TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
@@ -105,9 +105,9 @@ TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
   EXPECT_THAT(stopped.out, HasSubstr("interrupted; to continue: quadsplat train " +
                                      data().string() + " --out-dir "));
   EXPECT_THAT(stopped.out, HasSubstr(" --resume\n"));
-  const auto json = parse_json(bytes_of(model("parts") / "train.json"), "test");
+  const auto report = parse_json(bytes_of(model("parts") / "train.json"), "test");
   // Gaussians are added at 600.
-  const int iterations = std::max(700, json["result"]["iteration"].get<int>() + 50);
+  const int iterations = std::max(700, report["result"]["iteration"].get<int>() + 50);
   words = start(iterations);
   ASSERT_EQ(train("whole", words).exit_code, 0);
   words.emplace_back("--resume");

@@ -3,6 +3,7 @@
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE ${PACKAGE}/include)
 file(GLOB headers RELATIVE ${SOURCE}/src/raster/kernel ${SOURCE}/src/raster/kernel/cull/*.h)
+list(REMOVE_ITEM headers cull/mode.h)  # the program's functions; users of the package have the table itself
 foreach(name constants footprint hd project tile_grid view)
   list(APPEND headers ${name}.h)
 endforeach()

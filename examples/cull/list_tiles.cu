@@ -35,7 +35,7 @@ int main() {
     std::string text = empty;
     cudaMemcpy(&listed, count, sizeof listed, cudaMemcpyDeviceToHost);
     cudaMemcpy(text.data(), map, text.size(), cudaMemcpyDeviceToHost);
-    std::printf("%s %u %s\n", qs::mode_name(mode), listed, text.c_str());
+    std::printf("%s %u %s\n", qs::kCullers[mode].name, listed, text.c_str());
   }
   return cudaDeviceSynchronize() == cudaSuccess ? 0 : 1;
 }

@@ -4,6 +4,7 @@
 # Run as: cmake -DSOURCE=<source tree> -DFOLDER=<folder> -P add_mode.cmake
 cmake_minimum_required(VERSION 3.25)
 set(cull raster/kernel/cull)
+file(REMOVE_RECURSE ${FOLDER})
 
 file(READ ${SOURCE}/docs/extending.md page)
 string(REGEX REPLACE ".*\n## A culling mode\n" "" page "${page}")
@@ -34,11 +35,11 @@ next_block()
 file(WRITE ${FOLDER}/${cull}/opacity_square.h "${block}")
 
 next_block()
-file(READ ${SOURCE}/src/${cull}/mode.h text)
-edit(mode.h "({\\.name = \"exact\"[^}]*},\n)" "\\1${block}")
-file(WRITE ${FOLDER}/${cull}/mode.h "${text}")
+file(READ ${SOURCE}/src/${cull}/table.h text)
+edit(table.h "({\\.name = \"exact\"[^}]*},\n)" "\\1${block}")
+file(WRITE ${FOLDER}/${cull}/table.h "${text}")
 
 file(READ ${SOURCE}/src/${cull}/modes.h text)
-edit(modes.h "(#include \"${cull}/mode.h\"\n)" "\\1#include \"${cull}/opacity_square.h\"\n")
+edit(modes.h "(#include \"${cull}/table.h\"\n)" "\\1#include \"${cull}/opacity_square.h\"\n")
 edit(modes.h " Exact," " Exact, OpacitySquare,")
 file(WRITE ${FOLDER}/${cull}/modes.h "${text}")

@@ -9,6 +9,7 @@
 
 #include "app/inspect/gaussian.h"
 #include "app/picture/palette.h"
+#include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/modes.h"
 #include "support/cull_vectors.h"
 #include "support/footprints.h"
@@ -16,20 +17,20 @@
 namespace qs {
 namespace {
 
-constexpr CullMode kNew = find_culler("opacity-square");
+constexpr CullMode kNew = number_of("opacity-square");
 
 TEST(NewMode, has_the_number_and_key_behind_exact_and_moves_the_peers) {
   EXPECT_EQ(kNew, find_culler("exact") + 1);
-  EXPECT_LE(kNew, kCullerCount);
+  EXPECT_LE(kNew, culler_count());
   EXPECT_EQ(row_of(kNew).family, CullerFamily::quadbox);
-  EXPECT_EQ(row_of(kCullerCount + 1).family, CullerFamily::peers);
-  EXPECT_STREQ(mode_name(kDefaultMode), "quadbox");
+  EXPECT_EQ(row_of(culler_count() + 1).family, CullerFamily::peers);
+  EXPECT_STREQ(mode_name(default_mode()), "quadbox");
 }
 
 TEST(NewMode, is_one_more_beside_those_of_the_test_vectors) {
   std::set<std::string> names;
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) names.insert(mode_name(mode));
-  EXPECT_EQ(names.size(), static_cast<std::size_t>(kModeCount)) << "two modes have the same name";
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) names.insert(mode_name(mode));
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(mode_count())) << "two modes have the same name";
   EXPECT_EQ(names.erase("opacity-square"), 1u);
   std::set<std::string> known;
   for (const auto& [name, map] : test::read_cull_vectors().map_of_mode) known.insert(name);
@@ -41,7 +42,7 @@ TEST(NewMode, has_the_colour_of_its_row_and_the_others_keep_theirs) {
   EXPECT_EQ(mode_color(find_culler("exact")), kVermillion);
   EXPECT_EQ(mode_color(find_culler("snugbox")), rgb(0x8FC9A0));
   EXPECT_EQ(mode_color(find_culler("faster-gs")), rgb(0xB5838D));
-  for (CullMode mode = 0; mode <= kModeCount; ++mode) {
+  for (CullMode mode = 0; mode <= mode_count(); ++mode) {
     EXPECT_EQ(mode_color(mode) == mode_color(kNew), mode == kNew) << mode_name(mode);
   }
 }

@@ -108,7 +108,7 @@ inline void expect_same_image(const Image& gpu, const Image& cpu) {
 /// All modes except reference, which runs on the CPU only.
 inline std::vector<CullMode> tiled_modes() {
   std::vector<CullMode> modes;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) modes.push_back(mode);
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) modes.push_back(mode);
   return modes;
 }
 

@@ -11,7 +11,7 @@
 
 namespace qs::test {
 
-/// The tiles that `mode`, 1..kModeCount, lists for each vector's footprint on the current GPU.
+/// The tiles that `mode`, 1..mode_count(), lists for each vector's footprint on the current GPU.
 /// Throws Error(device).
 std::vector<std::set<int>> tiles_on_gpu(CullMode mode, const std::vector<CullVector>& vectors);
 

@@ -129,7 +129,7 @@ int run_two_scenes(const CompareCommand& command) {
   judge.cameras = command.cameras;
   judge.judged = command.others.front();
   judge.sheet = command.output;
-  if (judge.frame.modes.empty()) judge.frame.modes = {kDefaultMode};
+  if (judge.frame.modes.empty()) judge.frame.modes = {default_mode()};
   run_judging(judge);
   return kExitOk;
 }

@@ -135,13 +135,13 @@ class Report {
     const CullMode square = find_culler("3dgs"), dual = find_culler("dualbox");
     Map maps[] = {
         {square, HeatQuantity::pairs, "its tile pairs."},
-        {kDefaultMode, HeatQuantity::pairs, "its tile pairs."},
-        {kDefaultMode, HeatQuantity::evaluated, "the list entries that each pixel evaluates."},
-        {kDefaultMode, HeatQuantity::false_positive, "its false positive pairs."},
+        {default_mode(), HeatQuantity::pairs, "its tile pairs."},
+        {default_mode(), HeatQuantity::evaluated, "the list entries that each pixel evaluates."},
+        {default_mode(), HeatQuantity::false_positive, "its false positive pairs."},
         {dual, HeatQuantity::missed,
          "the contributions that it drops, because it lists two of the four boxes."}};
     std::vector<CaptionedImage> pictures = {
-        small(render(kDefaultMode, {}).color, shots_.front().origin)};
+        small(render(default_mode(), {}).color, shots_.front().origin)};
     std::map<HeatQuantity, std::vector<std::uint32_t>> values;
     for (Map& map : maps) {
       render(map);

@@ -133,7 +133,7 @@ void declare_model_options(Options& options, TrainCommand& command) {
   declare_mode_option(
       options, "--cull", [&settings](CullMode mode) { settings.mode = mode; },
       fmt::format("tile culling mode of the training frames (default: {})",
-                  mode_name(kDefaultMode)));
+                  mode_name(default_mode())));
   options.choice(
       "--strategy", names,
       [&settings, names](int chosen) {

@@ -14,13 +14,13 @@ namespace {
 
 std::vector<std::string> mode_list() {
   std::vector<std::string> names;
-  for (const CullerRow& row : kCullers) names.emplace_back(row.name);
+  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
   return names;
 }
 
 std::string mode_names() { return joined(mode_list(), ", "); }
 
-// Names separated by commas: a mode, "all" (modes 1 to kCullerCount), or "+peers" (the modes of
+// Names separated by commas: a mode, "all" (modes 1 to culler_count()), or "+peers" (the modes of
 // other papers). Alone, "+peers" adds to the `usual` modes of a command, or to "all" if these are
 // empty because the command chooses them later.
 std::vector<CullMode> parse_modes(const std::string& text, const std::vector<CullMode>& usual) {
@@ -80,7 +80,7 @@ void declare_renderer(Options& options, FrameOptions& frame) {
   options.value("--cull", "NAME",
                 fmt::format("tile culling modes, with commas: {}; all = {} to {}, +peers = also "
                             "those of other papers",
-                            mode_names(), mode_name(1), mode_name(kCullerCount)),
+                            mode_names(), mode_name(1), mode_name(culler_count())),
                 {"3dgs", "all", "reference", "quadbox,dualbox", "accutile", "exact", "snugbox"},
                 [&frame, usual = frame.modes](const std::string& text) {
                   frame.modes = parse_modes(text, usual);

@@ -11,6 +11,7 @@
 #include "app/inspect/inspection_text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
+#include "raster/kernel/cull/table.h"
 
 namespace qs {
 namespace {

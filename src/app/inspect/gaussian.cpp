@@ -120,7 +120,7 @@ GaussianReport inspect_gaussian(const Trace& trace, std::size_t slot, const Tile
                                            eigenvalues(report.footprint.covariance)));
   }
   add_boxes(report);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode)
+  for (CullMode mode = 1; mode <= culler_count(); ++mode)
     report.modes.push_back(mode_tiles(mode, report.footprint, grid));
   return report;
 }

@@ -12,9 +12,9 @@
 namespace qs {
 
 /// The modes that figures and pages explain.
-inline constexpr CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
-                          kDual = find_culler("dualbox"), kQuad = find_culler("quadbox"),
-                          kExact = find_culler("exact");
+inline const CullMode k3dgs = find_culler("3dgs"), kAdr = find_culler("adr"),
+                      kDual = find_culler("dualbox"), kQuad = find_culler("quadbox"),
+                      kExact = find_culler("exact");
 
 /// In pixel coordinates: the centre of pixel i is at i.
 struct Box {
@@ -29,7 +29,7 @@ struct TileRun {
 
 /// The tiles that a mode lists for the Gaussian.
 struct ModeTiles {
-  CullMode mode = kDefaultMode;
+  CullMode mode = default_mode();
   std::vector<int> tiles;  ///< row * columns + column, in the mode's order
   bool walks_rows = false;
   std::vector<TileRun> runs;  ///< in the order of the walk; empty for modes without one

@@ -25,7 +25,7 @@ struct MissedMap {
 };
 
 /// A lossless mode: its lists contain every contribution.
-inline constexpr CullMode kBaselineMode = find_culler("adr");
+inline const CullMode kBaselineMode = find_culler("adr");
 
 /// Both frames show one view of `size` pixels and were rendered with Outputs::trace, `all` in
 /// kBaselineMode. Throws Cancelled.

@@ -24,7 +24,7 @@ std::string name_beside(const Variant& variant, const Variant& other) {
 std::optional<Variant> find_variant(std::string_view name, const Variant& like) {
   if (const CullMode mode = find_culler(name); mode >= 0)
     return Variant{mode, like.pipeline, like.backend};
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) {
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
     for (const Backend backend : available_backends()) {
       for (const Pipeline pipeline : pipelines_of(backend)) {
         const Variant variant{mode, pipeline, backend};

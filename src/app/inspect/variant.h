@@ -13,7 +13,8 @@
 namespace qs {
 
 struct Variant {
-  CullMode mode = kDefaultMode;  ///< kReferenceMode runs on the CPU; the other members are ignored
+  CullMode mode =
+      default_mode();  ///< kReferenceMode runs on the CPU; the other members are ignored
   Pipeline pipeline = kDefaultPipeline;
   Backend backend = Backend::cpu;
 

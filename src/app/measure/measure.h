@@ -22,12 +22,12 @@ struct Guest {
 };
 
 struct ModeResult {
-  CullMode mode = kDefaultMode;  ///< meaningless for a guest
-  RenderStats stats;             ///< of the frame with the median time
-  std::vector<double> frame_ms;  ///< of every measured frame, in order
-  float marked_frame_ms = 0;     ///< median frame time of mark_stages(), 0 if it did not run
-  std::optional<double> psnr;    ///< dB against mode `reference`
-  std::string problem;           ///< the Error of a guest, which has no other results then
+  CullMode mode = default_mode();  ///< meaningless for a guest
+  RenderStats stats;               ///< of the frame with the median time
+  std::vector<double> frame_ms;    ///< of every measured frame, in order
+  float marked_frame_ms = 0;       ///< median frame time of mark_stages(), 0 if it did not run
+  std::optional<double> psnr;      ///< dB against mode `reference`
+  std::string problem;             ///< the Error of a guest, which has no other results then
 };
 
 struct MeasurePlan {

@@ -57,7 +57,7 @@ std::optional<glm::dvec3> find_point(Renderer& renderer, const Camera& camera,
   Outputs outputs;
   outputs.color = false;
   outputs.trace = true;
-  settings.mode = kDefaultMode;
+  settings.mode = default_mode();
   const std::optional<double> depth =
       pixel_depth(renderer.render(camera, settings, outputs), camera, pixel);
   if (!depth) return std::nullopt;

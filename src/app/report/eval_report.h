@@ -25,7 +25,7 @@ struct EvaluatedView {
   Camera camera;
   std::filesystem::path photograph;
   int width = 0, height = 0;  ///< of the compared pictures
-  CullMode mode = kDefaultMode;
+  CullMode mode = default_mode();
   double psnr = 0, ssim = 0;  ///< dB; 1 for equal pictures
   std::uint64_t view = 0;     ///< number of the view, the same in every shard
 };
@@ -39,7 +39,7 @@ struct EvalReport {
 
 /// Means over the views of one mode.
 struct MeanQuality {
-  CullMode mode = kDefaultMode;
+  CullMode mode = default_mode();
   std::size_t views = 0;
   double psnr = 0, ssim = 0;
 };

@@ -103,7 +103,7 @@ std::string mode_options(const std::string& mode, const std::string& title) {
 int mode_marker(const std::string& mode) {
   // 5, 7, .. 15 are six filled shapes, 4, 6, .. 14 their outlines.
   const CullMode culler = std::max(0, find_culler(mode));
-  return culler <= kCullerCount ? 5 + 2 * (culler % 6) : 4 + 2 * ((culler - kCullerCount) % 6);
+  return culler <= culler_count() ? 5 + 2 * (culler % 6) : 4 + 2 * ((culler - culler_count()) % 6);
 }
 
 std::string plugin_options(std::size_t number, const std::string& title) {

@@ -14,6 +14,7 @@
 
 #include "app/inspect/gaussian.h"
 #include "app/inspect/pair_use.h"
+#include "raster/kernel/cull/table.h"
 
 namespace qs {
 

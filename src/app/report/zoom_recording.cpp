@@ -20,7 +20,7 @@ void save_pictures(Session& session, const ZoomBundle& bundle,
   const std::vector<Camera> path =
       zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
   RenderSettings settings = session.settings;
-  settings.mode = kDefaultMode;
+  settings.mode = default_mode();
   for (const std::size_t step : {std::size_t{0}, path.size() / 2, path.size() - 1}) {
     write_image(session.renderer->render(path[step], settings).color,
                 folder / fmt::format("step_{:04}.png", step));

@@ -56,8 +56,8 @@ std::vector<CullMode> modes_from(CullMode first, CullMode last) {
 
 }  // namespace
 
-std::vector<CullMode> all_modes() { return modes_from(1, kCullerCount); }
-std::vector<CullMode> peer_modes() { return modes_from(kCullerCount + 1, kModeCount); }
+std::vector<CullMode> all_modes() { return modes_from(1, culler_count()); }
+std::vector<CullMode> peer_modes() { return modes_from(culler_count() + 1, mode_count()); }
 
 const char* pipeline_name(const Session& session) {
   if (session.backend == Backend::cpu && session.settings.pipeline == kDefaultPipeline)

@@ -27,7 +27,7 @@ struct FrameOptions {
   std::optional<std::filesystem::path> cameras;  ///< unset: the cameras file beside the scene
   std::optional<glm::dvec3> up;    ///< unit vector, up in the world; unset: declared or estimated
   std::optional<glm::ivec2> size;  ///< unset: the camera's
-  std::vector<CullMode> modes = {kDefaultMode};
+  std::vector<CullMode> modes = {default_mode()};
   std::optional<Backend> backend;  ///< unset: the best backend that can render these modes
   int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
   int device = 0;                  ///< index into GpuReport::gpus
@@ -41,7 +41,7 @@ struct FrameOptions {
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
 };
 
-/// Modes 1 to kCullerCount: the meaning of `--cull all`.
+/// Modes 1 to culler_count(): the meaning of `--cull all`.
 std::vector<CullMode> all_modes();
 /// The modes of other papers: the meaning of `--cull +peers`.
 std::vector<CullMode> peer_modes();

@@ -18,7 +18,7 @@ namespace qs::train {
 struct TrainSettings {
   int iterations = 30'000;
   std::string strategy = "adc";
-  CullMode mode = kDefaultMode;
+  CullMode mode = default_mode();
   std::uint64_t seed = 0;
   int sh_degree = kMaxShDegree;
   bool antialiased = false;

@@ -25,7 +25,8 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.animates_moves = !options.script;
   viewer.restores_views = !frame.cameras;
   viewer.backend = frame.backend.value_or(available_backends().front());
-  viewer.settings.mode = frame.modes.front() == kReferenceMode ? kDefaultMode : frame.modes.front();
+  viewer.settings.mode =
+      frame.modes.front() == kReferenceMode ? default_mode() : frame.modes.front();
   viewer.skips_huge = frame.skip_huge;
   viewer.settings.pipeline = frame.pipeline;
   viewer.settings.sh_degree = frame.sh_degree;

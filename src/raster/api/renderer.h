@@ -58,7 +58,7 @@ inline constexpr int kStageCount = 4;
 inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "sort", "blend"};
 
 struct RenderSettings {
-  CullMode mode = kDefaultMode;  ///< 0 = reference (CPU only), else a row of kCullers
+  CullMode mode = default_mode();  ///< 0 = reference (CPU only), else a row of table.h
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;     ///< highest evaluated degree; the cloud may have fewer
   float splat_scale = 1;            ///< factor on every standard deviation, > 0

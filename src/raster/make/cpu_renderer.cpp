@@ -33,7 +33,7 @@ class CpuRenderer final : public Renderer {
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
-    assert(settings.mode >= 0 && settings.mode <= kModeCount);
+    assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
     if (!std::holds_alternative<HostImage>(target)) {
       fail(ErrorKind::device, "backend cpu: it renders only into host memory");

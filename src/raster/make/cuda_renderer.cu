@@ -34,7 +34,7 @@ class CudaRenderer final : public Renderer {
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
                       const Target& target, std::stop_token stop) override {
-    assert(settings.mode >= 0 && settings.mode <= kModeCount);
+    assert(settings.mode >= 0 && settings.mode <= mode_count());
     assert(camera.width > 0 && camera.height > 0);
     if (settings.mode == kReferenceMode) {
       throw Error(ErrorKind::device, "cuda: mode reference runs on the backend cpu only");

@@ -262,7 +262,7 @@ TEST_F(Program, cull_all_prints_the_mode_table_and_writes_every_mode) {
   const ProgramRun run =
       render({"--cull", "all", "--psnr", "--repeats", "1", "--output", path("m.png")});
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const CullerRow& row = row_of(mode);
     EXPECT_THAT(run.out, HasSubstr(std::string("\n") + row.name));
     EXPECT_THAT(run.out, HasSubstr(row.summary));
@@ -276,7 +276,7 @@ TEST_F(Program, stats_on_stdout_are_json_and_nothing_else) {
       render({"--stats", "-", "--cull", "all", "--repeats", "2", "--camera-index", "0"});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
   const json stats = parse_json(run.out, "test");
-  EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(kCullerCount));
+  EXPECT_EQ(stats["frames"].size(), static_cast<std::size_t>(culler_count()));
   EXPECT_EQ(stats["scene"]["gaussians"], 500);
   EXPECT_EQ(stats["environment"]["backend"].get<std::string>().empty(), false);
   const auto renderer = make_renderer(Backend::cpu, test::pool());

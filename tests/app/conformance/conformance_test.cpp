@@ -137,7 +137,7 @@ TEST(Conformance, a_folder_without_pictures_is_an_error_and_a_wrong_size_fails) 
 
 TEST(Conformance, all_lossless_modes_of_the_cpu_pass) {
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     if (mode == find_culler("dualbox")) continue;  // it drops contributions
     for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
       Submission submission;

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 class Inspector : public test::InspectorTest {};
 
 TEST_F(Inspector, a_pixel_s_contributions_add_up_to_its_color) {
-  const Frame frame = render(kDefaultMode);
+  const Frame frame = render(default_mode());
   for (int y = 0; y < camera_.height; y += 7) {
     for (int x = 0; x < camera_.width; x += 7) {
       const PixelReport pixel = inspect_pixel(frame, {x, y}, settings_.background);
@@ -46,7 +46,7 @@ TEST_F(Inspector, a_pixel_s_contributions_add_up_to_its_color) {
 
 TEST_F(Inspector, counts_of_all_visible_gaussians_are_the_renderer_s_pairs_in_every_mode) {
   for (const int tile_px : kTileSizes) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
       const Frame frame = render(mode, tile_px);
       std::uint64_t pairs = 0;
       for (std::size_t slot = 0; slot < frame.trace.gaussians.size(); ++slot) {
@@ -61,7 +61,7 @@ TEST_F(Inspector, counts_of_all_visible_gaussians_are_the_renderer_s_pairs_in_ev
 }
 
 TEST_F(Inspector, a_gaussian_s_tiles_are_those_whose_lists_hold_it) {
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const Frame frame = render(mode);
     std::map<std::uint32_t, std::vector<int>> listed;
     for (int tile = 0; tile < frame.grid.count(); ++tile) {
@@ -78,7 +78,7 @@ TEST_F(Inspector, a_gaussian_s_tiles_are_those_whose_lists_hold_it) {
 }
 
 TEST_F(Inspector, a_slot_is_found_for_every_visible_gaussian_and_for_no_other) {
-  const Trace trace = render(kDefaultMode).trace;
+  const Trace trace = render(default_mode()).trace;
   const std::vector<std::uint32_t> slots = slots_of(trace, cloud_.size());
   std::size_t visible = 0;
   for (std::uint32_t gaussian = 0; gaussian < cloud_.size() + 5; ++gaussian) {
@@ -128,9 +128,9 @@ TEST_F(Inspector, shape_facts_agree_with_each_other) {
 }
 
 TEST_F(Inspector, qpass_walks_the_shorter_axis_and_its_intervals_are_the_tiles) {
-  const Frame frame = render(kDefaultMode);
+  const Frame frame = render(default_mode());
   for (std::size_t slot = 0; slot < frame.trace.gaussians.size(); ++slot) {
-    const ModeTiles quad = mode_tiles(kDefaultMode, frame.trace.footprints[slot], frame.grid);
+    const ModeTiles quad = mode_tiles(default_mode(), frame.trace.footprints[slot], frame.grid);
     std::vector<int> tiles;
     int line = -1;
     for (const TileRun& run : quad.runs) {
@@ -149,7 +149,7 @@ TEST_F(Inspector, qpass_walks_the_shorter_axis_and_its_intervals_are_the_tiles) 
 
 TEST_F(Inspector, pair_uses_are_the_renderer_s_used_pairs) {
   for (const int tile_px : kTileSizes) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
       const Frame frame = render(mode, tile_px);
       const std::vector<PairUse> uses = pair_uses(frame, size(), pool_);
       const PairUses sums = sum_up(uses);
@@ -173,7 +173,7 @@ TEST_F(Inspector, use_in_a_tile_equals_that_of_the_whole_frame) {
 
 TEST_F(Inspector, exact_has_the_fewest_false_positives_of_the_lossless_modes) {
   std::map<std::string, PairUses> sums;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode)
+  for (CullMode mode = 1; mode <= culler_count(); ++mode)
     sums[mode_name(mode)] = sum_up(pair_uses(render(mode), size(), pool_));
   for (const char* name : {"3dgs", "adr", "quadbox", "quadbox-naive"})
     EXPECT_LT(sums["exact"].false_positives(), sums[name].false_positives()) << name;
@@ -184,7 +184,7 @@ TEST_F(Inspector, exact_has_the_fewest_false_positives_of_the_lossless_modes) {
 }
 
 TEST_F(Inspector, picks_the_heaviest_gaussian_unless_another_is_given) {
-  const Frame frame = render(kDefaultMode);
+  const Frame frame = render(default_mode());
   const glm::ivec2 middle = size() / 2;
   const Inspection inspection = inspect(frame, size(), middle, settings_.background);
   ASSERT_TRUE(inspection.gaussian.has_value());
@@ -202,14 +202,14 @@ TEST_F(Inspector, picks_the_heaviest_gaussian_unless_another_is_given) {
 }
 
 TEST_F(Inspector, json_has_the_numbers_of_the_text) {
-  const Frame frame = render(kDefaultMode);
+  const Frame frame = render(default_mode());
   const Inspection inspection = inspect(frame, size(), size() / 2, settings_.background);
   const nlohmann::ordered_json json = inspection_json(inspection);
   EXPECT_EQ(json["contributions"].size(), inspection.pixel.contributions.size());
   const std::string text = format_inspection(inspection);
   EXPECT_THAT(text, HasSubstr("Gaussian " + std::to_string(inspection.gaussian->gaussian)));
-  ASSERT_EQ(json["picked"]["modes"].size(), static_cast<std::size_t>(kCullerCount));
-  for (std::size_t i = 0; i < kCullerCount; ++i) {
+  ASSERT_EQ(json["picked"]["modes"].size(), static_cast<std::size_t>(culler_count()));
+  for (std::size_t i = 0; i < culler_count(); ++i) {
     const auto& mode = json["picked"]["modes"][i];
     EXPECT_EQ(mode["count"], mode["tiles"].size());
     EXPECT_EQ(mode["count"].get<int>(),

@@ -13,7 +13,7 @@ class Missed : public test::InspectorTest {};
 
 TEST_F(Missed, lossless_modes_miss_nothing_and_the_others_do) {
   const Frame all = render(kBaselineMode);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const MissedMap map =
         missed_contributions(all, render(mode), size(), settings_.background, pool_);
     if (row_of(mode).lossless) {

@@ -25,13 +25,13 @@ class ReferenceCheckTest : public test::InspectorTest {
 };
 
 TEST_F(ReferenceCheckTest, finds_nothing_in_a_lossless_frame) {
-  const ReferenceCheck result = check(render(kDefaultMode));
+  const ReferenceCheck result = check(render(default_mode()));
   EXPECT_FALSE(result.difference.first.has_value()) << check_sentence(result, 2);
   EXPECT_GT(result.difference.psnr, 70);
 }
 
 TEST_F(ReferenceCheckTest, names_pixel_tile_and_gaussian_of_a_planted_mistake) {
-  const Frame complete = render(kDefaultMode);
+  const Frame complete = render(default_mode());
   const auto pixel_at = [](const Frame& frame, glm::ivec2 at) {
     return inspect_pixel(frame, at, glm::vec3(0));
   };
@@ -76,13 +76,13 @@ TEST_F(ReferenceCheckTest, names_pixel_tile_and_gaussian_of_a_planted_mistake) {
 TEST_F(ReferenceCheckTest, reports_its_progress_and_can_be_cancelled) {
   std::vector<float> reported;
   Progress progress{[&](float done) { reported.push_back(done); }, {}};
-  check(render(kDefaultMode), std::nullopt, progress);
+  check(render(default_mode()), std::nullopt, progress);
   EXPECT_GT(reported.size(), 4u);
   EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
   EXPECT_EQ(reported.back(), 1);
   std::stop_source stop;
   stop.request_stop();
-  const Frame frame = render(kDefaultMode);
+  const Frame frame = render(default_mode());
   EXPECT_THROW(check(frame, std::nullopt, {{}, stop.get_token()}), Cancelled);
 }
 

@@ -239,7 +239,7 @@ class ScriptedRenderer : public Renderer {
 BenchRow three_rounds(std::vector<float> times_ms) {
   Session session;
   session.renderer = std::make_unique<ScriptedRenderer>(std::move(times_ms));
-  return measure_view(session, {kDefaultMode}, test::front_camera(64, 48), {2, 0, 3}, {}).front();
+  return measure_view(session, {default_mode()}, test::front_camera(64, 48), {2, 0, 3}, {}).front();
 }
 
 TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds) {

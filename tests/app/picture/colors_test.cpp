@@ -87,12 +87,12 @@ TEST(Colors, of_modes_differ_and_black_and_blue_are_lighter_on_dark) {
     EXPECT_EQ(hex_text(on_dark::mode_color(find_culler(color.mode))), color.dark) << color.mode;
   }
   std::set<std::string> light, dark;
-  for (CullMode mode = -1; mode <= kModeCount; ++mode) {
+  for (CullMode mode = -1; mode <= mode_count(); ++mode) {
     light.insert(hex_text(mode_color(mode)));
     dark.insert(hex_text(on_dark::mode_color(mode)));
   }
-  EXPECT_EQ(light.size(), kModeCount + 2u);
-  EXPECT_EQ(dark.size(), kModeCount + 2u);
+  EXPECT_EQ(light.size(), mode_count() + 2u);
+  EXPECT_EQ(dark.size(), mode_count() + 2u);
 }
 
 TEST(RoundScale, takes_the_smallest_round_step_of_which_at_most_eight_reach_the_maximum) {

@@ -19,7 +19,7 @@ TEST(Heatmap, total_of_pairs_is_the_frame_s_statistics_and_stands_in_the_legend)
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(3000, 1, 1), {});
   const Camera camera = test::front_camera(133, 97);  // ends within a tile
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     RenderSettings settings;
     settings.mode = mode;
     const Frame& frame = renderer->render(camera, settings, outputs_for(HeatQuantity::pairs));

@@ -78,7 +78,7 @@ TEST(ClockReport, readings_are_taken_between_measured_frames_only) {
                   }});
   ViewPlan plan{3, 2, 1};
   plan.clock = &clock;
-  measure_view(session, {kDefaultMode}, test::front_camera(64, 48), plan, {});
+  measure_view(session, {default_mode()}, test::front_camera(64, 48), plan, {});
   // Two frames of warm-up and three measured frames. These frames take far less than an interval,
   // so there is one reading, unless this thread is suspended for that long.
   EXPECT_EQ(log.substr(0, 4), "fffr");

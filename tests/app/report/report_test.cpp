@@ -76,7 +76,7 @@ TEST(Study, uses_of_pairs_are_the_renderer_s_in_every_mode) {
   Outputs outputs;
   outputs.used = true;
   for (std::size_t size = 0; size < kTileSizes.size(); ++size) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
       RenderSettings settings;
       settings.mode = mode;
       settings.tile_px = kTileSizes[size];

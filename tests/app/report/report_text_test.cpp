@@ -236,7 +236,7 @@ void add_gaussian(Inspection& inspection, int lines, bool walks_rows) {
   g.adr = {{5, 6}, {7, 8}};
   g.dual_boxes = {{{9, 10}, {11, 12}}};
   g.quad_boxes = {{{13, 14}, {15, 16}}, {{17, 18}, {19, 20}}};
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     ModeTiles& tiles = g.modes.emplace_back();
     tiles.mode = mode;
     tiles.walks_rows = walks_rows;

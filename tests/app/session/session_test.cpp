@@ -57,7 +57,7 @@ TEST_F(SessionTest, only_the_cpu_draws_the_reference_and_other_tile_sizes) {
   EXPECT_EQ(open_session(frame_).backend, Backend::cpu);
   frame_.backend = Backend::cuda;
   EXPECT_THROW(open_session(frame_), Error);
-  frame_.modes = {kDefaultMode};
+  frame_.modes = {default_mode()};
   frame_.tile_px = 8;
   EXPECT_THROW(open_session(frame_), Error);
   frame_.backend.reset();
@@ -71,7 +71,7 @@ TEST_F(SessionTest, the_reference_image_is_that_of_mode_reference_on_the_cpu) {
   EXPECT_EQ(session.second, nullptr);
   const Camera camera = test::front_camera(32, 24);
   const Image image = reference_image(session, camera);
-  EXPECT_EQ(session.settings.mode, kDefaultMode);
+  EXPECT_EQ(session.settings.mode, default_mode());
   RenderSettings settings;
   settings.mode = kReferenceMode;
   EXPECT_EQ(image.values, session.renderer->render(camera, settings).color.values);

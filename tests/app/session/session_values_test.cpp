@@ -323,12 +323,12 @@ TEST(SessionMessages, say_what_runs_on_the_cpu_only) {
   const Session session = open_session(frame);
   EXPECT_STREQ(pipeline_name(session), "cpu");
   const std::vector<CullMode> modes = all_modes();
-  ASSERT_EQ(modes.size(), static_cast<std::size_t>(kCullerCount));
+  ASSERT_EQ(modes.size(), static_cast<std::size_t>(culler_count()));
   for (std::size_t i = 0; i < modes.size(); ++i) EXPECT_EQ(modes[i], static_cast<CullMode>(i + 1));
   const std::vector<CullMode> peers = peer_modes();
-  ASSERT_EQ(peers.size(), static_cast<std::size_t>(kModeCount - kCullerCount));
+  ASSERT_EQ(peers.size(), static_cast<std::size_t>(mode_count() - culler_count()));
   for (std::size_t i = 0; i < peers.size(); ++i) {
-    EXPECT_EQ(peers[i], kCullerCount + static_cast<CullMode>(i + 1));
+    EXPECT_EQ(peers[i], culler_count() + static_cast<CullMode>(i + 1));
     EXPECT_EQ(row_of(peers[i]).family, CullerFamily::peers);
   }
   EXPECT_FALSE(find_asset("assets/no such file"));

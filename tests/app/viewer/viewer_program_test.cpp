@@ -47,7 +47,7 @@ TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes
   const json a = state("a.json");
   EXPECT_EQ(a["scene"], "scene");
   EXPECT_EQ(a["dataset_camera"], 0);
-  EXPECT_EQ(a["modes"].size(), static_cast<std::size_t>(kCullerCount));
+  EXPECT_EQ(a["modes"].size(), static_cast<std::size_t>(culler_count()));
   for (const json& row : a["modes"]) EXPECT_NE(row["ms"], "-") << row;
   EXPECT_TRUE(a["numbers_are_current"]);
   EXPECT_GE(a["frames_behind"].get<int>(), 5);
@@ -85,17 +85,17 @@ TEST_F(ViewerProgram, opens_what_is_dropped_on_an_empty_window) {
 
 TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
   std::string script = "key F10\nwait\n";
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     script += "key " + std::to_string(mode) + "\nwait\nstate " +
               path("key" + std::to_string(mode)) + "\n";
   }
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     script += "keypad " + std::to_string(mode) + "\nwait\nstate " +
               path("keypad" + std::to_string(mode)) + "\n";
   }
   const ProgramRun run = play(script + "quit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const char* name = mode_name(mode);
     const json by_key = state("key" + std::to_string(mode));
     EXPECT_EQ(by_key["mode"], name);

@@ -69,7 +69,7 @@ TEST(Allocations, of_a_frame_are_none_once_buffers_have_grown) {
     renderer->upload(test::random_cloud(20000, 3, 1), {});
     for (const Outputs& outputs : {Outputs{}, maps}) {
       RenderSettings settings;
-      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+      for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
         EXPECT_EQ(allocations_of_a_frame(*renderer, camera, settings, outputs), 0u)
             << threads << " threads, mode " << settings.mode;
       }

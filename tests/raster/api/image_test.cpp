@@ -73,7 +73,7 @@ double largest_difference(const Image& a, const Image& b) {
 
 class EveryMode : public testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Cullers, EveryMode, testing::Range(0, kCullerCount + 1),
+INSTANTIATE_TEST_SUITE_P(Cullers, EveryMode, testing::Range(0, culler_count() + 1),
                          [](const auto& mode) {
                            std::string name = mode_name(mode.param);
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -158,7 +158,7 @@ TEST(Images, tile_lists_are_front_to_back_with_ties_by_index) {
   const GaussianCloud cloud = test::random_cloud(3000, 0, 21);
   Outputs outputs;
   outputs.trace = outputs.pairs = true;
-  for (int mode = 1; mode <= kCullerCount; ++mode) {
+  for (int mode = 1; mode <= culler_count(); ++mode) {
     RenderSettings settings;
     settings.mode = mode;
     const Frame frame = render(cloud, test::front_camera(128, 96), settings, outputs);
@@ -222,7 +222,7 @@ TEST(Images, a_cancelled_frame_throws_and_the_next_one_is_right) {
   renderer->upload(cloud, {});
   std::stop_source source;
   source.request_stop();
-  for (int mode = 0; mode <= kCullerCount; ++mode) {
+  for (int mode = 0; mode <= culler_count(); ++mode) {
     RenderSettings settings;
     settings.mode = mode;
     EXPECT_THROW(renderer->render(camera, settings, {}, HostImage{}, source.get_token()),
@@ -239,7 +239,7 @@ TEST(Images, a_frame_reports_how_much_of_it_is_done) {
   renderer->upload(cloud, {});
   std::vector<float> seen;
   renderer->report_frames_to([&](float fraction) { seen.push_back(fraction); });
-  for (const CullMode mode : {kReferenceMode, kDefaultMode}) {
+  for (const CullMode mode : {kReferenceMode, default_mode()}) {
     for (const Pipeline pipeline : {Pipeline::fast, Pipeline::classic}) {
       seen.clear();
       RenderSettings settings;

@@ -25,7 +25,7 @@ Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, in
 TEST(TileSize, lossless_modes_draw_the_same_image_with_any) {
   const GaussianCloud cloud = test::random_cloud(3000, 1, 21);
   const Camera camera = test::front_camera(133, 97);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     if (!row_of(mode).lossless) continue;
     const Image usual = render(cloud, camera, mode, kTileSize).color;
     for (const int tile_px : kTileSizes)
@@ -57,7 +57,7 @@ TEST(TileSize, lists_cover_the_image_and_nest_as_the_modes_promise) {
 TEST(TileSize, smaller_tiles_give_more_pairs) {
   const GaussianCloud cloud = test::random_cloud(3000, 0, 23);
   const Camera camera = test::front_camera(320, 200);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const auto pairs = [&](int px) { return render(cloud, camera, mode, px).stats.tile_pairs; };
     EXPECT_GT(pairs(8), pairs(16)) << mode_name(mode);
     EXPECT_GT(pairs(16), pairs(32)) << mode_name(mode);
@@ -66,7 +66,7 @@ TEST(TileSize, smaller_tiles_give_more_pairs) {
 
 TEST(TileSize, an_unsupported_size_is_refused_with_a_sentence) {
   try {
-    render(test::random_cloud(10, 0, 1), test::front_camera(32, 32), kDefaultMode, 12);
+    render(test::random_cloud(10, 0, 1), test::front_camera(32, 32), default_mode(), 12);
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(), "backend cpu: cannot use tiles of 12 pixels, only 8, 16 or 32");

@@ -13,8 +13,8 @@
 namespace qs {
 namespace {
 
-constexpr CullMode kLossless[] = {find_culler("adr"), find_culler("quadbox-naive"),
-                                  find_culler("quadbox"), find_culler("exact")};
+const CullMode kLossless[] = {find_culler("adr"), find_culler("quadbox-naive"),
+                              find_culler("quadbox"), find_culler("exact")};
 
 Frame render(const GaussianCloud& cloud, const Camera& camera, CullMode mode, bool color = true) {
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
@@ -60,7 +60,7 @@ std::uint32_t used_by_definition(const Frame& frame, const Camera& camera, int t
 TEST(UsedPairs, are_the_listed_ones_that_a_pixel_of_the_tile_blends) {
   const GaussianCloud cloud = test::random_cloud(4000, 0, 7);
   const Camera camera = test::front_camera(133, 97);  // ends within a tile
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const Frame frame = render(cloud, camera, mode);
     ASSERT_EQ(frame.used.size(), static_cast<std::size_t>(frame.grid.count()));
     int different = 0;
@@ -84,7 +84,7 @@ TEST(UsedPairs, are_the_same_in_every_lossless_mode_so_that_shorter_lists_waste_
 
 TEST(UsedPairs, sum_up_in_the_statistics_and_are_at_most_the_listed_ones) {
   const Camera camera = test::front_camera(100, 80);
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const Frame frame = render(test::random_cloud(3000, 0, 9), camera, mode);
     EXPECT_EQ(frame.stats.used_pairs, sum_of(frame.used));
     EXPECT_GT(*frame.stats.used_pairs, 0u);
@@ -104,7 +104,7 @@ TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
   outputs.color = false;
   outputs.used = true;
   std::vector<std::uint64_t> wasted;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     RenderSettings settings;
     settings.mode = mode;
     const RenderStats& stats = renderer->render(camera, settings, outputs).stats;
@@ -112,7 +112,7 @@ TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
   }
   const std::size_t exact = static_cast<std::size_t>(find_culler("exact")) - 1;
   for (std::size_t i = 0; i < wasted.size(); ++i)
-    EXPECT_TRUE(i == exact || wasted[exact] < wasted[i]) << kCullers[i + 1].name;
+    EXPECT_TRUE(i == exact || wasted[exact] < wasted[i]) << row_of(static_cast<CullMode>(i + 1)).name;
 }
 
 TEST(UsedPairs, of_a_gaussian_behind_an_opaque_wall_are_none) {
@@ -122,9 +122,9 @@ TEST(UsedPairs, of_a_gaussian_behind_an_opaque_wall_are_none) {
   for (int layer = 0; layer < 4; ++layer)  // 0.01^2 is the last transmittance above 1e-4
     test::append(cloud, test::single_gaussian({0, 0, 1 + 0.01f * static_cast<float>(layer)}, 100,
                                               {1, 0, 0}, 20));
-  const Frame wall = render(cloud, camera, kDefaultMode);
+  const Frame wall = render(cloud, camera, default_mode());
   test::append(cloud, test::single_gaussian({0, 0, 3}, 0.05f, {0, 1, 0}, 20));
-  const Frame with_hidden = render(cloud, camera, kDefaultMode);
+  const Frame with_hidden = render(cloud, camera, default_mode());
   EXPECT_GT(with_hidden.stats.tile_pairs, wall.stats.tile_pairs);
   EXPECT_EQ(with_hidden.used, wall.used);
 }
@@ -132,8 +132,8 @@ TEST(UsedPairs, of_a_gaussian_behind_an_opaque_wall_are_none) {
 TEST(UsedPairs, are_counted_without_an_image_and_only_when_asked_for) {
   const GaussianCloud cloud = test::random_cloud(2000, 0, 10);
   const Camera camera = test::front_camera(90, 60);
-  const Frame with_color = render(cloud, camera, kDefaultMode);
-  const Frame without = render(cloud, camera, kDefaultMode, false);
+  const Frame with_color = render(cloud, camera, default_mode());
+  const Frame without = render(cloud, camera, default_mode(), false);
   EXPECT_TRUE(without.color.values.empty());
   EXPECT_EQ(without.used, with_color.used);
   const auto renderer = make_renderer(Backend::cpu, test::pool());

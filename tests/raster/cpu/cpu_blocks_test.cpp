@@ -126,7 +126,7 @@ TEST(Frustum, misses_no_block_with_a_gaussian_that_some_mode_lists) {
   for (const double fov : {0.05, 0.6, 2.5}) {
     for (int way = 0; way < 6; ++way) {
       for (const float scale : {0.1f, 1.0f, 20.0f}) {
-        for (CullMode mode = 1; mode <= kModeCount; ++mode) {
+        for (CullMode mode = 1; mode <= mode_count(); ++mode) {
           const Camera camera = inside(way, fov);
           RenderSettings settings;
           settings.mode = mode;

@@ -82,7 +82,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {
     for (RenderSettings settings : {plain, other}) {
       for (const auto& [width, height] :
            {std::pair{1, 1}, {17, 33}, {96, 64}, {161, 23}, {320, 200}}) {
-        for (settings.mode = 1; settings.mode <= kModeCount; ++settings.mode)
+        for (settings.mode = 1; settings.mode <= mode_count(); ++settings.mode)
           expect_equal(*renderer, test::front_camera(width, height), settings);
       }
     }
@@ -120,7 +120,7 @@ TEST_P(CpuPipeline, decide_and_draw_alike_inside_a_scene_looking_every_way) {
         const float scales[] = {1.0f, 0.1f, 5.0f, 40.0f};
         settings.splat_scale = scales[turn % 4];
         settings.dilation = turn % 5 == 0 ? 0.3 / 16 : 0.3;
-        settings.mode = turn % kCullerCount + 1;
+        settings.mode = turn % culler_count() + 1;
         settings.antialiased = turn % 2 == 0;
         expect_equal(*renderer, camera, settings);
         ++turn;

@@ -41,7 +41,7 @@ TEST(TrainFrame, equals_the_renderers_picture) {
   for (const bool antialiased : {false, true}) {
     const Parameters<float> scene = small_scene<float>(300, 1);
     const Camera camera = test::front_camera(kWidth, kHeight);
-    const RenderSettings settings = settings_of(kDefaultMode, antialiased);
+    const RenderSettings settings = settings_of(default_mode(), antialiased);
     ForwardFrame<float> frame;
     forward({camera, settings, pool()}, scene, frame);
     const auto renderer = make_cpu_renderer(pool());
@@ -94,7 +94,7 @@ TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
 
 TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) {
   for (const bool antialiased : {false, true}) {
-    const RenderSettings settings = settings_of(kDefaultMode, antialiased);
+    const RenderSettings settings = settings_of(default_mode(), antialiased);
     const auto values = groups_of(gradients_of(small_scene<float>(24, 5), settings).by);
     const auto expected = groups_of(gradients_of(small_scene<double>(24, 5), settings).by);
     for (std::size_t group = 0; group < values.size(); ++group) {
@@ -107,7 +107,7 @@ TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) 
 TEST(TrainFrame, every_lossless_mode_gives_the_same_gradients) {
   const Parameters<float> scene = small_scene<float>(200, 7);
   const Gradients<float> expected = gradients_of(scene, settings_of(find_culler("adr"), false));
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     // Mode 3dgs keeps Gaussians of alpha < 1/255 but loses some pixels of other Gaussians.
     if (!row_of(mode).lossless) continue;
     const Gradients<float> gradients = gradients_of(scene, settings_of(mode, false));
@@ -118,7 +118,7 @@ TEST(TrainFrame, every_lossless_mode_gives_the_same_gradients) {
 
 TEST(TrainFrame, gradients_do_not_depend_on_the_number_of_threads) {
   const Parameters<float> scene = small_scene<float>(5000, 9);
-  const RenderSettings settings = settings_of(kDefaultMode, true);
+  const RenderSettings settings = settings_of(default_mode(), true);
   const Gradients<float> expected = gradients_of(scene, settings, 1);
   for (const int threads : {2, 3, 7}) {
     const Gradients<float> gradients = gradients_of(scene, settings, threads);
@@ -131,7 +131,7 @@ TEST(TrainFrame, gradients_do_not_depend_on_the_number_of_threads) {
 TEST(TrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
   Parameters<float> scene = small_scene<float>(3, 11);
   scene.means[1].z = -3;
-  const Gradients<float> gradients = gradients_of(scene, settings_of(kDefaultMode, false));
+  const Gradients<float> gradients = gradients_of(scene, settings_of(default_mode(), false));
   EXPECT_EQ(gradients.visible, (std::vector<std::uint8_t>{1, 0, 1}));
   EXPECT_EQ(gradients.by.means[1], glm::vec3(0));
   EXPECT_NE(gradients.by.means[0], glm::vec3(0));
@@ -150,7 +150,7 @@ TEST(TrainFrame, views_that_a_faint_gaussian_does_not_reach_do_not_count_in_any_
     scene.log_scales[i] = glm::vec3(glm::dvec3(std::log(kSigmaPx * kDepth / camera.focal_px.x)));
   }
   scene.opacity_logits = {static_cast<float>(std::log(0.01 / 0.99)), 2};
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     EXPECT_EQ(gradients_of(scene, settings_of(mode, false)).visible,
               (std::vector<std::uint8_t>{0, 1}))
         << mode_name(mode);

@@ -11,7 +11,7 @@ class CudaCullVectors : public test::GpuTest {};
 
 TEST_F(CudaCullVectors, are_passed_by_every_mode) {
   const test::CullVectors vectors = test::read_cull_vectors();
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) {
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
     const std::string& map = vectors.map_of_mode.at(mode_name(mode));
     const std::vector<std::set<int>> listed = test::tiles_on_gpu(mode, vectors.all);
     for (std::size_t i = 0; i < listed.size(); ++i) {

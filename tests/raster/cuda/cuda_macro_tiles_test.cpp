@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Pipelines, CudaMacroTiles, test::kPipelines, test::name
 
 void expect_lists_of_the_cpu(Renderer& cpu, Renderer& gpu, const Camera& camera,
                              RenderSettings settings) {
-  for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+  for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
     SCOPED_TRACE(mode_name(settings.mode));
     test::expect_equal_decisions(gpu.render(camera, settings, test::decisions()),
                                  cpu.render(camera, settings, test::decisions()));

@@ -30,7 +30,7 @@ TEST_P(CudaOrder, lists_of_a_camera_inside_the_scene_equal_those_of_the_cpu) {
   RenderSettings settings = settings_of_pipeline();
   for (int way = 0; way < 5; ++way) {
     for (const double fov : {0.05, 0.6, 2.5}) {
-      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+      for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
         settings.splat_scale = settings.mode % 2 == 0 ? 1.0f : 0.1f;
         SCOPED_TRACE(testing::Message()
                      << mode_name(settings.mode) << ", way " << way << ", fov " << fov);

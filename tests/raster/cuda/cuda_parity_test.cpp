@@ -42,7 +42,7 @@ TEST_P(Cuda, decides_footprints_and_tile_lists_as_the_cpu_bit_for_bit) {
     const GaussianCloud cloud =
         test::random_cloud(3000, degree, 40 + static_cast<unsigned>(degree));
     const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
-    const CullMode modes = degree == 0 ? kModeCount : kCullerCount;  // the peers once
+    const CullMode modes = degree == 0 ? mode_count() : culler_count();  // the peers once
     for (RenderSettings settings : settings_to_try()) {
       for (const auto& [width, height] : kSizes) {
         for (settings.mode = 1; settings.mode <= modes; ++settings.mode) {
@@ -62,7 +62,7 @@ TEST_P(Cuda, draws_the_image_of_the_cpu) {
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   for (RenderSettings settings : settings_to_try()) {
     for (const auto& [width, height] : kSizes) {
-      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+      for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
         SCOPED_TRACE(testing::Message()
                      << mode_name(settings.mode) << " " << width << "x" << height);
         const Camera camera = test::front_camera(width, height);
@@ -84,7 +84,7 @@ TEST_P(Cuda, leaves_the_used_pairs_of_the_cpu) {
   const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
   RenderSettings settings = settings_of_pipeline();
   for (const auto& [width, height] : {std::pair{17, 33}, {161, 45}}) {
-    for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+    for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
       SCOPED_TRACE(testing::Message() << mode_name(settings.mode) << " " << width << "x" << height);
       const Camera camera = test::front_camera(width, height);
       const Frame& a = cpu->render(camera, settings, everything());
@@ -203,7 +203,7 @@ TEST_P(Cuda, draws_the_background_where_nothing_is_visible) {
   for (const GaussianCloud& cloud : {GaussianCloud{}, behind}) {
     const auto gpu = renderer_of(Backend::cuda, cloud);
     for (const auto& [width, height] : kSizes) {
-      for (settings.mode = 1; settings.mode <= kCullerCount; ++settings.mode) {
+      for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode) {
         const Frame& frame = gpu->render(test::front_camera(width, height), settings, everything());
         EXPECT_EQ(frame.color.at(width - 1, height - 1, 0), 0.25f);
         EXPECT_EQ(frame.color.at(0, 0, 2), 0.75f);

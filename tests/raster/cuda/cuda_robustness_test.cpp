@@ -146,7 +146,7 @@ TEST_P(CudaRobustness, a_thousand_random_frames_leave_memory_and_images_as_they_
   };
   for (int i = 0; i < 1000; ++i) {
     RenderSettings settings = settings_of_pipeline();
-    settings.mode = draw(1, kCullerCount);
+    settings.mode = draw(1, culler_count());
     Camera camera = test::front_camera(draw(1, 480), draw(1, 360));
     camera.view_from_world[3] = glm::dvec3(draw(-50, 50), draw(-50, 50), draw(0, 200)) * 0.01;
     gpu->render(camera, settings, outputs, i % 2 == 0 ? Target(DeviceImage{}) : HostImage{});

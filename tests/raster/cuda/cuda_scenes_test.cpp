@@ -196,7 +196,7 @@ TEST_P(CudaScenes, are_within_80_db_of_the_reference) {
   RenderSettings settings = settings_of_pipeline();
   settings.mode = kReferenceMode;
   const Image reference = renderers.cpu->render(camera, settings).color;
-  settings.mode = kDefaultMode;
+  settings.mode = default_mode();
   const Image first = renderers.gpu->render(camera, settings).color;
   EXPECT_GE(psnr_8bit(first, reference), 80.0);
   EXPECT_EQ(renderers.gpu->render(camera, settings).color.values, first.values) << "second run";

@@ -91,7 +91,7 @@ void expect_equal_gradients(const Result& result, const Result& expected) {
 TEST_F(CudaTrainFrame, pixels_equal_those_of_the_cpu) {
   for (const bool antialiased : {false, true}) {
     const Scene scene = small_scene<float>(500, 1);
-    const RenderSettings settings = settings_of(kDefaultMode, antialiased);
+    const RenderSettings settings = settings_of(default_mode(), antialiased);
     const PixelCopies pixels = on_gpu(scene, settings).pixels;
     const PixelCopies expected = on_cpu(scene, settings).pixels;
     std::size_t different = 0;
@@ -132,7 +132,7 @@ TEST_F(CudaTrainFrame, every_lossless_mode_gives_the_same_gradients) {
 
 TEST_F(CudaTrainFrame, two_runs_give_the_same_bits) {
   const Scene scene = small_scene<float>(1000, 9);
-  const RenderSettings settings = settings_of(kDefaultMode, true);
+  const RenderSettings settings = settings_of(default_mode(), true);
   const Result first = on_gpu(scene, settings), second = on_gpu(scene, settings);
   expect_equal_gradients(second, first);
   EXPECT_EQ(second.pixels.color, first.pixels.color);
@@ -179,7 +179,7 @@ TEST_F(CudaTrainFrame, large_gaussians_in_large_views_are_listed_in_the_order_of
 
 TEST_F(CudaTrainFrame, coefficients_above_the_degree_get_no_gradient) {
   const Scene scene = small_scene<float>(50, 13);
-  RenderSettings settings = settings_of(kDefaultMode, false);
+  RenderSettings settings = settings_of(default_mode(), false);
   settings.sh_degree = 1;
   const Result result = on_gpu(scene, settings);
   expect_close(result, on_cpu(scene, settings));
@@ -189,7 +189,7 @@ TEST_F(CudaTrainFrame, coefficients_above_the_degree_get_no_gradient) {
 TEST_F(CudaTrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
   Scene scene = small_scene<float>(3, 11);
   scene.means[1].z = -3;
-  const Result result = on_gpu(scene, settings_of(kDefaultMode, false));
+  const Result result = on_gpu(scene, settings_of(default_mode(), false));
   EXPECT_EQ(result.visible, (std::vector<std::uint8_t>{1, 0, 1}));
   EXPECT_EQ(result.by.means[1], glm::vec3(0));
   EXPECT_NE(result.by.means[0], glm::vec3(0));
@@ -198,7 +198,7 @@ TEST_F(CudaTrainFrame, gaussians_outside_of_the_view_get_no_gradient) {
 TEST_F(CudaTrainFrame, a_view_that_shows_nothing_is_the_background_and_flat) {
   Scene scene = small_scene<float>(40, 15);
   for (glm::vec3& mean : scene.means) mean.z = -mean.z;
-  const RenderSettings settings = settings_of(kDefaultMode, false);
+  const RenderSettings settings = settings_of(default_mode(), false);
   const Result result = on_gpu(scene, settings);
   for (const glm::vec3& color : result.pixels.color) ASSERT_EQ(color, settings.background);
   for (const auto& group : groups_of(result.by)) {
@@ -214,7 +214,7 @@ TEST_F(CudaTrainFrame, a_cancelled_pass_throws_and_the_next_one_works) {
   std::stop_source stop;
   stop.request_stop();
   const Camera camera = test::front_camera(kWidth, kHeight);
-  const RenderSettings settings = settings_of(kDefaultMode, false);
+  const RenderSettings settings = settings_of(default_mode(), false);
   EXPECT_THROW(model.forward(camera, settings, stop.get_token()), Cancelled);
   model.forward(camera, settings);
   EXPECT_EQ(model.pixels().color, on_gpu(scene, settings).pixels.color);

@@ -39,7 +39,7 @@ std::vector<std::uint8_t> every_third_masked(std::size_t pixels) {
 }
 
 void draw(GpuModel& model, int width = kWidth, int height = kHeight) {
-  model.forward(test::front_camera(width, height), test::settings_of(kDefaultMode, false));
+  model.forward(test::front_camera(width, height), test::settings_of(default_mode(), false));
 }
 
 TEST_F(CudaTrainStep, the_loss_and_its_gradient_equal_those_of_the_cpu) {
@@ -78,7 +78,7 @@ TEST_F(CudaTrainStep, photographs_on_the_gpu_are_compared_over_the_frames_backgr
   GpuModel model;
   start(model, small_scene<float>(20, 14));
   draw(model);
-  const glm::dvec3 background(test::settings_of(kDefaultMode, false).background);
+  const glm::dvec3 background(test::settings_of(default_mode(), false).background);
   for (const bool has_alpha : {false, true}) {
     model.compare_with(has_alpha ? 1 : 0, has_alpha ? qs::train::Photograph{rgb, alpha, {}}
                                                     : qs::train::Photograph{rgb, {}, {}});
@@ -266,7 +266,7 @@ TEST_F(CudaTrainStep, a_new_model_starts_with_zero_moments_and_statistics) {
 TEST_F(CudaTrainStep, steps_lower_the_loss_as_on_the_cpu) {
   Scene scene = small_scene<float>(60, 12);
   const Camera camera = test::front_camera(kWidth, kHeight);
-  const RenderSettings settings = test::settings_of(kDefaultMode, false);
+  const RenderSettings settings = test::settings_of(default_mode(), false);
   GpuModel model;
   start(model, small_scene<float>(60, 13));
   model.forward(camera, settings);

@@ -32,7 +32,7 @@ class Grades {
 
   void print() {
     std::printf("%-14s%12s%16s%9s%9s\n", "mode", "pairs", "false positives", "share", "losses");
-    for (CullMode mode = 1; mode <= kModeCount; ++mode) {
+    for (CullMode mode = 1; mode <= mode_count(); ++mode) {
       const Trace& trace = trace_of(mode);
       std::uint64_t hits = 0;
       for (std::size_t tile = 0; tile + 1 < trace.tile_begin.size(); ++tile) {

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/modes.h"
 #include "support/cull_port.h"
 #include "support/shared.h"
@@ -55,7 +56,7 @@ TEST(CullVectors, leave_little_to_rounding) {
 }
 
 TEST(CullVectors, are_passed_by_every_mode) {
-  for (CullMode mode = 1; mode <= kModeCount; ++mode) {
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
     with_culler(mode, [&]<class P>(P) {
       ASSERT_TRUE(vectors().map_of_mode.contains(P::kName)) << P::kName;
       for (const CullVector& vector : vectors().all) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/modes.h"
 #include "support/footprints.h"
 
@@ -248,12 +249,12 @@ TEST(Cullers, the_square_follows_the_integer_rule_of_3dgs) {
 }
 
 TEST(Cullers, the_table_finds_every_mode_by_its_name_and_nothing_else) {
-  for (int mode = 0; mode <= kModeCount; ++mode) {
+  for (int mode = 0; mode <= mode_count(); ++mode) {
     EXPECT_EQ(find_culler(mode_name(mode)), mode);
   }
   EXPECT_EQ(find_culler("quad"), -1);
   EXPECT_EQ(find_culler(""), -1);
-  EXPECT_STREQ(kCullers[kDefaultMode].name, "quadbox");
+  EXPECT_STREQ(row_of(default_mode()).name, "quadbox");
 }
 
 /// The list without its first struct.

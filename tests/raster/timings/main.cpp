@@ -67,7 +67,7 @@ std::vector<Variant> variants_of(const std::string& only) {
   std::vector<Variant> variants;
   for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
     if (!only.empty() && only != kPipelineNames[static_cast<int>(pipeline)]) continue;
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode)
+    for (CullMode mode = 1; mode <= culler_count(); ++mode)
       variants.push_back({pipeline, mode, {}, {}});
   }
   return variants;

@@ -184,8 +184,6 @@ KeyCommand job_row(int key, int mods, Menu menu, const char* help,
   });
 }
 
-static_assert(kCullerCount <= 9, "every mode has a key of one digit, and 0 is taken");
-
 KeyCommand mode_row(CullMode mode) {
   KeyCommand command = row(GLFW_KEY_0 + mode, 0, Menu::mode, mode_name(mode), set_mode, mode);
   command.is_checked = [mode](const Viewer& viewer) { return viewer.settings.mode == mode; };
@@ -264,7 +262,7 @@ std::vector<KeyCommand> mode_commands() {
   using enum Menu;
   std::vector<KeyCommand> rows = {
       held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)};
-  for (CullMode number = 1; number <= kCullerCount; ++number) rows.push_back(mode_row(number));
+  for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
   rows.push_back(panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split));
   rows.push_back(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view));
   rows.push_back(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split));

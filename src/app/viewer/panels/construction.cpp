@@ -152,8 +152,8 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   figure.draw.AddRectFilled(at, {at.x + size.x, at.y + size.y}, kFigure);
   // Inspection has only the tiles of the paper's modes; for other modes the drawing shows the
   // default mode's tiles.
-  const bool is_listed = mode >= 1 && mode <= kCullerCount;
-  const auto index = static_cast<std::size_t>((is_listed ? mode : kDefaultMode) - 1);
+  const bool is_listed = mode >= 1 && mode <= culler_count();
+  const auto index = static_cast<std::size_t>((is_listed ? mode : default_mode()) - 1);
   const ModeTiles& listed = gaussian.modes[index];
   for (std::size_t i = 0; i < listed.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.55f, 0.3f, 0.14f};  // index = PairUse

@@ -107,7 +107,7 @@ void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
 // Returns true if the stages were drawn.
 bool draw_mode_table(const Viewer& viewer, Actions& actions) {
   double longest = 0;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const BenchRow* row = measured_row(viewer, mode, viewer.settings.pipeline);
     if (row != nullptr) longest = std::max(longest, stage_sum(*row));
   }

@@ -37,7 +37,7 @@ void draw_curves(const ZoomRecording& zoom) {
   }
   draw.AddText({low.x, high.y + 0.3f * letter}, faint, "far");
   draw.AddText({high.x - ImGui::CalcTextSize("near").x, high.y + 0.3f * letter}, faint, "near");
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     std::vector<ImVec2> points;
     for (const glm::vec2 point : curves.modes[static_cast<std::size_t>(mode - 1)])
       points.push_back(place(point));
@@ -49,7 +49,7 @@ void draw_curves(const ZoomRecording& zoom) {
 }
 
 void draw_mode_legend() {
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     if (mode > 1) same_line_if_fits(ImGui::CalcTextSize(mode_name(mode)).x);
     ImGui::TextColored(color_of(mode), "%s", mode_name(mode));
   }

@@ -36,7 +36,7 @@ void choose_other(const Viewer& viewer, Actions& actions) {
   const float em = ImGui::GetFontSize();
   ImGui::SetNextItemWidth(10 * em);
   if (ImGui::BeginCombo("##mode", mode_name(other.mode))) {
-    for (CullMode mode = 0; mode <= kModeCount; ++mode) {
+    for (CullMode mode = 0; mode <= mode_count(); ++mode) {
       if (ImGui::Selectable(mode_name(mode), mode == other.mode)) other.mode = mode;
       if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", row_of(mode).summary);
     }

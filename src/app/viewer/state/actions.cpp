@@ -69,7 +69,7 @@ void view_changed(Viewer& v) {
 }
 
 void set_mode(Viewer& v, CullMode mode) {
-  if (mode == v.settings.mode || mode < 1 || mode > kModeCount) return;
+  if (mode == v.settings.mode || mode < 1 || mode > mode_count()) return;
   v.previous_mode = std::exchange(v.settings.mode, mode);
   v.hints.modes = false;
   picture_changed(v);
@@ -88,7 +88,7 @@ void change_split(Viewer& v, const Split& split) {
 }
 
 void set_baseline(Viewer& v, CullMode mode) {
-  if (mode >= 1 && mode <= kCullerCount) v.baseline = mode;
+  if (mode >= 1 && mode <= culler_count()) v.baseline = mode;
 }
 
 void flip_split(Viewer& v) { v.split.flipped = !v.split.flipped; }

@@ -80,7 +80,7 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
   const Pipeline here = viewer.settings.pipeline;
   const std::optional<Pipeline> other = other_pipeline(viewer);
   std::vector<HudRow> rows;
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const BenchRow* found = measured_row(viewer, mode, here);
     HudRow& row = rows.emplace_back();
     row.mode = mode;

@@ -46,7 +46,7 @@ bool numbers_suffice(const Viewer& viewer) {
     return true;
   if (frames < kFewestFrames) return false;
   for (const Pipeline pipeline : pipelines_of(viewer.backend)) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
       if (mode == viewer.baseline) continue;
       const auto ratio = ratio_to_baseline(viewer, measured_row(viewer, mode, pipeline), pipeline);
       if (ratio && !has_small_interval(*ratio)) return false;

@@ -85,9 +85,9 @@ std::string zoom_status(const ZoomRecording& zoom);
 
 /// The recorder's plot: `longest_ms` at its top, 0 at its bottom.
 struct ZoomCurves {
-  double longest_ms = 0;                                   ///< 0: nothing to plot
-  std::array<std::vector<glm::vec2>, kCullerCount> modes;  ///< index = CullMode - 1; x: far to near
-                                                           ///< 0 to 1; y: fraction of longest_ms
+  double longest_ms = 0;  ///< 0: nothing to plot
+  /// Index = CullMode - 1; x: far to near 0 to 1; y: fraction of longest_ms.
+  std::vector<std::vector<glm::vec2>> modes;
 };
 ZoomCurves zoom_curves(const ZoomRecording& zoom);
 

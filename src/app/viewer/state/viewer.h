@@ -132,7 +132,7 @@ struct ShownOther {
 /// The frame in the window.
 struct ShownFrame {
   RenderStats stats;
-  CullMode mode = kDefaultMode;
+  CullMode mode = default_mode();
   int version = -1;      ///< Viewer::version that it shows
   Camera camera;         ///< of the full-size view
   int divisor = 1;       ///< rendered at 1 / divisor of the full size
@@ -244,7 +244,7 @@ struct Viewer : Turn {
 
   bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
   RenderSettings settings;
-  CullMode previous_mode = kDefaultMode;
+  CullMode previous_mode = default_mode();
   bool peeking = false;  ///< shows the previous mode while a key is held
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;

@@ -3,7 +3,7 @@
 // The interface of a culling mode: a struct of static host+device functions, chosen once per frame.
 //
 //   struct MyMode {
-//     static constexpr const char* kName = "my-mode";  // of its row in mode.h
+//     static constexpr const char* kName = "my-mode";  // of its row in table.h
 //     template <int kTilePx = kTileSize>
 //     static QS_HD Walk walk(const Footprint&, TileGrid);
 //   };
@@ -11,7 +11,7 @@
 // A convex footprint meets every line of tiles in one contiguous run. So a mode is a Walk: an axis,
 // a range of lines along it, the run of tiles in each line, and a run that contains all of them. A
 // mode may instead define its own `bounds` and `for_each_tile_in`, as quadbox-naive does.
-// To add a mode, write a header with such a struct, its row in mode.h and its entry in modes.h;
+// To add a mode, write a header with such a struct, its row in table.h and its entry in modes.h;
 // tests, command line and viewer find it there.
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The structs of all culling modes, for code that lists tiles. Everything else needs only their
-// table, mode.h. To add a mode, include its header and add its struct at the place of its row.
+// The structs of all culling modes, for code that lists tiles. Everything else asks mode.h. To add
+// a mode, include its header and add its struct at the place of its row.
 #pragma once
 
 #include <string_view>
@@ -14,11 +14,11 @@
 #include "raster/kernel/cull/exact.h"
 #include "raster/kernel/cull/faster_gs.h"
 #include "raster/kernel/cull/flash_gs.h"
-#include "raster/kernel/cull/mode.h"
 #include "raster/kernel/cull/quad_box.h"
 #include "raster/kernel/cull/snug_box.h"
 #include "raster/kernel/cull/square.h"
 #include "raster/kernel/cull/stop_the_pop.h"
+#include "raster/kernel/cull/table.h"
 
 namespace qs {
 
@@ -31,14 +31,14 @@ template <class... P>
 constexpr bool agrees_with_table(const std::tuple<P...>&) {
   if (sizeof...(P) != kModeCount) return false;
   CullMode mode = kReferenceMode;
-  return ((mode_name(++mode) == std::string_view(P::kName)) && ...);
+  return ((kCullers[++mode].name == std::string_view(P::kName)) && ...);
 }
-static_assert(agrees_with_table(AllCullers()), "AllCullers and the table of mode.h differ");
+static_assert(agrees_with_table(AllCullers()), "AllCullers and table.h differ");
 
 /// The row of struct P.
 template <class P>
 constexpr const CullerRow& row_of() {
-  return row_of(find_culler(P::kName));
+  return kCullers[number_of(P::kName)];
 }
 
 /// Calls f(P{}) with the struct P of `mode`, 1..kModeCount. Host code, called once per frame.

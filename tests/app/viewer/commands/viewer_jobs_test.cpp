@@ -347,7 +347,7 @@ TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
   settle();
   EXPECT_FALSE(viewer().zoom.running);
   EXPECT_EQ(viewer().zoom.steps, 12);
-  EXPECT_THAT(viewer().zoom.rows, SizeIs(12 * kCullerCount));
+  EXPECT_THAT(viewer().zoom.rows, SizeIs(12 * culler_count()));
   EXPECT_EQ(viewer().zoom.folder, scenes_ / "zoom/random scene_0001");
 }
 

@@ -198,7 +198,7 @@ TEST_F(RenderThreadTest, a_thousand_switches_leave_image_and_memory_alone) {
   std::size_t before = 0;
   for (int i = 0; i < 1000; ++i) {
     FrameRequest request = request_;
-    request.settings.mode = 1 + static_cast<int>(random() % kCullerCount);
+    request.settings.mode = 1 + static_cast<int>(random() % culler_count());
     request.settings.sh_degree = static_cast<int>(random() % 4);
     request.settings.splat_scale = 0.5f + 0.001f * static_cast<float>(random() % 1000);
     request.settings.background = glm::vec3(static_cast<float>(random() % 2));
@@ -217,7 +217,7 @@ TEST_F(RenderThreadTest, numbers_of_all_modes_arrive_when_nothing_else_is_to_do)
   thread_.request(NumbersRequest{request_.camera, request_.settings, 42});
   settle();
   EXPECT_EQ(viewer().numbers.version, 42);
-  EXPECT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(kCullerCount));
+  EXPECT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(culler_count()));
   EXPECT_FALSE(thread_.measuring());
 }
 
@@ -232,7 +232,7 @@ TEST_F(RenderThreadTest, more_numbers_add_frames_to_those_of_the_view) {
   request.more = true;
   thread_.request(request);
   settle();
-  ASSERT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(kCullerCount));
+  ASSERT_EQ(viewer().numbers.rows.size(), static_cast<std::size_t>(culler_count()));
   for (const BenchRow& row : viewer().numbers.rows) EXPECT_EQ(row.round_ms.size(), 15u);
   EXPECT_EQ(viewer().numbers.rows.front().false_positives, first.false_positives);
 }

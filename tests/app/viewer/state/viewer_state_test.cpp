@@ -274,10 +274,10 @@ TEST(State, modes_outside_of_the_table_and_the_same_mode_change_nothing) {
   DrivenScene driven(1);
   driven.apply(set_mode, 2);
   const int version = driven.viewer.version;
-  for (const CullMode mode : {0, -1, kModeCount + 1, 2}) driven.apply(set_mode, mode);
+  for (const CullMode mode : {0, -1, mode_count() + 1, 2}) driven.apply(set_mode, mode);
   EXPECT_EQ(driven.viewer.version, version);
-  EXPECT_EQ(driven.viewer.previous_mode, kDefaultMode);
-  for (const CullMode mode : {1, kModeCount}) {
+  EXPECT_EQ(driven.viewer.previous_mode, default_mode());
+  for (const CullMode mode : {1, mode_count()}) {
     driven.apply(set_mode, mode);
     EXPECT_EQ(driven.viewer.settings.mode, mode);
   }
@@ -394,7 +394,7 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
     settings.sh_degree = 2;
     driven.apply(scene_opened, OpenedScene{scene, settings, Backend::cuda});
     EXPECT_GT(driven.viewer.version, version);
-    EXPECT_EQ(driven.viewer.settings.mode, kDefaultMode);  // stays
+    EXPECT_EQ(driven.viewer.settings.mode, default_mode());  // stays
     EXPECT_EQ(driven.viewer.settings.sh_degree, 2);
     EXPECT_EQ(driven.viewer.backend, Backend::cuda);
     const bool kept = !driven.viewer.keyframes.empty();
@@ -471,7 +471,7 @@ TEST(State, a_baseline_is_a_mode_of_the_table) {
   Driven driven;
   driven.apply(set_baseline, 2);
   EXPECT_EQ(driven.viewer.baseline, 2);
-  for (const CullMode mode : {0, -1, kCullerCount + 1}) driven.apply(set_baseline, mode);
+  for (const CullMode mode : {0, -1, culler_count() + 1}) driven.apply(set_baseline, mode);
   EXPECT_EQ(driven.viewer.baseline, 2);
 }
 

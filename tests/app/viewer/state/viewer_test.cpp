@@ -61,7 +61,7 @@ TEST(Viewer, switches_modes_and_back) {
   EXPECT_GT(viewer.version, version);
   EXPECT_EQ(viewer.view_version, view_version);  // the numbers of all modes stay valid
   driven.apply(peek_previous_mode, true);
-  EXPECT_EQ(viewer.mode(), kDefaultMode);
+  EXPECT_EQ(viewer.mode(), default_mode());
   driven.apply(peek_previous_mode, false);
   EXPECT_EQ(viewer.mode(), 2);
   driven.apply(set_mode, 99);
@@ -448,7 +448,7 @@ TEST(Commands, names_of_keys_are_read_back) {
 }
 
 TEST(Commands, every_mode_has_its_digit_in_both_rows_and_a_tick_while_it_is_chosen) {
-  for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     for (const int zero : {GLFW_KEY_0, GLFW_KEY_KP_0}) {
       DrivenScene driven(1);
       const KeyCommand* row = find_key_command(zero + mode, 0);
@@ -555,7 +555,7 @@ TEST(Input, keys_do_nothing_else_while_the_dialog_open_takes_them) {
   EXPECT_TRUE(driven.viewer.panels.all);
   EXPECT_THAT(driven.jobs, IsEmpty());
   EXPECT_FALSE(driven.viewer.heatmap);
-  EXPECT_EQ(driven.viewer.mode(), kDefaultMode);
+  EXPECT_EQ(driven.viewer.mode(), default_mode());
   EXPECT_EQ(format_camera(driven.viewer.camera), camera);
   driven.apply(toggle_panel, &Panels::open);
   type(GLFW_KEY_H, 0);
@@ -591,7 +591,7 @@ TEST(Input, the_previous_mode_shows_while_its_key_is_held) {
   input.key(GLFW_KEY_GRAVE_ACCENT, true, true, 0, false, actions);
   ASSERT_THAT(actions, SizeIs(1));
   driven.apply_all(std::exchange(actions, {}));
-  EXPECT_EQ(driven.viewer.mode(), kDefaultMode);
+  EXPECT_EQ(driven.viewer.mode(), default_mode());
   input.release_all(actions);
   ASSERT_THAT(actions, SizeIs(1));
   driven.apply_all(actions);

@@ -109,7 +109,7 @@ TEST(HudText, the_table_shows_the_numbers_of_the_csv) {
   EXPECT_TRUE(numbers_are_current(viewer));
   EXPECT_THAT(format_csv(viewer.numbers.rows), HasSubstr("1.9518"));
   const std::vector<HudRow> table = hud_rows(viewer);
-  ASSERT_THAT(table, SizeIs(kCullerCount));
+  ASSERT_THAT(table, SizeIs(culler_count()));
   EXPECT_EQ(table[0].name, "3dgs");
   EXPECT_EQ(table[0].ms, "1.952");
   EXPECT_EQ(table[0].fps, "512.3");  // 1000 / 1.9518
@@ -516,16 +516,16 @@ TEST(PanelText, a_zoom_s_curves_go_through_its_times) {
   zoom.steps = 3;
   EXPECT_EQ(zoom_curves(zoom).longest_ms, 0);
   for (std::uint64_t step = 0; step < 2; ++step) {
-    for (CullMode mode = 1; mode <= kCullerCount; ++mode) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
       zoom.rows.push_back(
           row_of_mode(mode_name(mode), mode * (1.0 + static_cast<double>(step)), 1));
       zoom.rows.back().view = step;
     }
   }
-  const double longest = 1.1 * 2 * kCullerCount;
+  const double longest = 1.1 * 2 * culler_count();
   const ZoomCurves curves = zoom_curves(zoom);
   EXPECT_DOUBLE_EQ(curves.longest_ms, longest);
-  for (int mode = 1; mode <= kCullerCount; ++mode) {
+  for (int mode = 1; mode <= culler_count(); ++mode) {
     const std::vector<glm::vec2>& points = curves.modes[static_cast<std::size_t>(mode - 1)];
     ASSERT_THAT(points, SizeIs(2));
     EXPECT_FLOAT_EQ(points[0].x, 0);

@@ -41,12 +41,11 @@ class Painter {
     Image image(scene_.width, scene_.height, 3);
     for (int y = 0; y < scene_.height; ++y) {
       for (int x = 0; x < scene_.width; ++x) {
-        const int to_x = has("flipped-x") ? scene_.width - 1 - x : x;
-        const int to_y = has("flipped-y") ? scene_.height - 1 - y : y;
+        const int to_x = flipped_x_ ? scene_.width - 1 - x : x;
+        const int to_y = flipped_y_ ? scene_.height - 1 - y : y;
         float rgb[3];
         shade(static_cast<float>(x), static_cast<float>(y), rgb);
-        for (int c = 0; c < 3; ++c)
-          image.at(to_x, to_y, has("bgr") ? 2 - c : c) = transferred(rgb[c]);
+        for (int c = 0; c < 3; ++c) image.at(to_x, to_y, bgr_ ? 2 - c : c) = transferred(rgb[c]);
       }
     }
     return image;
@@ -227,11 +226,11 @@ class Painter {
   }
 
   float transferred(float v) const {
-    if (has("srgb-twice")) {
+    if (srgb_twice_) {
       v = clamped(v, 0, 1);
       return v < 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 0.41666667f) - 0.055f;
     }
-    if (has("srgb-removed")) {
+    if (srgb_removed_) {
       v = clamped(v, 0, 1);
       return v < 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
     }
@@ -247,6 +246,8 @@ class Painter {
   const float least_ = has("alpha-threshold-missing") ? 0.0f : 1.0f / 255;
   const float end_ = has("stop-missing") ? 0.0f : has("stop-early") ? 1.0f / 255 : 1e-4f;
   const bool late_ = has("stop-late");
+  const bool flipped_x_ = has("flipped-x"), flipped_y_ = has("flipped-y"), bgr_ = has("bgr");
+  const bool srgb_twice_ = has("srgb-twice"), srgb_removed_ = has("srgb-removed");
   const float shown_ = has("background-ignored") ? 0.0f : 1.0f;
   const float behind_[3] = {shown_ * scene_.background[0], shown_* scene_.background[1],
                             shown_* scene_.background[2]};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace qs {
@@ -129,8 +130,14 @@ class KitJudge {
     return scores;
   }
 
+  // The picture of the scene with these mistakes.
+  Picture8 picture_with(std::size_t scene, const MistakeSet& set) const {
+    const std::optional<std::size_t> drawn = variants_.find(set);
+    return drawn ? variants_.picture(scene, *drawn) : picture8(draw_with(views_[scene], set));
+  }
+
   Fit fit(std::size_t scene, const MistakeSet& set) const {
-    return fit_of(submission_.pictures[scene], picture8(draw_with(views_[scene], set)));
+    return fit_of(submission_.pictures[scene], picture_with(scene, set));
   }
 
   std::size_t explained_by(const MistakeSet& set) const {
@@ -142,11 +149,11 @@ class KitJudge {
 
   // The mistakes of the set that change this scene: without them its picture is different.
   MistakeSet visible_part(std::size_t scene, MistakeSet set) const {
-    const Picture8 picture = picture8(draw_with(views_[scene], set));
+    const Picture8 picture = picture_with(scene, set);
     for (std::size_t i = set.size(); i-- > 0;) {
       MistakeSet rest = set;
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
-      if (picture8(draw_with(views_[scene], rest)) == picture) set = rest;
+      if (picture_with(scene, rest) == picture) set = rest;
     }
     return set;
   }

@@ -42,6 +42,8 @@ class Variants {
   Variants(int most, ThreadPool& pool);
 
   const std::vector<MistakeSet>& sets() const { return sets_; }
+  /// The index of a set, if it is one of sets().
+  std::optional<std::size_t> find(const MistakeSet& set) const;
   const Picture8& picture(std::size_t scene, std::size_t set) const {
     return pictures_[scene][which_[scene][set]];
   }

@@ -44,6 +44,12 @@ Variants::Variants(int most, ThreadPool& pool) {
   });
 }
 
+std::optional<std::size_t> Variants::find(const MistakeSet& set) const {
+  const auto found = std::find(sets_.begin(), sets_.end(), set);
+  if (found == sets_.end()) return {};
+  return static_cast<std::size_t>(found - sets_.begin());
+}
+
 std::vector<Fit> Variants::fits(std::size_t scene, const Picture8& picture) const {
   std::vector<Fit> different, all;
   for (const Picture8& expected : pictures_[scene])

@@ -19,20 +19,28 @@ inline void append_visible(Trace& trace, std::size_t gaussian, const Footprint& 
   trace.splats.push_back(splat);
 }
 
-/// Fills Frame::pairs, used and trace as requested, and waits for them. `list_ranges()` returns the
-/// range of each tile's list in `listed`, and `append_gaussians(trace)` calls append_visible() in
-/// the order of the cloud.
-template <class ListRanges, class AppendGaussians>
+/// The lists of a pipeline.
+template <class Ranges, class AppendGaussians>
+struct FrameLists {
+  Ranges ranges;  ///< () returns the range of each tile's list in `gaussians`
+  const DeviceBuffer<std::uint32_t>& gaussians;
+  AppendGaussians append_gaussians;  ///< (trace) calls append_visible() in the order of the cloud
+};
+template <class Ranges, class AppendGaussians>
+FrameLists(Ranges, const DeviceBuffer<std::uint32_t>&, AppendGaussians)
+    -> FrameLists<Ranges, AppendGaussians>;
+
+/// Fills Frame::pairs, used and trace as requested, and waits for them.
+template <class Ranges, class AppendGaussians>
 void collect_lists(const FrameContext& frame, const Outputs& outputs, const Pixels& pixels,
-                   const ListRanges& list_ranges, const DeviceBuffer<std::uint32_t>& listed,
-                   const AppendGaussians& append_gaussians, Frame& result) {
+                   const FrameLists<Ranges, AppendGaussians>& lists, Frame& result) {
   if (!outputs.pairs && !outputs.used && !outputs.trace) return;
-  const std::vector<ListRange> ranges = list_ranges();
+  const std::vector<ListRange> ranges = lists.ranges();
   if (outputs.used) result.used = pixels.used_per_tile(ranges, frame.stream);
   if (outputs.trace) {
     Trace& trace = result.trace;
-    append_gaussians(trace);
-    const auto all = copied(listed.data(), end_of(ranges), frame.stream);
+    lists.append_gaussians(trace);
+    const auto all = copied(lists.gaussians.data(), end_of(ranges), frame.stream);
     trace.tile_begin.push_back(0);
     for (const ListRange& range : ranges) {
       trace.listed.insert(trace.listed.end(), all.begin() + range.begin, all.begin() + range.end);

@@ -209,7 +209,7 @@ TEST_F(Inspector, json_has_the_numbers_of_the_text) {
   const std::string text = format_inspection(inspection);
   EXPECT_THAT(text, HasSubstr("Gaussian " + std::to_string(inspection.gaussian->gaussian)));
   ASSERT_EQ(json["picked"]["modes"].size(), static_cast<std::size_t>(culler_count()));
-  for (std::size_t i = 0; i < culler_count(); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(culler_count()); ++i) {
     const auto& mode = json["picked"]["modes"][i];
     EXPECT_EQ(mode["count"], mode["tiles"].size());
     EXPECT_EQ(mode["count"].get<int>(),

@@ -91,8 +91,8 @@ TEST(Colors, of_modes_differ_and_black_and_blue_are_lighter_on_dark) {
     light.insert(hex_text(mode_color(mode)));
     dark.insert(hex_text(on_dark::mode_color(mode)));
   }
-  EXPECT_EQ(light.size(), mode_count() + 2u);
-  EXPECT_EQ(dark.size(), mode_count() + 2u);
+  EXPECT_EQ(light.size(), static_cast<std::size_t>(mode_count() + 2));
+  EXPECT_EQ(dark.size(), static_cast<std::size_t>(mode_count() + 2));
 }
 
 TEST(RoundScale, takes_the_smallest_round_step_of_which_at_most_eight_reach_the_maximum) {

@@ -324,9 +324,9 @@ TEST(StudyPlots, uses_sizes_and_loads_come_from_the_study) {
   const Script uses(named(plots, "uses")), sizes(named(plots, "sizes")),
       loads(named(plots, "loads"));
   ASSERT_EQ(uses.curves.size(), 3u);
-  ASSERT_EQ(sizes.curves.size(), std::size_t{culler_count()});
-  ASSERT_EQ(loads.curves.size(), std::size_t{culler_count()});
-  for (std::size_t mode = 0; mode < culler_count(); ++mode) {
+  ASSERT_EQ(sizes.curves.size(), static_cast<std::size_t>(culler_count()));
+  ASSERT_EQ(loads.curves.size(), static_cast<std::size_t>(culler_count()));
+  for (std::size_t mode = 0; mode < static_cast<std::size_t>(culler_count()); ++mode) {
     const std::string name = mode_name(static_cast<CullMode>(mode) + 1);
     const ModeStudy& usual = study.modes[1][mode];  // tiles of 16 pixels
     EXPECT_EQ(uses.curves[0].labels[mode], name);
@@ -360,7 +360,8 @@ TEST(StudyPlots, bins_come_from_the_study) {
     const std::string key = quantities()[q].key;
     const Script count(named(plots, "count_" + key)), saved(named(plots, "saved_" + key));
     ASSERT_EQ(count.curves.size(), 1u);
-    ASSERT_EQ(saved.curves.size(), culler_count() - 2u) << "all but 3dgs and quadbox-naive";
+    ASSERT_EQ(saved.curves.size(), static_cast<std::size_t>(culler_count() - 2))
+        << "all but 3dgs and quadbox-naive";
     const BinnedPairs& binned = study.binned[q];
     for (std::size_t bin = 0; bin < kBins; ++bin) {
       EXPECT_EQ(count.curves[0].labels[bin], bin_label(quantities()[q], bin));
@@ -416,8 +417,8 @@ TEST(Plots, a_mode_has_a_colour_and_a_marker_of_its_own) {
     colors.insert(mode_color_option(mode_name(mode)));
     markers.insert(mode_marker(mode_name(mode)));
   }
-  EXPECT_EQ(colors.size(), std::size_t{mode_count()});
-  EXPECT_EQ(markers.size(), std::size_t{mode_count()});
+  EXPECT_EQ(colors.size(), static_cast<std::size_t>(mode_count()));
+  EXPECT_EQ(markers.size(), static_cast<std::size_t>(mode_count()));
   EXPECT_EQ(mode_color_option("quadbox"), "linecolor rgb \"#0072B2\"");
   EXPECT_EQ(mode_color_option("unknown"), "linecolor rgb \"#808080\"");
 }

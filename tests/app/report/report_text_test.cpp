@@ -43,7 +43,8 @@ std::string text_of(const std::vector<Plot>& plots) {
 }
 
 /// A row whose numbers follow from `seed`.
-BenchRow row_of(const std::string& scene, const std::string& mode, std::uint64_t view, int seed) {
+BenchRow bench_row(const std::string& scene, const std::string& mode, std::uint64_t view,
+                   int seed) {
   BenchRow row;
   row.scene = scene;
   row.mode = mode;
@@ -72,7 +73,7 @@ BenchReport bench_of(const std::vector<std::string>& scenes) {
   for (const std::string& scene : scenes) {
     for (std::uint64_t view = 0; view < 2; ++view) {
       for (const char* mode : {"3dgs", "quadbox-naive", "exact"})
-        report.rows.push_back(row_of(scene, mode, view, ++seed));
+        report.rows.push_back(bench_row(scene, mode, view, ++seed));
     }
   }
   return report;
@@ -106,7 +107,7 @@ TEST(ReportText, zoom) {
   for (const char* mode : {"quadbox-naive", "exact"}) bundle.modes.push_back(find_culler(mode));
   for (std::uint64_t step = 0; step < 24; ++step) {
     for (const char* mode : {"quadbox-naive", "exact"})
-      bundle.rows.push_back(row_of("plush", mode, step, ++seed));
+      bundle.rows.push_back(bench_row("plush", mode, step, ++seed));
   }
   expect_golden("zoom", text_of(zoom_plots(bundle)));
   bundle.rows.clear();

@@ -178,13 +178,13 @@ TEST(StudyPage, tables_have_the_numbers_of_the_study) {
   EXPECT_THAT(uses[0], ElementsAre("mode", "pairs", "used", "hidden", "empty", "false positives"));
   EXPECT_THAT(loads[0], ElementsAre("mode", "mean", "median", "99 % of tiles", "longest",
                                     "longest over mean"));
-  for (std::size_t i = 0; i < culler_count(); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(culler_count()); ++i) {
     const auto& [pairs, use, load] = study.modes[1][i];  // tiles of 16 pixels
     const auto count = static_cast<double>(pairs);
     const auto wasted = static_cast<double>(use.hidden + use.empty);
     const char* name = mode_name(static_cast<CullMode>(i) + 1);
     EXPECT_THAT(costs[i + 1],
-                ElementsAre(name, row_of(i + 1).summary, grouped(pairs),
+                ElementsAre(name, row_of(static_cast<CullMode>(i + 1)).summary, grouped(pairs),
                             two_digits(count / static_cast<double>(study.modes[1][0].pairs)),
                             two_digits(count / static_cast<double>(study.visible)),
                             percent(wasted / count), two_digits(study.frame_ms[i]),
@@ -224,7 +224,7 @@ TEST(StudyPage, bins_have_the_numbers_of_the_study_and_the_largest_saving_is_nam
                                       "quadbox-naive", "quadbox", "exact"));
     for (std::size_t bin = 0; bin < kBins; ++bin) {
       EXPECT_EQ(table[bin + 1][1], grouped(study.binned[q].gaussians[bin]));
-      for (std::size_t mode = 0; mode < culler_count(); ++mode)
+      for (std::size_t mode = 0; mode < static_cast<std::size_t>(culler_count()); ++mode)
         EXPECT_EQ(table[bin + 1][2 + mode], grouped(study.binned[q].pairs[mode][bin]));
     }
   }

@@ -112,7 +112,8 @@ TEST(UsedPairs, leave_exact_the_fewest_false_positives_on_a_trained_scene) {
   }
   const std::size_t exact = static_cast<std::size_t>(find_culler("exact")) - 1;
   for (std::size_t i = 0; i < wasted.size(); ++i)
-    EXPECT_TRUE(i == exact || wasted[exact] < wasted[i]) << row_of(static_cast<CullMode>(i + 1)).name;
+    EXPECT_TRUE(i == exact || wasted[exact] < wasted[i])
+        << row_of(static_cast<CullMode>(i + 1)).name;
 }
 
 TEST(UsedPairs, of_a_gaussian_behind_an_opaque_wall_are_none) {

@@ -35,9 +35,10 @@ void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = pairs_.count;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  collect_lists(
-      frame, outputs, pixels, [&] { return list_ranges(frame); }, pairs_.buffers.values,
-      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
+  collect_lists(frame, outputs, pixels,
+                FrameLists{[&] { return list_ranges(frame); }, pairs_.buffers.values,
+                           [&](Trace& trace) { append_gaussians(frame, trace); }},
+                result);
 }
 
 void ClassicPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) const {

@@ -178,37 +178,37 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
   }
 }
 
-ListInput input_of(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-                   const Scratch& scratch) {
-  return ListInput::of(frame, pairs.gaussians, std::as_const(scratch.ranges), visible.splats);
+ListInput input_of(const FrameContext& frame, const ListedTiles& listed) {
+  return ListInput::of(frame, listed.pairs.gaussians, std::as_const(listed.scratch.ranges),
+                       listed.visible.splats);
 }
 
 }  // namespace
 
-void blend(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-           const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream) {
+void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+           Pixels& pixels, cudaStream_t stream) {
+  const Scratch& scratch = listed.scratch;
+  const auto tiles = static_cast<unsigned>(frame.grid.count());
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
-         Blocks(static_cast<unsigned>(frame.grid.count()), kBlendThreads), stream,
-         ScheduleView{scratch.class_sizes, scratch.schedule,
-                      static_cast<unsigned>(frame.grid.count())},
-         input_of(frame, visible, pairs, scratch), BlendOutput::of(pixels, outputs),
-         scratch.segments.longest_uncut);
+         Blocks(tiles, kBlendThreads), stream,
+         ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, input_of(frame, listed),
+         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
 }
 
-void count_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-                      const Scratch& scratch) {
-  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream, scratch.segments,
-         input_of(frame, visible, pairs, scratch));
+void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
+  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream,
+         listed.scratch.segments, input_of(frame, listed));
 }
 
-void blend_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-                      const Scratch& scratch, const Outputs& outputs, Pixels& pixels) {
-  const ListInput in = input_of(frame, visible, pairs, scratch);
+void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+                      Pixels& pixels) {
+  const auto& segments = listed.scratch.segments;
+  const ListInput in = input_of(frame, listed);
   const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", blend_segments<false>, blocks, frame.stream, scratch.segments, in);
-  launch("blend", blend_segments<true>, blocks, frame.stream, scratch.segments, in);
-  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream,
-         scratch.segments, in, BlendOutput::of(pixels, outputs));
+  launch("blend", blend_segments<false>, blocks, frame.stream, segments, in);
+  launch("blend", blend_segments<true>, blocks, frame.stream, segments, in);
+  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream, segments,
+         in, BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

@@ -15,17 +15,24 @@ inline bool cuts_long_lists(const Outputs& outputs) {
   return outputs.color && !outputs.evaluated && !outputs.used;
 }
 
+/// What stages 1 to 3 leave for blending.
+struct ListedTiles {
+  const FastVisible& visible;
+  const FastPairs& pairs;
+  const Scratch& scratch;
+};
+
 /// Fills the parts of `pixels` that `outputs` requests, in tiles without long lists or in all.
-void blend(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-           const Scratch& scratch, const Outputs& outputs, Pixels& pixels, cudaStream_t stream);
+/// Runs in `stream`, not in the frame's.
+void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+           Pixels& pixels, cudaStream_t stream);
 
 /// Prepares blend_long_lists(). Must precede blend(): a kernel that starts while blend() occupies
 /// the GPU waits for its blocks.
-void count_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-                      const Scratch& scratch);
+void count_long_lists(const FrameContext& frame, const ListedTiles& listed);
 
 /// Fills the image in tiles with long lists. May run concurrently with blend().
-void blend_long_lists(const FrameContext& frame, const FastVisible& visible, const FastPairs& pairs,
-                      const Scratch& scratch, const Outputs& outputs, Pixels& pixels);
+void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+                      Pixels& pixels);
 
 }  // namespace qs::cuda::fast

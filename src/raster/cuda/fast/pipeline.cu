@@ -179,13 +179,12 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   colored_.make_wait(frame.stream);
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
-    if (cuts_long_lists(outputs)) count_long_lists(frame, visible_, pairs_, scratch_);
+    const ListedTiles listed{visible_, pairs_, scratch_};
+    if (cuts_long_lists(outputs)) count_long_lists(frame, listed);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
-    if (cuts_long_lists(outputs)) {
-      blend_long_lists(frame, visible_, pairs_, scratch_, outputs, pixels);
-    }
-    blend(frame, visible_, pairs_, scratch_, outputs, pixels, side_stream);
+    if (cuts_long_lists(outputs)) blend_long_lists(frame, listed, outputs, pixels);
+    blend(frame, listed, outputs, pixels, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);
   }
@@ -203,9 +202,10 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
   result.stats.visible = counters_->visible;
   result.stats.tile_pairs = counters_->tile_pairs;
   result.stats.max_pairs_in_a_tile = counters_->max_pairs_in_a_tile;
-  collect_lists(
-      frame, outputs, pixels, [&] { return list_ranges(frame); }, pairs_.gaussians,
-      [&](Trace& trace) { append_gaussians(frame, trace); }, result);
+  collect_lists(frame, outputs, pixels,
+                FrameLists{[&] { return list_ranges(frame); }, pairs_.gaussians,
+                           [&](Trace& trace) { append_gaussians(frame, trace); }},
+                result);
 }
 
 void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {

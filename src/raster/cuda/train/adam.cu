@@ -22,11 +22,6 @@ struct StepInput {
 
 constexpr unsigned kNeighbours = 4;
 
-__device__ void step_value(const AdamStep& step, const Values& all, std::uint64_t at,
-                           float gradient, float& value, float& first, float& second) {
-  adam(step, at < all.from ? all.rate : all.rest, gradient, value, first, second);
-}
-
 /// One thread per four values. The loads of a thread do not depend on each other.
 __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   unsigned kind = 0;
@@ -34,21 +29,25 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   const unsigned block = blockIdx.x - (kind > 0 ? in.ends[kind - 1] : 0);
   const Values& all = in.kinds[kind];
   const std::uint64_t at = kNeighbours * (std::uint64_t{block} * kThreads + threadIdx.x);
+  const auto step = [&](std::uint64_t i, float gradient, float& value, float& first,
+                        float& second) {
+    adam(in.step, i < all.from ? all.rate : all.rest, gradient, value, first, second);
+  };
   if (at + kNeighbours <= all.size) {
     const float4 by = *reinterpret_cast<const float4*>(all.by + at);
     float4 value = *reinterpret_cast<const float4*>(all.values + at);
     float4 first = *reinterpret_cast<const float4*>(all.first + at);
     float4 second = *reinterpret_cast<const float4*>(all.second + at);
-    step_value(in.step, all, at, by.x, value.x, first.x, second.x);
-    step_value(in.step, all, at + 1, by.y, value.y, first.y, second.y);
-    step_value(in.step, all, at + 2, by.z, value.z, first.z, second.z);
-    step_value(in.step, all, at + 3, by.w, value.w, first.w, second.w);
+    step(at, by.x, value.x, first.x, second.x);
+    step(at + 1, by.y, value.y, first.y, second.y);
+    step(at + 2, by.z, value.z, first.z, second.z);
+    step(at + 3, by.w, value.w, first.w, second.w);
     *reinterpret_cast<float4*>(all.values + at) = value;
     *reinterpret_cast<float4*>(all.first + at) = first;
     *reinterpret_cast<float4*>(all.second + at) = second;
   } else {
     for (std::uint64_t k = at; k < all.size; ++k)
-      step_value(in.step, all, k, all.by[k], all.values[k], all.first[k], all.second[k]);
+      step(k, all.by[k], all.values[k], all.first[k], all.second[k]);
   }
 }
 
@@ -69,11 +68,11 @@ __global__ void __launch_bounds__(kThreads) add_noise(Noise noise, ParametersVie
                                 values.opacity_logits[i]);
 }
 
-void step_all(const AdamStep& step, const Rates& rates, const ParametersView& values,
-              const ParametersView& by, const ParametersView& first, const ParametersView& second,
-              cudaStream_t stream) {
+void step_all(const Rates& rates, const ParametersView& values, const ParametersView& by,
+              AdamState& state, cudaStream_t stream) {
   StepInput in{};
-  in.step = step;
+  in.step = AdamStep::number(state.steps);
+  const ParametersView first = state.first.view(), second = state.second.view();
   unsigned kind = 0, blocks = 0;
   const auto add = [&](auto member, unsigned width, double rate, std::uint64_t from, double rest) {
     const auto floats = [&](const ParametersView& view) {
@@ -115,8 +114,7 @@ void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradi
       launch("take_step", add_sparsity, blocks, stream, *order.sparsity, parameters.view(),
              gradient.view());
     }
-    step_all(AdamStep::number(state.steps), order.rates, parameters.view(), gradient.view(),
-             state.first.view(), state.second.view(), stream);
+    step_all(order.rates, parameters.view(), gradient.view(), state, stream);
   }
   if (order.noise) launch("take_step", add_noise, blocks, stream, *order.noise, parameters.view());
 }

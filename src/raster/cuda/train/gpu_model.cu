@@ -59,8 +59,9 @@ struct GpuModel::State {
 
   /// `target_mask` may be null.
   void compare_with_target(const std::uint8_t* target_mask, std::size_t counted) {
-    train::compare(camera.width, camera.height, frame.color.data(), {target.data(), target_mask},
-                   counted, stream, loss, d_color);
+    train::compare(
+        {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted},
+        stream, loss, d_color);
     clock.end(1, stream);
     losses[comparisons % 2].begin(loss, 3 * static_cast<double>(counted), stream);
     ++comparisons;

@@ -101,25 +101,35 @@ __device__ void for_own_values(const Shape& shape, const Visit& visit) {
   }
 }
 
-__device__ bool is_masked(const std::uint8_t* mask, std::uint32_t i) {
-  return mask != nullptr && mask[i / kChannels] == 0;
-}
+/// The two pictures, value by value.
+struct Pictures {
+  const float *color, *target;
+  const std::uint8_t* mask;
+
+  __device__ bool masks(std::uint32_t i) const {
+    return mask != nullptr && mask[i / kChannels] == 0;
+  }
+};
+
+/// Derivatives of SSIM by the moments: three fields of a value per value of the picture.
+struct Derivatives {
+  float* values;
+  std::uint32_t size;  ///< of a field
+};
 
 /// One block per 16x16 pixels: SSIM, summed over the block, and its derivatives per value.
 __global__ void __launch_bounds__(kThreads)
-    measure_similarity(Shape shape, std::uint32_t field, const float* color, const float* target,
-                       const std::uint8_t* mask, float* derivatives, LossSums* sums) {
-  __shared__ Surroundings<2> pictures;
-  pictures.load(shape, [&](int f, std::uint32_t i) {
-    if (is_masked(mask, i)) return 0.0f;
-    return f == 0 ? shown(color[i]) : target[i];
+    measure_similarity(Shape shape, Pictures pictures, Derivatives derivatives, LossSums* sums) {
+  __shared__ Surroundings<2> around;
+  around.load(shape, [&](int f, std::uint32_t i) {
+    if (pictures.masks(i)) return 0.0f;
+    return f == 0 ? shown(pictures.color[i]) : pictures.target[i];
   });
   float moments[5][kChannels];
-  const auto a = [&](int y, int x) { return pictures.values[0][y][x]; };
-  const auto b = [&](int y, int x) { return pictures.values[1][y][x]; };
+  const auto a = [&](int y, int x) { return around.values[0][y][x]; };
+  const auto b = [&](int y, int x) { return around.values[1][y][x]; };
   const auto measure = [&](int moment, const auto& product_at) {
-    pictures.blur(shape.window, product_at,
-                  [&](int own, float sum) { moments[moment][own] = sum; });
+    around.blur(shape.window, product_at, [&](int own, float sum) { moments[moment][own] = sum; });
   };
   measure(0, a);
   measure(1, b);
@@ -129,14 +139,14 @@ __global__ void __launch_bounds__(kThreads)
   double value = 0;
   for_own_values(shape, [&](int own, std::uint32_t i) {
     Similarity<float> s{};
-    if (!is_masked(mask, i)) {
+    if (!pictures.masks(i)) {
       s = Similarity<float>::of(moments[0][own], moments[1][own], moments[2][own], moments[3][own],
                                 moments[4][own]);
       value += static_cast<double>(s.value);
     }
-    derivatives[i] = s.by_a;
-    derivatives[field + i] = s.by_aa;
-    derivatives[2 * field + i] = s.by_ab;
+    derivatives.values[i] = s.by_a;
+    derivatives.values[derivatives.size + i] = s.by_aa;
+    derivatives.values[2 * derivatives.size + i] = s.by_ab;
   });
   const double total = sum_of_block<kThreads>(value).total;
   if (threadIdx.x == 0) sums[blockIdx.x].ssim = total;
@@ -145,11 +155,11 @@ __global__ void __launch_bounds__(kThreads)
 /// One block per 16x16 pixels: the gradient, and the differences of the pictures, summed over the
 /// block.
 __global__ void __launch_bounds__(kThreads)
-    loss_gradients(Shape shape, std::uint32_t field, LossGradient<float> gradient,
-                   const float* derivatives, const float* a, const float* b,
-                   const std::uint8_t* mask, float* d_color, LossSums* sums) {
+    loss_gradients(Shape shape, Pictures pictures, Derivatives derivatives,
+                   LossGradient<float> gradient, float* d_color, LossSums* sums) {
   __shared__ Surroundings<3> around;
-  around.load(shape, [&](int f, std::uint32_t i) { return derivatives[f * field + i]; });
+  around.load(shape,
+              [&](int f, std::uint32_t i) { return derivatives.values[f * derivatives.size + i]; });
   float blurred[3][kChannels];
 #pragma unroll
   for (int f = 0; f < 3; ++f) {
@@ -160,10 +170,11 @@ __global__ void __launch_bounds__(kThreads)
   double l1 = 0, squared = 0;
   for_own_values(shape, [&](int own, std::uint32_t i) {
     d_color[i] = 0;
-    if (is_masked(mask, i)) return;
-    d_color[i] = gradient.by(a[i], b[i], blurred[0][own], blurred[1][own], blurred[2][own]);
-    l1 += fabs(static_cast<double>(shown(a[i]) - b[i]));
-    const double difference = static_cast<double>(shown(a[i])) - static_cast<double>(b[i]);
+    if (pictures.masks(i)) return;
+    const float a = pictures.color[i], b = pictures.target[i];
+    d_color[i] = gradient.by(a, b, blurred[0][own], blurred[1][own], blurred[2][own]);
+    l1 += fabs(static_cast<double>(shown(a) - b));
+    const double difference = static_cast<double>(shown(a)) - static_cast<double>(b);
     squared += difference * difference;
   });
   const double l1_total = sum_of_block<kThreads>(l1).total;
@@ -190,25 +201,24 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void compare(int width, int height, const glm::vec3* color, const Target& target,
-             std::size_t counted, cudaStream_t stream, LossScratch& scratch,
+void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
              DeviceBuffer<glm::vec3>& d_color) {
-  const Shape shape = Shape::of_image(width, height);
+  const Shape shape = Shape::of_image(pictures.width, pictures.height);
   const std::uint32_t count = shape.count();
   const unsigned blocks = shape.blocks();
   scratch.derivatives.reserve("the loss", std::size_t{3} * count);
   scratch.of_blocks.reserve("the loss", blocks);
   scratch.of_image.reserve("the loss", 1);
   d_color.reserve("the loss", count / kChannels);
-  float* const derivatives = scratch.derivatives.data();
+  const Pictures values{reinterpret_cast<const float*>(pictures.color),
+                        reinterpret_cast<const float*>(pictures.target), pictures.mask};
+  const Derivatives derivatives{scratch.derivatives.data(), count};
   LossSums* const sums = scratch.of_blocks.data();
-  const auto* const a = reinterpret_cast<const float*>(color);
-  const auto* const b = reinterpret_cast<const float*>(target.color);
-  launch("measure_similarity", measure_similarity, blocks, stream, shape, count, a, b, target.mask,
-         derivatives, sums);
-  launch("loss_gradients", loss_gradients, blocks, stream, shape, count,
-         LossGradient<float>::of(kChannels * static_cast<double>(counted)), derivatives, a, b,
-         target.mask, reinterpret_cast<float*>(d_color.data()), sums);
+  launch("measure_similarity", measure_similarity, blocks, stream, shape, values, derivatives,
+         sums);
+  launch("loss_gradients", loss_gradients, blocks, stream, shape, values, derivatives,
+         LossGradient<float>::of(kChannels * static_cast<double>(pictures.counted)),
+         reinterpret_cast<float*>(d_color.data()), sums);
   launch("add_blocks", add_blocks, 1u, stream, sums, blocks, scratch.of_image.data());
 }
 

@@ -38,17 +38,17 @@ class LossCopy {
   Event arrived_;
 };
 
-/// The picture to compare with, per pixel, row by row.
-struct Target {
-  const glm::vec3* color;
+/// A picture and the one to compare it with, per pixel, row by row, in GPU memory.
+struct Comparison {
+  int width, height;
+  const glm::vec3 *color, *target;
   const std::uint8_t* mask;  ///< 0: masked out; null: all count
+  std::size_t counted;       ///< pixels that are not masked
 };
 
-/// Compares `color`, per pixel, row by row, with the target, of which `counted` pixels are not
-/// masked, and sets `d_color` to the derivatives of the total by `color`. Does not wait. Throws
-/// Error(device) if memory is short.
-void compare(int width, int height, const glm::vec3* color, const Target& target,
-             std::size_t counted, cudaStream_t stream, LossScratch& scratch,
+/// Compares `color` with `target`, and sets `d_color` to the derivatives of the total by `color`.
+/// Does not wait. Throws Error(device) if memory is short.
+void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
              DeviceBuffer<glm::vec3>& d_color);
 
 }  // namespace qs::cuda::train

@@ -7,8 +7,9 @@
 #include <cctype>
 #include <cerrno>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
@@ -48,7 +49,9 @@ std::string picture_extension(const std::filesystem::path& path) {
 std::string read_picture_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) fail("{}: cannot be opened", path.string());
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::ostringstream content;
+  content << file.rdbuf();  // in blocks, also from pipes
+  return std::move(content).str();
 }
 
 std::ofstream open_picture(const PictureTarget& target) {

@@ -15,7 +15,7 @@ inline bool cuts_long_lists(const Outputs& outputs) {
   return outputs.color && !outputs.evaluated && !outputs.used;
 }
 
-/// What stages 1 to 3 leave for blending.
+/// The results of stages 1 to 3.
 struct ListedTiles {
   const FastVisible& visible;
   const FastPairs& pairs;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the program asks about culling modes at run time. The answers are those of table.h, which
-// only mode.cpp and the code of the modes include.
+// The table of culling modes at run time. Only mode.cpp and the code of the modes include the table
+// itself, table.h.
 #pragma once
 
 #include <string_view>
@@ -13,7 +13,7 @@ namespace qs {
 /// Modes 1..culler_count() are `--cull all`.
 int culler_count();
 
-/// Modes culler_count() + 1..mode_count() are those of other papers.
+/// Modes culler_count() + 1..mode_count() come from other papers.
 int mode_count();
 
 /// The row of a mode, 0..mode_count().

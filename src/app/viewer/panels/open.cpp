@@ -93,7 +93,7 @@ std::optional<fs::path> use_keys(PanelState& state) {
   const int by = (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0);
   if (by != 0) chooser.select(by);
   state.scroll_files |= by != 0;
-  if (!pressed(ImGuiKey_Enter) && !pressed(ImGuiKey_KeyPadEnter)) return std::nullopt;
+  if (!enter_pressed()) return std::nullopt;
   if (!state.typed_early.empty())
     chooser.type(std::exchange(state.typed_early, "") + chooser.typed());
   state.focus_path = true;

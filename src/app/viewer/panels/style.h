@@ -35,6 +35,15 @@ inline ImU32 color_of(glm::vec3 color, float opacity = 1) {
 /// True in the frame in which the key goes down, and while it repeats.
 inline bool pressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); }
 
+/// pressed() of both keys named Enter. Dear ImGui 1.87 renamed the key of the number block.
+inline bool enter_pressed() {
+#if IMGUI_VERSION_NUM >= 18700
+  return pressed(ImGuiKey_Enter) || pressed(ImGuiKey_KeypadEnter);
+#else
+  return pressed(ImGuiKey_Enter) || pressed(ImGuiKey_KeyPadEnter);
+#endif
+}
+
 /// Factor on the lengths and widths of lines that are drawn over the picture: the size of letters
 /// over kFontSize.
 float drawing_scale();

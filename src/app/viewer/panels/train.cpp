@@ -67,7 +67,7 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
                      "The window shows the model while it is trained. Without --resume, a model in "
                      "that folder is replaced.");
   ImGui::PopTextWrapPos();
-  const bool entered = pressed(ImGuiKey_Enter) || pressed(ImGuiKey_KeyPadEnter);
+  const bool entered = enter_pressed();
   const bool starts = (ImGui::Button("Train") || entered) && !data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;

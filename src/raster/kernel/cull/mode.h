@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of culling modes at run time. Only mode.cpp and the code of the modes include the table
-// itself, table.h.
+// The table of culling modes at run time. Code that needs the table at compile time, for example as
+// the size of an array, includes table.h; a new row recompiles that code.
 #pragma once
 
 #include <string_view>

@@ -28,9 +28,9 @@ room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render a
 room(app/viewer/panels app/viewer/commands app/viewer/state app/inspect app/framing app/picture app/base io/scene
      raster/base)
 room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
-     app/base io/scene io/cloud io/camera raster/base)
+     app/picture app/base io/scene io/cloud io/camera io/picture raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
-     io/bytes raster/api raster/kernel raster/base)
+     io/bytes raster/api raster/scene raster/kernel raster/base)
 room(app/viewer/state app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
      io/camera io/bytes raster/api raster/base)
 room(app/train app/report app/session app/base io/scene io/camera io/picture io/bytes raster/api raster/train
@@ -46,7 +46,7 @@ room(app/measure app/session app/framing app/base io/scene io/camera io/bytes ra
 room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/session app/framing app/base io/scene io/cloud io/camera io/picture raster/api raster/scene raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
-room(app/picture app/base io/picture raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
+room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/base io/bytes raster/base)
 room(io/scene io/scene/gltf io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes raster/scene
      raster/base)

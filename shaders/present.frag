@@ -10,6 +10,8 @@ uniform bool flipped;        // the second frame is on the left, or shown alone
 uniform float divider;       // share of the width left of it
 uniform float amplification; // of the difference
 uniform sampler2D heat;      // values, one texel a cell
+uniform sampler2D other_heat; // the same of the second frame
+uniform float opacity;       // of the map over the picture
 uniform sampler1D colors;    // colour map
 uniform float heat_low;      // the scale's ends; equal: no map
 uniform float heat_high;
@@ -52,16 +54,20 @@ vec3 color_of(sampler2D image) {
 void main() {
   vec3 rgb = color_of(picture);
   vec3 beside = split == 0 ? vec3(0.0) : color_of(other);
-  bool second = split == kSides && at.x >= divider;
+  bool right = split == kSides && at.x >= divider;
+  bool second = (split == kSides || split == kWhole) && right != flipped;
   if (split == kDifference) rgb = amplification * abs(rgb - beside);
-  if ((split == kSides || split == kWhole) && second != flipped) rgb = beside;
+  if (second) rgb = beside;
   if (heat_high > heat_low) {
-    float value = texelFetch(heat, ivec2(at * heat_cells), 0).r;
+    ivec2 cell = ivec2(at * heat_cells);
+    float value = second ? texelFetch(other_heat, cell, 0).r : texelFetch(heat, cell, 0).r;
     float light = gray(rgb);
-    float detail = light - gray(textureLod(picture, at, kTileLevel).rgb);
+    vec3 around = second ? textureLod(other, at, kTileLevel).rgb
+                         : textureLod(picture, at, kTileLevel).rgb;
     float place = clamp((value - heat_low) / (heat_high - heat_low), 0.0, 1.0);
-    rgb = (1.0 + kDetail * detail) * texture(colors, place).rgb;
-    if (heat_low == 0.0 && value == 0.0) rgb = vec3(0.05 + 0.08 * light);  // heat_of_zero()
+    vec3 map = (1.0 + kDetail * (light - gray(around))) * texture(colors, place).rgb;
+    if (heat_low == 0.0 && value == 0.0) map = vec3(0.05 + 0.08 * light);  // heat_of_zero()
+    rgb = mix(rgb, map, opacity);
   }
   color = vec4(rgb, 1.0);
 }

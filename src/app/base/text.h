@@ -47,4 +47,7 @@ std::string bytes_text(std::uint64_t bytes);
 /// dB with two decimals; "inf" for infinity, the PSNR of equal pictures.
 std::string decibels(double psnr);
 
+/// Escapes <, >, & and double quotes, for HTML and SVG.
+std::string html_escaped(const std::string& text);
+
 }  // namespace qs

@@ -22,6 +22,8 @@
 namespace qs {
 namespace {
 
+const CullMode kScaleMode = find_culler("3dgs");  // its map gives heat maps their scale
+
 struct RenderCommand {
   FrameOptions frame;
   CameraChoice cameras;
@@ -119,6 +121,7 @@ class RenderRun {
  private:
   void one_shot(const Shot& shot, std::size_t view) {
     if (command_.heatmap) {
+      if (!scale_) scale_ = first_scale(shot.camera);
       heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heatmap,
                         *session_.pool);
     }
@@ -157,6 +160,13 @@ class RenderRun {
     }
   }
 
+  Scale first_scale(const Camera& camera) {
+    if (command_.heatmap_max) return exact_scale(static_cast<std::uint32_t>(*command_.heatmap_max));
+    RenderSettings settings = session_.settings;
+    settings.mode = kScaleMode;
+    return scale_of_view(*session_.renderer, camera, settings, *command_.heatmap, *session_.pool);
+  }
+
   // Writes the frame's picture. Returns its path, or "" without --output.
   std::string save(const Shot& shot, CullMode mode, const Frame& frame) {
     if (!command_.output) return {};
@@ -176,10 +186,6 @@ class RenderRun {
     } else if (heatmaps_) {
       const auto [map, missed] = heatmaps_->map(frame);
       if (missed) fmt::print(stderr, "{}\n", missed_sentence(*missed));
-      if (!scale_)
-        scale_ = command_.heatmap_max
-                     ? round_scale(static_cast<std::uint32_t>(*command_.heatmap_max))
-                     : scale_for(map.values);
       metadata["Heatmap"] = heatmap_row(map.quantity).name;
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
       write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
@@ -222,7 +228,7 @@ class RenderRun {
   ProgressBar bar_{"rendering"};
   Progress progress_;                     // of the current view
   std::optional<HeatmapMaker> heatmaps_;  // of the current view
-  std::optional<Scale> scale_;            // of the first heat map; all heat maps of a run share it
+  std::optional<Scale> scale_;            // of the first view; all heat maps of a run share it
   std::vector<FrameRecord> records_;
   int exit_code_ = kExitOk;
 };
@@ -253,7 +259,8 @@ CommandAction render_command(Options& options) {
       },
       "draws this quantity over the picture, with a colour scale");
   options.integer("--heatmap-max", "N", 1, 1'000'000'000, command->heatmap_max,
-                  "largest value of the colour scale (default: that of the first picture)");
+                  "largest value of the colour scale (default: fits 3dgs in the first view, so "
+                  "that all modes share it)");
   options.text("--stats", "FILE", command->stats,
                "writes the statistics of the frames as JSON; - = stdout", {"stats.json", "-"});
   options.integer("--repeats", "N", 1, 100000, command->repeats,

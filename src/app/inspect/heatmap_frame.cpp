@@ -31,6 +31,24 @@ FrameHeatmap HeatmapMaker::map(const Frame& frame) const {
   return {std::move(heatmap), std::move(missed)};
 }
 
+CullMode scale_mode(HeatQuantity quantity, CullMode baseline) {
+  if (quantity != HeatQuantity::missed) return baseline;
+  for (CullMode mode = 1; mode <= mode_count(); ++mode) {
+    if (!row_of(mode).lossless && !row_of(mode).keeps_faint) return mode;
+  }
+  return baseline;
+}
+
+Scale scale_of_view(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                    HeatQuantity quantity, ThreadPool& pool, std::stop_token stop) {
+  settings.mode = scale_mode(quantity, settings.mode);
+  const HeatmapMaker maker(renderer, camera, settings, quantity, pool, stop);
+  Outputs outputs = maker.outputs();
+  outputs.color = false;
+  const Frame& frame = renderer.render(camera, settings, outputs, HostImage{}, std::move(stop));
+  return scale_for(maker.map(frame).heatmap.values);
+}
+
 HeatmapFrame render_with_heatmap(Renderer& renderer, const Camera& camera,
                                  const RenderSettings& settings, HeatQuantity quantity,
                                  ThreadPool& pool, std::stop_token stop) {

@@ -36,6 +36,15 @@ class HeatmapMaker {
   std::optional<Frame> baseline_;
 };
 
+/// The mode whose map gives all modes of a view their scale: `baseline`; for missed contributions
+/// the first mode that drops them by its boxes, because a lossless baseline misses none.
+CullMode scale_mode(HeatQuantity quantity, CullMode baseline);
+
+/// The scale of a quantity in a view, from a frame in scale_mode(quantity, settings.mode). Throws
+/// Error and Cancelled.
+Scale scale_of_view(Renderer& renderer, const Camera& camera, RenderSettings settings,
+                    HeatQuantity quantity, ThreadPool& pool, std::stop_token stop = {});
+
 struct HeatmapFrame : FrameHeatmap {
   const Frame& frame;  ///< with color; owned by the renderer, valid until its next frame
 };

@@ -17,6 +17,13 @@ constexpr std::array<std::uint32_t, 33> kViridis = {
     0x1f9f88, 0x21a685, 0x27ad81, 0x31b57b, 0x3dbc74, 0x4cc26c, 0x5cc863, 0x6ece58, 0x81d34d,
     0x95d840, 0xaadc32, 0xc0df25, 0xd5e21a, 0xeae51a, 0xfde725};
 
+// The same of inferno, by the same authors (CC0).
+constexpr std::array<std::uint32_t, 33> kInferno = {
+    0x000004, 0x040312, 0x0b0724, 0x150b37, 0x210c4a, 0x2e0a5a, 0x3c0965, 0x4a0c6b, 0x57106d,
+    0x63146e, 0x70196e, 0x7d1e6d, 0x89226a, 0x962766, 0xa32b61, 0xaf315c, 0xbb3755, 0xc63e4d,
+    0xd14644, 0xdb4f3b, 0xe35932, 0xeb6528, 0xf1711e, 0xf67f14, 0xf98d0a, 0xfb9c06, 0xfcab0f,
+    0xfbba1f, 0xf9ca32, 0xf5d949, 0xf2e865, 0xf3f586, 0xfcffa4};
+
 // People with any colour vision can distinguish blue and orange. Both sides darken equally.
 constexpr std::array<std::uint32_t, 7> kDiverging = {0x0b3c6e, 0x3a7fb8, 0x9cc7e4, 0xf2f2f0,
                                                      0xf4b677, 0xcc6f1d, 0x6e3507};
@@ -38,7 +45,12 @@ glm::vec3 mixed(const std::array<std::uint32_t, kCount>& table, float t) {
 
 glm::vec3 viridis(float t) { return mixed(kViridis, t); }
 
-glm::vec3 heat(float t) { return viridis(0.2f + 0.8f * std::clamp(t, 0.0f, 1.0f)); }
+glm::vec3 heat(float t, HeatColors colors) {
+  const float count = std::clamp(t, 0.0f, 1.0f);
+  if (colors == HeatColors::inferno) return mixed(kInferno, 0.3f + 0.7f * count);
+  if (colors == HeatColors::gray) return glm::vec3(0.25f + 0.75f * count);
+  return viridis(0.2f + 0.8f * count);
+}
 
 // shaders/present.frag repeats heat_of_zero() and with_detail().
 glm::vec3 heat_of_zero(float gray) { return glm::vec3(0.05f + 0.08f * gray); }

@@ -8,11 +8,24 @@
 
 namespace qs {
 
+/// The colour maps of counts.
+enum class HeatColors { viridis, inferno, gray };
+
+/// Index = HeatColors.
+inline constexpr const char* kHeatColors[] = {"viridis", "inferno", "gray"};
+
+/// The look of a heat map over a picture.
+struct HeatStyle {
+  HeatColors colors = HeatColors::viridis;
+  float opacity = 1;  ///< of the map over the picture's own colours, 0 to 1
+  bool operator==(const HeatStyle&) const = default;
+};
+
 /// From dark violet over blue and green to yellow. `t` is clamped to 0..1.
 glm::vec3 viridis(float t);
 
-/// For counts above 0: viridis without its darkest fifth. `t` is clamped to 0..1.
-glm::vec3 heat(float t);
+/// For counts above 0: a colour map without its darkest part. `t` is clamped to 0..1.
+glm::vec3 heat(float t, HeatColors colors = HeatColors::viridis);
 
 /// The colour for a count of 0 over a picture of gray `gray`, 0..1: neutral, and darker than the
 /// colour of every count.

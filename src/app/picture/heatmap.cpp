@@ -7,7 +7,6 @@
 
 #include "app/base/text.h"
 #include "app/picture/canvas.h"
-#include "app/picture/colormap.h"
 #include "app/picture/palette.h"
 
 namespace qs {
@@ -16,9 +15,15 @@ namespace {
 using on_dark::kFaint;
 using on_dark::kText;
 
-glm::vec3 color_of(std::uint32_t value, const Scale& scale) {
-  return heat(static_cast<float>(value) / static_cast<float>(scale.maximum));
-}
+/// The colours of counts: the scale and the look.
+struct HeatColoring {
+  const Scale& scale;
+  const HeatStyle& style;
+
+  glm::vec3 of(std::uint32_t value) const {
+    return heat(static_cast<float>(value) / static_cast<float>(scale.maximum), style.colors);
+  }
+};
 
 float gray(const Image& image, int x, int y) {
   const float value =
@@ -31,8 +36,8 @@ int block_px(const Heatmap& heatmap) { return heatmap.cell_px > 1 ? heatmap.cell
 
 // The frame is drawn as its difference from the block's mean gray, so that the mean colour of a
 // block is the colour of the scale. Cells with the value 0 show the frame, dimmed.
-void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const Scale& scale,
-                glm::ivec2 corner) {
+void draw_block(Image& result, const Image& color, const Heatmap& heatmap,
+                const HeatColoring& coloring, glm::ivec2 corner) {
   const int right = std::min(corner.x + block_px(heatmap), color.width);
   const int bottom = std::min(corner.y + block_px(heatmap), color.height);
   float mean = 0;
@@ -46,8 +51,10 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap, const
       const std::uint32_t value = heatmap.values[static_cast<std::size_t>(cell)];
       const float light = gray(color, x, y);
       const glm::vec3 shown =
-          value == 0 ? heat_of_zero(light) : with_detail(color_of(value, scale), light - mean);
-      for (int c = 0; c < 3; ++c) result.at(x, y, c) = shown[c];
+          value == 0 ? heat_of_zero(light) : with_detail(coloring.of(value), light - mean);
+      const float opacity = coloring.style.opacity;
+      for (int c = 0; c < 3; ++c)
+        result.at(x, y, c) = opacity * shown[c] + (1 - opacity) * color.at(x, y, c);
     }
   }
 }
@@ -63,7 +70,8 @@ struct LegendLayout {
 };
 
 void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend& legend,
-                 const Scale& scale) {
+                 const HeatColoring& coloring) {
+  const Scale& scale = coloring.scale;
   const Font title_font(layout.title), text_font(layout.text);
   const int left = layout.padding, right = image.width - layout.padding;
   int y = top + layout.padding;
@@ -80,7 +88,8 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
   for (int x = 0; x < bar_width; ++x) {
     const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar_width);
     const bool zero = 2 * x < layout.bar || t * static_cast<float>(scale.maximum) < 0.5f;
-    fill_rect(image, {left + x, y, 1, layout.bar}, zero ? heat_of_zero(0.5f) : heat(t));
+    fill_rect(image, {left + x, y, 1, layout.bar},
+              zero ? heat_of_zero(0.5f) : heat(t, coloring.style.colors));
   }
   y += layout.bar;
   // Draws from the last label, which has the unit, to the left, and leaves out labels that would
@@ -165,8 +174,27 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode)
   return legend;
 }
 
-Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale,
-                   const char* mode) {
+namespace {
+
+void draw_blocks(Image& result, const Image& color, const Heatmap& heatmap,
+                 const HeatColoring& coloring) {
+  for (int top = 0; top < color.height; top += block_px(heatmap)) {
+    for (int left = 0; left < color.width; left += block_px(heatmap))
+      draw_block(result, color, heatmap, coloring, {left, top});
+  }
+}
+
+}  // namespace
+
+Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
+                const HeatStyle& style) {
+  Image result(color.width, color.height, 3);
+  draw_blocks(result, color, heatmap, {scale, style});
+  return result;
+}
+
+Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,
+                   const HeatStyle& style) {
   const Legend legend = make_legend(heatmap, scale, mode);
   const int text = std::clamp(color.width / 60, 14, 40);
   LegendLayout layout{text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
@@ -175,12 +203,8 @@ Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scal
 
   Image result(color.width, color.height + layout.height(), 3);
   fill_rect(result, {0, color.height, result.width, layout.height()}, on_dark::kPanel);
-  for (int top = 0; top < color.height; top += block_px(heatmap)) {
-    for (int left = 0; left < color.width; left += block_px(heatmap)) {
-      draw_block(result, color, heatmap, scale, {left, top});
-    }
-  }
-  draw_legend(result, color.height, layout, legend, scale);
+  draw_blocks(result, color, heatmap, {scale, style});
+  draw_legend(result, color.height, layout, legend, {scale, style});
   return result;
 }
 

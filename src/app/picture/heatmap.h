@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/picture/colormap.h"
 #include "app/picture/scale.h"
 #include "raster/api/renderer.h"
 
@@ -83,8 +84,12 @@ struct Legend {
 };
 Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode);
 
-/// The picture with the map over it and the legend strip below it. The width stays.
-Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale,
-                   const char* mode);
+/// The picture with the map over it.
+Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
+                const HeatStyle& style = {});
+
+/// draw_over() with the legend strip below it. The width stays.
+Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,
+                   const HeatStyle& style = {});
 
 }  // namespace qs

@@ -7,8 +7,11 @@ namespace qs {
 
 std::vector<std::uint32_t> Scale::ticks() const {
   std::vector<std::uint32_t> result;
-  for (std::uint64_t tick = 0; tick <= maximum; tick += step)
+  // A step that ends just below the maximum would collide with it.
+  for (std::uint64_t tick = 0; tick == 0 || 2 * tick + step <= 2 * std::uint64_t{maximum};
+       tick += step)
     result.push_back(static_cast<std::uint32_t>(tick));
+  result.push_back(maximum);
   return result;
 }
 
@@ -20,6 +23,11 @@ Scale round_scale(std::uint32_t maximum) {
   const auto step = static_cast<std::uint64_t>(round_step(
       1, [&](double size) { return steps_of(static_cast<std::uint64_t>(size)) <= kMostSteps; }));
   return {static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(steps_of(step) * step)};
+}
+
+Scale exact_scale(std::uint32_t maximum) {
+  const std::uint32_t end = std::max(maximum, 1u);
+  return {round_scale(end).step, end};
 }
 
 Scale scale_for(std::span<const std::uint32_t> values) {

@@ -22,12 +22,16 @@ double round_step(double from, const Fits& fits) {
 
 struct Scale {
   std::uint32_t step = 1;                    ///< 1, 2 or 5 times a power of ten
-  std::uint32_t maximum = 1;                 ///< a multiple of step
+  std::uint32_t maximum = 1;                 ///< at least 1
   std::vector<std::uint32_t> ticks() const;  ///< 0, step, ..., maximum
+  bool operator==(const Scale&) const = default;
 };
 
 /// A scale up to at least `maximum` in four to eight steps (fewer below 4).
 Scale round_scale(std::uint32_t maximum);
+
+/// The scale up to exactly `maximum`, with the steps of round_scale(). 0 is drawn as 1.
+Scale exact_scale(std::uint32_t maximum);
 
 /// round_scale() of the 99.5th percentile, so that a few extreme values do not darken all others.
 Scale scale_for(std::span<const std::uint32_t> values);

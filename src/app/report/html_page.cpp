@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/picture/palette.h"
 #include "io/bytes/base64.h"
 #include "io/bytes/json_text.h"
@@ -34,23 +35,6 @@ figcaption { color: var(--faint); font-size: .92em; padding: .35em .3em 0; }
 )";
 
 }  // namespace
-
-std::string html_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
 
 void HtmlPage::heading(const std::string& text) {
   body_ += fmt::format("<h2>{}</h2>\n", html_escaped(text));

@@ -11,9 +11,6 @@
 
 namespace qs {
 
-/// Escapes <, >, & and double quotes.
-std::string html_escaped(const std::string& text);
-
 class HtmlPage {
  public:
   explicit HtmlPage(std::string title) : title_(std::move(title)) {}

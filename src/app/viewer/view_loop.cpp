@@ -86,6 +86,7 @@ class ViewLoop final : public Host {
       turn_.now = now;
       turn_.cursor = window_.input().picture_cursor();
       turn_.measuring = render_->measuring();
+      turn_.bare_size = size_of(picture_area(false));
       apply(action::tick, turn_, seconds);
       apply_all(actions);
       prefer_desktop_dialog();
@@ -180,10 +181,11 @@ class ViewLoop final : public Host {
   }
 
   // The part of the framebuffer for the picture.
-  PixelBox picture_area() const {
+  PixelBox picture_area(bool with_bars = true) const {
     const glm::vec2 per_unit =
         glm::vec2(window_.framebuffer()) / glm::max(glm::vec2(1), glm::vec2(window_.size()));
-    const Rect picture = layout_of(viewer_, window_.metrics()).picture;
+    const Layout layout = layout_of(viewer_, window_.metrics());
+    const Rect picture = with_bars ? layout.picture : layout.between_lines();
     const glm::ivec2 low(glm::round(picture.low * per_unit));
     const glm::ivec2 high(glm::round(picture.high * per_unit));
     return {low.x, low.y, high.x, high.y};
@@ -273,11 +275,12 @@ class ViewLoop final : public Host {
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
     show_thumbnail();
     turn_.drawn_status = hud_status(viewer_);
+    turn_.drawn_columns = panel_state_.columns;
     const glm::ivec2 pixels = window_.framebuffer();
     Actions actions;
     window_.begin_ui();
     draw_panels(viewer_, panel_state_, actions);
-    presenter_.draw(pixels, picture_area(), shown_split(viewer_));
+    presenter_.draw(pixels, picture_area(), shown_split(viewer_), viewer_.heat_view.style);
     window_.end_ui();
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();

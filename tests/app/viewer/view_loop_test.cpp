@@ -244,7 +244,7 @@ TEST(FrameRequests, a_scene_beside_is_drawn_as_the_one_in_the_window) {
   EXPECT_FALSE(full_frame(viewer).other);
 }
 
-TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_map) {
+TEST(FrameRequests, a_split_window_asks_for_the_other_variant_and_the_heat_map) {
   Viewer viewer;
   viewer.heatmap = HeatQuantity::evaluated;
   viewer.peeking = true;
@@ -253,8 +253,11 @@ TEST(FrameRequests, a_split_window_asks_for_the_other_variant_instead_of_a_heat_
   EXPECT_EQ(full_frame(viewer).settings.mode, 3);
   EXPECT_FALSE(full_frame(viewer).other);
   viewer.panels.split = true;
-  EXPECT_FALSE(full_frame(viewer).heatmap);
+  EXPECT_EQ(full_frame(viewer).heatmap, HeatQuantity::evaluated);
   EXPECT_EQ(full_frame(viewer).other, viewer.split.other);
+  viewer.shows_grid = true;
+  EXPECT_TRUE(full_frame(viewer).grid);
+  EXPECT_FALSE(full_frame(viewer).other);
 }
 
 TEST(QuitSignals, note_a_signal_and_leave_the_second_one_alone) {

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -100,10 +101,35 @@ TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
     const json by_key = state("key" + std::to_string(mode));
     EXPECT_EQ(by_key["mode"], name);
     EXPECT_EQ(state("keypad" + std::to_string(mode))["mode"], name);
-    // The frame's pairs equal the table's.
-    EXPECT_EQ(by_key["facts"]["tile pairs"],
-              by_key["modes"][static_cast<std::size_t>(mode - 1)]["pairs"]);
   }
+  // The table's pairs are those of the view at the size that it names.
+  const json last = state("key1");
+  const std::string size = fmt::format("{}x{}", last["measured_size"][0].get<int>(),
+                                       last["measured_size"][1].get<int>());
+  const ProgramRun rendered =
+      run_quadsplat({"render", path("scene.ply"), "--camera-json", last["camera"].dump(), "--cull",
+                     "all", "--size", size, "--stats", "-"});
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  const json frames = json::parse(rendered.out)["frames"];
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    std::string pairs = last["modes"][i]["pairs"];
+    std::erase(pairs, ',');
+    EXPECT_EQ(pairs, std::to_string(frames[i]["tile_pairs"].get<std::uint64_t>()));
+  }
+}
+
+TEST_F(ViewerProgram, panels_change_neither_the_measured_size_nor_the_counts_of_the_table) {
+  const ProgramRun run = play("key F10\nwait\nstate " + path("left") +
+                                  "\nkey I\nkey 1\nwait\nstate " + path("both") + "\nquit\n",
+                              {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json left = state("left"), both = state("both");
+  EXPECT_NE(left["camera"], both["camera"]) << "the second bar makes the picture narrower";
+  EXPECT_EQ(left["measured_size"], both["measured_size"]);
+  for (std::size_t i = 0; i < left["modes"].size(); ++i)
+    EXPECT_EQ(left["modes"][i]["pairs"], both["modes"][i]["pairs"]);
+  EXPECT_THAT(left["status"].get<std::string>(), HasSubstr(" at "));
+  EXPECT_EQ(left["columns"][1], "FPS");
 }
 
 TEST_F(ViewerProgram, heat_map_shows_its_total_and_changes_the_picture) {
@@ -430,8 +456,8 @@ TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
   const ProgramRun run =
       play("key F10\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const json camera = state("a.json")["camera"];
-  const std::string size = camera["width"].dump() + "x" + camera["height"].dump();
+  const json measured = state("a.json")["measured_size"];
+  const std::string size = measured[0].dump() + "x" + measured[1].dump();
   ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
                            "--size", size, "--cull", "quadbox", "--frames", "1", "--warmup", "0",
                            "--out-dir", path("bench")})
@@ -443,15 +469,21 @@ TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
               StartsWith(grouped(count) + " pairs"));
 }
 
-TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_display_s_count) {
+TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_count_of_bench) {
   const ProgramRun run =
       play("key F10\nkey H\nkey Shift+H\nkey Shift+H\nwait\nstate " + path("a.json") + "\nquit\n",
            {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json a = state("a.json");
   EXPECT_EQ(a["heatmap"]["quantity"], "false-positive");
-  EXPECT_THAT(a["facts"]["unused"].get<std::string>(),
-              StartsWith(grouped(a["heatmap"]["total"].get<std::uint64_t>()) + " pairs"));
+  const std::string size = a["camera"]["width"].dump() + "x" + a["camera"]["height"].dump();
+  ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
+                           "--size", size, "--cull", "quadbox", "--frames", "1", "--warmup", "0",
+                           "--out-dir", path("bench")})
+                .exit_code,
+            0);
+  const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
+  EXPECT_EQ(a["heatmap"]["total"], bench["rows"][0]["false_positives"]);
 }
 
 TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {

@@ -96,7 +96,7 @@ TEST_F(ViewerWindow, maps_have_the_colours_of_their_values) {
                                     {path("scene.ply"), "--cull", "quadbox"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Frame quadbox = frame("quadbox"), box = frame("3dgs");
-  const auto high = static_cast<float>(scale_for(quadbox.pairs).maximum);
+  const auto high = static_cast<float>(scale_for(box.pairs).maximum);  // of the baseline
   const auto counted = [&](std::size_t tile, float light, float detail) {
     const float place = std::min(1.0f, static_cast<float>(quadbox.pairs[tile]) / high);
     return quadbox.pairs[tile] == 0 ? glm::vec3(0.05f + 0.08f * light)

@@ -11,6 +11,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/mode_numbers.h"
 
 namespace qs::job {
 
@@ -25,7 +26,8 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   ViewPlan plan = session.backend == Backend::cpu ? ViewPlan{1, 1, 5} : ViewPlan{20, 4, 5};
   GpuClock clock = clock_of(session);
   plan.clock = &clock;
-  report.rows = measure_view(session, all_modes(), viewer.camera, plan, {{}, context.stop});
+  report.rows =
+      measure_view(session, all_modes(), measured_camera(viewer), plan, {{}, context.stop});
   add_clock(report.environment, clock);
   for (BenchRow& row : report.rows) {
     row.scene = name;

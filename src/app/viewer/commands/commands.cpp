@@ -26,6 +26,7 @@ namespace job {
 void bench_view(RenderContext& context, const Viewer& viewer);
 void compare_around_cursor(RenderContext& context, const Viewer& viewer);
 void compare_with_reference(RenderContext& context, const Viewer& viewer);
+void save_grid(RenderContext& context, const Viewer& viewer);
 void save_screenshot(RenderContext& context, const Viewer& viewer);
 }  // namespace job
 
@@ -85,18 +86,14 @@ void grab_window(Viewer& v, Host& host) {
 }
 
 void toggle_heatmap(Viewer& v) {
-  v.hints.map = false;
-  v.heatmap = v.heatmap ? std::nullopt : std::optional(v.last_heatmap);
-  v.quantity = Quantity::color;
+  if (!v.heatmap) return show_heatmap(v, v.last_heatmap);
+  v.heatmap.reset();
   picture_changed(v);
 }
 
 void next_heatmap(Viewer& v) {
   const std::size_t next = (static_cast<std::size_t>(v.last_heatmap) + 1) % kHeatQuantities;
-  if (v.heatmap) v.last_heatmap = static_cast<HeatQuantity>(next);
-  v.heatmap = v.last_heatmap;
-  v.quantity = Quantity::color;
-  picture_changed(v);
+  show_heatmap(v, v.heatmap ? static_cast<HeatQuantity>(next) : v.last_heatmap);
 }
 
 void show_quantity(Viewer& v, Quantity quantity) {
@@ -263,6 +260,12 @@ std::vector<KeyCommand> mode_commands() {
   std::vector<KeyCommand> rows = {
       held(GLFW_KEY_GRAVE_ACCENT, 0, "Previous mode, while held", peek_previous_mode)};
   for (CullMode number = 1; number <= culler_count(); ++number) rows.push_back(mode_row(number));
+  rows.push_back(checked(row(GLFW_KEY_I, kShift, mode, "Mode and numbers over the picture",
+                             toggle_option, &Viewer::shows_badge),
+                         [](const Viewer& v) { return v.shows_badge; }));
+  rows.push_back(checked(row(GLFW_KEY_F9, 0, mode, "All modes side by side", toggle_grid),
+                         [](const Viewer& v) { return v.shows_grid; }));
+  rows.push_back(job_row(GLFW_KEY_F9, kCtrl, mode, "Figure of all modes", job::save_grid));
   rows.push_back(panel(GLFW_KEY_C, 0, mode, "Split: beside another mode or scene", &Panels::split));
   rows.push_back(row(GLFW_KEY_C, kShift, mode, "Next view of the split", next_split_view));
   rows.push_back(row(GLFW_KEY_X, 0, mode, "Flip the split", flip_split));

@@ -64,7 +64,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   // Videos need an even width and height.
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
   plan.ways = ways_of(context, viewer);
-  plan.numbers = plan.ways.size() > 1;
+  plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
 
   const bool encodes = ffmpeg_is_installed();
   const std::filesystem::path folder = viewer.out_dir / "film";

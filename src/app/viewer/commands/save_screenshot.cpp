@@ -4,17 +4,32 @@
 // screenshots/SCENE_CAMERA_MODE_WxH_NNNN.png.
 #include <fmt/format.h>
 
+#include "app/film/split_screen.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
+#include "app/picture/palette.h"
 #include "app/report/write_report.h"
 #include "app/session/frame_metadata.h"
 #include "app/session/shot.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/mode_glance.h"
 
 namespace qs::job {
+namespace {
+
+Image with_badge(const Viewer& viewer, const Image& picture) {
+  SplitScreen screen({{mode_name(viewer.mode()), on_dark::mode_color(viewer.mode())}},
+                     picture.width, picture.height);
+  screen.show(0, picture);
+  screen.label(0, badge_lines(viewer));
+  return screen.picture();
+}
+
+}  // namespace
 
 void save_screenshot(RenderContext& context, const Viewer& viewer) {
   const FrameRequest request = full_frame(viewer);
@@ -26,10 +41,11 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   RenderStats stats;
   ImageMetadata shown;  // instead of colours
   if (request.heatmap) {
+    const Scale scale = heat_scale(context, request, camera).scale;
     const HeatmapFrame mapped = render_with_heatmap(
         renderer, camera, request.settings, *request.heatmap, *context.session.pool, context.stop);
-    const Heatmap& map = mapped.heatmap;
-    picture = draw_heatmap(mapped.frame.color, map, scale_for(map.values), mode_name(mode));
+    picture = draw_heatmap(mapped.frame.color, mapped.heatmap, scale, mode_name(mode),
+                           viewer.heat_view.style);
     stats = mapped.frame.stats;
   } else if (request.quantity != Quantity::color) {
     const Outputs outputs = outputs_for(request.quantity);
@@ -45,6 +61,7 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
     picture = frame.color;
     stats = frame.stats;
   }
+  if (viewer.shows_badge) picture = with_badge(viewer, picture);
   const std::filesystem::path folder = viewer.out_dir / "screenshots";
   make_folder(folder);
   const std::string stem = fmt::format("{}_{}_{}_{}x{}", scene_name(scene), camera_name(viewer),

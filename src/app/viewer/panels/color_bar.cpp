@@ -23,13 +23,18 @@ void draw_color_bar(const std::function<glm::vec3(float)>& color,
     draw.AddRectFilledMultiColor({left, at.y}, {right, at.y + height}, packed(i), packed(i + 1),
                                  packed(i + 1), packed(i));
   }
-  for (const BarTick& tick : ticks) {
+  // From the right, because the last text has the unit; a text that would touch it is left out.
+  float free_until = at.x + width;
+  for (std::size_t i = ticks.size(); i-- > 0;) {
+    const BarTick& tick = ticks[i];
     const float x = at.x + width * tick.at;
     const float text = ImGui::CalcTextSize(tick.text.c_str()).x;
-    const bool first = &tick == &ticks.front(), last = &tick == &ticks.back();
+    const bool first = i == 0, last = i + 1 == ticks.size();
     const float left = first ? x : last ? x - text : x - 0.5f * text;
     draw.AddLine({x, at.y + height}, {x, at.y + height + 4}, ImGui::GetColorU32(palette::kFaint));
+    if (left + text > free_until && !last) continue;
     draw.AddText({left, at.y + height + 5}, ImGui::GetColorU32(palette::kText), tick.text.c_str());
+    free_until = left - 0.5f * ImGui::GetFontSize();
   }
   ImGui::Dummy({width, height + 6 + ImGui::GetTextLineHeight()});
 }

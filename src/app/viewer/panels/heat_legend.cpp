@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
+//
+// The legend of the map in the picture. It can be dragged and folded; a click on it opens the
+// settings of heat maps.
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include "app/viewer/panels/color_bar.h"
@@ -10,44 +16,152 @@
 namespace qs {
 namespace {
 
-/// `under`: the value under the cursor.
-void draw_legend(const Viewer& viewer, const std::string& title, const std::string& under,
-                 const std::function<glm::vec3(float)>& color, const std::vector<BarTick>& ticks,
-                 const std::string& facts) {
-  const Rect picture = current_layout(viewer).picture;
-  const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
-  ImGui::SetNextWindowPos({picture.center().x, picture.high.y - 12}, ImGuiCond_Always, {0.5f, 1});
-  ImGui::SetNextWindowSize({width, 0});
-  ImGui::Begin("Heat map", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoInputs |
-                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::TextUnformatted(title.c_str());
-  const float shift = ImGui::CalcTextSize(under.c_str()).x;
-  ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
-  ImGui::TextColored(palette::kAccent, "%s", under.c_str());
-  draw_color_bar(color, ticks);
-  ImGui::TextColored(palette::kFaint, "%s", facts.c_str());
-  ImGui::End();
+constexpr const char* kSettings = "settings of heat maps";
+
+/// The content of a legend.
+struct LegendText {
+  std::string title, facts;
+  std::string under;  ///< the value under the cursor
+  std::function<glm::vec3(float)> color;
+  std::vector<BarTick> ticks;
+};
+
+std::optional<LegendText> legend_of(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  LegendText legend;
+  if (shown.heatmap) {
+    const Heatmap& map = heatmap_at(viewer, viewer.cursor);
+    const auto cell = cell_under_mouse(viewer, map.cell_px * shown.divisor, map.columns, map.rows);
+    const HeatColors colors = viewer.heat_view.style.colors;
+    legend.title = make_legend(map, shown.map_scale, mode_name(shown.mode)).title;
+    legend.under = cell && !shown.grid ? heat_text(shown, map, *cell) : "";
+    legend.color = [colors](float t) { return t > 0 ? heat(t, colors) : heat_of_zero(0.5f); };
+    legend.ticks = heat_ticks(shown);
+    legend.facts = heat_facts(viewer) + " \u00b7 " + scale_text(viewer);
+    return legend;
+  }
+  if (!shown.values) return std::nullopt;
+  const ValueMap& map = *shown.values;
+  const auto pixel = cell_under_mouse(viewer, shown.divisor, map.width, map.height);
+  legend.title = row_of(map.quantity).title;
+  legend.under = pixel ? value_text(shown, *pixel) : "";
+  legend.color = viridis;
+  legend.ticks = value_ticks(shown);
+  legend.facts = value_facts(shown);
+  return legend;
+}
+
+// The middle of the legend's lower edge, inside the picture. `size`: of the legend.
+glm::vec2 legend_place(const Viewer& viewer, const Rect& picture, glm::vec2 size) {
+  const glm::vec2 usual{picture.center().x, picture.high.y - 12};
+  const glm::vec2 wish = usual + viewer.heat_view.shift * ImGui::GetFontSize();
+  const glm::vec2 low{picture.low.x + 0.5f * size.x, picture.low.y + size.y};
+  const glm::vec2 high{picture.high.x - 0.5f * size.x, picture.high.y};
+  return glm::max(low, glm::min(wish, high));
+}
+
+// Moves the legend while it is dragged. Returns true after a click.
+bool drag_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
+  constexpr float kClick = 4;  // screen units: a shorter drag is a click
+  const ImGuiIO& io = ImGui::GetIO();
+  if (ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered() &&
+      ImGui::IsMouseClicked(ImGuiMouseButton_Left))
+    state.legend_drag = 0;
+  if (!state.legend_drag) return false;
+  *state.legend_drag += std::abs(io.MouseDelta.x) + std::abs(io.MouseDelta.y);
+  const bool drags = *state.legend_drag > kClick;
+  if (drags && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
+    HeatView view = viewer.heat_view;
+    view.shift += glm::vec2(io.MouseDelta.x, io.MouseDelta.y) / ImGui::GetFontSize();
+    actions.push_back(call(action::change_heat_view, view));
+  }
+  if (ImGui::IsMouseDown(ImGuiMouseButton_Left)) return false;
+  state.legend_drag.reset();
+  return !drags;
+}
+
+void choose_quantity(const Viewer& viewer, Actions& actions) {
+  for (std::size_t i = 0; i < kHeatQuantities; ++i) {
+    const auto quantity = static_cast<HeatQuantity>(i);
+    const HeatmapRow& row = heatmap_row(quantity);
+    const std::string title =
+        fmt::format(fmt::runtime(row.title),
+                    viewer.shown.heatmap->cell_px > 1 ? viewer.shown.heatmap->cell_px : kTileSize);
+    if (ImGui::RadioButton(title.c_str(), viewer.heatmap == quantity))
+      actions.push_back(call(action::show_heatmap, quantity));
+  }
+}
+
+void choose_maximum(const Viewer& viewer, HeatView& view) {
+  bool fits = view.maximum == 0;
+  const std::string text = fmt::format("fits {} in this view", mode_name(viewer.baseline));
+  const auto shown = static_cast<int>(viewer.shown.map_scale.maximum);
+  if (ImGui::Checkbox(text.c_str(), &fits))
+    view.maximum = fits ? 0 : static_cast<std::uint32_t>(shown);
+  int typed = shown;
+  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
+  if (ImGui::InputInt("maximum", &typed, 0, 0, ImGuiInputTextFlags_EnterReturnsTrue))
+    view.maximum = static_cast<std::uint32_t>(std::max(typed, 1));
+}
+
+void draw_heat_settings(const Viewer& viewer, Actions& actions) {
+  if (!ImGui::BeginPopup(kSettings)) return;
+  choose_quantity(viewer, actions);
+  ImGui::Separator();
+  HeatView view = viewer.heat_view;
+  float percent = 100 * view.style.opacity;
+  ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
+  if (ImGui::SliderFloat("opacity over the colours", &percent, 0, 100, "%.0f %%"))
+    view.style.opacity = percent / 100;
+  for (std::size_t i = 0; i < std::size(kHeatColors); ++i) {
+    const auto colors = static_cast<HeatColors>(i);
+    if (i > 0) ImGui::SameLine();
+    if (ImGui::RadioButton(kHeatColors[i], view.style.colors == colors)) view.style.colors = colors;
+  }
+  ImGui::Separator();
+  choose_maximum(viewer, view);
+  if (view != viewer.heat_view) actions.push_back(call(action::change_heat_view, view));
+  ImGui::EndPopup();
+}
+
+void draw_fold_button(const Viewer& viewer, Actions& actions) {
+  const bool folded = viewer.heat_view.folded;
+  if (ImGui::ArrowButton("fold", folded ? ImGuiDir_Right : ImGuiDir_Down)) {
+    HeatView view = viewer.heat_view;
+    view.folded = !folded;
+    actions.push_back(call(action::change_heat_view, view));
+  }
+  ImGui::SameLine();
 }
 
 }  // namespace
 
-void draw_heat_legend(const Viewer& viewer) {
-  const ShownFrame& shown = viewer.shown;
-  if (shown.heatmap) {
-    const Heatmap& map = *shown.heatmap;
-    const auto cell = cell_under_mouse(viewer, map.cell_px * shown.divisor, map.columns, map.rows);
-    draw_legend(
-        viewer, make_legend(map, shown.map_scale, mode_name(shown.mode)).title,
-        cell ? heat_text(shown, *cell) : "",
-        [](float t) { return t > 0 ? heat(t) : heat_of_zero(0.5f); }, heat_ticks(shown),
-        heat_facts(shown));
-  } else if (shown.values) {
-    const ValueMap& map = *shown.values;
-    const auto pixel = cell_under_mouse(viewer, shown.divisor, map.width, map.height);
-    draw_legend(viewer, row_of(map.quantity).title, pixel ? value_text(shown, *pixel) : "", viridis,
-                value_ticks(shown), value_facts(shown));
+void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
+  const std::optional<LegendText> legend = legend_of(viewer);
+  if (!legend) return state.legend_drag.reset();
+  const Rect picture = current_layout(viewer).picture;
+  const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
+  const glm::vec2 place = legend_place(viewer, picture, state.legend_size);
+  ImGui::SetNextWindowPos({place.x, place.y}, ImGuiCond_Always, {0.5f, 1});
+  ImGui::SetNextWindowSize({width, 0});
+  ImGui::Begin("Heat map", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  draw_fold_button(viewer, actions);
+  ImGui::TextUnformatted(legend->title.c_str());
+  const float shift = ImGui::CalcTextSize(legend->under.c_str()).x;
+  ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
+  ImGui::TextColored(palette::kAccent, "%s", legend->under.c_str());
+  if (!viewer.heat_view.folded) {
+    draw_color_bar(legend->color, legend->ticks);
+    ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
+    ImGui::TextWrapped("%s", legend->facts.c_str());
+    ImGui::PopStyleColor();
   }
+  if (drag_legend(viewer, state, actions) && viewer.shown.heatmap) ImGui::OpenPopup(kSettings);
+  if (viewer.shown.heatmap) draw_heat_settings(viewer, actions);
+  state.legend_size = {ImGui::GetWindowSize().x, ImGui::GetWindowSize().y};
+  ImGui::End();
 }
 
 }  // namespace qs

@@ -2,6 +2,7 @@
 //
 // Performance: the numbers of all modes for this view, stage bars, and the frame in the window.
 #include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include <fmt/format.h>
@@ -52,44 +53,44 @@ void draw_stage_legend() {
   }
 }
 
-// A column of the table. If the bar is too narrow for all columns, the columns with the highest
-// rank are left out.
-struct Column {
-  std::string title;
-  float letters;  // width
-  int rank;
-  std::string HudRow::*text = nullptr;  // null: the name or the stages
-  bool HudRow::*noisy = nullptr;
-};
-
-std::vector<Column> columns_that_fit(const Viewer& viewer) {
-  const std::vector<std::string> titles = hud_columns(viewer);
-  std::vector<Column> columns = {
-      {titles[0], 6.6f, 0},
-      {titles[1], 5.2f, 1, &HudRow::ms, &HudRow::is_noisy},
-      {titles[2], 2.8f, 5, &HudRow::fps, &HudRow::is_noisy},
-      {titles[3], 4.2f, 3, &HudRow::pairs},
-      {titles[4], 4.6f, 9, &HudRow::per_visible},
-      {titles[5], 3.4f, 6, &HudRow::unused},
-      {titles[6], 7.0f, 2, &HudRow::ratio, &HudRow::is_noisy},
-  };
-  if (const auto other = other_pipeline(viewer)) {
-    const char* name = kPipelineNames[static_cast<int>(*other)];
-    columns.push_back(
-        {fmt::format("{} ms", name), 5.2f, 7, &HudRow::other_ms, &HudRow::other_noisy});
-    columns.push_back({titles[6] + " ", 7.0f, 8, &HudRow::other_ratio, &HudRow::other_noisy});
+// FPS as a bar in the mode's colour; `most` FPS fill the cell. A line spans the middle half of the
+// frames.
+void draw_rate_bar(const HudRow& row, double most) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = ImGui::GetTextLineHeight();
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const glm::vec3 color = on_dark::mode_color(row.mode);
+  const auto place = [&](double fps) { return at.x + width * static_cast<float>(fps / most); };
+  if (row.fps_value > 0 && most > 0) {
+    draw.AddRectFilled({at.x, at.y + 1}, {place(row.fps_value), at.y + height - 1},
+                       color_of(color, 0.45f));
+    draw.AddRectFilled({at.x, at.y + 1}, {at.x + 0.2f * ImGui::GetFontSize(), at.y + height - 1},
+                       color_of(color));
   }
-  columns.push_back({"stages", 5.0f, 4});
-  const float padding = 2 * ImGui::GetStyle().CellPadding.x;
-  const auto width = [&] {
-    float sum = 0;
-    for (const Column& column : columns) sum += column.letters * ImGui::GetFontSize() + padding;
-    return sum;
-  };
-  const auto by_rank = [](const Column& a, const Column& b) { return a.rank < b.rank; };
-  while (columns.size() > 1 && width() > ImGui::GetContentRegionAvail().x)
-    columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
-  return columns;
+  if (row.fps_low > 0) {
+    const float y = at.y + height - 2;
+    draw.AddLine({place(row.fps_low), y}, {place(row.fps_high), y}, color_of(color), 2);
+  }
+  right_aligned(row.fps);
+}
+
+// The end of the bars' axis: above the fastest mode's interval.
+double most_fps(const std::vector<HudRow>& rows) {
+  double most = 0;
+  for (const HudRow& row : rows) most = std::max({most, row.fps_value, row.fps_high});
+  return 1.05 * most;
+}
+
+void draw_row_menu(const HudRow& row, Actions& actions) {
+  if (!ImGui::BeginPopupContextItem()) return;
+  if (ImGui::MenuItem(fmt::format("Ratios to {}", row.name).c_str()))
+    actions.push_back(call(action::set_baseline, row.mode));
+  ImGui::Separator();
+  for (std::size_t i = 0; i < std::size(kTableFormats); ++i) {
+    if (ImGui::MenuItem(fmt::format("Copy the table as {}", kTableFormats[i]).c_str()))
+      actions.push_back(call(action::copy_table, static_cast<TableFormat>(i)));
+  }
+  ImGui::EndPopup();
 }
 
 void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
@@ -97,55 +98,112 @@ void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
   if (ImGui::Selectable(label.c_str(), false, ImGuiSelectableFlags_SpanAllColumns))
     actions.push_back(call(action::set_mode, row.mode));
   if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("%s\n%s\nright click: ratios to this mode", row_of(row.mode).summary,
-                      trust_text(viewer, row.mode).c_str());
+    ImGui::SetTooltip("%s\n%s\nright click: copy the table, or ratios to this mode",
+                      row_of(row.mode).summary, trust_text(viewer, row.mode).c_str());
   }
-  if (ImGui::IsItemClicked(ImGuiMouseButton_Right))
-    actions.push_back(call(action::set_baseline, row.mode));
+  draw_row_menu(row, actions);
+}
+
+// What all cells of the table need.
+struct TableScale {
+  double longest_ms = 0;  ///< stages that fill their column
+  double most_fps = 0;
+  bool current = false;  ///< the numbers are of this view
+};
+
+void draw_cell(const Viewer& viewer, const HudRow& row, const TableColumn& column,
+               const TableScale& scale, Actions& actions) {
+  const bool noisy = column.noisy != nullptr && row.*column.noisy;
+  ImGui::PushStyleColor(ImGuiCol_Text, scale.current && !noisy ? palette::kText : palette::kFaint);
+  switch (column.kind) {
+    case CellKind::mode:
+      draw_mode_name(viewer, row, actions);
+      break;
+    case CellKind::bar:
+      draw_rate_bar(row, scale.most_fps);
+      break;
+    case CellKind::number:
+      right_aligned(row.*column.text);
+      break;
+    case CellKind::stages:
+      draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), scale.longest_ms);
+      break;
+  }
+  ImGui::PopStyleColor();
+}
+
+void set_up_columns(const std::vector<TableColumn>& columns) {
+  for (const TableColumn& column : columns) {
+    ImGuiTableColumnFlags flags = column.kind == CellKind::bar ? ImGuiTableColumnFlags_WidthStretch
+                                                               : ImGuiTableColumnFlags_WidthFixed;
+    if (column.value == nullptr) flags |= ImGuiTableColumnFlags_NoSort;
+    if (column.kind == CellKind::mode) flags |= ImGuiTableColumnFlags_DefaultSort;
+    if (column.kind == CellKind::bar) flags |= ImGuiTableColumnFlags_PreferSortDescending;
+    ImGui::TableSetupColumn(
+        column.title.c_str(), flags,
+        column.kind == CellKind::bar ? 1 : column.letters * ImGui::GetFontSize());
+  }
+}
+
+// Orders the rows as the headers say.
+void sort_as_chosen(std::vector<HudRow>& rows, const std::vector<TableColumn>& columns) {
+  const ImGuiTableSortSpecs* specs = ImGui::TableGetSortSpecs();
+  if (specs == nullptr || specs->SpecsCount == 0) return;
+  const TableColumn& column = columns[static_cast<std::size_t>(specs->Specs->ColumnIndex)];
+  if (column.value != nullptr)
+    sort_rows(rows, column.value, specs->Specs->SortDirection == ImGuiSortDirection_Descending);
 }
 
 // Returns true if the stages were drawn.
-bool draw_mode_table(const Viewer& viewer, Actions& actions) {
-  double longest = 0;
+bool draw_mode_table(const Viewer& viewer, PanelState& state, Actions& actions) {
+  std::vector<HudRow> rows = hud_rows(viewer);
+  TableScale scale{0, most_fps(rows), numbers_are_current(viewer)};
   for (CullMode mode = 1; mode <= culler_count(); ++mode) {
     const BenchRow* row = measured_row(viewer, mode, viewer.settings.pipeline);
-    if (row != nullptr) longest = std::max(longest, stage_sum(*row));
+    if (row != nullptr) scale.longest_ms = std::max(scale.longest_ms, stage_sum(*row));
   }
-  const std::vector<Column> columns = columns_that_fit(viewer);
-  const ImGuiTableFlags flags = ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit;
-  if (!ImGui::BeginTable("modes", static_cast<int>(columns.size()), flags)) return false;
-  for (const Column& column : columns)
-    ImGui::TableSetupColumn(column.title.c_str(), ImGuiTableColumnFlags_WidthFixed,
-                            column.letters * ImGui::GetFontSize());
-  ImGui::TableNextRow();
+  const float letter = ImGui::GetFontSize();
+  const std::vector<TableColumn> columns =
+      columns_that_fit(table_columns(viewer), ImGui::GetContentRegionAvail().x / letter,
+                       2 * ImGui::GetStyle().CellPadding.x / letter);
+  state.columns = titles_of(columns);
+  // A table of its own for each set of columns, because ImGui keeps the order of a table's columns.
+  const std::string id = fmt::format("modes {}", fmt::join(state.columns, " "));
+  const ImGuiTableFlags flags =
+      ImGuiTableFlags_RowBg | ImGuiTableFlags_Sortable | ImGuiTableFlags_NoSavedSettings;
+  if (!ImGui::BeginTable(id.c_str(), static_cast<int>(columns.size()), flags)) return false;
+  set_up_columns(columns);
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  for (const Column& column : columns) {
-    ImGui::TableNextColumn();
-    if (column.text == nullptr) ImGui::TextUnformatted(column.title.c_str());
-    if (column.text != nullptr) right_aligned(column.title);
-  }
+  ImGui::TableHeadersRow();
   ImGui::PopStyleColor();
-  const bool current = numbers_are_current(viewer);
-  for (const HudRow& row : hud_rows(viewer)) {
+  sort_as_chosen(rows, columns);
+  for (const HudRow& row : rows) {
     ImGui::TableNextRow();
     if (row.mode == viewer.mode())
       ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, ImGui::GetColorU32(ImGuiCol_Header));
-    for (const Column& column : columns) {
+    for (const TableColumn& column : columns) {
       ImGui::TableNextColumn();
-      if (column.text != nullptr) {
-        const bool noisy = column.noisy != nullptr && row.*column.noisy;
-        ImGui::PushStyleColor(ImGuiCol_Text, current && !noisy ? palette::kText : palette::kFaint);
-        right_aligned(row.*column.text);
-        ImGui::PopStyleColor();
-      } else if (column.rank == 0) {
-        draw_mode_name(viewer, row, actions);
-      } else {
-        draw_stage_bar(measured_row(viewer, row.mode, viewer.settings.pipeline), longest);
-      }
+      draw_cell(viewer, row, column, scale, actions);
     }
   }
   ImGui::EndTable();
-  return columns.back().text == nullptr && columns.size() > 1;
+  return columns.back().kind == CellKind::stages;
+}
+
+void choose_measured_size(const Viewer& viewer, Actions& actions) {
+  const Camera camera = measured_camera(viewer);
+  const std::string shown = fmt::format("{} ({} x {})", kMeasuredSizes[viewer.measured_size].name,
+                                        camera.width, camera.height);
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(palette::kFaint, "measure at");
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::BeginCombo("##measured size", shown.c_str())) return;
+  for (std::size_t i = 0; i < std::size(kMeasuredSizes); ++i) {
+    if (ImGui::Selectable(kMeasuredSizes[i].name, i == viewer.measured_size))
+      actions.push_back(call(action::set_measured_size, i));
+  }
+  ImGui::EndCombo();
 }
 
 void draw_plot(const Viewer& viewer) {
@@ -161,8 +219,9 @@ void draw_plot(const Viewer& viewer) {
 
 }  // namespace
 
-void draw_hud(const Viewer& viewer, PanelState&, Actions& actions) {
-  if (draw_mode_table(viewer, actions)) draw_stage_legend();
+void draw_hud(const Viewer& viewer, PanelState& state, Actions& actions) {
+  if (draw_mode_table(viewer, state, actions)) draw_stage_legend();
+  choose_measured_size(viewer, actions);
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
   ImGui::TextWrapped("%s", hud_status(viewer).c_str());
   if (other_pipeline(viewer))
@@ -189,7 +248,8 @@ void draw_status_line(const Viewer& viewer, const Rect& area) {
   const StatusLine line = status_line(viewer);
   const float note = area.high.x - ImGui::CalcTextSize(line.note.c_str()).x - 0.8f * letter;
   draw.PushClipRect({area.low.x, area.low.y}, {note - letter, area.high.y}, true);
-  draw.AddText({area.low.x + 0.8f * letter, y}, ImGui::GetColorU32(palette::kText),
+  draw.AddText({area.low.x + 0.8f * letter, y},
+               ImGui::GetColorU32(line.faint ? palette::kFaint : palette::kText),
                line.numbers.c_str());
   draw.PopClipRect();
   draw.AddText({note, y}, ImGui::GetColorU32(line.caution ? palette::kCaution : palette::kFaint),

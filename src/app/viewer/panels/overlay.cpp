@@ -178,7 +178,7 @@ void draw_verdict_marks(const Viewer& viewer, const Screen& screen) {
 }  // namespace
 
 void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& actions) {
-  if (!viewer.scene) return;
+  if (!viewer.scene || viewer.shown.grid) return;
   const Screen screen{viewer.camera, current_layout(viewer).picture,
                       *ImGui::GetBackgroundDrawList(), drawing_scale()};
   const auto [low, high] = screen.area;

@@ -167,8 +167,10 @@ void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Ac
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);
   draw_overlay(viewer, state, actions);
-  draw_heat_legend(viewer);
+  draw_heat_legend(viewer, state, actions);
   draw_divider(viewer, actions);
+  draw_grid_labels(viewer);
+  draw_mode_plate(viewer);
   if (viewer.panels.all) {
     draw_menu_bar(viewer, actions);
     draw_bars(viewer, layout, state, actions);

@@ -28,13 +28,16 @@ struct PanelState {
   bool scroll_files = false;  ///< to the selected row
   struct {
     std::string data, model, options;
-    bool focus = false;        ///< the first field requests the keyboard
-  } train;                     ///< the text in the dialog Train
-  std::string crop_file;       ///< typed name of the cropped scene
-  int inspections = 0;         ///< Viewer::inspections that the inspector scrolled to
-  unsigned photograph = 0;     ///< GL texture of Viewer::photograph, 0 = none
-  unsigned thumbnail = 0;      ///< GL texture of the bundled scene's picture, 0 = none
-  float thumbnail_aspect = 1;  ///< its width over its height
+    bool focus = false;              ///< the first field requests the keyboard
+  } train;                           ///< the text in the dialog Train
+  std::string crop_file;             ///< typed name of the cropped scene
+  int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
+  unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none
+  unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
+  float thumbnail_aspect = 1;        ///< its width over its height
+  std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
+  glm::vec2 legend_size{0.0f};       ///< of the heat map's legend when it was drawn last
+  std::optional<float> legend_drag;  ///< screen units that the mouse moved since it took the legend
 };
 
 /// Draws all open panels. Called between Window::begin_ui() and end_ui().
@@ -87,9 +90,11 @@ void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_log(const Viewer& viewer, PanelState& state, Actions& actions);
 
 // Elsewhere:
+void draw_grid_labels(const Viewer& viewer);  ///< of the grid of all modes
+void draw_mode_plate(const Viewer& viewer);   ///< the mode over the picture
 void draw_menu_bar(const Viewer& viewer, Actions& actions);
 void draw_status_line(const Viewer& viewer, const Rect& area);
-void draw_heat_legend(const Viewer& viewer);
+void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_help(const Viewer& viewer, Actions& actions);
 void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window
 void draw_verdict(const Viewer& viewer, Actions& actions);                  ///< of the reference

@@ -20,7 +20,9 @@ namespace {
 void draw_names(const Viewer& viewer, const Rect& picture, float x) {
   const Split& split = viewer.split;
   const auto [left, right] = split_names(viewer);
-  const float y = picture.high.y - 3.4f * ImGui::GetFontSize();
+  const float letter = ImGui::GetFontSize();
+  const bool legend_below = viewer.shown.heatmap.has_value();
+  const float y = legend_below ? picture.low.y + 0.8f * letter : picture.high.y - 3.4f * letter;
   if (split.view == SplitView::sides) {
     const float gap = 10 * drawing_scale();
     draw_plate(left, x - gap, y, 1);

@@ -9,16 +9,23 @@ namespace {
 
 bool draws_on_the_cpu(const Viewer& viewer) {
   return viewer.backend == Backend::cpu ||
-         (viewer.panels.split && !viewer.beside && viewer.split.other.backend == Backend::cpu);
+         (viewer.panels.split && !viewer.shows_grid && !viewer.beside &&
+          viewer.split.other.backend == Backend::cpu);
+}
+
+// A frame of a moving camera may have the scale of an earlier view.
+bool has_old_scale(const Viewer& viewer) {
+  return viewer.shown.heatmap && viewer.shown.scale_version != viewer.view_version;
 }
 
 bool shows_full_frame(const Viewer& viewer) {
-  return viewer.shown.version == viewer.version && viewer.shown.divisor == 1;
+  return viewer.shown.version == viewer.version && viewer.shown.divisor == 1 &&
+         !has_old_scale(viewer);
 }
 
 bool can_measure(const Viewer& viewer) {
   return shows_full_frame(viewer) && viewer.on_demand && !is_training(viewer) &&
-         !viewer.zoom.running && viewer.panels.hud && viewer.panels.all;
+         !viewer.zoom.running && (viewer.shows_grid || (viewer.panels.hud && viewer.panels.all));
 }
 
 }  // namespace
@@ -30,13 +37,17 @@ FrameRequest full_frame(const Viewer& viewer) {
   request.settings.mode = viewer.mode();
   request.version = viewer.version;
   request.view_version = viewer.view_version;
-  if (viewer.panels.split) {
+  request.grid = viewer.shows_grid;
+  request.heat_style = viewer.heat_view.style;
+  if (viewer.panels.split && !viewer.shows_grid) {
     request.beside = viewer.beside.has_value();
     request.other = request.beside ? viewer.variant() : viewer.split.other;
-  } else {
-    request.heatmap = viewer.heatmap;
+  } else if (!viewer.shows_grid) {
     request.quantity = viewer.quantity;
   }
+  request.heatmap = viewer.heatmap;
+  request.baseline = viewer.baseline;
+  request.heat_maximum = viewer.heat_view.maximum;
   return request;
 }
 
@@ -68,7 +79,9 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   if (!may_draw(viewer)) return;
   const int divisor = next_divisor(viewer);
   const bool continuous = !viewer.on_demand && !render.busy();
-  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous) {
+  const bool rescales = viewer.shown.version == viewer.version && viewer.shown.divisor == 1 &&
+                        has_old_scale(viewer) && !viewer.moving() && !render.busy();
+  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
@@ -78,7 +91,7 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   }
   const bool still = viewer.still() && !viewer.playback.running;
   if (still && numbers_are_wanted(viewer) && window_rests && !render.busy()) {
-    render.request(NumbersRequest{viewer.camera, viewer.settings, viewer.view_version,
+    render.request(NumbersRequest{measured_camera(viewer), viewer.settings, viewer.view_version,
                                   numbers_are_current(viewer)});
   }
 }
@@ -88,6 +101,13 @@ void FrameRequests::learn(const RenderedFrame& frame) {
   if (frame.shown.other) {
     const FrameCost other = cost_of(frame.shown.other->stats);
     cost = {cost.ms + other.ms, cost.pixels_ms + other.pixels_ms};
+  }
+  if (frame.shown.grid) {
+    cost = {};
+    for (const RenderStats& stats : frame.shown.grid->stats) {
+      const FrameCost one = cost_of(stats);
+      cost = {cost.ms + one.ms, cost.pixels_ms + one.pixels_ms};
+    }
   }
   resolution_.learn(frame.shown.divisor, cost);
 }

@@ -2,28 +2,20 @@
 #include "app/viewer/render/host_frames.h"
 
 #include "app/inspect/heatmap_frame.h"
+#include "app/viewer/render/heat_scale.h"
+#include "app/viewer/render/mode_grid.h"
 #include "app/viewer/render/upload_scene.h"
 
 namespace qs {
 namespace {
 
-std::vector<std::uint8_t> to_rgba(const Image& image) {
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  std::vector<std::uint8_t> rgba(4 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
-    rgba[4 * i + 3] = 255;
-  }
-  return rgba;
-}
-
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
+  const HeldScale scale = heat_scale(context, request, camera);
   HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, request.settings,
                                             *request.heatmap, *context.session.pool, context.stop);
   RenderedFrame rendered = rendered_of(request, mapped.frame);
-  show_map(rendered.shown, std::move(mapped.heatmap));
+  show_map(rendered.shown, std::move(mapped.heatmap), scale);
   rendered.shown.missed = std::move(mapped.missed);
   return rendered;
 }
@@ -55,46 +47,86 @@ void set_beside_reference(const RenderContext& context, const FrameRequest& requ
             to_8bit(reference->image.at(x, y, c));
     }
   }
-  rendered.shown.other = ShownOther{*request.other, {}, {}, box, {}, std::nullopt};
+  ShownOther& other = rendered.shown.other.emplace();
+  other.variant = *request.other;
+  other.region = box;
+}
+
+// A frame of a split window with its pairs, and with the heat map of the request if it has one.
+struct FrameOfSplit {
+  const Frame& frame;
+  std::optional<FrameHeatmap> map;
+};
+
+FrameOfSplit draw_for_split(RenderContext& context, Renderer& renderer, const Camera& camera,
+                            const RenderSettings& settings, std::optional<HeatQuantity> heatmap) {
+  std::optional<HeatmapMaker> maker;
+  if (heatmap)
+    maker.emplace(renderer, camera, settings, *heatmap, *context.session.pool, context.stop);
+  Outputs outputs = maker ? maker->outputs() : Outputs();
+  outputs.pairs = true;
+  const Frame& frame = renderer.render(camera, settings, outputs, HostImage{}, context.stop);
+  return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};
+}
+
+// Draws the other side of a split window. `pairs`: of the first side.
+void draw_other(RenderContext& context, const FrameRequest& request, const Camera& camera,
+                std::span<const std::uint32_t> pairs, RenderedFrame& rendered) {
+  RenderSettings settings = request.settings;
+  settings.mode = request.other->mode;
+  settings.pipeline = request.other->pipeline;
+  const bool beside = request.beside && context.beside;
+  Renderer& renderer =
+      beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
+  FrameOfSplit drawn = draw_for_split(context, renderer, camera, settings, request.heatmap);
+  const Frame& frame = drawn.frame;
+  rendered.other = to_rgba(frame.color);
+  ShownOther& other = rendered.shown.other.emplace();
+  other.variant = *request.other;
+  if (beside) other.scene = context.beside->facts;
+  other.stats = frame.stats;
+  other.region = {0, 0, rendered.width, rendered.height};
+  other.pairs = pair_difference(frame.grid, pairs, frame.pairs);
+  other.pairs_scale = scale_for_signed(other.pairs->values);
+  if (drawn.map) other.heatmap = std::move(drawn.map->heatmap);
 }
 
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
-  Outputs outputs;
-  outputs.pairs = true;
-  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
-                                                        HostImage{}, context.stop);
-  RenderedFrame rendered = rendered_of(request, frame);
+  const HeldScale scale = heat_scale(context, request, camera);
+  FrameOfSplit first =
+      draw_for_split(context, *context.session.renderer, camera, request.settings, request.heatmap);
+  RenderedFrame rendered = rendered_of(request, first.frame);
+  if (first.map) {
+    show_map(rendered.shown, std::move(first.map->heatmap), scale);
+    rendered.shown.missed = std::move(first.map->missed);
+  }
   if (request.other->mode == kReferenceMode) {
     set_beside_reference(context, request, rendered);
   } else {
     // The same renderer may draw the other frame, and it keeps only one frame.
-    const TileGrid grid = frame.grid;
-    const std::vector<std::uint32_t> pairs = frame.pairs;
-    RenderSettings settings = request.settings;
-    settings.mode = request.other->mode;
-    settings.pipeline = request.other->pipeline;
-    const bool beside = request.beside && context.beside;
-    Renderer& renderer =
-        beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
-    const Frame& other = renderer.render(camera, settings, outputs, HostImage{}, context.stop);
-    rendered.other = to_rgba(other.color);
-    rendered.shown.other = ShownOther{*request.other,
-                                      beside ? std::optional(context.beside->facts) : std::nullopt,
-                                      other.stats,
-                                      {0, 0, rendered.width, rendered.height},
-                                      {},
-                                      pair_difference(grid, pairs, other.pairs)};
+    const std::vector<std::uint32_t> pairs = first.frame.pairs;
+    draw_other(context, request, camera, pairs, rendered);
   }
   if (rendered.shown.other) {
     ShownOther& other = *rendered.shown.other;
     other.pixels = image_difference(rendered.rgba, rendered.other, rendered.width, other.region);
-    if (other.pairs) rendered.shown.map_scale = scale_for_signed(other.pairs->values);
   }
   return rendered;
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> to_rgba(const Image& image) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  std::vector<std::uint8_t> rgba(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = to_8bit(image.values[3 * i + c]);
+    rgba[4 * i + 3] = 255;
+  }
+  return rgba;
+}
 
 RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
   return {shown_of(request, frame.stats),
@@ -110,23 +142,20 @@ ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats) {
   shown.stats = stats;
   shown.mode = request.settings.mode;
   shown.version = request.version;
+  shown.view_version = request.view_version;
   shown.camera = request.camera;
   shown.divisor = request.divisor;
   return shown;
 }
 
-void show_map(ShownFrame& shown, Heatmap map) {
-  shown.map_scale = scale_for(map.values);
-  shown.heatmap = std::move(map);
-}
-
 bool takes_one_frame(const FrameRequest& request) {
-  return !request.other && request.quantity == Quantity::color &&
+  return !request.other && !request.grid && request.quantity == Quantity::color &&
          request.heatmap != HeatQuantity::missed;
 }
 
 RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
                            const Camera& camera) {
+  if (request.grid) return draw_grid(context, request, camera);
   if (request.other) return draw_beside(context, request, camera);
   if (request.quantity != Quantity::color) return draw_values(context, request, camera);
   if (request.heatmap) return draw_with_map(context, request, camera);

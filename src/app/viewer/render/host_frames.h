@@ -12,11 +12,11 @@ namespace qs {
 /// The facts of a frame, without its maps.
 ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats);
 
+/// 8-bit RGBA, rows from the top.
+std::vector<std::uint8_t> to_rgba(const Image& image);
+
 /// A frame in host memory, without its maps.
 RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame);
-
-/// Sets the heat map and its scale.
-void show_map(ShownFrame& shown, Heatmap map);
 
 /// True if one rendering of colours is enough.
 bool takes_one_frame(const FrameRequest& request);

@@ -19,12 +19,16 @@ struct FrameRequest {
   Camera camera;    ///< of the full-size view
   int divisor = 1;  ///< rendered at 1 / divisor of its size
   RenderSettings settings;
-  bool moving = false;                  ///< a newer request does not cancel it
-  std::optional<HeatQuantity> heatmap;  ///< unset if `other` is set
-  Quantity quantity = Quantity::color;  ///< other quantities only without `heatmap` and `other`
-  std::optional<Variant> other;         ///< also drawn, for a split window
-  bool beside = false;                  ///< `other` draws RenderContext::beside
-  int version = 0, view_version = 0;    ///< of Viewer
+  bool moving = false;  ///< a newer request does not cancel it
+  std::optional<HeatQuantity> heatmap;
+  CullMode baseline = find_culler("3dgs");  ///< gives heat maps their scale
+  std::uint32_t heat_maximum = 0;           ///< if not 0, the upper end of that scale
+  Quantity quantity = Quantity::color;      ///< other quantities only without `heatmap` and `other`
+  std::optional<Variant> other;             ///< also drawn, for a split window
+  bool beside = false;                      ///< `other` draws RenderContext::beside
+  bool grid = false;                        ///< all modes side by side; `other` is unset
+  HeatStyle heat_style;                     ///< of the grid's maps; the window colours other maps
+  int version = 0, view_version = 0;        ///< of Viewer
 };
 
 /// A frame for the window: pixels on the host, or in a GL texture.
@@ -34,6 +38,14 @@ struct RenderedFrame {
   std::vector<std::uint8_t> rgba;   ///< rows from the top; empty if `texture` holds them
   std::vector<std::uint8_t> other;  ///< the same for shown.other; empty without it
   GlTexture texture;                ///< name 0: unused
+};
+
+/// The scale of the heat maps of a view.
+struct HeldScale {
+  HeatQuantity quantity = HeatQuantity::pairs;
+  CullMode baseline = 0;
+  int view_version = -1;  ///< Viewer::view_version; -1: of a reduced frame
+  Scale scale;
 };
 
 /// The reference's image of a view or of a part of it.
@@ -67,6 +79,7 @@ struct RenderContext {
   std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
+  std::optional<HeldScale> heat_scale = {};      ///< the last one
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
@@ -150,6 +151,7 @@ void RenderThread::loop(const std::stop_token& stop) {
 std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
                                                         const FrameRequest& request) {
   if (!gl_works_ || context_.session.backend != Backend::cuda) return std::nullopt;
+  const HeldScale scale = heat_scale(context_, request, camera);
   GlTexture texture = std::exchange(next_texture_, {});
   if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
     context_.session.renderer->prepare_target(HostImage{});
@@ -164,7 +166,8 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
         shown_of(request, frame.stats), camera.width, camera.height, {}, {}, texture};
     rendered.shown.interop = true;
     if (request.heatmap)
-      show_map(rendered.shown, make_heatmap(frame, *request.heatmap, camera.width, camera.height));
+      show_map(rendered.shown, make_heatmap(frame, *request.heatmap, camera.width, camera.height),
+               scale);
     return rendered;
   } catch (const Error& error) {
     frames_->give_back(texture);

@@ -2,6 +2,7 @@
 #include "app/viewer/state/actions.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -71,13 +72,16 @@ void view_changed(Viewer& v) {
 void set_mode(Viewer& v, CullMode mode) {
   if (mode == v.settings.mode || mode < 1 || mode > mode_count()) return;
   v.previous_mode = std::exchange(v.settings.mode, mode);
+  v.mode_switch = {v.previous_mode, mode, v.now};
   v.hints.modes = false;
   picture_changed(v);
 }
 
 void peek_previous_mode(Viewer& v, bool held) {
   if (v.peeking == held) return;
+  const CullMode before = v.mode();
   v.peeking = held;
+  v.mode_switch = {before, v.mode(), v.now};
   picture_changed(v);
 }
 
@@ -88,7 +92,43 @@ void change_split(Viewer& v, const Split& split) {
 }
 
 void set_baseline(Viewer& v, CullMode mode) {
-  if (mode >= 1 && mode <= culler_count()) v.baseline = mode;
+  if (mode < 1 || mode > culler_count() || mode == v.baseline) return;
+  v.baseline = mode;
+  if (v.heatmap) picture_changed(v);  // it gives heat maps their scale
+}
+
+void set_measured_size(Viewer& v, std::size_t index) {
+  if (index >= std::size(kMeasuredSizes) || index == v.measured_size) return;
+  v.measured_size = index;
+  v.numbers = {};
+}
+
+void toggle_grid(Viewer& v) {
+  v.shows_grid = !v.shows_grid;
+  picture_changed(v);
+}
+
+void copy_table(Viewer& v, Host& host, TableFormat format) {
+  if (v.numbers.rows.empty()) return notify(v, "there is nothing to copy: no mode is measured yet");
+  host.set_clipboard(table_text(v, format));
+  notify(v, fmt::format("copied the table of modes as {}: {}",
+                        kTableFormats[static_cast<int>(format)], table_caption(v)));
+}
+
+void show_heatmap(Viewer& v, HeatQuantity quantity) {
+  v.hints.map = false;
+  v.last_heatmap = quantity;
+  v.heatmap = quantity;
+  v.quantity = Quantity::color;
+  picture_changed(v);
+}
+
+void change_heat_view(Viewer& v, const HeatView& heat_view) {
+  const bool redraws = heat_view.maximum != v.heat_view.maximum ||
+                       (v.shows_grid && heat_view.style != v.heat_view.style);
+  v.heat_view = heat_view;
+  v.heat_view.style.opacity = std::clamp(heat_view.style.opacity, 0.0f, 1.0f);
+  if (redraws && v.heatmap) picture_changed(v);
 }
 
 void flip_split(Viewer& v) { v.split.flipped = !v.split.flipped; }
@@ -200,6 +240,7 @@ void save_keyframes(Viewer& v, Host& host) {
 
 void tick(Viewer& v, const Turn& turn, double seconds) {
   static_cast<Turn&>(v) = turn;
+  if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
   std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
   advance_motion(v, seconds);
   if (!v.playback.running || v.keyframes.size() < 2) return;
@@ -303,6 +344,21 @@ void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
   if (photograph.path == v.photograph.path) v.photograph = photograph;
 }
 
+namespace {
+
+// Keeps the statistics of a frame for the comparison with other modes. A frame with a map or a
+// second frame takes longer, so only its counts are kept.
+void remember_seen(Viewer& v, const ShownFrame& frame) {
+  if (frame.view_version != v.view_version) return;
+  if (v.seen.view_version != v.view_version) v.seen = {v.view_version, {}};
+  RenderStats& seen = v.seen.stats[frame.mode];
+  const float before = seen.frame_ms;
+  seen = frame.stats;
+  if (frame.heatmap || frame.values || frame.other) seen.frame_ms = before;
+}
+
+}  // namespace
+
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
   ++v.frames;
@@ -311,6 +367,7 @@ void frame_shown(Viewer& v, const ShownFrame& frame) {
                              v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);
   }
   if (frame.divisor > 1) return;
+  remember_seen(v, frame);
   v.frame_ms.push_back(frame.stats.frame_ms);
   if (v.frame_ms.size() > kMostFrames) v.frame_ms.pop_front();
 }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "app/viewer/state/action.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/opening.h"
 
 namespace qs::action {
@@ -26,7 +27,16 @@ void peek_previous_mode(Viewer& viewer, bool held);
 void change_split(Viewer& viewer, const Split& split);
 void flip_split(Viewer& viewer);
 void set_baseline(Viewer& viewer, CullMode mode);
+/// Measures all modes at another size, an index into kMeasuredSizes.
+void set_measured_size(Viewer& viewer, std::size_t index);
+/// Shows the pictures of all modes side by side, or the picture of one mode again.
+void toggle_grid(Viewer& viewer);
+/// Copies the table of modes to the clipboard.
+void copy_table(Viewer& viewer, Host& host, TableFormat format);
 void change_settings(Viewer& viewer, const RenderSettings& settings);
+/// Shows the map of a quantity over the picture.
+void show_heatmap(Viewer& viewer, HeatQuantity quantity);
+void change_heat_view(Viewer& viewer, const HeatView& heat_view);
 
 // ---- panels and switches -----------------------------------------------------------------------
 void toggle_panel(Viewer& viewer, bool Panels::*panel);

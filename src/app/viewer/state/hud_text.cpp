@@ -12,6 +12,7 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
@@ -25,113 +26,6 @@ std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000
 std::string signed_text(std::int64_t number) {
   const auto size = static_cast<std::uint64_t>(number < 0 ? -number : number);
   return fmt::format("{}{}", number < 0 ? '-' : '+', grouped(size));
-}
-
-std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
-  if (pipelines_of(viewer.backend).size() < 2) return std::nullopt;
-  return viewer.settings.pipeline == Pipeline::fast ? Pipeline::classic : Pipeline::fast;
-}
-
-namespace {
-
-// "12.35 \u00b10.04", or three decimals if there is no spread.
-std::string time_text(const BenchRow* row) {
-  if (row == nullptr) return "-";
-  const std::optional<double> spread = spread_ms(*row);
-  if (!spread) return ms_text(row->ms_median);
-  return fmt::format("{} \u00b1{}", significant(row->ms_median, *spread),
-                     significant(*spread, *spread));
-}
-
-std::string rate_text(const BenchRow* row) {
-  if (row == nullptr) return "-";
-  const std::optional<double> spread = spread_ms(*row);
-  if (!spread || row->ms_median <= 0) return fps_text(row->fps_median);
-  const double uncertainty = row->fps_median * *spread / row->ms_median;
-  return significant(row->fps_median, std::max(uncertainty, row->fps_median < 1000 ? 0.1 : 1.0));
-}
-
-// Half of the interval: the larger of its two sides.
-double half_interval(const Ratio& ratio) {
-  return std::max(ratio.interval->high - ratio.value, ratio.value - ratio.interval->low);
-}
-
-bool is_noisy(const BenchRow* row, const std::optional<Ratio>& ratio) {
-  return (row != nullptr && has_noisy_time(*row)) || (ratio && is_undecided(*ratio));
-}
-
-std::string ratio_cell(const std::optional<Ratio>& ratio, bool noisy) {
-  if (!ratio) return "-";
-  const char* word = noisy ? " noisy" : "";
-  if (!ratio->interval) return fmt::format("{:.2f}x{}", ratio->value, word);
-  const double half = half_interval(*ratio);
-  return fmt::format("{}x \u00b1{}{}", significant(ratio->value, half), significant(half, half),
-                     word);
-}
-
-std::string unused_text(const BenchRow* row) {
-  if (row == nullptr || !row->false_positives) return "-";
-  return fmt::format("{:.1f} %", 100 * row->false_positive_share.value_or(0));
-}
-
-}  // namespace
-
-std::vector<HudRow> hud_rows(const Viewer& viewer) {
-  const Pipeline here = viewer.settings.pipeline;
-  const std::optional<Pipeline> other = other_pipeline(viewer);
-  std::vector<HudRow> rows;
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    const BenchRow* found = measured_row(viewer, mode, here);
-    HudRow& row = rows.emplace_back();
-    row.mode = mode;
-    row.name = mode_name(mode);
-    row.ms = time_text(found);
-    row.fps = rate_text(found);
-    row.pairs = found == nullptr ? "-" : grouped(found->pairs);
-    row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
-    row.unused = unused_text(found);
-    const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);
-    row.is_noisy = is_noisy(found, ratio);
-    row.ratio = ratio_cell(ratio, row.is_noisy);
-    if (!other) continue;
-    const BenchRow* beside = measured_row(viewer, mode, *other);
-    const std::optional<Ratio> other_ratio = ratio_to_baseline(viewer, beside, *other);
-    row.other_ms = time_text(beside);
-    row.other_noisy = is_noisy(beside, other_ratio);
-    row.other_ratio = ratio_cell(other_ratio, row.other_noisy);
-  }
-  return rows;
-}
-
-std::vector<std::string> hud_columns(const Viewer& viewer) {
-  return {"mode",
-          "ms",
-          "FPS",
-          "pairs",
-          "per visible",
-          "unused",
-          fmt::format("vs {}", mode_name(viewer.baseline))};
-}
-
-std::string trust_text(const Viewer& viewer, CullMode mode) {
-  const Pipeline here = viewer.settings.pipeline;
-  const BenchRow* row = measured_row(viewer, mode, here);
-  if (row == nullptr) return "not measured yet";
-  const std::size_t frames = rounds_of(*row).size();
-  std::string text = fmt::format("median of {} frame{}", frames, frames == 1 ? "" : "s");
-  if (const std::optional<double> spread = spread_ms(*row)) {
-    text +=
-        fmt::format("; the middle half of them spans {} ms", significant(2 * *spread, 2 * *spread));
-  }
-  const std::optional<Ratio> ratio = ratio_to_baseline(viewer, row, here);
-  if (ratio && ratio->interval) {
-    const double half = half_interval(*ratio);
-    text += fmt::format("\n95 % interval of the ratio to {}: {} to {}", mode_name(viewer.baseline),
-                        significant(ratio->interval->low, half),
-                        significant(ratio->interval->high, half));
-    if (is_undecided(*ratio)) text += ", so these frames do not show which is faster";
-  }
-  return text;
 }
 
 std::string significant(double value, double uncertainty) {
@@ -177,6 +71,7 @@ std::string hud_caveat(const Viewer& viewer) {
   if (viewer.shown.heatmap) reasons.emplace_back("with a heat map");
   if (viewer.shown.values) reasons.emplace_back("without colours");
   if (viewer.shown.other) reasons.emplace_back("in a split window");
+  if (viewer.shown.grid) reasons.emplace_back("beside all modes");
   if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
@@ -198,8 +93,10 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   const double ms = static_cast<double>(stats.frame_ms);
   std::vector<std::string> words = {mode_name(viewer.mode())};
-  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)));
-  words.push_back(grouped(stats.tile_pairs) + " pairs");
+  const int divisor = viewer.shown.divisor;
+  const std::string at = divisor > 1 ? fmt::format(" at 1/{}", divisor) : "";
+  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS{}", ms_text(ms), fps_text(1000 / ms), at));
+  words.push_back(grouped(stats.tile_pairs) + " pairs" + at);
   words.push_back(
       fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
   return words;
@@ -218,6 +115,7 @@ StatusLine status_line(const Viewer& viewer) {
   std::vector<std::string> words = both ? numbers_of_both(viewer) : numbers_of_frame(viewer);
   if (viewer.display_fps > 0) words.push_back(fps_text(viewer.display_fps) + " pictures a second");
   line.numbers = joined(words, "  \u00b7  ");
+  line.faint = viewer.shown.divisor > 1;
   line.note = hud_caveat(viewer);
   line.caution = !line.note.empty();
   if (line.caution) return line;
@@ -235,6 +133,9 @@ std::string hud_status(const Viewer& viewer) {
   if (numbers_are_current(viewer)) {
     const std::size_t frames = frames_behind(viewer.numbers);
     std::string text = "all modes measured off screen for this view";
+    if (!viewer.numbers.rows.empty() && viewer.numbers.rows.front().width > 0)
+      text += fmt::format(" at {} x {}", viewer.numbers.rows.front().width,
+                          viewer.numbers.rows.front().height);
     if (frames > 0) text += fmt::format(": medians of {} frames each", frames);
     return text + (viewer.measuring ? ", measuring more ..." : "");
   }
@@ -320,6 +221,9 @@ void add_frame(const Viewer& viewer, ordered_json& json) {
   json["frames_behind"] = frames_behind(viewer.numbers);
   json["baseline"] = mode_name(viewer.baseline);
   json["status"] = viewer.drawn_status;
+  json["columns"] = viewer.drawn_columns;
+  const Camera measured = measured_camera(viewer);
+  json["measured_size"] = {measured.width, measured.height};
 }
 
 ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
@@ -333,6 +237,7 @@ ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
           {"unused", row.unused},
           {"ratio", row.ratio},
           {"noisy", row.is_noisy},
+          {"ratio_noisy", row.ratio_noisy},
           {"other_ms", row.other_ms},
           {"other_ratio", row.other_ratio}};
 }
@@ -355,13 +260,21 @@ ordered_json split_json(const Viewer& viewer, const ShownOther& other) {
 void add_overlays(const Viewer& viewer, ordered_json& json) {
   if (viewer.shown.heatmap) {
     json["heatmap"] = {{"quantity", heatmap_row(viewer.shown.heatmap->quantity).name},
-                       {"total", viewer.shown.heatmap->total}};
+                       {"total", viewer.shown.heatmap->total},
+                       {"max", viewer.shown.map_scale.maximum},
+                       {"scale", scale_text(viewer)}};
+    if (viewer.shown.other && viewer.shown.other->heatmap)
+      json["heatmap"]["other_total"] = viewer.shown.other->heatmap->total;
     if (viewer.shown.missed) json["heatmap"]["missed"] = missed_sentence(*viewer.shown.missed);
   }
   if (viewer.shown.values) {
     const ValueMap& map = *viewer.shown.values;
     json["picture"] = {
         {"quantity", row_of(map.quantity).name}, {"low", map.scale.low}, {"high", map.scale.high}};
+  }
+  if (viewer.shown.grid) {
+    for (CullMode mode = 1; mode <= culler_count(); ++mode)
+      json["grid"].push_back({{"mode", mode_name(mode)}, {"label", grid_label(viewer, mode)}});
   }
   if (viewer.shown.other) json["split"] = split_json(viewer, *viewer.shown.other);
   if (viewer.crop.wish.removes()) {
@@ -396,6 +309,8 @@ std::string state_json(const Viewer& viewer) {
   if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
   if (verdict_is_current(viewer)) add_facts(json["verdict"], verdict_facts(*viewer.comparison));
   add_messages(viewer, json);
+  if (viewer.mode_switch) json["switch"] = switch_text(viewer);
+  if (viewer.shows_badge) json["badge"] = badge_lines(viewer);
   json["keyframes"] = viewer.keyframes.size();
   json["zoom"] = {{"running", viewer.zoom.running},
                   {"rows", viewer.zoom.rows.size()},

@@ -10,26 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
 
 namespace qs {
-
-/// One mode of the table; "-" for values that were not measured yet.
-struct HudRow {
-  CullMode mode = 0;
-  std::string name, ms, fps, pairs, per_visible, unused, ratio;
-  std::string other_ms, other_ratio;  ///< of other_pipeline(); empty without another pipeline
-  bool is_noisy = false, other_noisy = false;  ///< the times should not be trusted
-};
-
-/// Titles of HudRow's texts, from the name to the ratio.
-std::vector<std::string> hud_columns(const Viewer& viewer);
-
-std::vector<HudRow> hud_rows(const Viewer& viewer);
-
-/// The pipeline that is not used now; empty on a backend with only one pipeline.
-std::optional<Pipeline> other_pipeline(const Viewer& viewer);
 
 /// A sentence with the number of frames behind the numbers of the table.
 std::string hud_status(const Viewer& viewer);
@@ -41,6 +25,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer);
 /// caveat about them, or a hint to more numbers.
 struct StatusLine {
   std::string numbers, note;
+  bool faint = false;    ///< the numbers are of a reduced frame
   bool caution = false;  ///< the note gives the reason why the numbers are not a measurement
 };
 StatusLine status_line(const Viewer& viewer);
@@ -57,9 +42,6 @@ std::string stages_text(const BenchRow& row);
 
 /// The caption of the plot of Viewer::frame_ms, which must not be empty.
 std::string frame_plot_text(const Viewer& viewer);
-
-/// The reliability of a row's numbers, for a tooltip: frames, spread and interval.
-std::string trust_text(const Viewer& viewer, CullMode mode);
 
 /// The value with the digits that its uncertainty leaves significant, at most three decimals:
 /// 12.3456 with 0.04 is "12.35", 1234 with 40 is "1230".

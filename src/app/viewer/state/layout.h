@@ -26,6 +26,12 @@ struct WindowMetrics {
 /// Empty rectangles are not drawn.
 struct Layout {
   Rect menu, left, right, status, picture;
+
+  /// The picture as it would be without bars.
+  Rect between_lines() const {
+    return {{menu.empty() ? picture.low.x : menu.low.x, picture.low.y},
+            {menu.empty() ? picture.high.x : menu.high.x, picture.high.y}};
+  }
 };
 
 /// The switches of the panels in the bars, from top to bottom.

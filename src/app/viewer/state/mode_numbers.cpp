@@ -2,6 +2,7 @@
 #include "app/viewer/state/mode_numbers.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "app/measure/statistics.h"
@@ -31,6 +32,18 @@ const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipel
       return &row;
   }
   return nullptr;
+}
+
+Camera measured_camera(const Viewer& viewer) {
+  const Camera& camera = viewer.camera;
+  glm::ivec2 size = kMeasuredSizes[viewer.measured_size].pixels;
+  if (viewer.measured_size == 0) size = viewer.bare_size;
+  if (viewer.measured_size + 1 == std::size(kMeasuredSizes) && viewer.dataset_camera >= 0) {
+    const Camera& own = viewer.scene->cameras[static_cast<std::size_t>(viewer.dataset_camera)];
+    size = {own.width, own.height};
+  }
+  if (size.x <= 0 || size.y <= 0 || size == glm::ivec2(camera.width, camera.height)) return camera;
+  return camera.resized(size.x, size.y);
 }
 
 bool numbers_are_current(const Viewer& viewer) {

@@ -21,6 +21,9 @@ inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a r
 /// The numbers of a mode in a pipeline; null if it was not measured.
 const BenchRow* measured_row(const Viewer& viewer, CullMode mode, Pipeline pipeline);
 
+/// The view in the window at the size at which all modes are measured.
+Camera measured_camera(const Viewer& viewer);
+
 /// True if the numbers are of the view in the window. False for numbers of an earlier view, and
 /// while a zoom is recorded.
 bool numbers_are_current(const Viewer& viewer);

@@ -9,6 +9,7 @@
 #include "app/base/text.h"
 #include "app/framing/camera_control.h"
 #include "app/framing/huge_gaussians.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/scene_facts.h"
 
 namespace qs {
@@ -75,17 +76,35 @@ std::vector<BarTick> heat_ticks(const ShownFrame& shown) {
   return ticks;
 }
 
-std::string heat_facts(const ShownFrame& shown) {
+std::string scale_text(const Viewer& viewer) {
+  if (viewer.heat_view.maximum > 0) return "fixed scale";
+  if (viewer.shown.scale_version != viewer.shown.view_version) return "scale of an earlier view";
+  const CullMode mode = scale_mode(viewer.shown.heatmap->quantity, viewer.baseline);
+  return fmt::format("scale of {}", mode_name(mode));
+}
+
+const Heatmap& heatmap_at(const Viewer& viewer, glm::dvec2 pixel) {
+  const ShownFrame& shown = viewer.shown;
+  if (!shown.other || !shown.other->heatmap) return *shown.heatmap;
+  const Split& split = viewer.split;
+  const bool right = split.view == SplitView::sides &&
+                     pixel.x >= static_cast<double>(split.divider) * viewer.camera.width;
+  return right != split.flipped ? *shown.other->heatmap : *shown.heatmap;
+}
+
+std::string heat_facts(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
   const char* mode = mode_name(shown.mode);
+  if (shown.grid) return "the same scale for all modes";
+  if (shown.other && shown.other->heatmap) return totals_of_split(viewer);
   return shown.missed ? fmt::format("mode {} \u00b7 {}", mode, missed_sentence(*shown.missed))
                       : make_legend(*shown.heatmap, shown.map_scale, mode).facts;
 }
 
-std::string heat_text(const ShownFrame& shown, std::size_t cell) {
-  const Heatmap& map = *shown.heatmap;
+std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t cell) {
   std::string text =
       fmt::format("here: {} {}", grouped(map.values[cell]), heatmap_row(map.quantity).unit);
-  if (shown.missed && map.values[cell] > 0)
+  if (shown.missed && &map == &*shown.heatmap && map.values[cell] > 0)
     text += fmt::format(", alpha to {:.2f}, color off by {:.3f}", shown.missed->alphas[cell],
                         shown.missed->errors[cell]);
   return text;
@@ -121,6 +140,15 @@ std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBesi
   return {first.string(), beside.path.string()};
 }
 
+std::string totals_of_split(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  const std::array<std::string, 2> names = split_names(viewer);
+  std::array<std::uint64_t, 2> totals = {shown.heatmap->total, shown.other->heatmap->total};
+  if (viewer.split.flipped) std::swap(totals[0], totals[1]);
+  return fmt::format("{} {} \u00b7 {} {} {} in all", names[0], grouped(totals[0]), names[1],
+                     grouped(totals[1]), heatmap_row(shown.heatmap->quantity).unit);
+}
+
 std::array<std::string, 2> split_names(const Viewer& viewer) {
   const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
   const ShownOther& other = *viewer.shown.other;
@@ -132,7 +160,7 @@ std::array<std::string, 2> split_names(const Viewer& viewer) {
 }
 
 std::vector<BarTick> pair_ticks(const ShownFrame& shown) {
-  const std::string end = grouped(shown.map_scale.maximum);
+  const std::string end = grouped(shown.other->pairs_scale.maximum);
   return {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
 }
 

@@ -40,10 +40,20 @@ std::string keyframe_label(const Viewer& viewer, std::size_t index);
 std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops);
 std::string inspected_pixel_text(const PixelReport& pixel);
 
-/// Ticks of the heat map in the window, which must exist. `cell`: index into its values.
+/// For a window with a heat map: the ticks of the scale, and the mode with its total, or both
+/// totals of a split window.
 std::vector<BarTick> heat_ticks(const ShownFrame& shown);
-std::string heat_facts(const ShownFrame& shown);
-std::string heat_text(const ShownFrame& shown, std::size_t cell);
+std::string heat_facts(const Viewer& viewer);
+
+/// The origin of the scale: "scale of 3dgs", "fixed scale", or "scale of an earlier view" while the
+/// camera moves.
+std::string scale_text(const Viewer& viewer);
+
+/// The heat map at a pixel of the picture: in a split window the map of the pixel's side.
+const Heatmap& heatmap_at(const Viewer& viewer, glm::dvec2 pixel);
+
+/// The value in a cell of `map`, which is a map of `shown`.
+std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t cell);
 
 /// Ticks of ShownFrame::values, which must exist.
 std::vector<BarTick> value_ticks(const ShownFrame& shown);
@@ -57,6 +67,9 @@ std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBesi
 /// right, and the ticks of the map of pair differences.
 std::array<std::string, 2> split_names(const Viewer& viewer);
 std::vector<BarTick> pair_ticks(const ShownFrame& shown);
+
+/// For a split window with heat maps: the names of both sides with the totals of their maps.
+std::string totals_of_split(const Viewer& viewer);
 
 /// The factor by which the difference of a split window is shown: Split::amplification, or chosen
 /// from the frames.

@@ -119,6 +119,15 @@ struct Split {
   int amplification = 0;  ///< factor of the difference; 0: chosen from the frames
 };
 
+/// The look of heat maps and of their legend.
+struct HeatView {
+  HeatStyle style;
+  std::uint32_t maximum = 0;  ///< upper end of the scale; 0: fits Viewer::baseline in this view
+  bool folded = false;        ///< the legend shows its title only
+  glm::vec2 shift{0.0f};      ///< of the legend from its usual place, in heights of a letter
+  bool operator==(const HeatView&) const = default;
+};
+
 /// The frame of Split::other.
 struct ShownOther {
   Variant variant;
@@ -127,21 +136,35 @@ struct ShownOther {
   PixelBox region;         ///< drawn pixels: the reference may cover a part of the view only
   ImageDifference pixels;  ///< inside the region
   std::optional<PairDifference> pairs;  ///< unset for the reference, which has no tiles
+  Scale pairs_scale;                    ///< of `pairs`
+  std::optional<Heatmap> heatmap;       ///< as ShownFrame::heatmap, with the same scale
 };
+
+/// The pictures of all modes in the window, one per mode from 1 on.
+struct ShownGrid {
+  std::vector<RenderStats> stats;     ///< index = CullMode - 1
+  std::vector<std::uint64_t> totals;  ///< of the heat maps; empty without maps
+};
+
+/// The height of a label in the grid of all modes, as a share of the picture's height.
+inline constexpr float kGridLabel = 0.085f;
 
 /// The frame in the window.
 struct ShownFrame {
   RenderStats stats;
   CullMode mode = default_mode();
-  int version = -1;      ///< Viewer::version that it shows
-  Camera camera;         ///< of the full-size view
-  int divisor = 1;       ///< rendered at 1 / divisor of the full size
-  bool interop = false;  ///< reached the window without leaving the GPU
+  int version = -1;       ///< Viewer::version that it shows
+  int view_version = -1;  ///< Viewer::view_version that it shows
+  Camera camera;          ///< of the full-size view
+  int divisor = 1;        ///< rendered at 1 / divisor of the full size
+  bool interop = false;   ///< reached the window without leaving the GPU
   std::optional<Heatmap> heatmap;
   std::optional<MissedMap> missed;  ///< of the heat map HeatQuantity::missed
   std::optional<ShownOther> other;  ///< in a split window
+  std::optional<ShownGrid> grid;    ///< if the picture shows all modes side by side
   std::optional<ValueMap> values;   ///< if the picture shows a quantity instead of colours
-  Scale map_scale;                  ///< of `heatmap`, or of the pair difference of `other`
+  Scale map_scale;                  ///< of all heat maps of this view
+  int scale_version = -1;           ///< Viewer::view_version that `map_scale` fits
 };
 
 /// Numbers of all modes for one view. The frames are BenchRow::round_ms.
@@ -149,6 +172,21 @@ struct ModeNumbers {
   int version = -1;  ///< Viewer::view_version
   std::vector<BenchRow> rows;
   bool complete = false;  ///< no more frames are measured, even if the numbers are noisy
+};
+
+/// A change of the mode that the picture still tells.
+struct ModeSwitch {
+  CullMode from = 0, to = 0;
+  double at = 0;  ///< Viewer::now
+};
+
+/// Seconds for which a change of the mode is told.
+inline constexpr double kSwitchSeconds = 2;
+
+/// Statistics of the full-size frames of one view, one per mode that was shown.
+struct SeenModes {
+  int view_version = -1;  ///< Viewer::view_version
+  std::map<CullMode, RenderStats> stats;
 };
 
 /// The zoom that is being recorded, or the last recording.
@@ -206,6 +244,19 @@ struct Loading {
   float fraction = 0;  ///< done, 0 to 1
 };
 
+/// The picture size at which all modes are measured. Panels do not change it.
+struct MeasuredSize {
+  const char* name;
+  glm::ivec2 pixels;  ///< 0: of the window or of the camera
+};
+
+/// The first is the window without its side bars, the last the size of the camera at the view.
+inline constexpr MeasuredSize kMeasuredSizes[] = {{"window", {0, 0}},
+                                                  {"1280 x 720", {1280, 720}},
+                                                  {"1600 x 1200", {1600, 1200}},
+                                                  {"1920 x 1080", {1920, 1080}},
+                                                  {"camera", {0, 0}}};
+
 /// Seconds after the last motion of the camera: it counts as moving up to the first, as still from
 /// the second.
 inline constexpr double kMovingSeconds = 0.2, kStillSeconds = 0.25;
@@ -218,7 +269,9 @@ struct Turn {
   double display_fps = 0;  ///< new pictures in the window per second, 0 while it rests
   float present_ms = 0;    ///< GPU time of drawing the frame into the window
   std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
+  glm::ivec2 bare_size{0};                         ///< of the picture without side bars, pixels
   std::string drawn_status = {};                   ///< hud_status() when the window was drawn last
+  std::vector<std::string> drawn_columns = {};     ///< of the table of modes, likewise
 };
 
 struct Viewer : Turn {
@@ -245,13 +298,17 @@ struct Viewer : Turn {
   bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
   RenderSettings settings;
   CullMode previous_mode = default_mode();
-  bool peeking = false;  ///< shows the previous mode while a key is held
+  bool peeking = false;                   ///< shows the previous mode while a key is held
+  std::optional<ModeSwitch> mode_switch;  ///< the last one, for kSwitchSeconds
+  bool shows_badge = false;               ///< the mode's name and numbers stay over the picture
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;
   HeatQuantity last_heatmap = HeatQuantity::pairs;
+  HeatView heat_view;
   Quantity quantity = Quantity::color;  ///< for other quantities `heatmap` is unset
   Quantity last_quantity = Quantity::depth;
-  Split split;  ///< used while panels.split
+  Split split;              ///< used while panels.split
+  bool shows_grid = false;  ///< the pictures of all modes; the split rests meanwhile
 
   bool vsync = true, on_demand = true, reduce_when_moving = true;
   ShownPhotograph photograph;
@@ -268,7 +325,9 @@ struct Viewer : Turn {
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
   ModeNumbers numbers;
+  SeenModes seen;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
+  std::size_t measured_size = 0;            ///< index into kMeasuredSizes
   std::deque<float> frame_ms;               ///< render times of the last full-size frames
   ZoomRecording zoom;
   std::optional<InspectedView> inspected;

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/window/presenter.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include <epoxy/gl.h>
 
@@ -63,15 +67,37 @@ unsigned new_texture(GLenum target, GLint filter) {
   return texture;
 }
 
-// `color(t)` for t from 0 to 1.
+// Fills a texture with `color(t)` for t from 0 to 1.
 template <class Color>
-unsigned color_texture(const Color& color) {
-  const unsigned texture = new_texture(GL_TEXTURE_1D, GL_LINEAR);
+void fill_with_colors(unsigned texture, const Color& color) {
+  glBindTexture(GL_TEXTURE_1D, texture);
   std::array<glm::vec3, kColors> colors;
   for (int i = 0; i < kColors; ++i)
     colors[static_cast<std::size_t>(i)] = color(static_cast<float>(i) / (kColors - 1));
   glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, kColors, 0, GL_RGB, GL_FLOAT, colors.data());
+}
+
+template <class Color>
+unsigned color_texture(const Color& color) {
+  const unsigned texture = new_texture(GL_TEXTURE_1D, GL_LINEAR);
+  fill_with_colors(texture, color);
   return texture;
+}
+
+// Uploads the values of a map, if there is one.
+void upload_map(unsigned texture, const std::optional<HeatLayer>& layer) {
+  if (!layer) return;
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, layer->columns, layer->rows, 0, GL_RED, GL_FLOAT,
+               layer->values.data());
+}
+
+// A picture below a map is also sampled at a lower resolution, for the contrast of the map.
+void add_mipmaps(unsigned texture, bool below_map) {
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                  below_map ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
+  if (below_map) glGenerateMipmap(GL_TEXTURE_2D);
 }
 
 void bind(int unit, GLenum target, unsigned texture) {
@@ -81,19 +107,42 @@ void bind(int unit, GLenum target, unsigned texture) {
 
 }  // namespace
 
-std::optional<HeatLayer> layer_of(const ShownFrame& shown) {
-  const auto high = static_cast<float>(shown.map_scale.maximum);
-  if (shown.heatmap) {
-    const Heatmap& map = *shown.heatmap;
-    const std::vector<float> values(map.values.begin(), map.values.end());
-    return HeatLayer{map.columns, map.rows, map.cell_px, values, 0, high};
-  }
-  if (shown.other && shown.other->pairs) {
+HeatLayers layers_of(const ShownFrame& shown) {
+  const auto layer = [&](const std::optional<Heatmap>& map) -> std::optional<HeatLayer> {
+    if (!map) return std::nullopt;
+    return HeatLayer{map->columns,
+                     map->rows,
+                     map->cell_px,
+                     {map->values.begin(), map->values.end()},
+                     0,
+                     static_cast<float>(shown.map_scale.maximum)};
+  };
+  if (shown.grid) return {};  // its pictures contain their maps
+  HeatLayers layers{layer(shown.heatmap), std::nullopt, std::nullopt};
+  if (!shown.other) return layers;
+  layers.other = layer(shown.other->heatmap);
+  if (shown.other->pairs) {
     const auto& [grid, differences, total] = *shown.other->pairs;
-    const std::vector<float> values(differences.begin(), differences.end());
-    return HeatLayer{grid.columns, grid.rows, grid.tile_px, values, -high, high};
+    const auto high = static_cast<float>(shown.other->pairs_scale.maximum);
+    layers.difference =
+        HeatLayer{grid.columns, grid.rows, grid.tile_px, {differences.begin(), differences.end()},
+                  -high,        high};
   }
-  return std::nullopt;
+  return layers;
+}
+
+PixelBox fitted(const PixelBox& area, double aspect) {
+  const int width = area.x1 - area.x0, height = area.y1 - area.y0;
+  // A frame's size is rounded to pixels, so a difference of a pixel is no other aspect.
+  const int fit_width = static_cast<int>(std::lround(height * aspect));
+  const int fit_height = static_cast<int>(std::lround(width / aspect));
+  if (std::abs(fit_width - width) <= 1 || std::abs(fit_height - height) <= 1) return area;
+  if (fit_width < width) {
+    const int x0 = area.x0 + (width - fit_width) / 2;
+    return {x0, area.y0, x0 + std::max(fit_width, 1), area.y1};
+  }
+  const int y0 = area.y0 + (height - fit_height) / 2;
+  return {area.x0, y0, area.x1, y0 + std::max(fit_height, 1)};
 }
 
 Enlarging suitable_enlarging() {
@@ -115,23 +164,27 @@ Presenter::Presenter(Enlarging enlarging) : enlarging_(enlarging) {
   glUniform1i(uniform("other"), 1);
   glUniform1i(uniform("heat"), 2);
   glUniform1i(uniform("colors"), 3);
+  glUniform1i(uniform("other_heat"), 4);
   uniforms_ = {uniform("cubic"),     uniform("split"),         uniform("flipped"),
                uniform("divider"),   uniform("amplification"), uniform("heat_low"),
-               uniform("heat_high"), uniform("heat_cells")};
+               uniform("heat_high"), uniform("heat_cells"),    uniform("opacity")};
   glGenVertexArrays(1, &empty_vertices_);
   glGenQueries(1, &query_);
   glGenBuffers(1, &pixels_);
   picture_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   other_ = new_texture(GL_TEXTURE_2D, GL_LINEAR);
   heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
-  rising_colors_ = color_texture(heat);
+  other_heat_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
+  difference_ = new_texture(GL_TEXTURE_2D, GL_NEAREST);
+  rising_colors_ = color_texture([](float t) { return heat(t); });
   signed_colors_ = color_texture([](float t) { return diverging(2 * t - 1); });
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
 
 Presenter::~Presenter() {
-  for (const unsigned* texture : {&picture_, &other_, &heat_, &rising_colors_, &signed_colors_})
+  for (const unsigned* texture :
+       {&picture_, &other_, &heat_, &other_heat_, &difference_, &rising_colors_, &signed_colors_})
     glDeleteTextures(1, texture);
   glDeleteQueries(1, &query_);
   glDeleteBuffers(1, &pixels_);
@@ -146,13 +199,13 @@ void Presenter::show(RenderedFrame frame, GlFrames* frames) {
     frames->give_back(previous_);
     previous_ = std::exchange(newest_, frame.texture);
   }
-  layer_ = layer_of(frame.shown);
+  layers_ = layers_of(frame.shown);
   next_ = std::move(frame);
 }
 
 void Presenter::clear() {
   next_.reset();
-  layer_.reset();
+  layers_ = {};
   width_ = height_ = 0;
 }
 
@@ -165,43 +218,43 @@ void Presenter::upload_pixels(unsigned texture, const std::vector<std::uint8_t>&
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 }
 
-void Presenter::upload_layer() {
-  glBindTexture(GL_TEXTURE_2D, heat_);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, layer_->columns, layer_->rows, 0, GL_RED, GL_FLOAT,
-               layer_->values.data());
-}
-
 void Presenter::upload() {
   const RenderedFrame frame = *std::exchange(next_, std::nullopt);
   shown_ = frame.texture.name != 0 ? frame.texture.name : picture_;
   width_ = frame.width;
   height_ = frame.height;
+  const Camera& camera = frame.shown.camera;
+  aspect_ = camera.width > 0 && camera.height > 0
+                ? static_cast<double>(camera.width) / camera.height
+                : static_cast<double>(width_) / std::max(height_, 1);
   has_other_ = !frame.other.empty();
   glActiveTexture(GL_TEXTURE0);
   if (shown_ == picture_) upload_pixels(picture_, frame.rgba);
   if (has_other_) upload_pixels(other_, frame.other);
-  if (layer_) upload_layer();
-  glBindTexture(GL_TEXTURE_2D, shown_);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
-                  layer_ ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
-  if (layer_) glGenerateMipmap(GL_TEXTURE_2D);
+  upload_map(heat_, layers_.picture);
+  upload_map(other_heat_, layers_.other);
+  upload_map(difference_, layers_.difference);
+  if (has_other_) add_mipmaps(other_, has_layers());
+  add_mipmaps(shown_, has_layers());
 }
 
-void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split) {
+void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split,
+                     const HeatStyle& style) {
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
   glClearColor(0.075f, 0.08f, 0.095f, 1);
   glClear(GL_COLOR_BUFFER_BIT);
-  glViewport(area.x0, window.y - area.y1, area.x1 - area.x0, area.y1 - area.y0);
   if (next_) {
     begin_timing();
     upload();
   }
   if (width_ == 0) return;
-  const bool enlarged = width_ < area.x1 - area.x0 || height_ < area.y1 - area.y0;
+  const PixelBox place = fitted(area, aspect_);
+  glViewport(place.x0, window.y - place.y1, place.x1 - place.x0, place.y1 - place.y0);
+  const bool enlarged = width_ < place.x1 - place.x0 || height_ < place.y1 - place.y0;
   const bool cubic = enlarged && enlarging_ == Enlarging::cubic;
-  if (cubic || has_other_ || layer_) {
-    set_up_layers(cubic, split);
+  if (cubic || has_other_ || has_layers()) {
+    set_up_layers(cubic, split, style);
   } else {
     glUseProgram(frame_program_);
   }
@@ -213,22 +266,34 @@ void Presenter::draw(glm::ivec2 window, const PixelBox& area, const Split& split
 }
 
 // Sets the uniforms of present.frag.
-void Presenter::set_up_layers(bool cubic, const Split& split) const {
+void Presenter::set_up_layers(bool cubic, const Split& split, const HeatStyle& style) {
   glUseProgram(program_);
   glUniform1i(uniforms_.cubic, cubic ? 1 : 0);
   glUniform1i(uniforms_.split, has_other_ ? 1 + static_cast<int>(split.view) : 0);
   glUniform1i(uniforms_.flipped, split.flipped ? 1 : 0);
   glUniform1f(uniforms_.divider, split.divider);
   glUniform1f(uniforms_.amplification, static_cast<float>(split.amplification));
-  const bool heat = layer_ && (!has_other_ || split.view == SplitView::tile_pairs);
-  glUniform1f(uniforms_.heat_low, heat ? layer_->low : 0);
-  glUniform1f(uniforms_.heat_high, heat ? layer_->high : 0);
-  const glm::vec2 cells =
-      glm::vec2(width_, height_) / static_cast<float>(layer_ ? layer_->cell_px : 1);
-  glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
-  bind(3, GL_TEXTURE_1D, heat && layer_->low < 0 ? signed_colors_ : rising_colors_);
-  bind(2, GL_TEXTURE_2D, heat_);
+  set_up_heat(split, style);
   bind(1, GL_TEXTURE_2D, other_);
+}
+
+// The maps that the split shows: the difference of the pairs alone, or the map of each side.
+void Presenter::set_up_heat(const Split& split, const HeatStyle& style) {
+  const bool differs = has_other_ && split.view == SplitView::tile_pairs;
+  const bool hidden = has_other_ && split.view == SplitView::difference;
+  const std::optional<HeatLayer>& layer = differs ? layers_.difference : layers_.picture;
+  const bool shown = layer && !hidden;
+  glUniform1f(uniforms_.heat_low, shown ? layer->low : 0);
+  glUniform1f(uniforms_.heat_high, shown ? layer->high : 0);
+  glUniform1f(uniforms_.opacity, differs ? 1 : style.opacity);
+  const glm::vec2 cells =
+      glm::vec2(width_, height_) / static_cast<float>(layer ? layer->cell_px : 1);
+  glUniform2f(uniforms_.heat_cells, cells.x, cells.y);
+  if (std::exchange(colors_, style.colors) != style.colors)
+    fill_with_colors(rising_colors_, [&](float t) { return heat(t, style.colors); });
+  bind(4, GL_TEXTURE_2D, layers_.other ? other_heat_ : heat_);
+  bind(3, GL_TEXTURE_1D, differs ? signed_colors_ : rising_colors_);
+  bind(2, GL_TEXTURE_2D, differs ? difference_ : heat_);
 }
 
 // One query at a time: the next query begins after the result of the last query was read.

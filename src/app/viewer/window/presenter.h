@@ -16,8 +16,15 @@ struct HeatLayer {
   float low = 0, high = 1;    ///< the values with the first and the last colour
 };
 
-/// The heat map of a frame, else the pair difference of a split frame, else nothing.
-std::optional<HeatLayer> layer_of(const ShownFrame& shown);
+/// The maps of a frame: of the picture, of the other side of a split window, and the difference of
+/// their pairs. Each is unset if the frame does not have it.
+struct HeatLayers {
+  std::optional<HeatLayer> picture, other, difference;
+};
+HeatLayers layers_of(const ShownFrame& shown);
+
+/// The part of `area` that a picture of `aspect` (width / height) fills; the rest stays dark.
+PixelBox fitted(const PixelBox& area, double aspect);
 
 /// The filter that enlarges a frame with fewer pixels than the window.
 enum class Enlarging { linear, cubic };
@@ -40,9 +47,9 @@ class Presenter {
   /// Draws no frame until the next show().
   void clear();
 
-  /// Fills a part of the framebuffer, which has `window` pixels. `split` is used if the frame has a
-  /// second frame beside it.
-  void draw(glm::ivec2 window, const PixelBox& area, const Split& split);
+  /// Fills a part of the framebuffer, which has `window` pixels; a frame of another aspect fills
+  /// what fits. `split` is used if the frame has a second frame beside it.
+  void draw(glm::ivec2 window, const PixelBox& area, const Split& split, const HeatStyle& style);
 
   /// GPU time of a recent upload and draw, milliseconds; 0 until one was measured.
   float gpu_ms() const { return gpu_ms_; }
@@ -56,25 +63,30 @@ class Presenter {
  private:
   void upload();
   void upload_pixels(unsigned texture, const std::vector<std::uint8_t>& rgba) const;
-  void upload_layer();
-  void set_up_layers(bool cubic, const Split& split) const;
+  bool has_layers() const { return layers_.picture || layers_.other || layers_.difference; }
+  void set_up_layers(bool cubic, const Split& split, const HeatStyle& style);
+  void set_up_heat(const Split& split, const HeatStyle& style);
   void begin_timing();
   void end_timing();
 
   struct Uniforms {
-    int cubic, split, flipped, divider, amplification, heat_low, heat_high, heat_cells;
+    int cubic, split, flipped, divider, amplification;
+    int heat_low, heat_high, heat_cells, opacity;
   };
 
   Enlarging enlarging_;
   std::optional<RenderedFrame> next_;  // not yet uploaded
-  std::optional<HeatLayer> layer_;     // of the newest frame
+  HeatLayers layers_;                  // of the newest frame
   GlTexture newest_, previous_;        // textures that are not given back yet
   unsigned frame_program_ = 0, program_ = 0, empty_vertices_ = 0;
   Uniforms uniforms_{};
   unsigned pixels_ = 0;  // buffer for uploads
-  unsigned picture_ = 0, other_ = 0, heat_ = 0, rising_colors_ = 0, signed_colors_ = 0;
-  unsigned shown_ = 0;  // texture of the frame
+  unsigned picture_ = 0, other_ = 0, heat_ = 0, other_heat_ = 0, difference_ = 0;
+  unsigned rising_colors_ = 0, signed_colors_ = 0;
+  HeatColors colors_ = HeatColors::viridis;  // of rising_colors_
+  unsigned shown_ = 0;                       // texture of the frame
   int width_ = 0, height_ = 0;
+  double aspect_ = 1;  // of the full-size view that the frame shows
   bool has_other_ = false;
   unsigned query_ = 0;
   bool timing_ = false, timed_ = false;

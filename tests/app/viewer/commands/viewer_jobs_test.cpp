@@ -179,15 +179,22 @@ TEST_F(FilmJob, a_film_can_be_stopped_and_leaves_nothing) {
   EXPECT_THAT(films(), testing::IsEmpty());
 }
 
-TEST_F(ViewerJobs, a_heat_map_is_scaled_to_its_values) {
+TEST_F(ViewerJobs, a_heat_map_has_the_scale_of_the_baseline_s_map) {
   request_.heatmap = HeatQuantity::pairs;
+  request_.settings.mode = find_culler("quadbox");
   const auto frame = draw(request_);
+  RenderSettings settings = request_.settings;
+  settings.mode = find_culler("3dgs");
+  Outputs outputs;
+  outputs.pairs = true;
+  const Scale baseline = scale_for(headless(settings, outputs).pairs);
   ASSERT_TRUE(frame && frame->shown.heatmap);
   const Heatmap& map = *frame->shown.heatmap;
   EXPECT_EQ(map.columns, 6);
   EXPECT_EQ(map.rows, 4);
-  EXPECT_EQ(frame->shown.map_scale.maximum, scale_for(map.values).maximum);
-  const auto layer = layer_of(frame->shown);
+  EXPECT_EQ(frame->shown.map_scale, baseline);
+  EXPECT_EQ(frame->shown.scale_version, request_.view_version);
+  const auto layer = layers_of(frame->shown).picture;
   ASSERT_TRUE(layer);
   EXPECT_EQ(layer->columns, 6);
   EXPECT_EQ(layer->rows, 4);
@@ -196,19 +203,19 @@ TEST_F(ViewerJobs, a_heat_map_is_scaled_to_its_values) {
   EXPECT_EQ(layer->high, static_cast<float>(frame->shown.map_scale.maximum));
   for (std::size_t i = 0; i < map.values.size(); ++i)
     EXPECT_EQ(layer->values[i], static_cast<float>(map.values[i]));
-  EXPECT_FALSE(layer_of(ShownFrame()));
+  EXPECT_FALSE(layers_of(ShownFrame()).picture);
 }
 
 TEST_F(ViewerJobs, a_split_frame_s_layer_goes_from_fewer_to_more_pairs) {
   request_.other = Variant{find_culler("3dgs"), Pipeline::classic, Backend::cpu};
   const auto frame = draw(request_);
   ASSERT_TRUE(frame && frame->shown.other && frame->shown.other->pairs);
-  const auto layer = layer_of(frame->shown);
+  const auto layer = layers_of(frame->shown).difference;
   ASSERT_TRUE(layer);
   EXPECT_EQ(layer->columns, 6);
   EXPECT_EQ(layer->rows, 4);
   EXPECT_EQ(layer->low, -layer->high);
-  EXPECT_EQ(layer->high, static_cast<float>(frame->shown.map_scale.maximum));
+  EXPECT_EQ(layer->high, static_cast<float>(frame->shown.other->pairs_scale.maximum));
   float largest = 0, sum = 0;
   for (const float value : layer->values) {
     largest = std::max(largest, std::abs(value));
@@ -222,6 +229,61 @@ TEST_F(ViewerJobs, a_split_frame_s_layer_goes_from_fewer_to_more_pairs) {
   settings.mode = find_culler("3dgs");
   settings.pipeline = Pipeline::classic;
   expect_picture(frame->other, headless(settings, {}).color);
+}
+
+TEST_F(ViewerJobs, both_sides_of_a_split_have_a_heat_map_of_one_scale) {
+  request_.heatmap = HeatQuantity::pairs;
+  request_.settings.mode = find_culler("quadbox");
+  request_.other = Variant{find_culler("3dgs"), Pipeline::fast, Backend::cpu};
+  const auto frame = draw(request_);
+  ASSERT_TRUE(frame && frame->shown.heatmap && frame->shown.other && frame->shown.other->heatmap);
+  const Heatmap &first = *frame->shown.heatmap, &other = *frame->shown.other->heatmap;
+  EXPECT_EQ(first.total, frame->shown.stats.tile_pairs);
+  EXPECT_EQ(other.total, frame->shown.other->stats.tile_pairs);
+  EXPECT_LT(first.total, other.total);
+  EXPECT_EQ(frame->shown.map_scale, scale_for(other.values)) << "3dgs is the baseline";
+  const HeatLayers layers = layers_of(frame->shown);
+  ASSERT_TRUE(layers.picture && layers.other && layers.difference);
+  EXPECT_EQ(layers.picture->high, layers.other->high);
+}
+
+TEST_F(ViewerJobs, a_scale_is_held_while_the_camera_moves_and_fits_again_at_rest) {
+  request_.heatmap = HeatQuantity::pairs;
+  const Scale far = draw(request_)->shown.map_scale;
+  request_.camera.view_from_world[3].z -= 3;  // nearer: other tiles are full
+  ++request_.version;
+  ++request_.view_version;
+  request_.moving = true;
+  const auto moving = draw(request_);
+  EXPECT_EQ(moving->shown.map_scale, far);
+  EXPECT_NE(moving->shown.scale_version, request_.view_version);
+  request_.moving = false;
+  ++request_.version;
+  const auto resting = draw(request_);
+  EXPECT_EQ(resting->shown.scale_version, request_.view_version);
+  request_.heat_maximum = 750;
+  ++request_.version;
+  const auto fixed = draw(request_);
+  EXPECT_EQ(fixed->shown.map_scale.maximum, 750u);
+}
+
+TEST_F(ViewerJobs, the_grid_has_the_counts_of_every_mode_and_the_pictures_at_their_places) {
+  request_.grid = true;
+  request_.heatmap = HeatQuantity::pairs;
+  const auto frame = draw(request_);
+  ASSERT_TRUE(frame && frame->shown.grid);
+  EXPECT_EQ(frame->width, 96);
+  EXPECT_EQ(frame->height, 64);
+  ASSERT_EQ(frame->shown.grid->stats.size(), static_cast<std::size_t>(culler_count()));
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    RenderSettings settings = request_.settings;
+    settings.mode = mode;
+    const auto index = static_cast<std::size_t>(mode - 1);
+    const auto pairs = headless(settings, {}).stats.tile_pairs;
+    EXPECT_EQ(frame->shown.grid->stats[index].tile_pairs, pairs) << mode_name(mode);
+    EXPECT_EQ(frame->shown.grid->totals[index], pairs) << mode_name(mode);
+  }
+  EXPECT_FALSE(layers_of(frame->shown).picture) << "the map is drawn into the pictures";
 }
 
 TEST_F(ViewerJobs, the_inspector_works_up_to_the_right_and_the_lower_border) {

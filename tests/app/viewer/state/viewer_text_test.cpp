@@ -11,6 +11,7 @@
 
 #include "app/framing/camera_control.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/mode_glance.h"
 #include "io/bytes/json_text.h"
 #include "support/scenes.h"
 
@@ -204,19 +205,91 @@ TEST(HudText, an_interval_that_contains_one_or_a_wide_spread_is_noisy) {
                      row_of_frames("exact", {3, 5, 4, 3, 5})}};
   const std::vector<HudRow> table = hud_rows(viewer);
   EXPECT_FALSE(table[0].is_noisy);
-  EXPECT_TRUE(table[1].is_noisy);
+  EXPECT_TRUE(table[1].ratio_noisy);
   EXPECT_THAT(table[1].ratio, testing::EndsWith(" noisy"));
   EXPECT_THAT(trust_text(viewer, 2), HasSubstr("do not show which is faster"));
   EXPECT_TRUE(table[5].is_noisy) << "the quartiles are 3 and 5: a quarter of the median of 4";
-  EXPECT_THAT(table[5].ratio, testing::EndsWith(" noisy"));
+  EXPECT_FALSE(table[5].ratio_noisy) << "it was faster in every round";
+  EXPECT_THAT(table[5].ratio, testing::Not(testing::EndsWith(" noisy")));
+}
+
+TEST(ModeTable, a_narrow_table_keeps_fps_and_pairs_and_drops_stages_before_milliseconds) {
+  const std::vector<TableColumn> all = table_columns(known_viewer());
+  const auto titles = [&](float width) { return titles_of(columns_that_fit(all, width, 0.5f)); };
+  EXPECT_THAT(titles(1000), ElementsAre("mode", "FPS", "pairs", "vs 3dgs", "ms", "unused",
+                                        "per visible", "stages"));
+  EXPECT_THAT(titles(32), ElementsAre("mode", "FPS", "pairs", "vs 3dgs", "ms"));
+  EXPECT_THAT(titles(26), ElementsAre("mode", "FPS", "pairs", "vs 3dgs"));
+  EXPECT_THAT(titles(19), ElementsAre("mode", "FPS", "pairs"));
+  EXPECT_THAT(titles(0), ElementsAre("mode"));
+}
+
+TEST(ModeTable, rows_are_ordered_by_a_column_and_modes_without_a_number_come_last) {
+  Viewer viewer = known_viewer();
+  viewer.numbers = {
+      viewer.view_version,
+      {row_of_mode("3dgs", 6, 9), row_of_mode("exact", 2, 1), row_of_mode("adr", 3, 4)}};
+  std::vector<HudRow> rows = hud_rows(viewer);
+  sort_rows(rows, &HudRow::fps_value, true);
+  EXPECT_EQ(rows[0].name, "exact");
+  EXPECT_EQ(rows[1].name, "adr");
+  EXPECT_EQ(rows[2].name, "3dgs");
+  EXPECT_EQ(rows[3].fps, "-");
+  sort_rows(rows, &HudRow::pairs_value, false);
+  EXPECT_EQ(rows[0].name, "exact");
+  EXPECT_EQ(rows[2].name, "3dgs");
+}
+
+TEST(ModeTable, is_copied_as_csv_markdown_and_latex_with_its_size) {
+  Viewer viewer = known_viewer();
+  BenchRow row = row_of_frames("3dgs", {10, 10.2, 9.8});
+  row.width = 640;
+  row.height = 480;
+  row.false_positives = 1;
+  row.false_positive_share = 0.25;
+  viewer.numbers = {viewer.view_version, {row}};
+  EXPECT_EQ(table_text(viewer, TableFormat::csv), format_csv(viewer.numbers.rows));
+  const std::string markdown = table_text(viewer, TableFormat::markdown);
+  EXPECT_THAT(markdown, testing::StartsWith("garden, 640 x 480, "));
+  EXPECT_THAT(markdown, HasSubstr("| mode | FPS | pairs | vs 3dgs | ms | unused | per visible |"));
+  EXPECT_THAT(markdown, HasSubstr("| 3dgs | "));
+  const std::string latex = table_text(viewer, TableFormat::latex);
+  EXPECT_THAT(latex, HasSubstr("\\begin{tabular}{lrrrrrr}"));
+  EXPECT_THAT(latex, HasSubstr("25.0 \\%"));
+  EXPECT_THAT(latex, HasSubstr("$\\pm$"));
+  EXPECT_THAT(latex, testing::Not(HasSubstr("\u00b1")));
+}
+
+TEST(ModeGlance, a_switch_tells_both_modes_of_the_same_view) {
+  Viewer viewer = known_viewer();
+  viewer.mode_switch = {find_culler("3dgs"), find_culler("quadbox"), 0};
+  EXPECT_EQ(switch_text(viewer), "") << "nothing is known";
+  viewer.seen = {viewer.view_version, {}};
+  RenderStats& seen = viewer.seen.stats[find_culler("3dgs")];
+  seen.frame_ms = 8;
+  seen.tile_pairs = 5000;
+  EXPECT_EQ(switch_text(viewer), "FPS 125 -> -, pairs 5,000 -> -");
+  viewer.numbers = {viewer.view_version,
+                    {row_of_mode("3dgs", 2, 5227642), row_of_mode("quadbox", 0.9612, 1796352)}};
+  EXPECT_EQ(switch_text(viewer), "FPS 500 -> 1,040, pairs 5,227,642 -> 1,796,352");
+  ++viewer.view_version;  // the numbers and the frames are of an earlier view
+  EXPECT_EQ(switch_text(viewer), "");
+}
+
+TEST(HudText, a_reduced_frame_s_numbers_say_its_size_and_are_faint) {
+  Viewer viewer = known_viewer();
+  EXPECT_FALSE(status_line(viewer).faint);
+  viewer.shown.divisor = 2;
+  EXPECT_TRUE(status_line(viewer).faint);
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("250.0 FPS at 1/2"));
 }
 
 TEST(HudText, ratios_are_relative_to_the_chosen_baseline) {
   Viewer viewer = known_viewer();
-  EXPECT_EQ(hud_columns(viewer).back(), "vs 3dgs");
+  EXPECT_EQ(table_columns(viewer)[3].title, "vs 3dgs");
   viewer.numbers = {viewer.view_version, {row_of_mode("3dgs", 6, 1), row_of_mode("adr", 3, 1)}};
   viewer.baseline = find_culler("adr");
-  EXPECT_EQ(hud_columns(viewer).back(), "vs adr");
+  EXPECT_EQ(table_columns(viewer)[3].title, "vs adr");
   EXPECT_EQ(hud_rows(viewer)[0].ratio, "0.50x");
   EXPECT_EQ(hud_rows(viewer)[1].ratio, "1.00x");
 }
@@ -410,7 +483,7 @@ TEST(PanelText, the_verdict_is_current_for_its_view_and_mode_and_not_while_a_zoo
 
 TEST(PanelText, the_scale_of_pair_differences_is_symmetric) {
   ShownFrame shown;
-  shown.map_scale = {500, 2500};
+  shown.other.emplace().pairs_scale = {500, 2500};
   const std::vector<BarTick> ticks = pair_ticks(shown);
   ASSERT_THAT(ticks, SizeIs(3));
   EXPECT_EQ(ticks[0].text, "-2,500");
@@ -431,20 +504,22 @@ TEST(PanelText, a_heat_map_s_ticks_stand_at_their_values) {
     EXPECT_FLOAT_EQ(ticks[i].at, 0.25f * static_cast<float>(i));
     EXPECT_THAT(ticks[i].text, HasSubstr(i == 0 ? "0" : i % 2 == 0 ? "000" : "500"));
   }
-  EXPECT_EQ(heat_text(shown, 1), "here: 1,234 pairs");
+  EXPECT_EQ(heat_text(shown, *shown.heatmap, 1), "here: 1,234 pairs");
 }
 
 TEST(PanelText, a_map_of_missed_contributions_names_their_alpha_and_error) {
-  ShownFrame shown;
+  Viewer viewer;
+  ShownFrame& shown = viewer.shown;
   shown.heatmap.emplace();
   shown.heatmap->quantity = HeatQuantity::missed;
   shown.heatmap->values = {0, 3};
   shown.missed.emplace();
   shown.missed->alphas = {0, 0.25f};
   shown.missed->errors = {0, 0.125f};
-  EXPECT_EQ(heat_text(shown, 0), "here: 0 contributions");
-  EXPECT_EQ(heat_text(shown, 1), "here: 3 contributions, alpha to 0.25, color off by 0.125");
-  EXPECT_EQ(heat_facts(shown), "mode quadbox \u00b7 " + missed_sentence(*shown.missed));
+  EXPECT_EQ(heat_text(shown, *shown.heatmap, 0), "here: 0 contributions");
+  EXPECT_EQ(heat_text(shown, *shown.heatmap, 1),
+            "here: 3 contributions, alpha to 0.25, color off by 0.125");
+  EXPECT_EQ(heat_facts(viewer), "mode quadbox \u00b7 " + missed_sentence(*shown.missed));
 }
 
 TEST(PanelText, a_legend_of_depth_is_in_units_and_names_the_value_under_the_cursor) {

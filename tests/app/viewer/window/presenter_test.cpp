@@ -75,7 +75,7 @@ TEST(Presenter, enlarges_a_reduced_frame_closer_to_the_full_one_than_linear_inte
     const auto shown = [&](Enlarging enlarging) {
       Presenter presenter(enlarging);
       presenter.show(frame_of(small), nullptr);
-      presenter.draw({1280, 720}, {0, 0, 1280, 720}, Split());
+      presenter.draw({1280, 720}, {0, 0, 1280, 720}, Split(), HeatStyle());
       return Presenter::grab(1280, 720);
     };
     const Image cubic = shown(Enlarging::cubic);
@@ -96,7 +96,7 @@ TEST(Presenter, shows_a_frame_of_the_window_s_size_bit_for_bit) {
     image.values[i] = static_cast<float>(i * 7919 % 256) / 255.0f;
   Presenter presenter(Enlarging::cubic);
   presenter.show(frame_of(image), nullptr);
-  presenter.draw({320, 240}, {0, 0, 320, 240}, Split());
+  presenter.draw({320, 240}, {0, 0, 320, 240}, Split(), HeatStyle());
   EXPECT_EQ(Presenter::grab(320, 240).values, image.values);
 }
 
@@ -110,7 +110,7 @@ TEST(Presenter, shows_a_reduced_frame_alone_as_beside_itself) {
   const auto shown = [&](const RenderedFrame& frame) {
     Presenter presenter(Enlarging::linear);
     presenter.show(frame, nullptr);
-    presenter.draw({320, 240}, {0, 0, 320, 240}, Split());
+    presenter.draw({320, 240}, {0, 0, 320, 240}, Split(), HeatStyle());
     return Presenter::grab(320, 240).values;
   };
   RenderedFrame beside = frame_of(image);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/figure.h"
+
+#include <fmt/format.h>
+
+#include "app/base/text.h"
+#include "io/bytes/base64.h"
+#include "io/picture/image_file.h"
+
+namespace qs {
+namespace {
+
+const char* anchor_of(Align align) {
+  if (align == Align::left) return "start";
+  return align == Align::center ? "middle" : "end";
+}
+
+std::string svg_of(const FigurePicture& picture) {
+  return fmt::format(
+      "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" href=\"data:image/png;base64,{}\"/>\n",
+      picture.at.x, picture.at.y, picture.image.width, picture.image.height,
+      base64(encode_png(picture.image)));
+}
+
+// The baseline of Roboto is 0.78 of a line below its top, and a line is 1.17 times the font's size.
+std::string svg_of(const FigureText& text) {
+  const double size = text.size;
+  return fmt::format(
+      "<text x=\"{}\" y=\"{:.1f}\" font-size=\"{:.1f}\" fill=\"{}\" text-anchor=\"{}\">{}</text>\n",
+      text.at.x, text.at.y + 0.78 * size, size / 1.17, hex_text(text.color), anchor_of(text.align),
+      html_escaped(text.text));
+}
+
+}  // namespace
+
+Image draw_figure(const Figure& figure) {
+  Image page(figure.size.x, figure.size.y, 3);
+  fill_rect(page, {0, 0, page.width, page.height}, on_white::kWhite);
+  for (const FigurePicture& picture : figure.pictures) paste(page, picture.image, picture.at);
+  for (const FigureText& text : figure.texts)
+    draw_text(page, Font(text.size), text.at, text.text, text.color, text.align);
+  return page;
+}
+
+std::string figure_svg(const Figure& figure, const std::string& title) {
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} "
+      "{1}\" font-family=\"Roboto, Helvetica, Arial, sans-serif\">\n<title>{2}</title>\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
+      figure.size.x, figure.size.y, html_escaped(title));
+  for (const FigurePicture& picture : figure.pictures) svg += svg_of(picture);
+  for (const FigureText& text : figure.texts) svg += svg_of(text);
+  return svg + "</svg>\n";
+}
+
+}  // namespace qs

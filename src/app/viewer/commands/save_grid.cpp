@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+//
+// Writes the pictures of all modes with their numbers as a figure to figures/SCENE_modes_NNNN.png
+// and .svg.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/base/text_file.h"
+#include "app/measure/scene_facts.h"
+#include "app/picture/figure.h"
+#include "app/picture/grid_places.h"
+#include "app/report/write_report.h"
+#include "app/session/shot.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/render/frame_requests.h"
+#include "app/viewer/render/heat_scale.h"
+#include "app/viewer/render/mode_grid.h"
+#include "app/viewer/state/actions.h"
+#include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/mode_table.h"
+#include "io/picture/image_file.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+constexpr int kMostWidth = 960, kFigureMargin = 36, kFigureGap = 24;
+constexpr int kTitle = 30, kName = 26, kText = 21, kBar = 18;
+
+// The colour bar of the maps with its ticks, `width` pixels wide at `at`.
+void add_scale(Figure& figure, glm::ivec2 at, int width, const Viewer& viewer, const Heatmap& map,
+               const Scale& scale) {
+  const Legend legend = make_legend(map, scale, "");
+  Image bar(width, kBar, 3);
+  for (int x = 0; x < width; ++x)
+    fill_rect(
+        bar, {x, 0, 1, kBar},
+        heat(static_cast<float>(x) / static_cast<float>(width), viewer.heat_view.style.colors));
+  figure.texts.push_back({at, kText, legend.title});
+  figure.pictures.push_back({{at.x, at.y + kText + 6}, std::move(bar)});
+  const std::vector<std::uint32_t> ticks = scale.ticks();
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const int x = static_cast<int>(static_cast<std::int64_t>(ticks[i]) * width / scale.maximum);
+    const Align align = i == 0 ? Align::left : i + 1 == ticks.size() ? Align::right : Align::center;
+    figure.texts.push_back(
+        {{at.x + x, at.y + kText + kBar + 10}, kText, legend.ticks[i], on_white::kFaint, align});
+  }
+}
+
+std::string label_of(const Viewer& viewer, const ModePicture& picture) {
+  Viewer here = viewer;  // with the counts of this figure
+  here.shown.divisor = 1;
+  here.shown.grid.emplace().stats.resize(static_cast<std::size_t>(culler_count()));
+  here.shown.grid->stats[static_cast<std::size_t>(picture.mode - 1)] = picture.stats;
+  return grid_label(here, picture.mode);
+}
+
+Figure mode_figure(const Viewer& viewer, std::vector<ModePicture> pictures, const Scale& scale,
+                   ThreadPool& pool) {
+  const GridPlaces places = grid_places(static_cast<int>(pictures.size()), kGridLabel);
+  const int width = std::min(pictures.front().image.width, kMostWidth);
+  const int height =
+      std::max(1, pictures.front().image.height * width / pictures.front().image.width);
+  const glm::ivec2 step{width + kFigureGap, height + kName + kText + 12 + kFigureGap};
+  const int top = kFigureMargin + kTitle + kFigureGap;
+  const bool maps = pictures.front().heatmap.has_value();
+  Figure figure;
+  figure.size = {2 * kFigureMargin + places.columns * step.x - kFigureGap,
+                 top + places.rows * step.y + (maps ? 2 * kText + kBar + 24 : 0) + kFigureMargin};
+  figure.texts.push_back({{kFigureMargin, kFigureMargin}, kTitle, table_caption(viewer)});
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const auto index = static_cast<int>(i);
+    const glm::ivec2 at = glm::ivec2(kFigureMargin, top) +
+                          step * glm::ivec2(index % places.columns, index / places.columns);
+    const CullMode mode = pictures[i].mode;
+    figure.texts.push_back({{at.x, at.y + height + 6}, kName, mode_name(mode), mode_color(mode)});
+    figure.texts.push_back(
+        {{at.x, at.y + height + kName + 8}, kText, label_of(viewer, pictures[i])});
+    figure.pictures.push_back({at, area_average(pictures[i].image, width, height, pool)});
+  }
+  if (maps)
+    add_scale(figure, {kFigureMargin, top + places.rows * step.y},
+              figure.size.x - 2 * kFigureMargin, viewer, *pictures.front().heatmap, scale);
+  return figure;
+}
+
+}  // namespace
+
+namespace job {
+
+void save_grid(RenderContext& context, const Viewer& viewer) {
+  FrameRequest request = full_frame(viewer);
+  request.heat_style = viewer.heat_view.style;
+  std::vector<ModePicture> pictures = draw_all_modes(context, request, request.camera);
+  const Scale scale = heat_scale(context, request, request.camera).scale;
+  const Figure figure = mode_figure(viewer, std::move(pictures), scale, *context.session.pool);
+  const std::filesystem::path folder = viewer.out_dir / "figures";
+  make_folder(folder);
+  const std::string stem = safe_file_name(scene_name(context.session.scene->path) + "_modes");
+  const std::filesystem::path path = free_name(folder, stem, ".png");
+  std::filesystem::path svg = path;
+  svg.replace_extension(".svg");
+  write_image(draw_figure(figure), path, {});
+  write_text(svg, figure_svg(figure, table_caption(viewer)));
+  context.report(action::notify, fmt::format("wrote {} and .svg", path.string()));
+}
+
+}  // namespace job
+}  // namespace qs

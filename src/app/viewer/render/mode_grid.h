@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// All modes of a view side by side, in colours or with a heat map of one scale.
+#pragma once
+
+#include "app/viewer/render/render_context.h"
+
+namespace qs {
+
+/// The picture of one mode in the grid.
+struct ModePicture {
+  CullMode mode = 0;
+  Image image;  ///< RGB, with the map over it if there is one
+  RenderStats stats;
+  std::optional<Heatmap> heatmap;
+};
+
+/// Draws the view of the request in every mode. `camera`: the request's, at the size to draw.
+/// Throws Error and Cancelled.
+std::vector<ModePicture> draw_all_modes(RenderContext& context, const FrameRequest& request,
+                                        const Camera& camera);
+
+/// The frame of the window: the pictures in small at their places.
+RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, const Camera& camera);
+
+}  // namespace qs

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+//
+// The table of all modes, apart from its drawing: its rows, its columns at every width, its order
+// and its text for other programs. To add a column: a text of HudRow and a row of table_columns().
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/state/mode_numbers.h"
+
+namespace qs {
+
+/// One mode of the table; the texts are "-" and the numbers 0 for values that were not measured.
+struct HudRow {
+  CullMode mode = 0;
+  std::string name, ms, fps, pairs, per_visible, unused, ratio;
+  std::string other_ms, other_ratio;  ///< of other_pipeline(); empty without another pipeline
+  double mode_value = 0, ms_value = 0, fps_value = 0, pairs_value = 0, per_visible_value = 0,
+         unused_value = 0, ratio_value = 0, other_ms_value = 0, other_ratio_value = 0;
+  double fps_low = 0, fps_high = 0;  ///< the middle half of the frames; 0 for a single frame
+  bool is_noisy = false, other_noisy = false;           ///< the times should not be trusted
+  bool ratio_noisy = false, other_ratio_noisy = false;  ///< it is open which mode is faster
+};
+
+std::vector<HudRow> hud_rows(const Viewer& viewer);
+
+/// The pipeline that is not used now; empty on a backend with only one pipeline.
+std::optional<Pipeline> other_pipeline(const Viewer& viewer);
+
+/// The share of pairs that no pixel used: "25.0 %"; "-" if it was not measured.
+std::string unused_text(const BenchRow* row);
+
+/// The reliability of a row's numbers, for a tooltip: frames, spread and interval.
+std::string trust_text(const Viewer& viewer, CullMode mode);
+
+/// What a cell of a column shows.
+enum class CellKind { mode, bar, number, stages };
+
+struct TableColumn {
+  std::string title;
+  CellKind kind = CellKind::number;
+  float letters = 0;  ///< least width, heights of a letter
+  int rank = 0;       ///< a narrow table leaves out the columns with the highest rank
+  std::string HudRow::*text = nullptr;  ///< null for CellKind::mode and stages
+  double HudRow::*value = nullptr;      ///< orders the rows; null for stages
+  bool HudRow::*noisy = nullptr;        ///< the cell is gray; null: never
+};
+
+/// All columns from left to right.
+std::vector<TableColumn> table_columns(const Viewer& viewer);
+
+/// The columns for a table of this width; `padding`: of a column. Both in heights of a letter. At
+/// least the first column.
+std::vector<TableColumn> columns_that_fit(std::vector<TableColumn> columns, float width,
+                                          float padding);
+
+std::vector<std::string> titles_of(const std::vector<TableColumn>& columns);
+
+/// Orders the rows by a column; rows without a value come last.
+void sort_rows(std::vector<HudRow>& rows, double HudRow::*value, bool descending);
+
+/// The forms in which the table is copied.
+enum class TableFormat { csv, markdown, latex };
+
+/// Index = TableFormat.
+inline constexpr const char* kTableFormats[] = {"CSV", "Markdown", "LaTeX"};
+
+/// The measured rows. CSV has all columns of bench.csv; the others have those of the table and a
+/// line with the scene, the size and the backend.
+std::string table_text(const Viewer& viewer, TableFormat format);
+
+/// "garden, 1280 x 720, fast on CPU": the scene, the size at which the rows were measured, and the
+/// backend.
+std::string table_caption(const Viewer& viewer);
+
+}  // namespace qs

@@ -102,7 +102,7 @@ TEST_F(ViewerProgram, switches_all_modes_by_both_rows_of_digits) {
     EXPECT_EQ(by_key["mode"], name);
     EXPECT_EQ(state("keypad" + std::to_string(mode))["mode"], name);
   }
-  // The table's pairs are those of the view at the size that it names.
+  // A render at the size that the table names has the table's pairs.
   const json last = state("key1");
   const std::string size = fmt::format("{}x{}", last["measured_size"][0].get<int>(),
                                        last["measured_size"][1].get<int>());

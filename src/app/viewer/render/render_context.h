@@ -79,7 +79,7 @@ struct RenderContext {
   std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
-  std::optional<HeldScale> heat_scale = {};      ///< the last one
+  std::optional<HeldScale> heat_scale = {};      ///< of the last heat map at rest
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;
 

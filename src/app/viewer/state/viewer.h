@@ -299,7 +299,7 @@ struct Viewer : Turn {
   RenderSettings settings;
   CullMode previous_mode = default_mode();
   bool peeking = false;                   ///< shows the previous mode while a key is held
-  std::optional<ModeSwitch> mode_switch;  ///< the last one, for kSwitchSeconds
+  std::optional<ModeSwitch> mode_switch;  ///< the last switch, for kSwitchSeconds
   bool shows_badge = false;               ///< the mode's name and numbers stay over the picture
   Backend backend = Backend::cpu;
   std::optional<HeatQuantity> heatmap;

@@ -104,7 +104,7 @@ void draw_mode_name(const Viewer& viewer, const HudRow& row, Actions& actions) {
   draw_row_menu(row, actions);
 }
 
-// What all cells of the table need.
+// The common facts of all cells of the table.
 struct TableScale {
   double longest_ms = 0;  ///< stages that fill their column
   double most_fps = 0;

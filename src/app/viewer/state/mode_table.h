@@ -35,7 +35,7 @@ std::string unused_text(const BenchRow* row);
 /// The reliability of a row's numbers, for a tooltip: frames, spread and interval.
 std::string trust_text(const Viewer& viewer, CullMode mode);
 
-/// What a cell of a column shows.
+/// The content of a column's cells.
 enum class CellKind { mode, bar, number, stages };
 
 struct TableColumn {
@@ -67,7 +67,7 @@ enum class TableFormat { csv, markdown, latex };
 /// Index = TableFormat.
 inline constexpr const char* kTableFormats[] = {"CSV", "Markdown", "LaTeX"};
 
-/// The measured rows. CSV has all columns of bench.csv; the others have those of the table and a
+/// The measured rows. CSV has all columns of bench.csv; the others have the table's columns and a
 /// line with the scene, the size and the backend.
 std::string table_text(const Viewer& viewer, TableFormat format);
 

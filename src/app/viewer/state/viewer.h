@@ -174,13 +174,13 @@ struct ModeNumbers {
   bool complete = false;  ///< no more frames are measured, even if the numbers are noisy
 };
 
-/// A change of the mode that the picture still tells.
+/// A change of the mode that the picture still shows.
 struct ModeSwitch {
   CullMode from = 0, to = 0;
   double at = 0;  ///< Viewer::now
 };
 
-/// Seconds for which a change of the mode is told.
+/// Seconds for which a change of the mode is shown.
 inline constexpr double kSwitchSeconds = 2;
 
 /// Statistics of the full-size frames of one view, one per mode that was shown.

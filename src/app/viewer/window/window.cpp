@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <mutex>
 
@@ -44,9 +45,18 @@ std::string glfw_reason() {
   return text == nullptr ? "unknown reason" : text;
 }
 
+// GLFW 3.4 tries Wayland before X11. Without a folder for its socket, Wayland's library would only
+// print a message of its own.
+void choose_platform() {
+#ifdef GLFW_PLATFORM
+  if (std::getenv("XDG_RUNTIME_DIR") == nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
+}
+
 }  // namespace
 
 Window::Window(glm::ivec2 size) {
+  choose_platform();
   if (glfwInit() != GLFW_TRUE) {
     fail(ErrorKind::device,
          "view: there is no display ({}): 'quadsplat render' draws into files instead",

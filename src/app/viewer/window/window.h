@@ -57,7 +57,9 @@ class Window {
   void set_callbacks();
   void add_fonts();
   void on_key(int key, int action, int mods);
+  void put_scripted_cursor(glm::vec2 units);
   void press_briefly();
+  void release_brief_keys();
   void on_button(int button, int action, int mods);
   void on_cursor(double x, double y);
   void on_scroll(double x, double y);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/frame_requests.h"
 
+#include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 
@@ -48,11 +49,16 @@ bool numbers_are_wanted(const Viewer& viewer) {
   return can_measure(viewer) && !numbers_suffice(viewer);
 }
 
+bool counts_are_missing(const Viewer& viewer) {
+  return shows_counts(viewer) && shows_full_frame(viewer) && !viewer.moving() &&
+         !is_training(viewer) && !viewer.zoom.running && !counts_are_current(viewer);
+}
+
 bool is_settled(const Viewer& viewer) {
   if (viewer.loading || viewer.crop.busy || is_training(viewer)) return false;
   if (!viewer.scene) return true;
-  return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !viewer.measuring &&
-         !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
+  return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !counts_are_missing(viewer) &&
+         !viewer.measuring && !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
 }
 
 int FrameRequests::next_divisor(const Viewer& viewer) const {
@@ -63,15 +69,27 @@ int FrameRequests::next_divisor(const Viewer& viewer) const {
   return viewer.shown.version == viewer.version ? refined(viewer.shown.divisor) : divisor_;
 }
 
+// The mode does not change the counts, so a view is counted once. A view at rest is always counted.
+bool FrameRequests::next_counts(const Viewer& viewer) const {
+  if (!shows_counts(viewer) || counts_are_current(viewer)) return false;
+  return counting_pace_.counts_next() || !(viewer.moving() || is_training(viewer));
+}
+
 void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
   if (!viewer.scene || viewer.zoom.running) return;
   if (!may_draw(viewer)) return;
   const int divisor = next_divisor(viewer);
   const bool continuous = !viewer.on_demand && !render.busy();
-  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous) {
+  // For example because the table was opened.
+  const bool uncounted = counts_are_missing(viewer) && counted_version_ != viewer.view_version;
+  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || uncounted) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
+    if (next_counts(viewer)) {
+      request.counted = CountedView{request.camera, request.settings};
+      counted_version_ = viewer.view_version;
+    }
     render.request(std::move(request));
     version_ = viewer.version;
     divisor_ = divisor;
@@ -90,6 +108,7 @@ void FrameRequests::learn(const RenderedFrame& frame) {
     cost = {cost.ms + other.ms, cost.pixels_ms + other.pixels_ms};
   }
   resolution_.learn(frame.shown.divisor, cost);
+  counting_pace_.learn(frame.shown.stats, !frame.shown.mode_pairs.empty());
 }
 
 }  // namespace qs

@@ -20,9 +20,13 @@ std::vector<std::uint8_t> to_rgba(const Image& image) {
 
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
-  HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, request.settings,
-                                            *request.heatmap, *context.session.pool, context.stop);
-  RenderedFrame rendered = rendered_of(request, mapped.frame);
+  Renderer& renderer = *context.session.renderer;
+  const HeatmapMaker maker(renderer, camera, request.settings, *request.heatmap,
+                           *context.session.pool, context.stop);
+  const Frame& frame = renderer.render(
+      camera, request.settings, with_counts(maker.outputs(), request), HostImage{}, context.stop);
+  RenderedFrame rendered = rendered_of(request, frame);
+  FrameHeatmap mapped = maker.map(frame);
   show_map(rendered.shown, std::move(mapped.heatmap));
   rendered.shown.missed = std::move(mapped.missed);
   return rendered;
@@ -32,11 +36,11 @@ RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   Outputs outputs = outputs_for(request.quantity);
   outputs.color = false;
-  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
-                                                        HostImage{}, context.stop);
+  const Frame& frame = context.session.renderer->render(
+      camera, request.settings, with_counts(outputs, request), HostImage{}, context.stop);
   ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
-  RenderedFrame rendered{shown_of(request, frame.stats), camera.width, camera.height,
-                         to_rgba(colored(map)),          {},           {}};
+  RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height,
+                         to_rgba(colored(map)),    {},           {}};
   rendered.shown.values = std::move(map);
   return rendered;
 }
@@ -62,8 +66,8 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   Outputs outputs;
   outputs.pairs = true;
-  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
-                                                        HostImage{}, context.stop);
+  const Frame& frame = context.session.renderer->render(
+      camera, request.settings, with_counts(outputs, request), HostImage{}, context.stop);
   RenderedFrame rendered = rendered_of(request, frame);
   if (request.other->mode == kReferenceMode) {
     set_beside_reference(context, request, rendered);
@@ -97,7 +101,7 @@ RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
 }  // namespace
 
 RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
-  return {shown_of(request, frame.stats),
+  return {shown_of(request, frame),
           frame.color.width,
           frame.color.height,
           to_rgba(frame.color),
@@ -105,11 +109,19 @@ RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
           {}};
 }
 
-ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats) {
+Outputs with_counts(Outputs outputs, const FrameRequest& request) {
+  outputs.mode_pairs = request.counted.has_value();
+  outputs.counted = request.counted;
+  return outputs;
+}
+
+ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   ShownFrame shown;
-  shown.stats = stats;
+  shown.stats = frame.stats;
+  shown.mode_pairs = frame.mode_pairs;
   shown.mode = request.settings.mode;
   shown.version = request.version;
+  shown.view_version = request.view_version;
   shown.camera = request.camera;
   shown.divisor = request.divisor;
   return shown;
@@ -130,8 +142,9 @@ RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
   if (request.other) return draw_beside(context, request, camera);
   if (request.quantity != Quantity::color) return draw_values(context, request, camera);
   if (request.heatmap) return draw_with_map(context, request, camera);
-  return rendered_of(request, context.session.renderer->render(camera, request.settings, {},
-                                                               HostImage{}, context.stop));
+  return rendered_of(
+      request, context.session.renderer->render(camera, request.settings, with_counts({}, request),
+                                                HostImage{}, context.stop));
 }
 
 }  // namespace qs

@@ -24,7 +24,9 @@ struct FrameRequest {
   Quantity quantity = Quantity::color;  ///< other quantities only without `heatmap` and `other`
   std::optional<Variant> other;         ///< also drawn, for a split window
   bool beside = false;                  ///< `other` draws RenderContext::beside
-  int version = 0, view_version = 0;    ///< of Viewer
+  std::optional<CountedView>
+      counted;                        ///< the pairs of all modes of this full-size view are counted
+  int version = 0, view_version = 0;  ///< of Viewer
 };
 
 /// A frame for the window: pixels on the host, or in a GL texture.

@@ -243,6 +243,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.keyframes.clear();
     v.playback = {};
     v.zoom = {};
+    v.counts = {};
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
@@ -306,6 +307,7 @@ void photograph_opened(Viewer& v, const ShownPhotograph& photograph) {
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
   ++v.frames;
+  if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
   if (is_training(v)) {
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,
                              v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);

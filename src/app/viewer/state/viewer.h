@@ -133,15 +133,25 @@ struct ShownOther {
 struct ShownFrame {
   RenderStats stats;
   CullMode mode = default_mode();
-  int version = -1;      ///< Viewer::version that it shows
-  Camera camera;         ///< of the full-size view
-  int divisor = 1;       ///< rendered at 1 / divisor of the full size
-  bool interop = false;  ///< reached the window without leaving the GPU
+  int version = -1;       ///< Viewer::version that it shows
+  int view_version = -1;  ///< Viewer::view_version that it shows
+  Camera camera;          ///< of the full-size view
+  int divisor = 1;        ///< rendered at 1 / divisor of the full size
+  bool interop = false;   ///< reached the window without leaving the GPU
   std::optional<Heatmap> heatmap;
   std::optional<MissedMap> missed;  ///< of the heat map HeatQuantity::missed
   std::optional<ShownOther> other;  ///< in a split window
   std::optional<ValueMap> values;   ///< if the picture shows a quantity instead of colours
   Scale map_scale;                  ///< of `heatmap`, or of the pair difference of `other`
+  /// Frame::mode_pairs of the full-size view; empty if the frame did not count them
+  std::vector<ModePairs> mode_pairs;
+};
+
+/// The last counted pairs of all modes; live_counts.h reads them.
+struct ViewCounts {
+  int view_version = -1;         ///< Viewer::view_version
+  int frame = 0;                 ///< Viewer::frames of the frame that counted
+  std::vector<ModePairs> modes;  ///< index = mode - 1; empty: nothing was counted yet
 };
 
 /// Numbers of all modes for one view. The frames are BenchRow::round_ms.
@@ -267,6 +277,7 @@ struct Viewer : Turn {
   std::optional<Loading> loading;
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
+  ViewCounts counts;
   ModeNumbers numbers;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
   std::deque<float> frame_ms;               ///< render times of the last full-size frames

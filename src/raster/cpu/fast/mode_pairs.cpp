@@ -1,46 +1,71 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/fast/mode_pairs.h"
 
+#include <type_traits>
+
 #include "raster/cpu/fast/project.h"
-#include "raster/cpu/fast/walks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/mode_pairs.cpp"
+// clang-format off
 #include "raster/cpu/fast/simd.h"
+#include "raster/cpu/fast/walk_vectors.h"
+// clang-format on
 
-// The walks are vectors; the loops here are compiled for every instruction set, so that the
-// compiler vectorises them.
 HWY_BEFORE_NAMESPACE();
 namespace qs::cpu::fast {
 namespace HWY_NAMESPACE {
 
-/// The tiles in the first lines of each survivor's walk.
-HWY_INLINE void add_lines(const Walks& walks, std::size_t count, std::uint32_t* tiles) {
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::int32_t lines = walks.lines_end[k] - walks.lines_begin[k];
-    std::int32_t sum = 0;
-    for (int i = 0; i < Walks::kLines; ++i) {
-      const std::int32_t run = walks.end[i][k] - walks.begin[i][k];
-      sum += i < lines && run > 0 ? run : 0;
+/// The tiles of a walk's first `lines` lines.
+template <class AnyWalk>
+HWY_INLINE I tiles_in_lines(const AnyWalk& walk, I lines) {
+  const DI di;
+  if constexpr (std::is_base_of_v<WalkOfRect, AnyWalk>) {
+    const WalkOfRect& rect = walk;
+    return hn::Mul(lines, rect.tiles.size());
+  } else {
+    I sum = hn::Zero(di);
+    for (int line = 0;; ++line) {
+      const auto exists = hn::Gt(lines, hn::Set(di, line));
+      if (hn::AllFalse(di, exists)) return sum;
+      const Spans span = walk.span(hn::Add(walk.lines.begin, hn::Set(di, line)));
+      sum = hn::Add(sum, hn::IfThenElseZero(exists, span.size()));
     }
-    tiles[k] = static_cast<std::uint32_t>(sum);
+  }
+}
+
+/// Sets the tiles of every survivor in mode P, by vectors.
+template <class P>
+HWY_INLINE void count_by_vectors(TileGrid grid, const Survivors& s, std::int32_t* tiles) {
+  const DI di;
+  for (std::size_t k = 0; k < s.count; k += hn::Lanes(di)) {
+    const Footprints footprints(s, k);
+    const Walk<P> walk(footprints, grid);
+    auto counted = hn::FirstN(di, s.count - k);
+    if constexpr (!kKeepsFaint<P>) {
+      counted = hn::And(counted, hn::RebindMask(di, hn::Gt(footprints.gamma, hn::Zero(D()))));
+    }
+    const I lines = hn::IfThenElseZero(counted, walk.lines.size());
+    hn::Store(tiles_in_lines(walk, lines), di, tiles + k);
   }
 }
 
 template <class P>
 HWY_INLINE void count_mode(CullMode mode, TileGrid grid, const Survivors& s, ModeCounts& counts) {
-  Walks walks;
-  alignas(64) std::uint32_t tiles[kBlock];
-  const bool computed = walks.compute(mode, grid, s);
-  if (computed) add_lines(walks, s.count, tiles);
+  alignas(64) std::int32_t tiles[kBlock];
+  if constexpr (HasVectors<P>) {
+    count_by_vectors<P>(grid, s, tiles);
+  } else {
+    for (std::size_t k = 0; k < s.count; ++k) {
+      const bool counted = keeps<P>(s.gamma[k]);
+      tiles[k] = counted ? static_cast<int>(number_of_tiles<P>(s.footprint(k), grid)) : 0;
+    }
+  }
   std::uint64_t pairs = 0;
   std::uint32_t visible = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
-    if (!keeps<P>(s.gamma[k])) continue;
-    const bool counted = computed && walks.has_all_spans(k);
-    const std::uint32_t own = counted ? tiles[k] : number_of_tiles<P>(s.footprint(k), grid);
-    pairs += own;
-    visible += own > 0 ? 1 : 0;
+    pairs += static_cast<std::uint32_t>(tiles[k]);
+    visible += tiles[k] != 0 ? 1 : 0;
   }
   counts.tile_pairs[mode - 1] += pairs;
   counts.visible[mode - 1] += visible;

@@ -3,6 +3,7 @@
 // Compares Frame::mode_pairs with the statistics of each mode's own frame.
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,14 @@
 #include "raster/api/renderer.h"
 #include "support/scenes.h"
 
-namespace qs::test {
+namespace qs {
+
+/// For messages of GoogleTest.
+inline void PrintTo(const ModePairs& pairs, std::ostream* out) {
+  *out << pairs.tile_pairs << " pairs of " << pairs.visible << " Gaussians";
+}
+
+namespace test {
 
 /// Outputs that only count.
 inline Outputs only_mode_pairs() {
@@ -87,4 +95,5 @@ inline std::vector<CountedScene> counted_scenes(std::size_t gaussians) {
   return scenes;
 }
 
-}  // namespace qs::test
+}  // namespace test
+}  // namespace qs

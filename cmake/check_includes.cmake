@@ -67,7 +67,7 @@ room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/scene ra
      raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
-room(raster/cpu raster/api raster/scene raster/kernel raster/base)
+room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/train raster/cuda raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull
      raster/kernel)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)

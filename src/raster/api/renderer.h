@@ -75,6 +75,13 @@ struct PixelBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
+/// A view whose pairs Outputs::mode_pairs counts. The mode and the pipeline of the settings do not
+/// matter.
+struct CountedView {
+  Camera camera;
+  RenderSettings settings;
+};
+
 /// The parts of a frame to compute besides its statistics. Without color, evaluated and used the
 /// blend stage is skipped, which makes counting pairs fast. Depth is a pass of its own after that
 /// stage; the times of a frame on CUDA do not include it.
@@ -85,6 +92,12 @@ struct Outputs {
   bool used = false;       ///< Frame::used and RenderStats::used_pairs
   bool depth = false;      ///< Frame::depth
   bool trace = false;      ///< Frame::trace
+  /// Frame::mode_pairs: a pass behind the frame that neither lists nor blends. The times of a frame
+  /// do not include it.
+  bool mode_pairs = false;
+  /// The view of mode_pairs; unset: the frame's view. So a frame of reduced size can count the
+  /// pairs of the full size.
+  std::optional<CountedView> counted;
   /// inside the image; mode reference draws only these pixels, the rest is 0
   std::optional<PixelBox> region;
   bool stage_times = false;  ///< RenderStats::stage_ms; measuring them may slow the frame
@@ -132,7 +145,16 @@ struct RenderStats {
   /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.
   /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
   std::optional<std::uint64_t> used_pairs;
-  int threads = 0;  ///< of the CPU backend's pool; 0 for other backends
+  int threads = 0;     ///< of the CPU backend's pool; 0 for other backends
+  float count_ms = 0;  ///< time of Outputs::mode_pairs on the CPU; 0 for other backends
+};
+
+/// The size of a frame in a culling mode; see RenderStats.
+struct ModePairs {
+  std::uint64_t tile_pairs = 0;
+  std::uint32_t visible = 0;
+
+  bool operator==(const ModePairs&) const = default;
 };
 
 /// Alpha and depth per pixel, row by row. z is the depth of a Gaussian's centre in view space, in
@@ -151,6 +173,9 @@ struct Frame {
   std::vector<std::uint32_t> evaluated;  ///< per pixel: list entries up to where it stopped
   std::vector<std::uint32_t> used;       ///< per tile: pairs that a pixel blended; <= pairs
   DepthMaps depth;                       ///< empty without Outputs::depth
+  /// Per mode 1..culler_count(), index = mode - 1: the statistics of that mode's own frame of the
+  /// view. The mode of this frame does not matter. Empty without Outputs::mode_pairs.
+  std::vector<ModePairs> mode_pairs;
   Trace trace;
   RenderStats stats;
 };

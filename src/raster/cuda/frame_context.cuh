@@ -20,10 +20,10 @@ struct FrameContext {
   TileGrid grid;
   cudaStream_t stream;
   std::stop_token stop;
-  /// Enqueues the work that consumes the finished pixels, for example presenting them. Pipelines
-  /// call it right after they have enqueued the frame, and again if the frame has to be redrawn
-  /// with larger buffers.
-  std::function<void()> enqueue_present;
+  /// Enqueues the work behind the frame: presenting its pixels, counting the pairs of all modes.
+  /// Pipelines call it right after they have enqueued the frame, and again if the frame has to be
+  /// redrawn with larger buffers.
+  std::function<void()> enqueue_behind;
 
   int sh_degree() const { return std::min(settings.sh_degree, cloud.sh_degree); }
   bool antialiased() const { return settings.antialiased.value_or(cloud.antialiased); }

@@ -70,10 +70,28 @@ class CpuRenderer final : public Renderer {
       result_.stats.stage_ms[static_cast<int>(Stage::blend)] += depth_clock.ms();
     }
     result_.stats.frame_ms = frame_clock.ms();
+    if (outputs.mode_pairs) count_modes(frame, outputs.counted);
     return result_;
   }
 
  private:
+  void count_modes(const FrameContext& frame, const std::optional<CountedView>& counted) {
+    const Stopwatch clock;
+    const Camera& camera = counted ? counted->camera : frame.camera;
+    const RenderSettings& settings = counted ? counted->settings : frame.settings;
+    const TileGrid grid = TileGrid::of_image(camera.width, camera.height, settings.tile_px);
+    const FrameContext view{*cloud_, camera, settings, grid, pool_, frame.stop};
+    mode_sums_.begin(pool_);
+    if (settings.pipeline == Pipeline::fast && settings.tile_px == kTileSize) {
+      fast_.count_modes(view, mode_sums_);
+    } else {
+      classic_.activate_once(*cloud_, pool_);
+      classic_.count_modes(view, mode_sums_);
+    }
+    mode_sums_.store(result_);
+    result_.stats.count_ms = clock.ms();
+  }
+
   void prepare_result(const FrameContext& frame, const Outputs& outputs) {
     const int width = frame.camera.width, height = frame.camera.height;
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -83,6 +101,7 @@ class CpuRenderer final : public Renderer {
     result_.stats.threads = pool_.size();
     result_.pairs.clear();
     result_.used.clear();
+    result_.mode_pairs.clear();
     result_.trace = {};
     for (std::vector<float>* map :
          {&result_.depth.alpha, &result_.depth.expected, &result_.depth.median}) {
@@ -100,6 +119,7 @@ class CpuRenderer final : public Renderer {
   std::function<void(float fraction)> report_;
   Classic classic_;
   fast::FastPipeline fast_;
+  ModeSums mode_sums_;
   Frame result_;
 };
 

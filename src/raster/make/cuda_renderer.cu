@@ -7,6 +7,7 @@
 #include "raster/cuda/fast/pipeline.cuh"
 #include "raster/cuda/gl_target.cuh"
 #include "raster/cuda/gpu_info.h"
+#include "raster/cuda/mode_pairs.cuh"
 #include "raster/cuda/stream.cuh"
 #include "raster/make/cuda_renderer.h"
 
@@ -47,8 +48,10 @@ class CudaRenderer final : public Renderer {
     const auto* texture = outputs.color ? std::get_if<GlTexture>(&target) : nullptr;
     const TileGrid grid = TileGrid::of_image(camera.width, camera.height);
     const auto frame_of = [&](Order order) {
-      return FrameContext{cloud_in(order, stop), camera, settings, grid, stream_, stop, [&] {
+      const DeviceCloud& cloud = cloud_in(order, stop);
+      return FrameContext{cloud, camera, settings, grid, stream_, stop, [&, &cloud = cloud] {
                             if (texture != nullptr) present(camera);
+                            if (outputs.mode_pairs) count_modes(cloud, camera, settings, outputs);
                           }};
     };
     prepare_result(grid);
@@ -97,6 +100,11 @@ class CudaRenderer final : public Renderer {
     result_.stats.gaussians = static_cast<std::uint32_t>(scene_->size());
   }
 
+  void count_modes(const DeviceCloud& cloud, const Camera& camera, const RenderSettings& settings,
+                   const Outputs& outputs) {
+    mode_counter_.enqueue(cloud, outputs.counted.value_or(CountedView{camera, settings}), stream_);
+  }
+
   void present(const Camera& camera) {
     gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
   }
@@ -136,6 +144,7 @@ class CudaRenderer final : public Renderer {
   /// Waits for the frame and copies the requested maps to the host.
   void collect_maps(const Camera& camera, const Outputs& outputs, const Target& target) {
     check(cudaStreamSynchronize(stream_), "frame");
+    if (outputs.mode_pairs) result_.mode_pairs = mode_counter_.result();
     const std::size_t pixels = Pixels::count_of(camera);
     const bool wanted = outputs.color && std::holds_alternative<HostImage>(target);
     result_.color.width = wanted ? camera.width : 0;
@@ -161,6 +170,7 @@ class CudaRenderer final : public Renderer {
   std::array<std::optional<DeviceCloud>, 2> clouds_;  // by order, on the GPU
   Pixels pixels_;
   GlTarget gl_target_;
+  ModeCounter mode_counter_;
   classic::ClassicPipeline classic_;
   fast::FastPipeline fast_;
   Frame result_;

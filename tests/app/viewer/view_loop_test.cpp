@@ -223,6 +223,9 @@ TEST(FrameRequests, numbers_are_wanted_until_they_are_precise_but_a_settled_view
   viewer.numbers.rows[1].round_ms = {2, 1, 2, 1, 2};
   EXPECT_TRUE(numbers_are_wanted(viewer));
   EXPECT_FALSE(numbers_are_missing(viewer));
+  EXPECT_TRUE(counts_are_missing(viewer));
+  EXPECT_FALSE(is_settled(viewer));
+  viewer.counts.view_version = viewer.view_version;
   EXPECT_TRUE(is_settled(viewer));
   viewer.panels.hud = false;
   EXPECT_FALSE(numbers_are_wanted(viewer));

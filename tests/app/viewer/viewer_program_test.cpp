@@ -55,6 +55,26 @@ TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes
   EXPECT_THAT(a["status"].get<std::string>(), HasSubstr("medians of "));
 }
 
+TEST_F(ViewerProgram, counts_the_pairs_of_all_modes_while_it_flies_and_as_the_measurement_does) {
+  const ProgramRun run =
+      play("key F10\nwait\nstate " + path("a.json") + "\npress W\nsleep 0.5\nstate " +
+               path("flying.json") + "\nrelease W\nwait\nstate " + path("b.json") + "\nquit\n",
+           {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json a = state("a.json"), flying = state("flying.json"), b = state("b.json");
+  EXPECT_NE(a["modes"][0]["live_pairs"], b["modes"][0]["live_pairs"]);
+  EXPECT_FALSE(flying["numbers_are_current"]);
+  for (const json& row : flying["modes"]) EXPECT_TRUE(row["live_pairs"].is_number()) << row;
+  for (const json* shown : {&a, &b}) {
+    for (const json& row : (*shown)["modes"]) {
+      std::string measured = row["pairs"];
+      std::erase(measured, ',');
+      EXPECT_EQ(std::to_string(row["live_pairs"].get<std::uint64_t>()), measured) << row;
+      EXPECT_EQ(row["live_frames_ago"], 0);
+    }
+  }
+}
+
 TEST_F(ViewerProgram, the_first_start_opens_the_bundled_scene_and_a_later_one_welcomes) {
   const std::vector<std::string> settings = {"--settings", path("viewer.json")};
   for (const char* name : {"first", "later"}) {

@@ -75,7 +75,7 @@ TEST(Allocations, are_counted) {
 TEST(Allocations, of_a_frame_are_none_once_buffers_have_grown) {
   const Camera camera = test::front_camera(320, 200);
   Outputs maps;
-  maps.pairs = maps.evaluated = true;
+  maps.pairs = maps.evaluated = maps.mode_pairs = true;
   for (const int threads : {1, 2, 5}) {
     const auto renderer = make_renderer(Backend::cpu, test::pool(threads));
     renderer->upload(test::random_cloud(20000, 3, 1), {});

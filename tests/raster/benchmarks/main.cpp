@@ -4,7 +4,10 @@
 //   cpu_benchmarks [Google Benchmark's options]
 // Stages run on one thread, so that the column CPU contains all of their time. `threads/...` are
 // whole frames on 1, 2, 4, ... threads; `threads/arithmetic` is a loop that uses only registers, to
-// show the scaling of the machine itself.
+// show the scaling of the machine itself. `counts/...` alternates frames of 1280x720 with and
+// without Outputs::mode_pairs: medians of the CPU time of all threads in ms, and their ratio.
+#include <algorithm>
+#include <ctime>
 #include <functional>
 #include <memory>
 
@@ -169,6 +172,35 @@ void run_frames(benchmark::State& state, const Subject& subject) {
   for (auto _ : state) renderer->render(subject.camera);
 }
 
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void run_counts(benchmark::State& state, const Subject& subject) {
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(subject.cloud, {});
+  const Camera camera = subject.camera.resized(1280, 720);
+  std::vector<double> plain, counted;
+  const auto draw = [&](bool counts, std::vector<double>& times) {
+    Outputs outputs;
+    outputs.mode_pairs = counts;
+    const std::clock_t begin = std::clock();
+    renderer->render(camera, {}, outputs);
+    times.push_back(static_cast<double>(std::clock() - begin) * 1000 / CLOCKS_PER_SEC);
+  };
+  draw(true, counted);  // buffers grow
+  counted.clear();
+  for (auto _ : state) {
+    draw(false, plain);
+    draw(true, counted);
+  }
+  state.counters["frame_ms"] = median(plain);
+  state.counters["counting_ms"] = median(counted);
+  state.counters["ratio"] = median(counted) / median(plain);
+}
+
 /// Arithmetic in registers.
 void run_arithmetic(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
@@ -208,6 +240,11 @@ int main(int argc, char** argv) {
     on_every_thread_count(benchmark::RegisterBenchmark(
         ("threads/" + one->name()).c_str(),
         [one](benchmark::State& state) { run_frames(state, one->subject()); }));
+    benchmark::RegisterBenchmark(
+        ("counts/" + one->name()).c_str(),
+        [one](benchmark::State& state) { run_counts(state, one->subject()); })
+        ->UseRealTime()
+        ->Unit(benchmark::kMillisecond);
   }
   on_every_thread_count(benchmark::RegisterBenchmark("threads/arithmetic", run_arithmetic));
   benchmark::RunSpecifiedBenchmarks();

@@ -14,6 +14,7 @@
 #include "raster/cpu/fast/half.h"
 #include "raster/kernel/composite.h"
 #include "support/gpu.h"
+#include "support/mode_pairs.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -42,7 +43,7 @@ class CpuPipeline : public testing::TestWithParam<std::int64_t> {
 
   static Outputs everything() {
     Outputs outputs;
-    outputs.pairs = outputs.evaluated = outputs.trace = true;
+    outputs.pairs = outputs.evaluated = outputs.trace = outputs.mode_pairs = true;
     return outputs;
   }
 
@@ -55,6 +56,7 @@ class CpuPipeline : public testing::TestWithParam<std::int64_t> {
     settings.pipeline = Pipeline::fast;
     const Frame& fast = renderer.render(camera, settings, everything());
     test::expect_equal_decisions(fast, classic);
+    EXPECT_EQ(fast.mode_pairs, classic.mode_pairs);
     test::expect_same_image(fast.color, classic.color);
     // The last bit of a pixel's transmittance may decide at which entry it stops.
     std::size_t different = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Frame and stage times of both pipelines in every mode on the GPU, with the limits of
 // docs/performance.md, for generated scenes of the parity tests and for the scenes, cameras and
-// sizes of golden/pairs.json. Also measures the time from a scene's file to its first frame.
+// sizes of golden/pairs.json. Also measures the time from a scene's file to its first frame, and
+// the time of render() with and without Outputs::mode_pairs.
 //   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or a set of the file
 // Pipelines and modes alternate frame by frame, so that a drifting clock affects all of them
 // equally. Frame times come from frames without events between stages, whose images stay on the
@@ -121,6 +122,30 @@ double now_ms() {
   return std::chrono::duration<double, std::milli>(now).count();
 }
 
+/// Prints the time of render() on the host's clock without and with Outputs::mode_pairs, for
+/// alternating frames. (frame_ms does not include counting.)
+void print_counting(Renderer& renderer, const Camera& camera, int frames, const char* set) {
+  for (const Pipeline pipeline : {Pipeline::classic, Pipeline::fast}) {
+    RenderSettings settings;
+    settings.pipeline = pipeline;
+    std::vector<float> ms[2];  // without, with
+    for (int round = -kWarmup; round < frames; ++round) {
+      for (int counts = 0; counts < 2; ++counts) {
+        Outputs outputs;
+        outputs.mode_pairs = counts == 1;
+        const double begin = now_ms();
+        renderer.render(camera, settings, outputs, DeviceImage{});
+        if (round >= 0) ms[counts].push_back(static_cast<float>(now_ms() - begin));
+      }
+    }
+    const auto plain = static_cast<double>(median(ms[0]));
+    const auto counted = static_cast<double>(median(ms[1]));
+    std::printf("%s %s: render() %.3f ms, with the pairs of all modes %.3f ms, ratio %.3f\n", set,
+                kPipelineNames[static_cast<int>(pipeline)], plain, counted, counted / plain);
+  }
+  std::printf("\n");
+}
+
 /// Prints the times of the steps from a file to its first frame. `renderer` then has the scene.
 void load(const fs::path& file, const Camera& camera, std::unique_ptr<Renderer>& renderer) {
   const double begin = now_ms();
@@ -173,6 +198,7 @@ void measure_scenes(const fs::path& shared, int frames, const std::string& only,
       measure(*renderer, cameras.at(index.get<std::size_t>()), frames, variants, clock);
     }
     print_table(limits, set["cameras"].size(), variants);
+    print_counting(*renderer, cameras.at(set["cameras"][0].get<std::size_t>()), frames, limits.set);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/render/frame_requests.h"
 
+#include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/training_actions.h"
 
@@ -59,11 +60,16 @@ bool numbers_are_wanted(const Viewer& viewer) {
   return can_measure(viewer) && !numbers_suffice(viewer);
 }
 
+bool counts_are_missing(const Viewer& viewer) {
+  return shows_counts(viewer) && !viewer.shows_grid && shows_full_frame(viewer) && !viewer.moving() &&
+         !is_training(viewer) && !viewer.zoom.running && !counts_are_current(viewer);
+}
+
 bool is_settled(const Viewer& viewer) {
   if (viewer.loading || viewer.crop.busy || is_training(viewer)) return false;
   if (!viewer.scene) return true;
-  return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !viewer.measuring &&
-         !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
+  return shows_full_frame(viewer) && !numbers_are_missing(viewer) && !counts_are_missing(viewer) &&
+         !viewer.measuring && !viewer.moving() && !viewer.playback.running && !viewer.zoom.running;
 }
 
 int FrameRequests::next_divisor(const Viewer& viewer) const {
@@ -74,6 +80,12 @@ int FrameRequests::next_divisor(const Viewer& viewer) const {
   return viewer.shown.version == viewer.version ? refined(viewer.shown.divisor) : divisor_;
 }
 
+// The mode does not change the counts, so a view is counted once. A view at rest is always counted.
+bool FrameRequests::next_counts(const Viewer& viewer) const {
+  if (!shows_counts(viewer) || counts_are_current(viewer)) return false;
+  return counting_pace_.counts_next() || !(viewer.moving() || is_training(viewer));
+}
+
 void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool window_rests) {
   if (!viewer.scene || viewer.zoom.running) return;
   if (!may_draw(viewer)) return;
@@ -81,10 +93,16 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   const bool continuous = !viewer.on_demand && !render.busy();
   const bool rescales = viewer.shown.version == viewer.version && viewer.shown.divisor == 1 &&
                         has_old_scale(viewer) && !viewer.moving() && !render.busy();
-  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales) {
+  // For example because the table was opened.
+  const bool uncounted = counts_are_missing(viewer) && counted_version_ != viewer.view_version;
+  if (!are_up_to_date(viewer) || divisor < divisor_ || continuous || rescales || uncounted) {
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
+    if (next_counts(viewer)) {
+      request.counted = CountedView{measured_camera(viewer), request.settings};
+      counted_version_ = viewer.view_version;
+    }
     render.request(std::move(request));
     version_ = viewer.version;
     divisor_ = divisor;
@@ -110,6 +128,7 @@ void FrameRequests::learn(const RenderedFrame& frame) {
     }
   }
   resolution_.learn(frame.shown.divisor, cost);
+  counting_pace_.learn(frame.shown.stats, !frame.shown.mode_pairs.empty());
 }
 
 }  // namespace qs

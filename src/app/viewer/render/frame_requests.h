@@ -4,6 +4,7 @@
 // moves and the CPU draws, then refined in steps), and once the view is still, measure all modes.
 #pragma once
 
+#include "app/viewer/render/counting_pace.h"
 #include "app/viewer/render/render_thread.h"
 #include "app/viewer/render/resolution.h"
 
@@ -19,7 +20,10 @@ bool numbers_are_missing(const Viewer& viewer);
 /// The same, and also if the table is not precise enough yet.
 bool numbers_are_wanted(const Viewer& viewer);
 
-/// True if nothing moves and the window shows the final frame and numbers of the view.
+/// True if the table of modes is visible and the view at rest in the window was not counted.
+bool counts_are_missing(const Viewer& viewer);
+
+/// True if nothing moves and the window shows the final frame, counts and numbers of the view.
 bool is_settled(const Viewer& viewer);
 
 class FrameRequests {
@@ -36,9 +40,12 @@ class FrameRequests {
 
  private:
   int next_divisor(const Viewer& viewer) const;
+  bool next_counts(const Viewer& viewer) const;
 
   int version_ = -1, divisor_ = 1;  // of the last request
+  int counted_version_ = -1;        // Viewer::view_version of the last request that counts
   Resolution resolution_;
+  CountingPace counting_pace_;
 };
 
 }  // namespace qs

@@ -12,9 +12,13 @@ namespace {
 RenderedFrame draw_with_map(RenderContext& context, const FrameRequest& request,
                             const Camera& camera) {
   const HeldScale scale = heat_scale(context, request, camera);
-  HeatmapFrame mapped = render_with_heatmap(*context.session.renderer, camera, request.settings,
-                                            *request.heatmap, *context.session.pool, context.stop);
-  RenderedFrame rendered = rendered_of(request, mapped.frame);
+  Renderer& renderer = *context.session.renderer;
+  const HeatmapMaker maker(renderer, camera, request.settings, *request.heatmap,
+                           *context.session.pool, context.stop);
+  const Frame& frame = renderer.render(
+      camera, request.settings, with_counts(maker.outputs(), request), HostImage{}, context.stop);
+  RenderedFrame rendered = rendered_of(request, frame);
+  FrameHeatmap mapped = maker.map(frame);
   show_map(rendered.shown, std::move(mapped.heatmap), scale);
   rendered.shown.missed = std::move(mapped.missed);
   return rendered;
@@ -24,11 +28,11 @@ RenderedFrame draw_values(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   Outputs outputs = outputs_for(request.quantity);
   outputs.color = false;
-  const Frame& frame = context.session.renderer->render(camera, request.settings, outputs,
-                                                        HostImage{}, context.stop);
+  const Frame& frame = context.session.renderer->render(
+      camera, request.settings, with_counts(outputs, request), HostImage{}, context.stop);
   ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
-  RenderedFrame rendered{shown_of(request, frame.stats), camera.width, camera.height,
-                         to_rgba(colored(map)),          {},           {}};
+  RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height,
+                         to_rgba(colored(map)),    {},           {}};
   rendered.shown.values = std::move(map);
   return rendered;
 }
@@ -58,13 +62,21 @@ struct FrameOfSplit {
   std::optional<FrameHeatmap> map;
 };
 
+// The outputs of a frame of a split window, with its pairs, and the heat map to make.
+struct SplitOutputs {
+  Outputs outputs;
+  std::optional<HeatQuantity> heatmap;
+};
+
 FrameOfSplit draw_for_split(RenderContext& context, Renderer& renderer, const Camera& camera,
-                            const RenderSettings& settings, std::optional<HeatQuantity> heatmap) {
+                            const RenderSettings& settings, const SplitOutputs& wanted) {
   std::optional<HeatmapMaker> maker;
-  if (heatmap)
-    maker.emplace(renderer, camera, settings, *heatmap, *context.session.pool, context.stop);
+  if (wanted.heatmap)
+    maker.emplace(renderer, camera, settings, *wanted.heatmap, *context.session.pool, context.stop);
   Outputs outputs = maker ? maker->outputs() : Outputs();
   outputs.pairs = true;
+  outputs.mode_pairs = wanted.outputs.mode_pairs;
+  outputs.counted = wanted.outputs.counted;
   const Frame& frame = renderer.render(camera, settings, outputs, HostImage{}, context.stop);
   return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};
 }
@@ -78,7 +90,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
   const bool beside = request.beside && context.beside;
   Renderer& renderer =
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
-  FrameOfSplit drawn = draw_for_split(context, renderer, camera, settings, request.heatmap);
+  FrameOfSplit drawn = draw_for_split(context, renderer, camera, settings, {{}, request.heatmap});
   const Frame& frame = drawn.frame;
   rendered.other = to_rgba(frame.color);
   ShownOther& other = rendered.shown.other.emplace();
@@ -94,8 +106,10 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   const HeldScale scale = heat_scale(context, request, camera);
-  FrameOfSplit first =
-      draw_for_split(context, *context.session.renderer, camera, request.settings, request.heatmap);
+  Outputs outputs;
+  outputs.pairs = true;
+  FrameOfSplit first = draw_for_split(context, *context.session.renderer, camera, request.settings,
+                                      {with_counts(outputs, request), request.heatmap});
   RenderedFrame rendered = rendered_of(request, first.frame);
   if (first.map) {
     show_map(rendered.shown, std::move(first.map->heatmap), scale);
@@ -129,7 +143,7 @@ std::vector<std::uint8_t> to_rgba(const Image& image) {
 }
 
 RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
-  return {shown_of(request, frame.stats),
+  return {shown_of(request, frame),
           frame.color.width,
           frame.color.height,
           to_rgba(frame.color),
@@ -137,9 +151,16 @@ RenderedFrame rendered_of(const FrameRequest& request, const Frame& frame) {
           {}};
 }
 
-ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats) {
+Outputs with_counts(Outputs outputs, const FrameRequest& request) {
+  outputs.mode_pairs = request.counted.has_value();
+  outputs.counted = request.counted;
+  return outputs;
+}
+
+ShownFrame shown_of(const FrameRequest& request, const Frame& frame) {
   ShownFrame shown;
-  shown.stats = stats;
+  shown.stats = frame.stats;
+  shown.mode_pairs = frame.mode_pairs;
   shown.mode = request.settings.mode;
   shown.version = request.version;
   shown.view_version = request.view_version;
@@ -159,8 +180,9 @@ RenderedFrame draw_on_host(RenderContext& context, const FrameRequest& request,
   if (request.other) return draw_beside(context, request, camera);
   if (request.quantity != Quantity::color) return draw_values(context, request, camera);
   if (request.heatmap) return draw_with_map(context, request, camera);
-  return rendered_of(request, context.session.renderer->render(camera, request.settings, {},
-                                                               HostImage{}, context.stop));
+  return rendered_of(
+      request, context.session.renderer->render(camera, request.settings, with_counts({}, request),
+                                                HostImage{}, context.stop));
 }
 
 }  // namespace qs

@@ -10,7 +10,10 @@
 namespace qs {
 
 /// The facts of a frame, without its maps.
-ShownFrame shown_of(const FrameRequest& request, const RenderStats& stats);
+ShownFrame shown_of(const FrameRequest& request, const Frame& frame);
+
+/// `outputs`, and the counts of all modes if the request asks for them.
+Outputs with_counts(Outputs outputs, const FrameRequest& request);
 
 /// 8-bit RGBA, rows from the top.
 std::vector<std::uint8_t> to_rgba(const Image& image);

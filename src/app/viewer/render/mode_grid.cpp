@@ -69,7 +69,8 @@ RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, con
   }
   const auto current =
       static_cast<std::size_t>(std::clamp<CullMode>(request.settings.mode, 1, culler_count()) - 1);
-  rendered.shown = shown_of(request, grid.stats[current]);
+  rendered.shown = shown_of(request, Frame());
+  rendered.shown.stats = grid.stats[current];
   rendered.width = page.width;
   rendered.height = page.height;
   rendered.rgba = to_rgba(page);

@@ -28,7 +28,9 @@ struct FrameRequest {
   bool beside = false;                      ///< `other` draws RenderContext::beside
   bool grid = false;                        ///< all modes side by side; `other` is unset
   HeatStyle heat_style;                     ///< of the grid's maps; the window colours other maps
-  int version = 0, view_version = 0;        ///< of Viewer
+  /// The pairs of all modes of this full-size view are counted.
+  std::optional<CountedView> counted;
+  int version = 0, view_version = 0;  ///< of Viewer
 };
 
 /// A frame for the window: pixels on the host, or in a GL texture.

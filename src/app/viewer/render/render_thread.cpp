@@ -158,12 +158,12 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
     frames_->give_back(std::exchange(texture, {}));
   }
   if (texture.name == 0) texture = frames_->take(camera.width, camera.height);
-  const Outputs outputs = request.heatmap ? outputs_for(*request.heatmap) : Outputs();
+  const Outputs outputs =
+      with_counts(request.heatmap ? outputs_for(*request.heatmap) : Outputs(), request);
   try {
     const Frame& frame = context_.session.renderer->render(camera, request.settings, outputs,
                                                            texture, context_.stop);
-    RenderedFrame rendered{
-        shown_of(request, frame.stats), camera.width, camera.height, {}, {}, texture};
+    RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height, {}, {}, texture};
     rendered.shown.interop = true;
     if (request.heatmap)
       show_map(rendered.shown, make_heatmap(frame, *request.heatmap, camera.width, camera.height),

@@ -101,6 +101,8 @@ void set_measured_size(Viewer& v, std::size_t index) {
   if (index >= std::size(kMeasuredSizes) || index == v.measured_size) return;
   v.measured_size = index;
   v.numbers = {};
+  v.counts = {};
+  picture_changed(v);  // the next frame counts at this size
 }
 
 void toggle_grid(Viewer& v) {
@@ -284,6 +286,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.keyframes.clear();
     v.playback = {};
     v.zoom = {};
+    v.counts = {};
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
@@ -362,6 +365,7 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
   ++v.frames;
+  if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
   if (is_training(v)) {
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,
                              v.moving() ? DrawingBudget::kMoving : DrawingBudget::kResting);

@@ -12,6 +12,7 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/live_counts.h"
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
@@ -228,7 +229,10 @@ void add_frame(const Viewer& viewer, ordered_json& json) {
 
 ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
   const BenchRow* measured = measured_row(viewer, row.mode, viewer.settings.pipeline);
+  const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
   return {{"mode", row.name},
+          {"live_pairs", live ? ordered_json(live->tile_pairs) : ordered_json()},
+          {"live_frames_ago", live ? ordered_json(live->frames_ago) : ordered_json()},
           {"ms_median", measured == nullptr ? 0 : measured->ms_median},
           {"ms", row.ms},
           {"fps", row.fps},

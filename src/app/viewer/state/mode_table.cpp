@@ -7,6 +7,7 @@
 
 #include "app/base/text.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/live_counts.h"
 
 namespace qs {
 
@@ -69,6 +70,20 @@ void set_numbers(HudRow& row, const BenchRow* measured) {
 
 }  // namespace
 
+namespace {
+
+// Counts of this view, or of a recent view of a moving camera, in place of an earlier measurement.
+void set_live_pairs(const Viewer& viewer, HudRow& row) {
+  if (numbers_are_current(viewer)) return;
+  const std::optional<LiveCount> live = live_pairs(viewer, row.mode);
+  if (!live) return;
+  row.pairs = (live->frames_ago > 0 ? "~" : "") + grouped(live->tile_pairs);
+  row.pairs_value = static_cast<double>(live->tile_pairs);
+  row.pairs_live = true;
+}
+
+}  // namespace
+
 std::string unused_text(const BenchRow* row) {
   if (row == nullptr || !row->false_positives) return "-";
   return fmt::format("{:.1f} %", 100 * row->false_positive_share.value_or(0));
@@ -88,6 +103,7 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     row.ms = time_text(found);
     row.fps = rate_text(found);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
+    set_live_pairs(viewer, row);
     row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
     row.unused = unused_text(found);
     const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);

@@ -165,6 +165,15 @@ struct ShownFrame {
   std::optional<ValueMap> values;   ///< if the picture shows a quantity instead of colours
   Scale map_scale;                  ///< of all heat maps of this view
   int scale_version = -1;           ///< Viewer::view_version that `map_scale` fits
+  /// Frame::mode_pairs of the full-size view; empty if the frame did not count them
+  std::vector<ModePairs> mode_pairs;
+};
+
+/// The last counted pairs of all modes; live_counts.h reads them.
+struct ViewCounts {
+  int view_version = -1;         ///< Viewer::view_version
+  int frame = 0;                 ///< Viewer::frames of the frame that counted
+  std::vector<ModePairs> modes;  ///< index = mode - 1; empty: nothing was counted yet
 };
 
 /// Numbers of all modes for one view. The frames are BenchRow::round_ms.
@@ -324,6 +333,7 @@ struct Viewer : Turn {
   std::optional<Loading> loading;
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
+  ViewCounts counts;
   ModeNumbers numbers;
   SeenModes seen;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative

@@ -2,6 +2,7 @@
 #include "raster/cpu/classic/classic.h"
 
 #include "raster/cpu/classic/depth.h"
+#include "raster/cpu/classic/mode_pairs.h"
 #include "raster/cpu/classic/used.h"
 #include "raster/cpu/collect.h"
 #include "raster/cpu/stage_clock.h"
@@ -38,6 +39,10 @@ void Classic::count_used(const FrameContext& frame, Frame& result) const {
 
 void Classic::draw_depth(const FrameContext& frame, Frame& result) const {
   cpu::draw_depth(frame, visible_, lists_, result);
+}
+
+void Classic::count_modes(const FrameContext& counted, ModeSums& sums) const {
+  cpu::count_modes(counted, active_, sums);
 }
 
 }  // namespace qs::cpu

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "raster/cpu/classic/blend.h"
+#include "raster/cpu/mode_pairs.h"
 #include "raster/scene/activated_cloud.h"
 
 namespace qs::cpu {
@@ -25,6 +26,9 @@ class Classic {
 
   /// Fills depth of a frame after draw() or list().
   void draw_depth(const FrameContext& frame, Frame& result) const;
+
+  /// Adds the counts of every mode for a view to `sums`; needs no frame of it.
+  void count_modes(const FrameContext& counted, ModeSums& sums) const;
 
  private:
   ActivatedCloud active_;

@@ -2,6 +2,7 @@
 #include "raster/cpu/fast/pipeline.h"
 
 #include "raster/cpu/collect.h"
+#include "raster/cpu/fast/mode_pairs.h"
 #include "raster/cpu/stage_clock.h"
 
 namespace qs::cpu::fast {
@@ -16,6 +17,10 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
   }
   const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat(); };
   collect(visible_, lists_, splat_of, outputs, result);
+}
+
+void FastPipeline::count_modes(const FrameContext& counted, ModeSums& sums) const {
+  fast::count_modes(counted, scene_, sums);
 }
 
 }  // namespace qs::cpu::fast

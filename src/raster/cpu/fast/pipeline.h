@@ -5,6 +5,7 @@
 #pragma once
 
 #include "raster/cpu/fast/blend.h"
+#include "raster/cpu/mode_pairs.h"
 
 namespace qs::cpu::fast {
 
@@ -15,6 +16,9 @@ class FastPipeline {
   /// Fills `result`, whose maps already have their sizes, except for the frame's time. The uploaded
   /// scene was made of frame.cloud.
   void draw(const FrameContext& frame, const Outputs& outputs, Frame& result);
+
+  /// Adds the counts of every mode for a view to `sums`; needs no frame of it.
+  void count_modes(const FrameContext& counted, ModeSums& sums) const;
 
  private:
   SceneBlocks scene_;

@@ -26,7 +26,7 @@ void ClassicPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pi
   timed(Stage::sort, [&] { sort(frame, pairs_, lists_); });
   timed(Stage::blend, [&] { blend(frame, visible_, pairs_, lists_, outputs, pixels); });
   clock.finish(frame.stream);
-  frame.enqueue_present();
+  frame.enqueue_behind();
 }
 
 void ClassicPipeline::collect(const FrameContext& frame, const Outputs& outputs,

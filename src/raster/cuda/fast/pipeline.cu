@@ -137,7 +137,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       graph_.launch(frame.stream);
     }
     clock.finish(frame.stream);
-    frame.enqueue_present();
+    frame.enqueue_behind();
     copy_to_host(scratch_.counters, &*counters_, 1, frame.stream);
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool segments_fit =

@@ -103,6 +103,7 @@ struct QuadBox {
 
 struct QuadBoxNaive {
   static constexpr const char* kName = "quadbox-naive";
+  using SameTiles = QuadBox;  ///< lists the same tiles, so counting needs no loop over boxes
 
   /// Calls visit(column, row) for the tiles within `window`, box by box, without the tiles that an
   /// earlier box contains.

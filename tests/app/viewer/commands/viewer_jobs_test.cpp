@@ -387,6 +387,11 @@ TEST_F(ViewerJobs, requests_follow_the_state_of_the_view) {
   EXPECT_EQ(viewer().numbers.version, -1);
   press("F10");
   requests.update(viewer(), thread_, false);
+  frame = settle();  // the same picture, with the pairs of all modes
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->shown.mode_pairs.empty());
+  apply(call(action::frame_shown, frame->shown));
+  requests.update(viewer(), thread_, false);
   EXPECT_FALSE(settle());
   EXPECT_EQ(viewer().numbers.version, -1);
   requests.update(viewer(), thread_, true);

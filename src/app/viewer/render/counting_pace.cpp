@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/counting_pace.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/viewer/state/live_counts.h"
+
+namespace qs {
+
+void CountingPace::learn(const RenderStats& stats, bool counted) {
+  constexpr float kMostShare = 0.1f;  // of the time of drawing
+  if (!counted) {
+    ++uncounted_;
+    return;
+  }
+  uncounted_ = 0;
+  const float affordable = kMostShare * stats.frame_ms;
+  const float period = affordable > 0 ? std::ceil(stats.count_ms / affordable) : 1;
+  period_ = static_cast<int>(std::clamp(period, 1.0f, static_cast<float>(kMostFramesAgo)));
+}
+
+}  // namespace qs

@@ -114,7 +114,9 @@ struct TableScale {
 void draw_cell(const Viewer& viewer, const HudRow& row, const TableColumn& column,
                const TableScale& scale, Actions& actions) {
   const bool noisy = column.noisy != nullptr && row.*column.noisy;
-  ImGui::PushStyleColor(ImGuiCol_Text, scale.current && !noisy ? palette::kText : palette::kFaint);
+  const bool live = column.value == &HudRow::pairs_value && row.pairs_live;
+  const bool trusted = live || (scale.current && !noisy);
+  ImGui::PushStyleColor(ImGuiCol_Text, trusted ? palette::kText : palette::kFaint);
   switch (column.kind) {
     case CellKind::mode:
       draw_mode_name(viewer, row, actions);

@@ -61,8 +61,9 @@ bool numbers_are_wanted(const Viewer& viewer) {
 }
 
 bool counts_are_missing(const Viewer& viewer) {
-  return shows_counts(viewer) && !viewer.shows_grid && shows_full_frame(viewer) && !viewer.moving() &&
-         !is_training(viewer) && !viewer.zoom.running && !counts_are_current(viewer);
+  return shows_counts(viewer) && !viewer.shows_grid && shows_full_frame(viewer) &&
+         !viewer.moving() && !is_training(viewer) && !viewer.zoom.running &&
+         !counts_are_current(viewer);
 }
 
 bool is_settled(const Viewer& viewer) {

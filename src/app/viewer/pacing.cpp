@@ -28,9 +28,11 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
   // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
+  // A recorded zoom shows its own frames.
+  const bool continuous = (!viewer.on_demand || viewer.playback.running) && !viewer.zoom.running;
   return draw_once_ || ended || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
-         around.now - around.last_event < kUiSeconds || !viewer.on_demand || viewer.loading ||
-         viewer.playback.running || viewer.moving();
+         around.now - around.last_event < kUiSeconds || continuous || viewer.loading ||
+         viewer.moving();
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {

@@ -69,6 +69,8 @@ struct RenderContext {
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;
+  std::atomic<int> drawings = 0;          ///< of the window so far; counted when one begins
+  std::atomic<bool> window_rests = true;  ///< the window is not drawn now, nor soon
 
   /// Reports an action to the main thread.
   template <class... Words>

@@ -14,6 +14,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
+#include "app/viewer/state/zoom_text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
@@ -397,9 +398,7 @@ std::string state_json(const Viewer& viewer) {
   if (verdict_is_current(viewer)) add_facts(json["verdict"], verdict_facts(*viewer.comparison));
   add_messages(viewer, json);
   json["keyframes"] = viewer.keyframes.size();
-  json["zoom"] = {{"running", viewer.zoom.running},
-                  {"rows", viewer.zoom.rows.size()},
-                  {"folder", viewer.zoom.folder.string()}};
+  json["zoom"] = zoom_json(viewer);
   return json_file_text(json);
 }
 

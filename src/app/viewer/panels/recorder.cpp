@@ -35,7 +35,7 @@ bool button_after(const char* label, const char* tooltip) {
 }
 
 // ---- the plan ----------------------------------------------------------------------------------
-void draw_ends(const Viewer& viewer, ZoomPlan& plan, Actions& actions) {
+void draw_ends(ZoomPlan& plan, Actions& actions) {
   ImGui::AlignTextToFramePadding();
   if (!plan.start) {
     ImGui::TextUnformatted("from this view");
@@ -108,7 +108,7 @@ void draw_mode_choice(ZoomPlan& plan) {
 void draw_plan(const Viewer& viewer, Actions& actions) {
   ZoomPlan plan = viewer.zoom.plan;
   ImGui::BeginDisabled(viewer.zoom.running);
-  draw_ends(viewer, plan, actions);
+  draw_ends(plan, actions);
   ImGui::SetNextItemWidth(7 * ImGui::GetFontSize());
   ImGui::InputInt("steps", &plan.steps);
   ImGui::SetNextItemWidth(7 * ImGui::GetFontSize());

@@ -46,7 +46,7 @@ class RenderThread {
   bool busy();
   bool measuring() const { return context_.measuring; }
 
-  /// Tells jobs about the drawing of the window, see undisturbed.h.
+  /// Report the drawing of the window to jobs, see undisturbed.h.
   void note_drawing() {
     context_.window_rests = false;
     ++context_.drawings;

@@ -36,7 +36,7 @@ void zoom_stepped(Viewer& viewer, const std::vector<BenchRow>& rows_of_step);
 void zoom_ended(Viewer& viewer, const std::filesystem::path& folder, bool has_figures);
 /// The end of the path is at the distance of the view that was chosen as the end.
 void zoom_end_found(Viewer& viewer, double closer);
-/// Earlier recordings, oldest first. Those that are in the list already are dropped.
+/// Earlier recordings, oldest first. Recordings that are in the list already are dropped.
 void zooms_found(Viewer& viewer, const std::vector<ZoomRecord>& records);
 
 }  // namespace qs::action

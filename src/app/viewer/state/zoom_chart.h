@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The numbers of the recorder's chart, apart from their drawing: curves against the zoom, axes with
-// round ticks, and the values at the cursor. The axes are those of the plots of `quadsplat zoom`.
+// round ticks, and the values at the cursor. The plots of `quadsplat zoom` have the same axes.
 #pragma once
 
 #include <optional>

@@ -30,7 +30,7 @@ struct ZoomRecord {
 /// The facts and the rows of a bundle; not saved yet.
 ZoomRecord make_zoom_record(const ZoomBundle& bundle);
 
-/// What the vertical axis of the chart shows.
+/// The quantity on the vertical axis of the chart.
 enum class ZoomQuantity { fps, ms, pairs };
 
 struct ZoomQuantityRow {

@@ -62,7 +62,7 @@ bool is_noisy_point(const BenchRow& row) {
                            std::abs(row.drift) > kCurveTolerance);
 }
 
-std::string noisy_curves(const std::vector<BenchRow>& rows) {
+std::string noisy_steps(const std::vector<BenchRow>& rows) {
   struct Curve {
     std::string mode;
     int steps = 0, noisy = 0;
@@ -76,12 +76,13 @@ std::string noisy_curves(const std::vector<BenchRow>& rows) {
     if (is_noisy_point(row)) ++curve->noisy;
   }
   std::string text;
+  int steps = 0;
   for (const Curve& curve : curves) {
+    steps = std::max(steps, curve.steps);
     if (curve.noisy == 0) continue;
-    text += fmt::format("{}{} at {} of {} steps", text.empty() ? "" : ", ", curve.mode, curve.noisy,
-                        curve.steps);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", curve.mode, curve.noisy);
   }
-  return text;
+  return text.empty() ? "" : fmt::format("{} of {}", text, steps);
 }
 
 }  // namespace qs

@@ -30,8 +30,8 @@ inline constexpr double kCurveTolerance = 0.1;  ///< of the median, see is_noisy
 /// their drift, exceeds kCurveTolerance of the median.
 bool is_noisy_point(const BenchRow& row);
 
-/// The noisy curves of a zoom: "3dgs at 2 of 12 steps, exact at 1 of 12 steps". Empty if no point
-/// is noisy.
-std::string noisy_curves(const std::vector<BenchRow>& rows);
+/// The number of noisy steps per mode of a zoom: "3dgs 2, exact 1 of 12". Empty if no point is
+/// noisy.
+std::string noisy_steps(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

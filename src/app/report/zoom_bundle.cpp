@@ -46,7 +46,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"closest", bundle.closest},
                        {"modes", modes},
                        {"settings", settings_json(bundle.settings)},
-                       {"noisy", noisy_curves(bundle.rows)},
+                       {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
   return json_file_text(json);
 }

@@ -63,14 +63,14 @@ std::string x_axis(double most) {
       most, joined(ticks, ", "));
 }
 
-// "; medians of 20 frames; noisy: 3dgs at 2 of 12 steps"
+// "; medians of 20 frames; noisy steps: 3dgs 2 of 12"
 std::string trust_note(const std::vector<BenchRow>& rows) {
   std::string text;
   const std::uint64_t frames = frames_per_point(rows);
   if (frames == 1) text += "; single frames";
   if (frames > 1) text += fmt::format("; medians of {} frames", frames);
-  const std::string noisy = noisy_curves(rows);
-  return noisy.empty() ? text : text + "; noisy: " + noisy;
+  const std::string noisy = noisy_steps(rows);
+  return noisy.empty() ? text : text + "; noisy steps: " + noisy;
 }
 
 // The distance of round ticks: 1, 2 or 5 times a power of ten, at most `steps` of them up to

@@ -327,14 +327,14 @@ TEST(Noise, a_zoom_s_curve_is_noisy_where_the_quartiles_or_the_halves_are_far_ap
       rows.back().ms_spread = 0.2;  // 10 % of the median
     }
   }
-  EXPECT_EQ(noisy_curves(rows), "");
+  EXPECT_EQ(noisy_steps(rows), "");
   rows[1].ms_spread = 0.21;
   rows[4].drift = -0.11;
-  EXPECT_EQ(noisy_curves(rows), "3dgs at 1 of 3 steps, exact at 1 of 3 steps");
+  EXPECT_EQ(noisy_steps(rows), "3dgs 1, exact 1 of 3");
   rows[1].ms_spread.reset();
   rows[1].drift = 0.5;
-  EXPECT_EQ(noisy_curves(rows), "3dgs at 1 of 3 steps") << "one frame has no noise";
-  EXPECT_EQ(noisy_curves({}), "");
+  EXPECT_EQ(noisy_steps(rows), "3dgs 1 of 3") << "one frame has no noise";
+  EXPECT_EQ(noisy_steps({}), "");
 }
 
 TEST(Shard, every_view_belongs_to_exactly_one_shard) {
@@ -396,7 +396,7 @@ TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {
   std::ofstream(folder / "zoom.json") << format_zoom_json(bundle);
   const ZoomBundle read = read_zoom_json(folder / "zoom.json");
   EXPECT_EQ(format_zoom_json(read), format_zoom_json(bundle));
-  EXPECT_THAT(format_zoom_json(bundle), HasSubstr(R"("noisy": "quadbox at 1 of 1 steps")"));
+  EXPECT_THAT(format_zoom_json(bundle), HasSubstr(R"("noisy_steps": "quadbox 1 of 1")"));
   EXPECT_TRUE(count_differences(bundle.rows, read.rows).empty());
   nlohmann::ordered_json edited = parse_own_json(format_zoom_json(bundle));
   edited["steps"] = 1e30;

@@ -343,12 +343,12 @@ TEST(ZoomPlots, a_band_needs_five_frames_at_every_point_and_is_not_claimed_witho
   expect_no_band("some CPU");
 }
 
-TEST(ZoomPlots, the_caption_names_noisy_curves) {
+TEST(ZoomPlots, the_caption_names_noisy_steps) {
   ZoomBundle bundle = zoom_of_five_steps();
   EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").caption, Not(HasSubstr("noisy")));
   bundle.rows[3].ms_spread = bundle.rows[3].ms_median;
   EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").caption,
-              HasSubstr("; noisy: quadbox at 1 of 5 steps"));
+              HasSubstr("; noisy steps: quadbox 1 of 5"));
 }
 
 std::vector<std::string> texts_of(const std::vector<AxisTick>& ticks) {

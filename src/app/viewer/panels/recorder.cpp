@@ -172,7 +172,7 @@ void draw_recording(const ZoomRecorder& zoom, std::size_t index, Actions& action
   ImGui::TableNextColumn();
   ImGui::TextUnformatted(record.machine.c_str());
   ImGui::TableNextColumn();
-  if (zoom.shown == index) return;
+  if (!zoom.shown || zoom.shown == index) return;
   const bool is_beneath = zoom.beneath == index;
   if (ImGui::SmallButton(is_beneath ? "hide" : "dashed"))
     actions.push_back(call(action::lay_zoom_beneath, index));

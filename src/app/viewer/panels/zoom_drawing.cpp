@@ -82,7 +82,7 @@ void draw_dashed(ImDrawList& draw, const std::vector<ImVec2>& points, ImU32 colo
 
 void draw_band(ImDrawList& draw, const ZoomChart& chart, const ZoomCurve& curve,
                const PlotArea& area) {
-  const ImU32 color = ImGui::GetColorU32(zoom_color(curve.mode, 0.18f));
+  const ImU32 color = ImGui::GetColorU32(zoom_color(curve.mode, 0.12f));
   const auto at = [&](const ZoomPoint& point, double value) {
     return area.at(chart.place(point.zoom, value));
   };

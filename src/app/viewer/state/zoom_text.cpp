@@ -141,8 +141,8 @@ std::string zoom_trust_text(const ZoomRecord& record) {
   if (frames == 1) text = "single frames";
   if (frames > 1) text = fmt::format("medians of {} frames", frames);
   if (has_bands(record.rows)) text += ", band: 5-95 % of them";
-  const std::string noisy = noisy_curves(record.rows);
-  if (!noisy.empty()) text += fmt::format("{}noisy: {}", text.empty() ? "" : "; ", noisy);
+  const std::string noisy = noisy_steps(record.rows);
+  if (!noisy.empty()) text += fmt::format("{}noisy steps: {}", text.empty() ? "" : "; ", noisy);
   return text;
 }
 

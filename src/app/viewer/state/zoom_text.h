@@ -35,7 +35,7 @@ std::string zoom_label(const ZoomRecord& record);
 /// The recording's name alone: "plush_0003", or the scene until it is saved.
 std::string zoom_title(const ZoomRecord& record);
 
-/// "medians of 20 frames, band: 5-95 % of them", and the noisy curves.
+/// "medians of 20 frames, band: 5-95 % of them", and the noisy steps.
 std::string zoom_trust_text(const ZoomRecord& record);
 
 /// The recorder in state_json().

@@ -266,7 +266,7 @@ TEST_F(RenderThreadTest, a_recorded_zoom_can_be_stopped_and_saves_nothing) {
 }
 
 TEST_F(RenderThreadTest, frames_that_met_a_drawing_of_the_window_are_measured_again) {
-  int measured = 0, cancelled = 0;
+  int measured = 0, voided = 0;
   thread_.note_drawing();  // the window is being drawn
   thread_.run([&](RenderContext& context) {
     const int result = undisturbed(context, [&](const Progress& progress) {
@@ -277,7 +277,7 @@ TEST_F(RenderThreadTest, frames_that_met_a_drawing_of_the_window_are_measured_ag
         progress.update(0.5f);
         progress.update(0.6f);
       } catch (const Cancelled&) {
-        ++cancelled;
+        ++voided;
         thread_.note_rest(true);
         throw;
       }
@@ -294,7 +294,7 @@ TEST_F(RenderThreadTest, frames_that_met_a_drawing_of_the_window_are_measured_ag
   thread_.note_rest(true);
   settle();
   EXPECT_EQ(measured, 3);
-  EXPECT_EQ(cancelled, 1);
+  EXPECT_EQ(voided, 1);
 }
 
 TEST_F(RenderThreadTest, a_job_that_waits_for_the_window_can_be_stopped) {

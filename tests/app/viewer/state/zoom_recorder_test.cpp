@@ -244,9 +244,9 @@ TEST(ZoomRecorder, labels_and_reliability_are_told) {
   EXPECT_EQ(zoom_trust_text(record), "medians of 20 frames, band: 5-95 % of them");
   record.rows[1].ms_spread = 3;
   EXPECT_EQ(zoom_trust_text(record),
-            "medians of 20 frames, band: 5-95 % of them; noisy: 3dgs at 1 of 2 steps");
+            "medians of 20 frames, band: 5-95 % of them; noisy steps: 3dgs 1 of 2");
   record.rows[0].frames = 1;
-  EXPECT_EQ(zoom_trust_text(record), "single frames; noisy: 3dgs at 1 of 2 steps");
+  EXPECT_EQ(zoom_trust_text(record), "single frames; noisy steps: 3dgs 1 of 2");
   record.folder.clear();
   EXPECT_EQ(zoom_title(record), "garden, not saved");
 }

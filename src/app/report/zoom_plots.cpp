@@ -53,24 +53,25 @@ std::string curves(const ZoomBundle& bundle, int column, bool band) {
   return plot_command(lines);
 }
 
-std::string x_axis(double most) {
+// The noisy steps are named below the axis, where there is room for all modes.
+std::string x_axis(const ZoomBundle& bundle) {
+  const double most = 1 / bundle.closest;
   std::vector<std::string> ticks;
   for (const AxisTick& tick : zoom_ticks(most))
     ticks.push_back(fmt::format("{} {}", quoted(tick.text), tick.value));
+  const std::string noisy = noisy_steps(bundle.rows);
   return fmt::format(
       "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\nset xtics ({})\n"
-      "set xlabel \"zoom (first distance to the target / distance)\"\n",
-      most, joined(ticks, ", "));
+      "set xlabel \"zoom (first distance to the target / distance)\"{}\n",
+      most, joined(ticks, ", "),
+      noisy.empty() ? "" : " . \"\\n\" . " + quoted("noisy steps: " + noisy));
 }
 
-// "; medians of 20 frames; noisy steps: 3dgs 2 of 12"
-std::string trust_note(const std::vector<BenchRow>& rows) {
-  std::string text;
+// "; medians of 20 frames"
+std::string frames_note(const std::vector<BenchRow>& rows) {
   const std::uint64_t frames = frames_per_point(rows);
-  if (frames == 1) text += "; single frames";
-  if (frames > 1) text += fmt::format("; medians of {} frames", frames);
-  const std::string noisy = noisy_steps(rows);
-  return noisy.empty() ? text : text + "; noisy steps: " + noisy;
+  if (frames == 0) return "";
+  return frames == 1 ? "; single frames" : fmt::format("; medians of {} frames", frames);
 }
 
 // The distance of round ticks: 1, 2 or 5 times a power of ten, at most `steps` of them up to
@@ -140,14 +141,14 @@ std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
   const BenchRow& row = bundle.rows.front();
   const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
                                           measured_on(bundle.environment)) +
-                              pipeline_note(bundle.rows) + trust_note(bundle.rows);
+                              pipeline_note(bundle.rows) + frames_note(bundle.rows);
   const bool bands = has_bands(bundle.rows);
   const std::string note = bands ? " (band: 5-95 % of the frames)" : "";
   const auto plot = [&](const char* name, const std::string& title, const char* label, int column,
                         bool band) {
     return Plot{name, title, caption,
-                blocks(bundle) + x_axis(1 / bundle.closest) +
-                    fmt::format("set ylabel {}\n", quoted(label)) + curves(bundle, column, band)};
+                blocks(bundle) + x_axis(bundle) + fmt::format("set ylabel {}\n", quoted(label)) +
+                    curves(bundle, column, band)};
   };
   return {plot("zoom_fps", "Frames per second while zooming in" + note, "frames per second", kFps,
                bands),

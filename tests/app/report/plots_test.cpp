@@ -343,12 +343,12 @@ TEST(ZoomPlots, a_band_needs_five_frames_at_every_point_and_is_not_claimed_witho
   expect_no_band("some CPU");
 }
 
-TEST(ZoomPlots, the_caption_names_noisy_steps) {
+TEST(ZoomPlots, noisy_steps_are_told_below_the_axis) {
   ZoomBundle bundle = zoom_of_five_steps();
-  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").caption, Not(HasSubstr("noisy")));
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands, Not(HasSubstr("noisy")));
   bundle.rows[3].ms_spread = bundle.rows[3].ms_median;
-  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").caption,
-              HasSubstr("; noisy steps: quadbox 1 of 5"));
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands,
+              HasSubstr(R"x(distance)" . "\n" . "noisy steps: quadbox 1 of 5")x"));
 }
 
 std::vector<std::string> texts_of(const std::vector<AxisTick>& ticks) {

@@ -144,10 +144,12 @@ void draw_shown_zoom(const ZoomRecorder& zoom, Actions& actions) {
   if (record == nullptr) return;
   const ZoomRecord* beneath = zoom_beneath(zoom);
   const ZoomChart chart = zoom_chart(record, beneath, zoom.quantity);
-  draw_quantities(zoom, actions);
-  faint_text(chart.title);
-  draw_zoom_chart(chart);
-  draw_zoom_legend(chart);
+  if (!chart.empty()) {
+    draw_quantities(zoom, actions);
+    faint_text(chart.title);
+    draw_zoom_chart(chart);
+    draw_zoom_legend(chart);
+  }
   faint_text(zoom_label(*record));
   if (beneath != nullptr) faint_text("dashed: " + zoom_label(*beneath));
   if (const std::string trust = zoom_trust_text(*record); !trust.empty()) faint_text(trust);

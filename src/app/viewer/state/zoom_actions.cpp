@@ -47,6 +47,10 @@ auto find_zoom(const std::vector<ZoomRecord>& records, const std::filesystem::pa
   });
 }
 
+std::filesystem::path full_path(const std::filesystem::path& path) {
+  return std::filesystem::absolute(path).lexically_normal();
+}
+
 // The recording in the chart if it has files, else null with a message.
 const ZoomRecord* saved_zoom(Viewer& v) {
   const ZoomRecord* record = shown_zoom(v.zoom);
@@ -102,14 +106,14 @@ void copy_zoom_figure(Viewer& v, Host& host) {
     return notify(v, fmt::format("the figures are not drawn: gnuplot draws the files *.gp in {}",
                                  record->folder.string()));
   const ZoomQuantityRow& row = kZoomQuantities[static_cast<std::size_t>(v.zoom.quantity)];
-  const std::string path = std::filesystem::absolute(record->folder / row.figure).string();
+  const std::string path = full_path(record->folder / row.figure).string();
   host.set_clipboard(path);
   notify(v, fmt::format("the path of the figure is on the clipboard: {}", path));
 }
 
 void open_zoom_folder(Viewer& v, Host& host) {
   const ZoomRecord* record = saved_zoom(v);
-  if (record != nullptr) host.open_folder(std::filesystem::absolute(record->folder));
+  if (record != nullptr) host.open_folder(full_path(record->folder));
 }
 
 void zoom_began(Viewer& v, const ZoomRecord& record) {

@@ -23,6 +23,7 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 using namespace action;
 
@@ -257,7 +258,7 @@ TEST(ZoomRecorder, the_figure_s_path_is_copied_and_the_folder_opened) {
   driven.apply(open_zoom_folder);
   EXPECT_THAT(driven.folders, IsEmpty());
   EXPECT_EQ(driven.viewer.toasts.back().text, "this zoom is not saved");
-  ZoomRecord record = found_record("zoom/a");
+  const ZoomRecord record = found_record("./zoom/a");
   driven.apply(zooms_found, std::vector<ZoomRecord>{record});
   driven.apply(show_zoom, std::size_t{0});
   driven.apply(copy_zoom_figure);
@@ -267,6 +268,7 @@ TEST(ZoomRecorder, the_figure_s_path_is_copied_and_the_folder_opened) {
   driven.apply(copy_zoom_figure);
   EXPECT_TRUE(std::filesystem::path(driven.text).is_absolute());
   EXPECT_THAT(driven.text, EndsWith("zoom/a/zoom_fps.png"));
+  EXPECT_THAT(driven.text, Not(HasSubstr("/./")));
   EXPECT_THAT(driven.viewer.toasts.back().text, HasSubstr(driven.text));
   driven.apply(show_zoom_quantity, ZoomQuantity::pairs);
   driven.apply(copy_zoom_figure);

@@ -77,6 +77,7 @@ std::vector<BenchRow> measure_steps(RenderContext& context, const Viewer& viewer
 
 void record(RenderContext& context, const Viewer& viewer) {
   Session& session = context.session;
+  const AtEnd ended{[&context] { context.report(action::zoom_job_ended); }};
   const auto settings = with_settings(session, zoom_settings(viewer));
   const std::optional<glm::dvec3> target = zoom_target(context, viewer);
   if (!target) return;
@@ -116,13 +117,14 @@ void find_end(RenderContext& context, const Viewer& viewer) {
 
 void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
   if (viewer.zoom.running) return host.stop_job();
-  if (!viewer.scene) return;
+  if (!viewer.scene || viewer.zoom.starting) return;
   if (is_training(viewer)) {
     return notify_error(viewer, "a zoom is recorded once training is paused or over");
   }
   viewer.panels.recorder = true;
   viewer.zoom.plan = clamped_plan(viewer.zoom.plan, viewer.backend);
   viewer.playback.running = false;
+  viewer.zoom.starting = true;
   start_job(viewer, host, record);
 }
 

@@ -205,8 +205,10 @@ void draw_recordings(const ZoomRecorder& zoom, Actions& actions) {
 void draw_recorder(const Viewer& viewer, PanelState&, Actions& actions) {
   const ZoomRecorder& zoom = viewer.zoom;
   if (!zoom.searched) actions.push_back(call(action::find_zooms));
+  ImGui::BeginDisabled(zoom.starting);
   if (ImGui::Button(zoom.running ? "Stop" : "Record"))
     actions.push_back(call(action::toggle_zoom_recording));
+  ImGui::EndDisabled();
   command_tooltip("Record a zoom");
   ImGui::SameLine();
   ImGui::TextWrapped("%s", (zoom.running ? zoom_status(zoom) : zoom_plan_text(viewer)).c_str());

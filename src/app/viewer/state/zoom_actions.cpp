@@ -116,6 +116,8 @@ void open_zoom_folder(Viewer& v, Host& host) {
   if (record != nullptr) host.open_folder(full_path(record->folder));
 }
 
+void zoom_job_ended(Viewer& v) { v.zoom.starting = false; }
+
 void zoom_began(Viewer& v, const ZoomRecord& record) {
   // Only the last recording that was not saved stays.
   ZoomRecorder& zoom = v.zoom;
@@ -126,6 +128,7 @@ void zoom_began(Viewer& v, const ZoomRecord& record) {
   zoom.records.push_back(record);
   zoom.shown = zoom.records.size() - 1;
   zoom.running = true;
+  zoom.starting = false;
 }
 
 void zoom_stepped(Viewer& v, const std::vector<BenchRow>& rows_of_step) {

@@ -29,6 +29,8 @@ void copy_zoom_figure(Viewer& viewer, Host& host);
 void open_zoom_folder(Viewer& viewer, Host& host);
 
 // ---- reports of the jobs -----------------------------------------------------------------------
+/// The job is over, also if it did not begin a recording.
+void zoom_job_ended(Viewer& viewer);
 /// `record` has no rows yet.
 void zoom_began(Viewer& viewer, const ZoomRecord& record);
 void zoom_stepped(Viewer& viewer, const std::vector<BenchRow>& rows_of_step);

@@ -46,6 +46,7 @@ inline constexpr ZoomQuantityRow kZoomQuantities[] = {
 
 struct ZoomRecorder {
   ZoomPlan plan;
+  bool starting = false;  ///< a recording was requested, and its job has not begun or failed yet
   bool running = false;
   bool searched = false;            ///< earlier recordings were searched in the folder of zooms
   std::vector<ZoomRecord> records;  ///< oldest first; while `running` the last one grows

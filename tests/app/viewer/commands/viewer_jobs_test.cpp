@@ -445,6 +445,7 @@ TEST_F(ZoomJobs, nothing_is_recorded_towards_an_empty_middle) {
   press("Shift+Z");
   settle();
   EXPECT_FALSE(viewer().zoom.running);
+  EXPECT_FALSE(viewer().zoom.starting);
   EXPECT_THAT(viewer().zoom.records, SizeIs(0));
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing to zoom to"));
 }

@@ -408,8 +408,8 @@ TEST(Viewer, jobs_wait_for_a_scene_and_the_zoom_s_key_stops_it_too) {
   driven.press("Z");
   EXPECT_FALSE(driven.viewer.panels.recorder);
   EXPECT_THAT(driven.jobs, IsEmpty()) << "Z opens and closes the panel and nothing else";
-  driven.press("Shift+Z");
-  EXPECT_THAT(driven.jobs, SizeIs(1));
+  for (int times = 0; times < 2; ++times) driven.press("Shift+Z");
+  EXPECT_THAT(driven.jobs, SizeIs(1)) << "a double click records once";
   EXPECT_TRUE(driven.viewer.panels.recorder);
   driven.apply(zoom_began, ZoomRecord());
   driven.press("Z");

@@ -121,7 +121,9 @@ void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
   if (is_training(viewer)) {
     return notify_error(viewer, "a zoom is recorded once training is paused or over");
   }
-  viewer.panels.recorder = true;
+  // Opening the panel would change the size of the picture that is recorded.
+  if (!viewer.panels.recorder || !viewer.panels.all)
+    notify(viewer, "recording a zoom: the panel of Z shows it, Shift+Z stops it");
   viewer.zoom.plan = clamped_plan(viewer.zoom.plan, viewer.backend);
   viewer.playback.running = false;
   viewer.zoom.starting = true;

@@ -365,7 +365,6 @@ TEST_F(ZoomJobs, a_zoom_has_twenty_frames_of_every_mode_and_step) {
   plan(three);
   const ZoomRecord& zoom = record();
   EXPECT_FALSE(viewer().zoom.running);
-  EXPECT_TRUE(viewer().panels.recorder);
   EXPECT_EQ(&zoom, shown_zoom(viewer().zoom));
   EXPECT_EQ(zoom.steps, 3);
   EXPECT_EQ(zoom.closest, 0.05);

@@ -410,7 +410,8 @@ TEST(Viewer, jobs_wait_for_a_scene_and_the_zoom_s_key_stops_it_too) {
   EXPECT_THAT(driven.jobs, IsEmpty()) << "Z opens and closes the panel and nothing else";
   for (int times = 0; times < 2; ++times) driven.press("Shift+Z");
   EXPECT_THAT(driven.jobs, SizeIs(1)) << "a double click records once";
-  EXPECT_TRUE(driven.viewer.panels.recorder);
+  EXPECT_FALSE(driven.viewer.panels.recorder) << "the picture keeps its size";
+  EXPECT_EQ(driven.viewer.toasts.size(), 1u);
   driven.apply(zoom_began, ZoomRecord());
   driven.press("Z");
   EXPECT_TRUE(driven.viewer.zoom.running);

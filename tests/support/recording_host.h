@@ -18,7 +18,7 @@ class RecordingHost : public Host {
     std::string axes;
   };
   std::vector<Opened> opened;
-  std::vector<std::filesystem::path> opened_beside, photographs, grabs;
+  std::vector<std::filesystem::path> opened_beside, photographs, grabs, folders;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
   std::vector<TrainingCommand> training;
@@ -42,6 +42,7 @@ class RecordingHost : public Host {
   void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
   std::string clipboard() const override { return text; }
   void set_clipboard(const std::string& content) override { text = content; }
+  void open_folder(const std::filesystem::path& path) override { folders.push_back(path); }
   void toggle_fullscreen() override { ++fullscreens; }
   void quit() override { ++quits; }
 };

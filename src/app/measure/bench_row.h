@@ -33,11 +33,15 @@ struct BenchRow {
   std::optional<double> false_positive_share;  ///< of the pairs, 0..1
 
   std::optional<bool> repeats;  ///< two frames are equal to the bit
+  /// timed frames behind the times, of all rounds; unset in reports of earlier versions
+  std::optional<std::uint64_t> frames;
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
   std::vector<double> round_ms;        ///< median of every round, in order
   std::optional<double> round_spread;  ///< relative_spread() of round_ms; unset for one round
+  /// half of the distance between the quartiles of the frame times; unset for one frame
+  std::optional<double> ms_spread;
 };
 
 /// Calls visit(name, member) for the columns of the CSV, in their order.
@@ -70,6 +74,7 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("ssim_vs_reference", row.ssim_vs_reference);
   visit("flip_vs_reference", row.flip_vs_reference);
   visit("repeats", row.repeats);
+  visit("frames", row.frames);
 }
 
 /// The members that only bench.json contains.
@@ -80,6 +85,7 @@ void for_each_detail(Row& row, Visit&& visit) {
   visit("drift", row.drift);
   visit("round_ms", row.round_ms);
   visit("round_spread", row.round_spread);
+  visit("ms_spread", row.ms_spread);
 }
 
 }  // namespace qs

@@ -9,8 +9,6 @@
 namespace qs {
 namespace {
 
-constexpr int kMarkedFrames = 20;  ///< at most, of the marked pass
-
 // The arguments of measure_view().
 struct MeasuredView {
   Session& session;
@@ -41,6 +39,9 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
   row.ms_mean = summary.mean;
   row.drift = summary.drift;
+  row.frames = frame_ms.size();
+  if (frame_ms.size() > 1)
+    row.ms_spread = (percentile(frame_ms, 0.75) - percentile(frame_ms, 0.25)) / 2;
   row.frame_ms = static_cast<double>(result.marked_frame_ms);
   double* stages[kStageCount] = {&row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms};
   for (int stage = 0; stage < kStageCount; ++stage)

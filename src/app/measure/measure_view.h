@@ -12,6 +12,8 @@
 
 namespace qs {
 
+inline constexpr int kMarkedFrames = 20;  ///< extra frames for stage times, at most
+
 struct ViewPlan {
   int frames = 100, warmup = 20, rounds = 1;  ///< per mode; rounds repeat frames and warm-up
   bool details = true;        ///< stage times and false positives, which take extra frames

@@ -57,4 +57,32 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
   return text;
 }
 
+bool is_noisy_point(const BenchRow& row) {
+  return row.ms_spread && (*row.ms_spread > kCurveTolerance * row.ms_median ||
+                           std::abs(row.drift) > kCurveTolerance);
+}
+
+std::string noisy_steps(const std::vector<BenchRow>& rows) {
+  struct Curve {
+    std::string mode;
+    int steps = 0, noisy = 0;
+  };
+  std::vector<Curve> curves;
+  for (const BenchRow& row : rows) {
+    auto curve = std::find_if(curves.begin(), curves.end(),
+                              [&](const Curve& each) { return each.mode == row.mode; });
+    if (curve == curves.end()) curve = curves.insert(curve, Curve{row.mode});
+    ++curve->steps;
+    if (is_noisy_point(row)) ++curve->noisy;
+  }
+  std::string text;
+  int steps = 0;
+  for (const Curve& curve : curves) {
+    steps = std::max(steps, curve.steps);
+    if (curve.noisy == 0) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", curve.mode, curve.noisy);
+  }
+  return text.empty() ? "" : fmt::format("{} of {}", text, steps);
+}
+
 }  // namespace qs

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Finds rows of a benchmark that are too noisy to publish: their times drifted during the
-// measurement, or the medians of their rounds differ.
+// measurement, or the medians of their rounds differ. A zoom has few frames per row, so its curves
+// have a rule of their own.
 #pragma once
 
 #include <string>
@@ -22,5 +23,15 @@ std::string noise_sentence(const std::vector<BenchRow>& rows);
 
 /// The same as a Markdown section with a table of the noisy rows; empty if no row is noisy.
 std::string noise_markdown(const std::vector<BenchRow>& rows);
+
+inline constexpr double kCurveTolerance = 0.1;  ///< of the median, see is_noisy_point()
+
+/// True if the row has at least two frames and half of the distance between their quartiles, or
+/// their drift, exceeds kCurveTolerance of the median.
+bool is_noisy_point(const BenchRow& row);
+
+/// The number of noisy steps per mode of a zoom: "3dgs 2, exact 1 of 12". Empty if no point is
+/// noisy.
+std::string noisy_steps(const std::vector<BenchRow>& rows);
 
 }  // namespace qs

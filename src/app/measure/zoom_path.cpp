@@ -40,14 +40,17 @@ std::optional<double> pixel_depth(const Frame& frame, const Camera& camera, glm:
 }  // namespace
 
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest) {
-  assert(steps >= 2 && closest > 0);
-  const glm::dvec3 away = start.position() - target;
   std::vector<Camera> cameras;
-  for (int step = 0; step < steps; ++step) {
-    const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
-    cameras.push_back(step > 0 ? moved_to(start, target + distance * away) : start);
-  }
+  for (int step = 0; step < steps; ++step)
+    cameras.push_back(zoom_camera(start, target, steps, closest, step));
   return cameras;
+}
+
+Camera zoom_camera(const Camera& start, glm::dvec3 target, int steps, double closest, int step) {
+  assert(steps >= 2 && closest > 0);
+  if (step == 0) return start;
+  const double distance = std::pow(closest, static_cast<double>(step) / (steps - 1));
+  return moved_to(start, target + distance * (start.position() - target));
 }
 
 glm::ivec2 center_pixel(const Camera& camera) { return {camera.width / 2, camera.height / 2}; }

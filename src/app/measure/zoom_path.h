@@ -17,6 +17,9 @@ namespace qs {
 /// distance away from the target.
 std::vector<Camera> zoom_path(const Camera& start, glm::dvec3 target, int steps, double closest);
 
+/// The camera of zoom_path() with the number `step`, 0 to steps - 1.
+Camera zoom_camera(const Camera& start, glm::dvec3 target, int steps, double closest, int step);
+
 /// The pixel at the image's centre.
 glm::ivec2 center_pixel(const Camera& camera);
 

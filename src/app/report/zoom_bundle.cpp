@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/report/zoom_bundle.h"
 
+#include "app/measure/noise.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/camera/cameras.h"
@@ -45,6 +46,7 @@ std::string format_zoom_json(const ZoomBundle& bundle) {
                        {"closest", bundle.closest},
                        {"modes", modes},
                        {"settings", settings_json(bundle.settings)},
+                       {"noisy_steps", noisy_steps(bundle.rows)},
                        {"rows", rows_json(bundle.rows)}};
   return json_file_text(json);
 }

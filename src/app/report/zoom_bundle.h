@@ -26,6 +26,7 @@ struct ZoomBundle {
   std::vector<BenchRow> rows;  ///< steps x modes; `camera` and `view` are the number of the step
 };
 
+/// "noisy_steps" is noisy_steps() of the rows: it is written but not parsed.
 std::string format_zoom_json(const ZoomBundle& bundle);
 
 /// Throws Error(input) naming the file.

@@ -6,8 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
+#include "app/measure/noise.h"
+
 namespace qs {
 namespace {
+
+constexpr double kRoundingSlack = 1e-9;  ///< of a tick's value
 
 // Columns of a mode's data block.
 enum Column { kZoom = 1, kFps, kFpsLow, kFpsHigh, kMs, kMsLow, kMsHigh, kPairs };
@@ -18,11 +23,10 @@ std::string blocks(const ZoomBundle& bundle) {
     std::vector<std::string> lines;
     for (std::size_t i = m; i < bundle.rows.size(); i += bundle.modes.size()) {
       const BenchRow& row = bundle.rows[i];
-      const double step = static_cast<double>(row.view) / (bundle.steps - 1);
-      lines.push_back(fmt::format("{} {} {} {} {} {} {} {}", std::pow(bundle.closest, -step),
-                                  row.fps_median, 1000 / row.ms_p95, 1000 / row.ms_p05,
-                                  row.ms_median, row.ms_p05, row.ms_p95,
-                                  static_cast<double>(row.pairs) / 1e6));
+      lines.push_back(fmt::format("{} {} {} {} {} {} {} {}",
+                                  zoom_factor(row, bundle.steps, bundle.closest), row.fps_median,
+                                  1000 / row.ms_p95, 1000 / row.ms_p05, row.ms_median, row.ms_p05,
+                                  row.ms_p95, static_cast<double>(row.pairs) / 1e6));
     }
     text += data_block(fmt::format("mode{}", m), lines);
   }
@@ -49,28 +53,106 @@ std::string curves(const ZoomBundle& bundle, int column, bool band) {
   return plot_command(lines);
 }
 
+// The noisy steps are named below the axis, where there is room for all modes.
+std::string x_axis(const ZoomBundle& bundle) {
+  const double most = 1 / bundle.closest;
+  std::vector<std::string> ticks;
+  for (const AxisTick& tick : zoom_ticks(most))
+    ticks.push_back(fmt::format("{} {}", quoted(tick.text), tick.value));
+  const std::string noisy = noisy_steps(bundle.rows);
+  return fmt::format(
+      "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\nset xtics ({})\n"
+      "set xlabel \"zoom (first distance to the target / distance)\"{}\n",
+      most, joined(ticks, ", "),
+      noisy.empty() ? "" : " . \"\\n\" . " + quoted("noisy steps: " + noisy));
+}
+
+// "; medians of 20 frames"
+std::string frames_note(const std::vector<BenchRow>& rows) {
+  const std::uint64_t frames = frames_per_point(rows);
+  if (frames == 0) return "";
+  return frames == 1 ? "; single frames" : fmt::format("; medians of {} frames", frames);
+}
+
+// The distance of round ticks: 1, 2 or 5 times a power of ten, at most `steps` of them up to
+// `most`.
+double round_step(double most, double steps) {
+  const double rough = most / steps, power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= rough * (1 - kRoundingSlack)) return factor * power;
+  }
+  return 10 * power;
+}
+
+int decimals_of(double step) {
+  return std::max(0, -static_cast<int>(std::floor(std::log10(step) + kRoundingSlack)));
+}
+
 }  // namespace
+
+std::uint64_t frames_per_point(const std::vector<BenchRow>& rows) {
+  if (rows.empty()) return 0;
+  const auto fewest =
+      std::min_element(rows.begin(), rows.end(), [](const BenchRow& a, const BenchRow& b) {
+        return a.frames.value_or(0) < b.frames.value_or(0);
+      });
+  return fewest->frames.value_or(0);
+}
+
+bool has_bands(const std::vector<BenchRow>& rows) {
+  return frames_per_point(rows) >= kFewestBandFrames;
+}
+
+double zoom_factor(const BenchRow& row, int steps, double closest) {
+  return std::pow(closest, -static_cast<double>(row.view) / (steps - 1));
+}
+
+std::vector<AxisTick> zoom_ticks(double most) {
+  constexpr double kFewestOctaves = 2;  // below it the distances are round, not the ratios
+  const double end = most * (1 + kRoundingSlack);
+  std::vector<AxisTick> ticks;
+  if (most < kFewestOctaves) {
+    const double step = round_step(most - 1, 4);
+    for (int i = 0; 1 + i * step <= end; ++i)
+      ticks.push_back({1 + i * step, fmt::format("{:.{}f}x", 1 + i * step, decimals_of(step))});
+    return ticks;
+  }
+  for (double power = 1; power <= end; power *= 10) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      if (factor * power <= end)
+        ticks.push_back({factor * power, fmt::format("{:.0f}x", factor * power)});
+    }
+  }
+  return ticks;
+}
+
+std::vector<AxisTick> round_ticks(double most) {
+  constexpr double kMostSteps = 5;
+  const double step = round_step(most, kMostSteps);
+  const int count = std::max(1, static_cast<int>(std::ceil(most / step * (1 - kRoundingSlack))));
+  std::vector<AxisTick> ticks;
+  for (int i = 0; i <= count; ++i)
+    ticks.push_back({i * step, fmt::format("{:.{}f}", i * step, decimals_of(step))});
+  return ticks;
+}
 
 std::vector<Plot> zoom_plots(const ZoomBundle& bundle) {
   if (bundle.rows.empty()) return {};
   const BenchRow& row = bundle.rows.front();
   const std::string caption = fmt::format("{}; {} x {}; {}", row.scene, row.width, row.height,
                                           measured_on(bundle.environment)) +
-                              pipeline_note(bundle.rows);
-  const std::string axes = fmt::format(
-      "set logscale x 2\nset yrange [0:*]\nset xrange [1:{}]\n"
-      "set xlabel \"zoom (first distance to the target / distance)\"\n",
-      1 / bundle.closest);
-  const auto plot = [&](const char* name, const char* title, const char* label, int column,
+                              pipeline_note(bundle.rows) + frames_note(bundle.rows);
+  const bool bands = has_bands(bundle.rows);
+  const std::string note = bands ? " (band: 5-95 % of the frames)" : "";
+  const auto plot = [&](const char* name, const std::string& title, const char* label, int column,
                         bool band) {
     return Plot{name, title, caption,
-                blocks(bundle) + axes + fmt::format("set ylabel {}\n", quoted(label)) +
+                blocks(bundle) + x_axis(bundle) + fmt::format("set ylabel {}\n", quoted(label)) +
                     curves(bundle, column, band)};
   };
-  return {plot("zoom_fps", "Frames per second while zooming in (band: 5-95 % of the frames)",
-               "frames per second", kFps, true),
-          plot("zoom_ms", "Frame time while zooming in (band: 5-95 % of the frames)",
-               "time per frame (ms)", kMs, true),
+  return {plot("zoom_fps", "Frames per second while zooming in" + note, "frames per second", kFps,
+               bands),
+          plot("zoom_ms", "Frame time while zooming in" + note, "time per frame (ms)", kMs, bands),
           plot("zoom_pairs", "Tile pairs while zooming in", "pairs (millions)", kPairs, false)};
 }
 

@@ -41,24 +41,29 @@ ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 ta
   return bundle;
 }
 
-std::vector<BenchRow> record_zoom(
-    Session& session, const ZoomBundle& bundle, const ViewPlan& plan, const Progress& progress,
-    const std::function<void(const Camera&, const std::vector<BenchRow>&)>& on_step) {
-  const std::vector<Camera> path =
-      zoom_path(bundle.start, bundle.target, bundle.steps, bundle.closest);
-  const std::string name = scene_name(session.scene->path);
+std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bundle,
+                                        std::size_t step, const ViewPlan& plan,
+                                        const Progress& progress) {
+  const Camera camera = zoom_camera(bundle.start, bundle.target, bundle.steps, bundle.closest,
+                                    static_cast<int>(step));
+  std::vector<BenchRow> rows = measure_view(session, bundle.modes, camera, plan, progress);
+  for (BenchRow& row : rows) {
+    row.scene = scene_name(session.scene->path);
+    row.camera = fmt::format("{}", step);
+    row.view = step;
+  }
+  return rows;
+}
+
+std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, const ViewPlan& plan,
+                                  const Progress& progress) {
   std::vector<BenchRow> rows;
-  for (std::size_t step = 0; step < path.size(); ++step) {
-    progress.update(static_cast<float>(step) / static_cast<float>(path.size()));
-    std::vector<BenchRow> step_rows =
-        measure_view(session, bundle.modes, path[step], plan, {{}, progress.stop});
-    for (BenchRow& row : step_rows) {
-      row.scene = name;
-      row.camera = fmt::format("{}", step);
-      row.view = step;
-    }
-    if (on_step) on_step(path[step], step_rows);
-    rows.insert(rows.end(), step_rows.begin(), step_rows.end());
+  const auto steps = static_cast<std::size_t>(bundle.steps);
+  for (std::size_t step = 0; step < steps; ++step) {
+    progress.update(static_cast<float>(step) / static_cast<float>(steps));
+    const std::vector<BenchRow> measured =
+        measure_zoom_step(session, bundle, step, plan, {{}, progress.stop});
+    rows.insert(rows.end(), measured.begin(), measured.end());
   }
   return rows;
 }

@@ -4,8 +4,8 @@
 // `quadsplat zoom` and the viewer's recorder.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <string>
 
 #include "app/measure/measure_view.h"
@@ -16,10 +16,14 @@ namespace qs {
 /// A bundle for this scene and these settings, without rows. Throws Error(input).
 ZoomBundle start_zoom(const Session& session, const Camera& start, glm::dvec3 target);
 
-/// Measures every step and then calls on_step(camera, rows of the step). Throws Cancelled.
-std::vector<BenchRow> record_zoom(
-    Session& session, const ZoomBundle& bundle, const ViewPlan& plan, const Progress& progress,
-    const std::function<void(const Camera&, const std::vector<BenchRow>&)>& on_step = {});
+/// Measures one step of the path, `step` < bundle.steps. Returns a row per mode. Throws Cancelled.
+std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bundle,
+                                        std::size_t step, const ViewPlan& plan,
+                                        const Progress& progress);
+
+/// Measures all steps. Throws Cancelled.
+std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, const ViewPlan& plan,
+                                  const Progress& progress);
 
 /// Writes zoom.csv, zoom.json, plots, and pictures of the first, middle and last step. Creates the
 /// folder. Returns one sentence if the plots could not be drawn, else "".

@@ -29,9 +29,11 @@ bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) con
   // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
   const bool told = viewer.mode_switch.has_value() != told_;
+  // A recorded zoom shows its own frames.
+  const bool continuous = (!viewer.on_demand || viewer.playback.running) && !viewer.zoom.running;
   return draw_once_ || ended || told || viewer.toasts.size() != toasts_ ||
-         around.now < draw_until_ || around.now - around.last_event < kUiSeconds ||
-         !viewer.on_demand || viewer.loading || viewer.playback.running || viewer.moving();
+         around.now < draw_until_ || around.now - around.last_event < kUiSeconds || continuous ||
+         viewer.loading || viewer.moving();
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {

@@ -5,7 +5,8 @@
 // because drawing takes time from the measured GPU or CPU. While it draws continuously or the
 // camera moves, the window waits for the next frame, so that every drawing shows a new picture; a
 // slow frame does not stop the window. Reading a scene may need every core, so the loop pauses
-// between drawings of its progress. It also pauses between drawings while a model is trained.
+// between drawings of its progress. It also pauses between drawings while a model is trained. While
+// a zoom is recorded the window is drawn on demand only, because a drawing voids a step.
 #pragma once
 
 #include "app/viewer/state/viewer.h"

@@ -21,6 +21,7 @@
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"
+#include "app/viewer/window/folder_opener.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
 #include "app/viewer/window/script_player.h"
@@ -80,6 +81,7 @@ class ViewLoop final : public Host {
       render_->take_reports(actions);
       opening_.take_reports(actions);
       photographs_.take_reports(actions);
+      folder_.take_report(actions);
       if (training_) training_->take_reports(actions);
       if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       measure_memory();
@@ -106,6 +108,7 @@ class ViewLoop final : public Host {
  private:
   // ---- Host -----------------------------------------------------------------------------------
   void open(const std::filesystem::path& path, const std::string& axes) override {
+    stop_zoom();
     const FrameOptions& frame = options_.frame;
     OpenRequest request;
     request.path = path;
@@ -120,6 +123,7 @@ class ViewLoop final : public Host {
     opening_.open(request);
   }
   void open_beside(const std::filesystem::path& path) override {
+    stop_zoom();
     OpenRequest request;
     request.path = path;
     request.axes = remembered_axes(viewer_, path);
@@ -136,6 +140,7 @@ class ViewLoop final : public Host {
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
   void start_training(const TrainingRequest& request) override {
+    stop_zoom();
     training_shown_ = false;
     training_.emplace(Window::wake, [this, request](TrainingThread& thread) {
       return options_.train_request(thread, request);
@@ -153,8 +158,14 @@ class ViewLoop final : public Host {
   }
   std::string clipboard() const override { return window_.clipboard(); }
   void set_clipboard(const std::string& text) override { window_.set_clipboard(text); }
+  void open_folder(const std::filesystem::path& path) override { folder_.open(path); }
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
+
+  // Reading and training would disturb the frames that the recorder times.
+  void stop_zoom() {
+    if (viewer_.zoom.running) render_->stop_job();
+  }
 
   // Opening a window takes as long as reading a scene of moderate size. Returns the window's size.
   glm::ivec2 begin_reading() {
@@ -262,13 +273,16 @@ class ViewLoop final : public Host {
   }
 
   void request_frames() {
-    requests_.update(viewer_, *render_, !pacing_.wants_to_draw(viewer_, surroundings()));
+    const bool rests = !pacing_.wants_to_draw(viewer_, surroundings());
+    render_->note_rest(rests);
+    requests_.update(viewer_, *render_, rests);
   }
 
   void draw() {
     const Surroundings around = surroundings();
     if (!pacing_.wants_to_draw(viewer_, around) || pacing_.frame_comes_first(viewer_, around))
       return;
+    render_->note_drawing();
     if (pacing_.begin_drawing(viewer_)) render_->cancel_numbers();
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
     window_.set_title(viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat");
@@ -284,7 +298,7 @@ class ViewLoop final : public Host {
     window_.end_ui();
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();
-    if (!viewer_.on_demand) Presenter::finish();
+    if (!viewer_.on_demand || viewer_.zoom.running) Presenter::finish();
     turn_.display_fps = pacing_.end_drawing(viewer_, around.now);
     turn_.present_ms = presenter_.gpu_ms();
     apply_all(actions);
@@ -320,6 +334,7 @@ class ViewLoop final : public Host {
   ScriptPlayer script_;
   FrameRequests requests_;
   WindowGrab grab_;
+  FolderOpener folder_;
   std::optional<DesktopDialog> desktop_dialog_;
   std::optional<TrainingThread> training_;  // it ends first, and saves the model
   bool training_shown_ = false;

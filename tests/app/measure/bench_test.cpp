@@ -100,7 +100,7 @@ TEST(BenchReport, csv_has_the_documented_columns_and_one_line_per_row) {
             "scene,camera,mode,pipeline,backend,width,height,gaussians,visible,pairs,"
             "pairs_per_visible,max_tile,ms_median,ms_p05,ms_p95,fps_median,frame_ms,preprocess_ms,"
             "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share,"
-            "ssim_vs_reference,flip_vs_reference,repeats");
+            "ssim_vs_reference,flip_vs_reference,repeats,frames");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("\ntiny,0,quadbox,classic,cpu,"));
 }
@@ -126,12 +126,14 @@ BenchRow full_row() {
   r.ssim_vs_reference = 0.75;
   r.flip_vs_reference = 0.125;
   r.repeats = true;
+  r.frames = 40;
   r.false_positives = 70;
   r.false_positive_share = 0.1;
   r.ms_mean = 0.75;
   r.drift = -0.01;
   r.round_ms = {0.5, 0.75};
   r.round_spread = 0.02;
+  r.ms_spread = 0.03;
   return r;
 }
 
@@ -139,7 +141,7 @@ TEST(BenchReport, every_number_stands_in_its_column) {
   const std::string csv = format_csv({full_row()});
   EXPECT_EQ(csv.substr(csv.find('\n') + 1),
             "tiny,3,quadbox,fast,cpu,640,480,1000,250,700,2.8000,17,0.5000,0.2500,2.0000,2000.0000,"
-            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000,0.7500,0.1250,true\n");
+            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000,0.7500,0.1250,true,40\n");
   const nlohmann::ordered_json json = rows_json({full_row()})[0];
   EXPECT_EQ(json, parse_own_json(R"({"scene": "tiny", "camera": "3",
       "mode": "quadbox", "pipeline": "fast", "backend": "cpu", "width": 640, "height": 480,
@@ -147,17 +149,20 @@ TEST(BenchReport, every_number_stands_in_its_column) {
       "ms_median": 0.5, "ms_p05": 0.25, "ms_p95": 2.0, "fps_median": 2000.0, "frame_ms": 0.625,
       "preprocess_ms": 0.125, "bin_ms": 0.0625, "sort_ms": 0.1875, "blend_ms": 0.3125,
       "psnr_vs_reference": 51.5, "false_positives": 70, "false_positive_share": 0.1,
-      "ssim_vs_reference": 0.75, "flip_vs_reference": 0.125, "repeats": true, "view": 3,
-      "ms_mean": 0.75, "drift": -0.01, "round_ms": [0.5, 0.75], "round_spread": 0.02})"));
+      "ssim_vs_reference": 0.75, "flip_vs_reference": 0.125, "repeats": true, "frames": 40, "view": 3,
+      "ms_mean": 0.75, "drift": -0.01, "round_ms": [0.5, 0.75], "round_spread": 0.02,
+      "ms_spread": 0.03})"));
   EXPECT_EQ(rows_json(read_rows(rows_json({full_row()}))), rows_json({full_row()}));
 }
 
-TEST(BenchReport, rows_of_earlier_versions_lack_the_image_quality) {
+TEST(BenchReport, rows_of_earlier_versions_lack_the_image_quality_and_the_frames) {
   nlohmann::ordered_json rows = rows_json({full_row()});
-  for (const char* column : {"ssim_vs_reference", "flip_vs_reference", "repeats"})
+  for (const char* column :
+       {"ssim_vs_reference", "flip_vs_reference", "repeats", "frames", "ms_spread"})
     rows[0].erase(column);
   const BenchRow old = read_rows(rows)[0];
   EXPECT_FALSE(old.ssim_vs_reference || old.flip_vs_reference || old.repeats);
+  EXPECT_FALSE(old.frames || old.ms_spread);
   EXPECT_EQ(old.psnr_vs_reference, 51.5);
   rows[0].erase("pairs");
   EXPECT_THROW(read_rows(rows), nlohmann::json::exception);
@@ -288,6 +293,8 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
 TEST(Noise, rounds_whose_medians_differ_by_more_than_three_per_cent_are_told) {
   const BenchRow calm = three_rounds({2.00f, 2.00f, 2.02f, 2.02f, 2.00f, 2.00f});
   EXPECT_NEAR(calm.round_spread.value(), 0.01, 1e-6);
+  EXPECT_EQ(calm.frames, 6u) << "of all rounds";
+  EXPECT_NEAR(calm.ms_spread.value(), 0.0075, 1e-6) << "half of 2.015 - 2.00";
   EXPECT_EQ(noise_sentence({calm}), "");
   const BenchRow restless = three_rounds({2.0f, 2.0f, 1.9f, 1.9f, 2.0f, 2.0f});
   EXPECT_NEAR(restless.round_spread.value(), 0.05, 1e-6);
@@ -310,6 +317,24 @@ TEST(Noise, is_told_in_one_sentence_that_names_the_worst_row) {
   EXPECT_THAT(noise_markdown(rows),
               HasSubstr("| tiny | 1 | `adr` | -8.0 % | one round has no spread |"));
   EXPECT_THAT(noise_markdown(rows), testing::Not(HasSubstr(" 0.0 %")));
+}
+
+TEST(Noise, a_zoom_s_curve_is_noisy_where_the_quartiles_or_the_halves_are_far_apart) {
+  std::vector<BenchRow> rows;
+  for (int step = 0; step < 3; ++step) {
+    for (const char* mode : {"3dgs", "exact"}) {
+      rows.push_back(row(mode, 2, 1, step));
+      rows.back().ms_spread = 0.2;  // 10 % of the median
+    }
+  }
+  EXPECT_EQ(noisy_steps(rows), "");
+  rows[1].ms_spread = 0.21;
+  rows[4].drift = -0.11;
+  EXPECT_EQ(noisy_steps(rows), "3dgs 1, exact 1 of 3");
+  rows[1].ms_spread.reset();
+  rows[1].drift = 0.5;
+  EXPECT_EQ(noisy_steps(rows), "3dgs 1 of 3") << "one frame has no noise";
+  EXPECT_EQ(noisy_steps({}), "");
 }
 
 TEST(Shard, every_view_belongs_to_exactly_one_shard) {
@@ -367,9 +392,11 @@ TEST(ZoomBundle, is_read_back_as_written_and_a_changed_count_is_told) {
   bundle.modes = {1, 5};
   bundle.environment = nlohmann::ordered_json::object();
   bundle.rows = {row("3dgs", 1, 5), row("quadbox", 1, 4)};
+  bundle.rows[1].ms_spread = 0.5;
   std::ofstream(folder / "zoom.json") << format_zoom_json(bundle);
   const ZoomBundle read = read_zoom_json(folder / "zoom.json");
   EXPECT_EQ(format_zoom_json(read), format_zoom_json(bundle));
+  EXPECT_THAT(format_zoom_json(bundle), HasSubstr(R"("noisy_steps": "quadbox 1 of 1")"));
   EXPECT_TRUE(count_differences(bundle.rows, read.rows).empty());
   nlohmann::ordered_json edited = parse_own_json(format_zoom_json(bundle));
   edited["steps"] = 1e30;

@@ -22,6 +22,7 @@ namespace qs {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 /// Words of a gnuplot line; quoted words without their quotes.
 std::vector<std::string> words_of(const std::string& line) {
@@ -261,7 +262,10 @@ ZoomBundle zoom_of_five_steps() {
   bundle.closest = 0.0625;
   for (const char* mode : kModes) bundle.modes.push_back(find_culler(mode));
   for (std::uint64_t step = 0; step < 5; ++step) {
-    for (const char* mode : kModes) bundle.rows.push_back(test::random_row("scene", mode, step));
+    for (const char* mode : kModes) {
+      bundle.rows.push_back(test::random_row("scene", mode, step));
+      bundle.rows.back().frames = kFewestBandFrames;
+    }
   }
   return bundle;
 }
@@ -315,6 +319,69 @@ TEST(ZoomPlots, curves_and_bands_come_from_their_columns) {
       EXPECT_EQ(band.color, line.color);
       expect_values(band, bundle, m, expected.band);
     }
+  }
+}
+
+TEST(ZoomPlots, a_band_needs_five_frames_at_every_point_and_is_not_claimed_without_them) {
+  ZoomBundle bundle = zoom_of_five_steps();
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_fps").title, HasSubstr("band: 5-95 %"));
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_fps").caption, HasSubstr("; medians of 5 frames"));
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_pairs").title, Not(HasSubstr("band")));
+  const auto expect_no_band = [&](const char* note) {
+    for (const char* name : {"zoom_fps", "zoom_ms"}) {
+      const Plot plot = named(zoom_plots(bundle), name);
+      EXPECT_THAT(plot.title, Not(HasSubstr("band"))) << note;
+      EXPECT_THAT(plot.commands, Not(HasSubstr("filledcurves"))) << note;
+      EXPECT_THAT(plot.caption, HasSubstr(note));
+    }
+  };
+  bundle.rows[7].frames = kFewestBandFrames - 1;
+  expect_no_band("; medians of 4 frames");
+  bundle.rows[7].frames = 1;
+  expect_no_band("; single frames");
+  bundle.rows[7].frames.reset();  // a file of an earlier version
+  expect_no_band("some CPU");
+}
+
+TEST(ZoomPlots, noisy_steps_are_told_below_the_axis) {
+  ZoomBundle bundle = zoom_of_five_steps();
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands, Not(HasSubstr("noisy")));
+  bundle.rows[3].ms_spread = bundle.rows[3].ms_median;
+  EXPECT_THAT(named(zoom_plots(bundle), "zoom_ms").commands,
+              HasSubstr(R"x(distance)" . "\n" . "noisy steps: quadbox 1 of 5")x"));
+}
+
+std::vector<std::string> texts_of(const std::vector<AxisTick>& ticks) {
+  std::vector<std::string> texts;
+  for (const AxisTick& tick : ticks) texts.push_back(tick.text);
+  return texts;
+}
+
+TEST(ZoomPlots, the_zoom_s_axis_has_round_ticks) {
+  using testing::ElementsAre;
+  EXPECT_THAT(texts_of(zoom_ticks(20)), ElementsAre("1x", "2x", "5x", "10x", "20x"));
+  EXPECT_THAT(texts_of(zoom_ticks(1 / 0.05)), ElementsAre("1x", "2x", "5x", "10x", "20x"));
+  EXPECT_THAT(texts_of(zoom_ticks(2)), ElementsAre("1x", "2x"));
+  EXPECT_THAT(texts_of(zoom_ticks(150)),
+              ElementsAre("1x", "2x", "5x", "10x", "20x", "50x", "100x"));
+  EXPECT_THAT(texts_of(zoom_ticks(1.1)), ElementsAre("1.00x", "1.05x", "1.10x"));
+  EXPECT_THAT(texts_of(zoom_ticks(1.9)), ElementsAre("1.0x", "1.5x"));
+  EXPECT_GE(zoom_ticks(1.001).size(), 2u);
+}
+
+TEST(ZoomPlots, an_axis_from_zero_has_round_ticks_up_to_the_first_above_all_values) {
+  using testing::ElementsAre;
+  EXPECT_THAT(texts_of(round_ticks(52.283)), ElementsAre("0", "20", "40", "60"));
+  EXPECT_THAT(texts_of(round_ticks(100)), ElementsAre("0", "20", "40", "60", "80", "100"));
+  EXPECT_THAT(texts_of(round_ticks(0.3)), ElementsAre("0.0", "0.1", "0.2", "0.3"));
+  EXPECT_THAT(texts_of(round_ticks(1e-3)).back(), "0.0010");
+  for (const double most : {0.017, 1.0, 3.3, 999.0, 1001.0, 4.9e6}) {
+    const std::vector<AxisTick> ticks = round_ticks(most);
+    EXPECT_LE(ticks.size(), 6u) << most;
+    EXPECT_GE(ticks.size(), 3u) << most;
+    EXPECT_EQ(ticks.front().value, 0);
+    EXPECT_GE(ticks.back().value, most * (1 - 1e-9));
+    EXPECT_LT(ticks[ticks.size() - 2].value, most);
   }
 }
 

@@ -106,8 +106,10 @@ TEST(ReportText, zoom) {
   int seed = 0;
   for (const char* mode : {"quadbox-naive", "exact"}) bundle.modes.push_back(find_culler(mode));
   for (std::uint64_t step = 0; step < 24; ++step) {
-    for (const char* mode : {"quadbox-naive", "exact"})
+    for (const char* mode : {"quadbox-naive", "exact"}) {
       bundle.rows.push_back(bench_row("plush", mode, step, ++seed));
+      bundle.rows.back().frames = 20;
+    }
   }
   expect_golden("zoom", text_of(zoom_plots(bundle)));
   bundle.rows.clear();

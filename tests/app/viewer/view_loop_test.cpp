@@ -114,6 +114,20 @@ TEST(Pacing, the_end_of_a_measurement_is_drawn_without_an_action) {
   EXPECT_FALSE(pacing.wants_to_draw(viewer, at(11)));
 }
 
+TEST(Pacing, a_zoom_is_recorded_without_continuous_drawing) {
+  Viewer viewer;
+  viewer.on_demand = false;
+  viewer.playback.running = true;
+  Pacing pacing = drawn_at(viewer, 10);
+  EXPECT_TRUE(pacing.wants_to_draw(viewer, at(11)));
+  viewer.zoom.running = true;
+  EXPECT_FALSE(pacing.wants_to_draw(viewer, at(11)));
+  pacing.note_change(viewer, 11);  // a step
+  EXPECT_TRUE(pacing.wants_to_draw(viewer, at(11)));
+  pacing.begin_drawing(viewer);
+  EXPECT_FALSE(pacing.wants_to_draw(viewer, at(11)));
+}
+
 TEST(Pacing, continuous_drawing_waits_for_the_frame_but_not_long) {
   Viewer viewer;
   viewer.on_demand = false;

@@ -244,13 +244,58 @@ TEST_F(ViewerProgram, cameras_are_dropped_copied_and_pasted) {
   EXPECT_THAT(state("d.json")["toasts"].back().get<std::string>(), HasSubstr("clipboard"));
 }
 
-TEST_F(ViewerProgram, a_recorded_zoom_replays_with_equal_counts) {
-  const ProgramRun run =
-      play("wait\nkey Z\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
+// The cells of a CSV file, line by line, with the head.
+std::vector<std::vector<std::string>> cells_of(const std::filesystem::path& path) {
+  std::ifstream csv(path);
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(csv, line);) {
+    std::istringstream words(line);
+    rows.emplace_back();
+    for (std::string cell; std::getline(words, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+TEST_F(ViewerProgram, a_recorded_zoom_has_the_numbers_of_its_csv_and_replays_with_equal_counts) {
+  const ProgramRun run = play("wait\nzoom steps=3 closer=4\nkey Z\nwait\nstate " +
+                                  path("before.json") + "\nkey Shift+Z\nsleep 0.1\nwait\nstate " +
+                                  path("a.json") + "\nshot " + path("zoom.png") + "\nquit\n",
+                              {path("scene.ply"), "--size", "640x400"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const std::string zoom = state("a.json")["zoom"]["folder"];
-  ASSERT_THAT(zoom, StartsWith(path("zoom")));
-  EXPECT_EQ(run_quadsplat({"zoom", "--replay", zoom, "--backend", "cpu"}).exit_code, 0);
+  EXPECT_EQ(state("before.json")["zoom"]["rows"], 0);
+  const json zoom = state("a.json")["zoom"];
+  const std::string folder = zoom["folder"];
+  ASSERT_THAT(folder, StartsWith(path("zoom")));
+  EXPECT_EQ(zoom["frames"], 20);
+  EXPECT_EQ(zoom["rows"], 3 * culler_count());
+  EXPECT_EQ(zoom["chart"]["zoom_ticks"], json({"1x", "2x"}));
+  const auto rows = cells_of(std::filesystem::path(folder) / "zoom.csv");
+  ASSERT_EQ(rows.size(), 1u + static_cast<std::size_t>(3 * culler_count()));
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) -
+                                    rows[0].begin());
+  };
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const std::size_t step = (i - 1) / static_cast<std::size_t>(culler_count());
+    const json& curve = zoom["chart"]["curves"][(i - 1) % static_cast<std::size_t>(culler_count())];
+    EXPECT_EQ(rows[i][column("mode")], curve["mode"].get<std::string>());
+    EXPECT_EQ(rows[i][column("frames")], "20");
+    EXPECT_TRUE(curve["band"].get<bool>());
+    EXPECT_NEAR(curve["points"][step][0].get<double>(), std::pow(2, step), 1e-9);
+    const double fps = std::stod(rows[i][column("fps_median")]);
+    EXPECT_NEAR(curve["points"][step][1].get<double>(), fps, 1e-4 * fps + 1e-3);
+  }
+  EXPECT_EQ(run_quadsplat({"zoom", "--replay", folder, "--backend", "cpu"}).exit_code, 0);
+}
+
+TEST_F(ViewerProgram, a_wrong_word_of_a_script_s_zoom_is_shown_and_changes_nothing) {
+  const ProgramRun run = play("wait\nzoom steps=1\nstate " + path("a.json") +
+                                  "\nzoom speed=3\nstate " + path("b.json") + "\nquit\n",
+                              {path("scene.ply")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(state("a.json")["zoom"]["plan"]["steps"], 12);
+  EXPECT_THAT(state("a.json")["toasts"].back().get<std::string>(), HasSubstr("zoom: steps"));
+  EXPECT_THAT(state("b.json")["toasts"].back().get<std::string>(), HasSubstr("'speed'"));
 }
 
 TEST_F(ViewerProgram, a_bench_s_csv_holds_the_numbers_of_the_display) {

@@ -275,7 +275,9 @@ std::vector<KeyCommand> mode_commands() {
 std::vector<KeyCommand> measure_commands() {
   using enum Menu;
   return {
-      row(GLFW_KEY_Z, 0, measure, "Record a zoom", toggle_zoom_recorder),
+      panel(GLFW_KEY_Z, 0, measure, "Zoom recorder", &Panels::recorder),
+      checked(row(GLFW_KEY_Z, kShift, measure, "Record a zoom", toggle_zoom_recording),
+              [](const Viewer& v) { return v.zoom.running; }),
       job_row(GLFW_KEY_P, 0, measure, "Bench this view", job::bench_view),
       job_row(GLFW_KEY_0, 0, measure, "Compare with the reference", job::compare_with_reference),
       job_row(GLFW_KEY_0, kShift, measure, "The same around the cursor",

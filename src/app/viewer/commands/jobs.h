@@ -32,8 +32,15 @@ void change_backend(Viewer& viewer, Host& host, Backend backend);
 /// Closes the second scene and the split, or opens the dialog to choose a second scene.
 void toggle_beside(Viewer& viewer, Host& host);
 
-/// Records a zoom from this view to the point in its middle, or stops the recording.
-void toggle_zoom_recorder(Viewer& viewer, Host& host);
+/// Records a zoom by the plan, or stops the recording.
+void toggle_zoom_recording(Viewer& viewer, Host& host);
+
+/// Ends the planned zoom at the distance of this view from the target. The start must be
+/// remembered.
+void end_zoom_here(Viewer& viewer, Host& host);
+
+/// Lists the recordings of earlier sessions. No effect after the first call.
+void find_zooms(Viewer& viewer, Host& host);
 
 /// Films the path, or a turntable if there is no path. A split window makes a split film.
 void film(Viewer& viewer, Host& host);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The zoom recorder: measures all modes from this view to the point in its middle, shows every step
-// and saves the recording in zoom/SCENE_NNNN.
+// The jobs of the zoom recorder: it measures the modes of the plan from its start to the point in
+// the middle of the start's picture, shows every step and saves the recording in zoom/SCENE_NNNN.
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
@@ -11,66 +12,129 @@
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/frame_requests.h"
-#include "app/viewer/render/render_context.h"
+#include "app/viewer/render/undisturbed.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/training_actions.h"
+#include "app/viewer/state/zoom_actions.h"
 
 namespace qs {
 namespace {
 
-// Few enough steps and frames for a user to wait for.
-struct ZoomPlan {
-  int steps;
-  ViewPlan plan;
-};
-ZoomPlan zoom_plan(Backend backend) {
-  return backend == Backend::cpu ? ZoomPlan{12, {1, 1, 1}} : ZoomPlan{32, {20, 3, 1}};
+RenderSettings zoom_settings(const Viewer& viewer) {
+  RenderSettings settings = full_frame(viewer).settings;
+  settings.pipeline = viewer.zoom.plan.pipeline.value_or(settings.pipeline);
+  return settings;
+}
+
+// The point that the start of the plan approaches. Empty, with a message, if the middle of its
+// picture is empty.
+std::optional<glm::dvec3> zoom_target(RenderContext& context, const Viewer& viewer) {
+  const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
+  const auto target =
+      find_point(*context.session.renderer, start, zoom_settings(viewer), center_pixel(start));
+  if (!target) {
+    context.report(action::notify_error,
+                   "there is nothing to zoom to in the middle of the picture");
+  }
+  return target;
+}
+
+ZoomBundle planned_zoom(const Session& session, const Viewer& viewer, glm::dvec3 target) {
+  const ZoomPlan& plan = viewer.zoom.plan;
+  ZoomBundle bundle = start_zoom(session, zoom_start(plan, viewer.camera), target);
+  bundle.steps = plan.steps;
+  bundle.closest = 1 / plan.closer;
+  bundle.modes = zoom_modes(plan);
+  return bundle;
+}
+
+// Shows the step in the window, in the window's size and settings.
+void show_step(RenderContext& context, const Viewer& viewer, const ZoomBundle& bundle, int step) {
+  FrameRequest request = full_frame(viewer);
+  request.camera = zoom_camera(bundle.start, bundle.target, bundle.steps, bundle.closest, step)
+                       .resized(viewer.camera.width, viewer.camera.height);
+  context.show(request);
+}
+
+// Measures every step while the window rests; between the steps the window shows the new points.
+std::vector<BenchRow> measure_steps(RenderContext& context, const Viewer& viewer,
+                                    const ZoomBundle& bundle, GpuClock& clock) {
+  ViewPlan plan{viewer.zoom.plan.frames, kZoomWarmUp, 1};
+  plan.clock = &clock;
+  const auto measuring = mark_measuring(context);
+  std::vector<BenchRow> rows;
+  for (int step = 0; step < bundle.steps; ++step) {
+    show_step(context, viewer, bundle, step);
+    const std::vector<BenchRow> measured = undisturbed(context, [&](const Progress& progress) {
+      return measure_zoom_step(context.session, bundle, static_cast<std::size_t>(step), plan,
+                               progress);
+    });
+    context.report(action::zoom_stepped, measured);
+    rows.insert(rows.end(), measured.begin(), measured.end());
+  }
+  return rows;
 }
 
 void record(RenderContext& context, const Viewer& viewer) {
   Session& session = context.session;
-  FrameRequest request = full_frame(viewer);
-  const auto settings = with_settings(session, request.settings);
-  const auto target =
-      find_point(*session.renderer, request.camera, request.settings, center_pixel(request.camera));
-  if (!target) {
-    context.report(action::zoom_ended, "");
-    return context.report(action::notify_error,
-                          "there is nothing to zoom to in the middle of the picture");
-  }
-  ZoomPlan plan = zoom_plan(session.backend);
-  GpuClock clock = clock_of(session);
-  plan.plan.clock = &clock;
-  ZoomBundle bundle = start_zoom(session, request.camera, *target);
-  bundle.steps = plan.steps;
-  const auto on_step = [&](const Camera& camera, const std::vector<BenchRow>& rows) {
-    context.report(action::zoom_stepped, bundle.steps, rows);
-    request.camera = camera;
-    context.show(request);
-  };
-  context.report(action::zoom_stepped, bundle.steps, std::vector<BenchRow>());
+  const AtEnd ended{[&context] { context.report(action::zoom_job_ended); }};
+  const auto settings = with_settings(session, zoom_settings(viewer));
+  const std::optional<glm::dvec3> target = zoom_target(context, viewer);
+  if (!target) return;
+  ZoomBundle bundle = planned_zoom(session, viewer, *target);
+  context.report(action::zoom_began, make_zoom_record(bundle));
   try {
-    bundle.rows = record_zoom(session, bundle, plan.plan, {{}, context.stop}, on_step);
+    GpuClock clock = clock_of(session);
+    bundle.rows = measure_steps(context, viewer, bundle, clock);
     add_clock(bundle.environment, clock);
     const std::filesystem::path path =
         free_name(viewer.out_dir / "zoom", scene_name(session.scene->path), "");
     const std::string problem = save_zoom(session, bundle, path);
     if (!problem.empty()) context.report(action::notify, problem);
-    context.report(action::zoom_ended, path);
+    context.report(action::zoom_ended, path, problem.empty());
     context.report(action::notify, fmt::format("wrote {}", path.string()));
   } catch (...) {
-    context.report(action::zoom_ended, "");
+    context.report(action::zoom_ended, std::filesystem::path(), false);
     context.report(action::notify, "the zoom was stopped, nothing was saved");
     throw;
   }
 }
 
+void find_end(RenderContext& context, const Viewer& viewer) {
+  const std::optional<glm::dvec3> target = zoom_target(context, viewer);
+  if (!target) return;
+  const Camera start = zoom_start(viewer.zoom.plan, viewer.camera);
+  const double closer =
+      glm::distance(start.position(), *target) / glm::distance(viewer.camera.position(), *target);
+  if (!(closer >= kLeastCloser)) {
+    return context.report(action::notify_error,
+                          "this view is not nearer to the target of the zoom than its start");
+  }
+  context.report(action::zoom_end_found, closer);
+}
+
 }  // namespace
 
-void action::toggle_zoom_recorder(Viewer& viewer, Host& host) {
+void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
   if (viewer.zoom.running) return host.stop_job();
-  if (!viewer.scene) return;
-  viewer.panels.recorder = true;
+  if (!viewer.scene || viewer.zoom.starting) return;
+  if (is_training(viewer)) {
+    return notify_error(viewer, "a zoom is recorded once training is paused or over");
+  }
+  // Opening the panel would change the size of the picture that is recorded.
+  if (!viewer.panels.recorder || !viewer.panels.all)
+    notify(viewer, "recording a zoom: the panel of Z shows it, Shift+Z stops it");
+  viewer.zoom.plan = clamped_plan(viewer.zoom.plan, viewer.backend);
+  viewer.playback.running = false;
+  viewer.zoom.starting = true;
   start_job(viewer, host, record);
+}
+
+void action::end_zoom_here(Viewer& viewer, Host& host) {
+  if (!viewer.scene || viewer.zoom.running) return;
+  if (!viewer.zoom.plan.start)
+    return notify(viewer, "choose the start of the zoom first, at another view");
+  start_job(viewer, host, find_end);
 }
 
 }  // namespace qs

@@ -84,6 +84,8 @@ struct RenderContext {
   std::optional<HeldScale> heat_scale = {};      ///< of the last heat map at rest
   std::stop_token stop = {};                     ///< of the running job
   std::atomic<bool> measuring = false;
+  std::atomic<int> drawings = 0;          ///< of the window so far; counted when one begins
+  std::atomic<bool> window_rests = true;  ///< the window is not drawn now, nor soon
 
   /// Reports an action to the main thread.
   template <class... Words>

@@ -46,6 +46,13 @@ class RenderThread {
   bool busy();
   bool measuring() const { return context_.measuring; }
 
+  /// Report the drawing of the window to jobs, see undisturbed.h.
+  void note_drawing() {
+    context_.window_rests = false;
+    ++context_.drawings;
+  }
+  void note_rest(bool rests) { context_.window_rests = rests; }
+
  private:
   void loop(const std::stop_token& stop);
   void draw(FrameRequest request);

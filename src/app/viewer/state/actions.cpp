@@ -285,7 +285,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   if (another) {
     v.keyframes.clear();
     v.playback = {};
-    v.zoom = {};
+    forget_zoom_views(v.zoom);
     v.counts = {};
     v.inspected.reset();
     v.comparison.reset();
@@ -409,17 +409,6 @@ void compared_with_reference(Viewer& v, const ReferenceComparison& comparison) {
 }
 
 void dismiss_comparison(Viewer& v) { v.comparison.reset(); }
-
-void zoom_stepped(Viewer& v, int steps, const std::vector<BenchRow>& rows_of_step) {
-  if (!v.zoom.running) v.zoom = {true, steps, {}, {}};
-  v.zoom.rows.insert(v.zoom.rows.end(), rows_of_step.begin(), rows_of_step.end());
-}
-
-void zoom_ended(Viewer& v, const std::filesystem::path& folder) {
-  v.zoom.running = false;
-  v.zoom.folder = folder;
-  picture_changed(v);  // the window still shows the recorder's last frame
-}
 
 }  // namespace action
 }  // namespace qs

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Changes of the Viewer that panels, input, the command line or threads cause, apart from camera
-// motion (camera_actions.h) and background jobs (commands/jobs.h). Each is called through an Action
-// (action.h). None of them waits, draws or reads a file. Changes that only a key or a menu causes
-// are rows of commands/commands.cpp instead.
+// motion (camera_actions.h), the zoom recorder (zoom_actions.h) and background jobs
+// (commands/jobs.h). Each is called through an Action (action.h). None of them waits, draws or
+// reads a file. Changes that only a key or a menu causes are rows of commands/commands.cpp instead.
 #pragma once
 
 #include "app/viewer/state/action.h"
@@ -87,7 +87,5 @@ void numbers_refined(Viewer& viewer, const ModeNumbers& more);
 void pixel_inspected(Viewer& viewer, const InspectedView& view);
 void compared_with_reference(Viewer& viewer, const ReferenceComparison& comparison);
 void dismiss_comparison(Viewer& viewer);
-void zoom_stepped(Viewer& viewer, int steps, const std::vector<BenchRow>& rows_of_step);
-void zoom_ended(Viewer& viewer, const std::filesystem::path& folder);  ///< empty: nothing was saved
 
 }  // namespace qs::action

@@ -43,6 +43,8 @@ class Host {
   virtual void grab_window(const std::filesystem::path& path, bool notify) = 0;
   virtual std::string clipboard() const = 0;
   virtual void set_clipboard(const std::string& text) = 0;
+  /// Shows a folder in the desktop's file manager. A failure becomes a message.
+  virtual void open_folder(const std::filesystem::path& path) = 0;
   virtual void toggle_fullscreen() = 0;
   virtual void quit() = 0;
 };

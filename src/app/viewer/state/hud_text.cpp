@@ -16,6 +16,7 @@
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/training_actions.h"
+#include "app/viewer/state/zoom_text.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 
@@ -316,9 +317,7 @@ std::string state_json(const Viewer& viewer) {
   if (viewer.mode_switch) json["switch"] = switch_text(viewer);
   if (viewer.shows_badge) json["badge"] = badge_lines(viewer);
   json["keyframes"] = viewer.keyframes.size();
-  json["zoom"] = {{"running", viewer.zoom.running},
-                  {"rows", viewer.zoom.rows.size()},
-                  {"folder", viewer.zoom.folder.string()}};
+  json["zoom"] = zoom_json(viewer);
   return json_file_text(json);
 }
 

@@ -80,6 +80,8 @@ void add_frames(BenchRow& row, const BenchRow& added) {
   row.drift = summary.drift;
   row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
   row.round_spread = relative_spread(row.round_ms);
+  row.frames = row.round_ms.size();
+  row.ms_spread = spread_ms(row);
 }
 
 std::size_t frames_behind(const ModeNumbers& numbers) {

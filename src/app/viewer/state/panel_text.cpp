@@ -224,29 +224,4 @@ std::vector<std::string> hint_texts(const Hints& hints) {
   return texts;
 }
 
-std::string zoom_status(const ZoomRecording& zoom) {
-  const std::size_t done = zoom.rows.size() / static_cast<std::size_t>(culler_count());
-  if (zoom.running) return fmt::format("step {} of {}", done, zoom.steps);
-  if (zoom.rows.empty()) return "measures all modes from this view to the point in its middle";
-  if (zoom.folder.empty()) return fmt::format("stopped after {} steps", done);
-  return fmt::format("saved in {}", zoom.folder.string());
-}
-
-ZoomCurves zoom_curves(const ZoomRecording& zoom) {
-  ZoomCurves curves;
-  curves.modes.resize(static_cast<std::size_t>(culler_count()));
-  for (const BenchRow& row : zoom.rows)
-    curves.longest_ms = std::max(curves.longest_ms, 1.1 * row.ms_median);
-  if (curves.longest_ms <= 0) return curves;
-  const int last = std::max(1, zoom.steps - 1);
-  for (const BenchRow& row : zoom.rows) {
-    const CullMode mode = find_culler(row.mode);
-    if (mode < 1 || mode > culler_count()) continue;
-    curves.modes[static_cast<std::size_t>(mode - 1)].emplace_back(
-        static_cast<float>(row.view) / static_cast<float>(last),
-        static_cast<float>(row.ms_median / curves.longest_ms));
-  }
-  return curves;
-}
-
 }  // namespace qs

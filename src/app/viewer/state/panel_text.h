@@ -93,15 +93,4 @@ std::string log_time(const LogEntry& entry);
 /// The hints that are still shown.
 std::vector<std::string> hint_texts(const Hints& hints);
 
-/// The state of the zoom recorder, as a sentence.
-std::string zoom_status(const ZoomRecording& zoom);
-
-/// The recorder's plot: `longest_ms` at its top, 0 at its bottom.
-struct ZoomCurves {
-  double longest_ms = 0;  ///< 0: nothing to plot
-  /// Index = CullMode - 1; x: far to near 0 to 1; y: fraction of longest_ms.
-  std::vector<std::vector<glm::vec2>> modes;
-};
-ZoomCurves zoom_curves(const ZoomRecording& zoom);
-
 }  // namespace qs

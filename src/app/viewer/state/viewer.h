@@ -27,6 +27,7 @@
 #include "app/report/bench_report.h"
 #include "app/viewer/state/crop.h"
 #include "app/viewer/state/training.h"
+#include "app/viewer/state/zoom_recorder.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
@@ -198,14 +199,6 @@ struct SeenModes {
   std::map<CullMode, RenderStats> stats;
 };
 
-/// The zoom that is being recorded, or the last recording.
-struct ZoomRecording {
-  bool running = false;
-  int steps = 0;                 ///< planned
-  std::vector<BenchRow> rows;    ///< of the steps so far, ordered by step, then by mode
-  std::filesystem::path folder;  ///< empty until it is saved
-};
-
 struct InspectedView {
   int version = -1;  ///< Viewer::version
   Inspection inspection;
@@ -339,7 +332,7 @@ struct Viewer : Turn {
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
   std::size_t measured_size = 0;            ///< index into kMeasuredSizes
   std::deque<float> frame_ms;               ///< render times of the last full-size frames
-  ZoomRecording zoom;
+  ZoomRecorder zoom;
   std::optional<InspectedView> inspected;
   int inspections = 0;  ///< counts changes of `inspected`
   std::optional<ReferenceComparison> comparison;

@@ -41,6 +41,7 @@ inline constexpr std::array kScriptCommands = {
     ScriptCommand{"drop", "PATH", 1},
     ScriptCommand{"paste", "TEXT", 1},
     ScriptCommand{"crop", "BOX|floaters|nothing", 1},
+    ScriptCommand{"zoom", "NAME=VALUE ...", 1},
     ScriptCommand{"sleep", "SECONDS", 1},
     ScriptCommand{"shot", "FILE.png", 1},
     ScriptCommand{"state", "FILE.json", 1},

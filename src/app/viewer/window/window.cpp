@@ -20,6 +20,7 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -310,6 +311,8 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     actions.push_back(call(action::open, std::filesystem::path(step.words[0])));
   } else if (step.command == "crop") {
     actions.push_back(call(action::choose_crop, step.words[0]));
+  } else if (step.command == "zoom") {
+    actions.push_back(call(action::choose_zoom, step.words[0]));
   } else if (step.command == "paste") {
     set_clipboard(step.words[0]);
   }

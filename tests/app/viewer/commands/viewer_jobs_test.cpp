@@ -4,6 +4,7 @@
 // the view that they cover.
 #include <fstream>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,10 +13,12 @@
 #include "app/inspect/inspection_text.h"
 #include "app/inspect/reference_check.h"
 #include "app/measure/camera_path.h"
+#include "app/measure/zoom_path.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "app/viewer/window/presenter.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
@@ -32,11 +35,14 @@ class ViewerJobs : public test::RenderingViewer {
  protected:
   // Frames of the same scene without the viewer.
   const Frame& headless(const RenderSettings& settings, const Outputs& outputs) {
+    return uploaded().render(viewer().camera, settings, outputs);
+  }
+  Renderer& uploaded() {
     if (!renderer_) {
       renderer_ = make_renderer(Backend::cpu, test::pool(1));
       renderer_->upload(test::random_cloud(300, 1, 5), {});
     }
-    return renderer_->render(viewer().camera, settings, outputs);
+    return *renderer_;
   }
 
  private:
@@ -409,13 +415,105 @@ TEST_F(ViewerJobs, requests_follow_the_state_of_the_view) {
   EXPECT_FALSE(settle());
 }
 
-TEST_F(ViewerJobs, a_zoom_has_twelve_steps_towards_the_middle) {
-  press("Z");
+// ---- the zoom recorder --------------------------------------------------------------------------
+class ZoomJobs : public ViewerJobs {
+ protected:
+  void plan(const ZoomPlan& plan) { apply(call(action::change_zoom_plan, plan)); }
+  const ZoomRecord& record() {
+    press("Shift+Z");
+    settle();
+    return viewer().zoom.records.back();
+  }
+};
+
+TEST_F(ZoomJobs, a_zoom_has_twenty_frames_of_every_mode_and_step) {
+  ZoomPlan three;
+  three.steps = 3;
+  plan(three);
+  const ZoomRecord& zoom = record();
+  EXPECT_FALSE(viewer().zoom.running);
+  EXPECT_EQ(&zoom, shown_zoom(viewer().zoom));
+  EXPECT_EQ(zoom.steps, 3);
+  EXPECT_EQ(zoom.closest, 0.05);
+  ASSERT_THAT(zoom.rows, SizeIs(3 * culler_count()));
+  for (const BenchRow& row : zoom.rows) {
+    EXPECT_EQ(row.frames, 20u);
+    EXPECT_TRUE(row.ms_spread);
+    EXPECT_EQ(row.width, 96);
+  }
+  EXPECT_EQ(zoom.folder, scenes_ / "zoom/random scene_0001");
+  EXPECT_EQ(zoom.scene, "random scene");
+  EXPECT_EQ(zoom.pipeline, "cpu");
+}
+
+TEST_F(ZoomJobs, the_plan_sets_start_end_modes_and_size) {
+  ZoomPlan some;
+  some.steps = 2;
+  some.closer = 4;
+  some.modes = {5, 1};
+  some.size = {48, 32};
+  some.start = viewer().camera;
+  plan(some);
+  apply(call(action::orbit, glm::dvec2(9, 3)));
+  const ZoomBundle bundle = read_zoom_json(record().folder / "zoom.json");
+  EXPECT_EQ(bundle.closest, 0.25);
+  EXPECT_EQ(bundle.steps, 2);
+  EXPECT_THAT(bundle.modes, ElementsAre(1, 5));
+  EXPECT_EQ(bundle.start.width, 48);
+  EXPECT_EQ(bundle.start.view_from_world, some.start->view_from_world);
+  EXPECT_THAT(bundle.rows, SizeIs(4));
+}
+
+TEST_F(ZoomJobs, the_end_is_at_the_distance_of_a_nearer_view) {
+  apply(call(action::end_zoom_here));
+  settle();
+  EXPECT_EQ(viewer().zoom.plan.closer, 20) << "without a start";
+  apply(call(action::start_zoom_here));
+  const Camera start = viewer().camera;
+  const auto target = find_point(uploaded(), start, viewer().settings, center_pixel(start));
+  ASSERT_TRUE(target);
+  apply(call(action::set_camera, moved_to(start, glm::mix(start.position(), *target, 0.75))));
+  apply(call(action::end_zoom_here));
+  settle();
+  EXPECT_NEAR(viewer().zoom.plan.closer, 4, 1e-9);
+  apply(call(action::set_camera, moved_to(start, glm::mix(start.position(), *target, -1.0))));
+  apply(call(action::end_zoom_here));
+  settle();
+  EXPECT_NEAR(viewer().zoom.plan.closer, 4, 1e-9);
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("not nearer to the target"));
+}
+
+TEST_F(ZoomJobs, recordings_of_earlier_sessions_are_found_once_and_damaged_ones_are_left_out) {
+  ZoomPlan two;
+  two.steps = 2;
+  plan(two);
+  const std::filesystem::path first = record().folder;
+  std::filesystem::create_directories(scenes_ / "zoom/damaged");
+  std::ofstream(scenes_ / "zoom/damaged/zoom.json") << "{}";
+  std::filesystem::create_directories(scenes_ / "zoom/empty");
+  apply(call(action::find_zooms));
+  settle();
+  EXPECT_THAT(viewer().zoom.records, SizeIs(1)) << "this session's own";
+  change([](Viewer& viewer) { viewer.zoom = ZoomRecorder(); });
+  apply(call(action::find_zooms));
+  apply(call(action::find_zooms));
+  settle();
+  ASSERT_THAT(viewer().zoom.records, SizeIs(1));
+  EXPECT_EQ(viewer().zoom.records[0].folder, first);
+  EXPECT_THAT(viewer().zoom.records[0].rows, SizeIs(2 * culler_count()));
+  EXPECT_FALSE(viewer().zoom.shown);
+}
+
+TEST_F(ZoomJobs, nothing_is_recorded_towards_an_empty_middle) {
+  Camera away = viewer().camera;
+  away.view_from_world[3].z = -1e4;  // far behind the camera
+  apply(call(action::set_camera, away));
+  press("Shift+Z");
   settle();
   EXPECT_FALSE(viewer().zoom.running);
-  EXPECT_EQ(viewer().zoom.steps, 12);
-  EXPECT_THAT(viewer().zoom.rows, SizeIs(12 * culler_count()));
-  EXPECT_EQ(viewer().zoom.folder, scenes_ / "zoom/random scene_0001");
+  EXPECT_FALSE(viewer().zoom.starting);
+  EXPECT_THAT(viewer().zoom.records, SizeIs(0));
+  EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing to zoom to"));
 }
 
 }  // namespace

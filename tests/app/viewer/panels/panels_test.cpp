@@ -17,6 +17,7 @@
 #include "app/support/driven_viewer.h"
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/temporary_folder.h"
 #include "test_paths.h"
@@ -108,6 +109,41 @@ TEST_F(PanelsTest, drawing_crop_and_clean_changes_nothing) {
     EXPECT_EQ(driven_.viewer.crop.wish, wish);
     EXPECT_EQ(driven_.viewer.crop.applied, applied);
   }
+}
+
+TEST_F(PanelsTest, drawing_the_zoom_recorder_searches_earlier_zooms_once_and_changes_nothing_else) {
+  ZoomRecord record;
+  record.scene = "plush";
+  record.folder = "zoom/plush_0001";
+  record.steps = 3;
+  record.modes = {1, 5};
+  for (std::uint64_t step = 0; step < 2; ++step) {
+    for (const char* mode : {"3dgs", "quadbox"}) {
+      BenchRow row;
+      row.mode = mode;
+      row.view = step;
+      row.ms_median = row.ms_p05 = row.ms_p95 = 4;
+      row.frames = 20;
+      record.rows.push_back(row);
+    }
+  }
+  driven_.press("Z");
+  draw();
+  EXPECT_THAT(driven_.jobs, SizeIs(1)) << "the search";
+  driven_.apply(action::zooms_found, std::vector<ZoomRecord>{record, record});
+  driven_.apply(action::show_zoom, std::size_t{0});
+  const ZoomPlan before = driven_.viewer.zoom.plan;
+  for (const ImVec2 size : {ImVec2(1280, 720), ImVec2(640, 400), ImVec2(320, 240)}) {
+    ImGui::GetIO().DisplaySize = size;
+    ImGui::GetIO().MousePos = {0.2f * size.x, 0.4f * size.y};
+    for (int i = 0; i < 3; ++i) draw();
+  }
+  EXPECT_TRUE(shows("left bar"));
+  EXPECT_EQ(driven_.viewer.zoom.plan, before);
+  EXPECT_EQ(driven_.viewer.zoom.shown, 0u);
+  EXPECT_THAT(driven_.jobs, SizeIs(1));
+  EXPECT_EQ(driven_.text, "");
+  EXPECT_THAT(driven_.folders, IsEmpty());
 }
 
 TEST_F(PanelsTest, a_handle_of_the_box_follows_the_mouse_until_it_is_let_go) {

@@ -13,6 +13,7 @@
 
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/render/undisturbed.h"
 #include "io/picture/image_file.h"
 #include "support/pool.h"
 
@@ -251,15 +252,63 @@ TEST_F(RenderThreadTest, screenshots_are_never_written_over_and_equal_a_render) 
 }
 
 TEST_F(RenderThreadTest, a_recorded_zoom_can_be_stopped_and_saves_nothing) {
-  press("Z");
+  press("Shift+Z");
   while (!viewer().zoom.running && thread_.busy()) {
     take_reports();
     std::this_thread::sleep_for(1ms);
   }
-  press("Z");  // stops it, unless it is over by now
+  press("Shift+Z");  // stops it, unless it is over by now
   settle();
   EXPECT_FALSE(viewer().zoom.running);
-  EXPECT_EQ(viewer().zoom.folder.empty(), !std::filesystem::exists(scenes_ / "zoom"));
+  const ZoomRecord* record = shown_zoom(viewer().zoom);
+  EXPECT_EQ(record == nullptr || record->folder.empty(),
+            !std::filesystem::exists(scenes_ / "zoom"));
+}
+
+TEST_F(RenderThreadTest, frames_that_met_a_drawing_of_the_window_are_measured_again) {
+  int measured = 0, voided = 0;
+  thread_.note_drawing();  // the window is being drawn
+  thread_.run([&](RenderContext& context) {
+    const int result = undisturbed(context, [&](const Progress& progress) {
+      ++measured;
+      try {
+        progress.update(0);
+        if (measured == 1) thread_.note_drawing();  // among the frames
+        progress.update(0.5f);
+        progress.update(0.6f);
+      } catch (const Cancelled&) {
+        ++voided;
+        thread_.note_rest(true);
+        throw;
+      }
+      if (measured == 2) {  // after the last frame
+        thread_.note_drawing();
+        thread_.note_rest(true);
+      }
+      return measured;
+    });
+    EXPECT_EQ(result, 3);
+  });
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(measured, 0) << "it waits until the window rests";
+  thread_.note_rest(true);
+  settle();
+  EXPECT_EQ(measured, 3);
+  EXPECT_EQ(voided, 1);
+}
+
+TEST_F(RenderThreadTest, a_job_that_waits_for_the_window_can_be_stopped) {
+  thread_.note_drawing();
+  std::atomic<bool> began = false, ended = false;
+  thread_.run([&](RenderContext& context) {
+    const AtEnd note{[&] { ended = true; }};
+    began = true;
+    undisturbed(context, [](const Progress&) { return 0; });
+  });
+  while (!began) std::this_thread::sleep_for(1ms);
+  thread_.stop_job();
+  settle();
+  EXPECT_TRUE(ended);
 }
 
 TEST_F(RenderThreadTest, a_click_inspects_its_pixel_and_another_gaussian_can_be_picked) {

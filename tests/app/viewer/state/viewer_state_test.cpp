@@ -22,6 +22,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "app/viewer/window/input.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
@@ -380,7 +381,8 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
   DrivenScene driven(2);
   const auto open = [&](const char* path, const char* axes) {
     driven.press("K");
-    driven.apply(zoom_stepped, 3, std::vector<BenchRow>(2));
+    driven.apply(zoom_began, ZoomRecord());
+    driven.apply(start_zoom_here);
     driven.apply([](Viewer& viewer) {
       viewer.comparison.emplace();
       viewer.inspected.emplace();
@@ -400,7 +402,8 @@ TEST(State, a_scene_with_other_axes_is_another_one) {
     const bool kept = !driven.viewer.keyframes.empty();
     EXPECT_EQ(driven.viewer.comparison.has_value(), kept);
     EXPECT_EQ(driven.viewer.inspected.has_value(), kept);
-    EXPECT_EQ(driven.viewer.zoom.rows.empty(), !kept);
+    EXPECT_EQ(driven.viewer.zoom.shown.has_value(), kept);
+    EXPECT_EQ(driven.viewer.zoom.plan.start.has_value(), kept);
     return kept;
   };
   EXPECT_TRUE(open("/data/garden.ply", ""));
@@ -618,24 +621,6 @@ TEST(State, keyframes_ease_and_move_in_time) {
   EXPECT_EQ(times(), before);
 }
 
-TEST(State, a_zoom_s_rows_are_collected_until_the_next_one_begins) {
-  Driven driven;
-  driven.apply(zoom_stepped, 12, std::vector<BenchRow>());
-  EXPECT_TRUE(driven.viewer.zoom.running);
-  EXPECT_EQ(driven.viewer.zoom.steps, 12);
-  driven.apply(zoom_stepped, 12, std::vector<BenchRow>(3));
-  driven.apply(zoom_stepped, 12, std::vector<BenchRow>(2));
-  EXPECT_THAT(driven.viewer.zoom.rows, SizeIs(5));
-  const int version = driven.viewer.version;
-  driven.apply(zoom_ended, std::filesystem::path("z"));
-  EXPECT_FALSE(driven.viewer.zoom.running);
-  EXPECT_EQ(driven.viewer.zoom.folder, "z");
-  EXPECT_EQ(driven.viewer.version, version + 1);
-  driven.apply(zoom_stepped, 5, std::vector<BenchRow>(1));
-  EXPECT_THAT(driven.viewer.zoom.rows, SizeIs(1));
-  EXPECT_EQ(driven.viewer.zoom.folder, "");
-}
-
 TEST(State, a_photograph_is_shown_at_the_nearest_camera) {
   DrivenScene none(2);
   none.press("G");
@@ -737,10 +722,10 @@ TEST(Log, keeps_messages_after_they_have_disappeared) {
 
 TEST(Keys, open_and_close_their_panels) {
   const std::pair<const char*, bool Panels::*> keys[] = {
-      {"Ctrl+O", &Panels::open}, {"F10", &Panels::hud},  {"I", &Panels::info},
-      {"B", &Panels::inspector}, {"F1", &Panels::help},  {"Tab", &Panels::all},
-      {"L", &Panels::cameras},   {"O", &Panels::frusta}, {"C", &Panels::split},
-      {"M", &Panels::messages}};
+      {"Ctrl+O", &Panels::open}, {"F10", &Panels::hud},   {"I", &Panels::info},
+      {"B", &Panels::inspector}, {"F1", &Panels::help},   {"Tab", &Panels::all},
+      {"L", &Panels::cameras},   {"O", &Panels::frusta},  {"C", &Panels::split},
+      {"M", &Panels::messages},  {"Z", &Panels::recorder}};
   for (const auto& [key, panel] : keys) {
     SCOPED_TRACE(key);
     DrivenScene driven(1);

@@ -17,6 +17,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/zoom_actions.h"
 #include "app/viewer/window/input.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
@@ -396,16 +397,26 @@ TEST(Viewer, keeps_and_says_what_the_reference_says) {
 
 TEST(Viewer, jobs_wait_for_a_scene_and_the_zoom_s_key_stops_it_too) {
   Driven empty;
-  for (const char* key : {"Z", "P", "0", "Shift+0", "Ctrl+F12", "F12", "F5", "Y"}) empty.press(key);
+  for (const char* key : {"Shift+Z", "P", "0", "Shift+0", "Ctrl+F12", "F12", "F5", "Y"})
+    empty.press(key);
   EXPECT_THAT(empty.jobs, IsEmpty());
   EXPECT_THAT(empty.grabs, IsEmpty());
   EXPECT_THAT(empty.opened, IsEmpty());
   DrivenScene driven(1);
   driven.press("Z");
-  EXPECT_THAT(driven.jobs, SizeIs(1));
   EXPECT_TRUE(driven.viewer.panels.recorder);
-  driven.apply(zoom_stepped, 12, std::vector<BenchRow>());
   driven.press("Z");
+  EXPECT_FALSE(driven.viewer.panels.recorder);
+  EXPECT_THAT(driven.jobs, IsEmpty()) << "Z opens and closes the panel and nothing else";
+  for (int times = 0; times < 2; ++times) driven.press("Shift+Z");
+  EXPECT_THAT(driven.jobs, SizeIs(1)) << "a double click records once";
+  EXPECT_FALSE(driven.viewer.panels.recorder) << "the picture keeps its size";
+  EXPECT_EQ(driven.viewer.toasts.size(), 1u);
+  driven.apply(zoom_began, ZoomRecord());
+  driven.press("Z");
+  EXPECT_TRUE(driven.viewer.zoom.running);
+  EXPECT_EQ(driven.stopped, 0);
+  driven.press("Shift+Z");
   EXPECT_EQ(driven.stopped, 1);
   EXPECT_THAT(driven.jobs, SizeIs(1));
 }

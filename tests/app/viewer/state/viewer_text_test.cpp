@@ -585,37 +585,6 @@ TEST(PanelText, the_inspector_s_cells_are_the_contribution_s_numbers) {
             "Pixel 40, 120: 5 of the 17 Gaussians of its tile are blended");
 }
 
-// ---- the zoom recorder --------------------------------------------------------------------------
-TEST(PanelText, a_zoom_s_curves_go_through_its_times) {
-  ZoomRecording zoom;
-  zoom.steps = 3;
-  EXPECT_EQ(zoom_curves(zoom).longest_ms, 0);
-  for (std::uint64_t step = 0; step < 2; ++step) {
-    for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-      zoom.rows.push_back(
-          row_of_mode(mode_name(mode), mode * (1.0 + static_cast<double>(step)), 1));
-      zoom.rows.back().view = step;
-    }
-  }
-  const double longest = 1.1 * 2 * culler_count();
-  const ZoomCurves curves = zoom_curves(zoom);
-  EXPECT_DOUBLE_EQ(curves.longest_ms, longest);
-  for (int mode = 1; mode <= culler_count(); ++mode) {
-    const std::vector<glm::vec2>& points = curves.modes[static_cast<std::size_t>(mode - 1)];
-    ASSERT_THAT(points, SizeIs(2));
-    EXPECT_FLOAT_EQ(points[0].x, 0);
-    EXPECT_FLOAT_EQ(points[1].x, 0.5f);  // the second of three steps
-    EXPECT_FLOAT_EQ(points[0].y, static_cast<float>(mode / longest));
-    EXPECT_FLOAT_EQ(points[1].y, static_cast<float>(2 * mode / longest));
-  }
-  zoom.running = true;
-  EXPECT_EQ(zoom_status(zoom), "step 2 of 3");
-  zoom.running = false;
-  EXPECT_EQ(zoom_status(zoom), "stopped after 2 steps");
-  zoom.folder = "zoom/garden_0001";
-  EXPECT_EQ(zoom_status(zoom), "saved in zoom/garden_0001");
-}
-
 TEST(StateJson, holds_the_numbers_of_the_panels) {
   Viewer viewer = known_viewer();
   viewer.numbers = {viewer.view_version, {row_of_mode("quadbox", 0.9612, 1796352)}};

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+//
+// The numbers of the recorder's chart, apart from their drawing: curves against the zoom, axes with
+// round ticks, and the values at the cursor. The plots of `quadsplat zoom` have the same axes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "app/report/zoom_plots.h"
+#include "app/viewer/state/zoom_recorder.h"
+
+namespace qs {
+
+/// Values in the unit of the quantity; low and high are 5 and 95 % of the frames if the curve is
+/// banded.
+struct ZoomPoint {
+  double zoom = 1, value = 0, low = 0, high = 0;
+};
+
+struct ZoomCurve {
+  CullMode mode = 0;
+  bool is_beneath = false;  ///< of the recording that is drawn dashed
+  bool is_banded = false;
+  std::vector<ZoomPoint> points;  ///< by increasing zoom
+};
+
+struct ZoomChart {
+  std::string title;      ///< of the vertical axis, with its unit
+  double most_zoom = 2;   ///< right end of the axis, which begins at 1
+  double most_value = 1;  ///< top of the axis, which begins at 0
+  std::vector<AxisTick> zoom_ticks, value_ticks;
+  std::vector<ZoomCurve> curves;  ///< dashed ones first, so that the others are drawn over them
+
+  bool empty() const { return curves.empty(); }
+  /// The place of a point: fractions of the width from the left and of the height from the bottom.
+  glm::dvec2 place(double zoom, double value) const;
+};
+
+/// Both may be null. Rows without a time have no point.
+ZoomChart zoom_chart(const ZoomRecord* shown, const ZoomRecord* beneath, ZoomQuantity quantity);
+
+/// The values at a measured zoom.
+struct ZoomReading {
+  struct Row {
+    CullMode mode = 0;
+    std::string value, beneath;  ///< empty without a point at this zoom
+  };
+  double zoom = 1;
+  std::string title;  ///< "4.2x"
+  std::vector<Row> rows;
+};
+
+/// The values at the measured zoom that is nearest to `x`, a fraction of the width. Empty without
+/// points.
+std::optional<ZoomReading> read_zoom_chart(const ZoomChart& chart, double x);
+
+}  // namespace qs

@@ -18,7 +18,7 @@ class RecordingHost : public Host {
     std::string axes;
   };
   std::vector<Opened> opened;
-  std::vector<std::filesystem::path> opened_beside, photographs, grabs;
+  std::vector<std::filesystem::path> opened_beside, photographs, grabs, opened_outside;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
   std::vector<TrainingCommand> training;
@@ -40,6 +40,7 @@ class RecordingHost : public Host {
     written[path] = content;
   }
   void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
+  void open_with_desktop(const std::filesystem::path& path) override { opened_outside.push_back(path); }
   std::string clipboard() const override { return text; }
   void set_clipboard(const std::string& content) override { text = content; }
   void toggle_fullscreen() override { ++fullscreens; }

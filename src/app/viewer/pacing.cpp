@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/viewer/state/lost.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -28,9 +29,9 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
   // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
-  return draw_once_ || ended || viewer.toasts.size() != toasts_ || around.now < draw_until_ ||
-         around.now - around.last_event < kUiSeconds || !viewer.on_demand || viewer.loading ||
-         viewer.playback.running || viewer.moving();
+  return draw_once_ || ended || viewer.toasts.size() != toasts_ || is_lost(viewer) != lost_ ||
+         around.now < draw_until_ || around.now - around.last_event < kUiSeconds ||
+         !viewer.on_demand || viewer.loading || viewer.playback.running || viewer.moving();
 }
 
 bool Pacing::frame_comes_first(const Viewer& viewer, const Surroundings& around) const {
@@ -59,6 +60,7 @@ bool Pacing::begin_drawing(const Viewer& viewer) {
   draw_once_ = false;
   measuring_ = viewer.measuring;
   toasts_ = viewer.toasts.size();
+  lost_ = is_lost(viewer);
   return disturbs;
 }
 

@@ -48,6 +48,7 @@ class Pacing {
   bool draw_once_ = true;
   double draw_until_ = 0, last_draw_ = 0, last_picture_ = 0, fps_ = 0;
   std::size_t toasts_ = 0;  // in the window
+  bool lost_ = false;       // the window shows the way to the subject
   int frames_ = -1;         // Viewer::frames in the window
   bool measuring_ = false;  // as the window shows it
 };

@@ -40,7 +40,9 @@ class RecordingHost : public Host {
     written[path] = content;
   }
   void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
-  void open_with_desktop(const std::filesystem::path& path) override { opened_outside.push_back(path); }
+  void open_with_desktop(const std::filesystem::path& path) override {
+    opened_outside.push_back(path);
+  }
   std::string clipboard() const override { return text; }
   void set_clipboard(const std::string& content) override { text = content; }
   void toggle_fullscreen() override { ++fullscreens; }

@@ -183,7 +183,8 @@ int end_of_left_bar(const Image& shot, int y) {
   int x = 0;
   const auto differs = [&](int at) {
     float most = 0;
-    for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(shot.at(at, y, c) - shot.at(2, y, c)));
+    for (int c = 0; c < 3; ++c)
+      most = std::max(most, std::abs(shot.at(at, y, c) - shot.at(2, y, c)));
     return most > 2.0f / 255;
   };
   while (x < shot.width && !differs(x)) ++x;
@@ -191,6 +192,7 @@ int end_of_left_bar(const Image& shot, int y) {
 }
 
 TEST_F(ViewerWindow, a_bar_takes_exactly_the_width_that_it_draws_at_every_scale) {
+  std::ofstream(path("kept.json")) << "{}";  // no first start, so no hints over the picture
   std::string script = "key Z\nwait\nkey Z\nwait\n";
   for (const std::string name : {"100", "125", "150"})
     script += "sleep 0.4\nwait\nstate " + path(name) + "\nshot " + path(name + ".png") +

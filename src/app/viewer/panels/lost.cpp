@@ -39,11 +39,12 @@ void draw_lost(const Viewer& viewer) {
   const glm::vec2 per_pixel = picture.size() / glm::vec2(viewer.camera.width, viewer.camera.height);
   const glm::vec2 tip = picture.low + (glm::vec2(way->tip) + 0.5f) * per_pixel;
   const glm::vec2 direction(way->direction);
-  draw_arrow(*ImGui::GetBackgroundDrawList(), tip, direction, letter);
+  const float size = 1.4f * letter;  // of the arrow's head
+  draw_arrow(*ImGui::GetBackgroundDrawList(), tip, direction, size);
   // The words are behind the arrow, inside of the picture.
   const ImVec2 text = ImGui::CalcTextSize(kWayBack);
   const glm::vec2 plate = glm::vec2(text.x, text.y) + glm::vec2(16, 8) * drawing_scale();
-  const glm::vec2 tail = tip - 3.0f * letter * direction;
+  const glm::vec2 tail = tip - (2.2f * size + 0.7f * letter) * direction;
   const glm::vec2 center = tail - 0.5f * plate * direction;
   const glm::vec2 most = glm::max(picture.high - plate, picture.low);
   const glm::vec2 low = glm::clamp(center - 0.5f * plate, picture.low, most);

@@ -64,19 +64,24 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
   const std::size_t index = viewer.toasts.size() - 1 - number;
   const Toast& toast = viewer.toasts[index];
   const std::string shown = fitted_text(toast, width);
-  const float text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width).x;
-  const float least = toast.path.empty() ? 0 : 8 * ImGui::GetFontSize();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const ImVec2 text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width);
+  const bool buttons = !toast.path.empty();
+  const float least = buttons ? 8 * ImGui::GetFontSize() : 0;
+  const float more = buttons ? style.ItemSpacing.y + ImGui::GetFrameHeight() : 0;
   ImGui::SetNextWindowPos({corner.x, corner.y}, ImGuiCond_Always, {1, 1});
-  ImGui::SetNextWindowSize({std::max(text, least) + 3 * ImGui::GetStyle().WindowPadding.x, 0});
+  // A window without a height is not shown in its first drawing, which may be the only one.
+  ImGui::SetNextWindowSize({std::max(text.x, least) + 3 * style.WindowPadding.x,
+                            text.y + more + 2 * style.WindowPadding.y});
   ImGui::PushStyleColor(ImGuiCol_Border, toast.error ? palette::kError : palette::kAccent);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 2 * drawing_scale());
   ImGui::Begin(fmt::format("toast {}", number).c_str(), nullptr,
                kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
   const bool hovered = ImGui::IsWindowHovered();
-  ImGui::PushTextWrapPos(width);
+  ImGui::PushTextWrapPos(style.WindowPadding.x + width);
   ImGui::TextUnformatted(shown.c_str());
   ImGui::PopTextWrapPos();
-  if (!toast.path.empty()) {
+  if (buttons) {
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", toast.path.c_str());
     draw_file_buttons(toast.path, actions);
   }

@@ -22,14 +22,17 @@ void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& ac
   // The pictures share the width, and none is enlarged.
   const float margins = 2 * style.WindowPadding.x + (columns - 1) * style.ItemSpacing.x;
   const float room = (picture.size().x - 28 * drawing_scale() - margins) / columns - 2 * border;
+  const float words = ImGui::GetFontSize() + style.ItemSpacing.y + 2 * style.WindowPadding.y;
   const float width = std::clamp(room, 16.0f, 240 * drawing_scale());
   const float height = width * columns * static_cast<float>(strip.height) /
                        static_cast<float>(std::max(strip.width, 1));
   const float low = picture.high.y - 14 * drawing_scale();
   ImGui::SetNextWindowPos({picture.center().x, low}, ImGuiCond_Always, {0.5f, 1});
-  ImGui::Begin("First view", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav |
-                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+  // A window without a size is not shown in its first drawing, which may be the only one.
+  ImGui::SetNextWindowSize({margins + columns * (width + 2 * border), words + height + 2 * border});
+  ImGui::Begin(
+      "First view", nullptr,
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::TextUnformatted("Choose the first view of this scene");
   ImGui::SameLine();
   ImGui::TextColored(palette::kFaint, "Esc keeps this one");

@@ -36,7 +36,7 @@ enum class CameraStep { previous, next, first, last, nearest };
 void step_camera(Viewer& viewer, Host& host, CameraStep step);
 void go_home(Viewer& viewer, Host& host);
 
-/// Keeps the view in Viewer::history if it differs from the last one. Called at the end of every
+/// Keeps the view in Viewer::history if it differs from the view there. Called at the end of every
 /// move; no effect while the camera travels.
 void complete_move(Viewer& viewer);
 /// Goes back to the view before the last move, and forward again.

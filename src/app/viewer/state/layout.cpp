@@ -12,7 +12,7 @@ constexpr float kDefaultShare = 0.35f;                  ///< of the window's wid
 constexpr float kLeastDefault = 24, kMostDefault = 46;  ///< letters' heights
 constexpr float kLeastLetters = 14;                     ///< a bar's width
 constexpr float kMostShare = 0.6f;                      ///< all bars, of the width
-constexpr float kMostSmall = 0.85f;                     ///< the same in a small window
+constexpr float kMostRight = 0.2f;                      ///< the right bar beside a wide left bar
 
 bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
   return std::any_of(switches.begin(), switches.end(),
@@ -47,7 +47,8 @@ Layout layout_of(const Viewer& viewer, const WindowMetrics& window) {
       std::max(most, std::min(kLeastDefault * window.letter, kMostShare * size.x));
   layout.left = layout.right = layout.picture;
   layout.left.high.x = left ? bar_width(viewer.bars.left, most_left, window) : 0;
-  const float most_right = std::min(most, kMostSmall * size.x - layout.left.high.x);
+  const float rest = std::max(kMostShare * size.x - layout.left.high.x, kMostRight * size.x);
+  const float most_right = std::min(most, rest);
   layout.right.low.x = size.x - (right ? bar_width(viewer.bars.right, most_right, window) : 0);
   layout.picture.low.x = layout.left.high.x;
   layout.picture.high.x = layout.right.low.x;

@@ -96,7 +96,7 @@ struct Toast {
   bool error = false;
   double until = 0;                 ///< Viewer::now at which it disappears
   std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty
-  bool about_opening = false;       ///< tells why a file was not opened
+  bool about_opening = false;       ///< gives the reason why a file was not opened
 };
 
 /// A message in the log.

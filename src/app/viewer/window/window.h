@@ -50,7 +50,7 @@ class Window {
   glm::ivec2 size() const;           ///< screen units
   glm::ivec2 windowed_size() const;  ///< size() outside of full screen
   float screen_scale() const;        ///< guessed_scale() of the screen
-  /// Makes letters and lines this factor larger. Letters are rasterised anew, so they stay sharp.
+  /// Makes letters and lines this factor larger. Letters are rasterised again, so they stay sharp.
   /// Called between end_ui() and begin_ui().
   void set_scale(float scale);
   WindowMetrics metrics() const;  ///< as set_scale() made them

@@ -282,10 +282,11 @@ TEST_F(PanelsTest, a_written_file_is_opened_and_its_path_copied_from_its_message
   ASSERT_NE(toast, nullptr);
   EXPECT_LT(toast->Size.x, 0.6f * 1280) << "the path is shortened";
   const ImGuiStyle& style = ImGui::GetStyle();
-  const float y = toast->Pos.y + toast->Size.y - style.WindowPadding.y - 0.5f * ImGui::GetFrameHeight();
+  const float y =
+      toast->Pos.y + toast->Size.y - style.WindowPadding.y - 0.5f * ImGui::GetFrameHeight();
   const float open = toast->Pos.x + style.WindowPadding.x + 10;
-  const float copy = open + ImGui::CalcTextSize("Open").x + 2 * style.FramePadding.x +
-                     style.ItemSpacing.x;
+  const float copy =
+      open + ImGui::CalcTextSize("Open").x + 2 * style.FramePadding.x + style.ItemSpacing.x;
   EXPECT_TRUE(clicked_at(draw_it, {open, y}));
   EXPECT_THAT(driven_.opened_outside, testing::ElementsAre(file));
   EXPECT_TRUE(driven_.viewer.toasts_held);
@@ -306,6 +307,22 @@ TEST_F(PanelsTest, a_click_on_a_message_takes_it_away_and_does_not_reach_the_pic
   ASSERT_NE(toast, nullptr);
   EXPECT_TRUE(clicked_at([this] { draw(); }, toast->Rect().GetCenter()));
   EXPECT_THAT(driven_.viewer.toasts, IsEmpty());
+}
+
+TEST_F(PanelsTest, messages_and_the_strip_of_first_views_are_visible_in_their_first_drawing) {
+  driven_.apply(action::notify_file, std::filesystem::path("/a.png"), std::string());
+  driven_.apply([](Viewer& viewer) {
+    viewer.scene->candidates = {viewer.scene->framing, viewer.scene->framing};
+    viewer.view_choice.pictures = std::make_shared<const Image>(480, 135, 3);
+  });
+  state_.candidates = 1;
+  draw();
+  for (const char* name : {"toast 0", "First view"}) {
+    const ImGuiWindow* window = ImGui::FindWindowByName(name);
+    ASSERT_NE(window, nullptr) << name;
+    EXPECT_FALSE(window->Hidden) << name;
+    EXPECT_LE(window->ContentSize.y, window->InnerRect.GetHeight()) << name;
+  }
 }
 
 TEST_F(PanelsTest, the_strip_of_first_views_chooses_by_a_click_and_closes_by_escape) {

@@ -84,7 +84,8 @@ TEST(FirstViewChoice, is_the_first_view_from_then_on) {
   other.path = "/data/other.ply";
   later.open(other);
   later.apply([](Viewer& viewer) { viewer.last_views.clear(); });
-  EXPECT_LT(glm::distance(opening_view(later.viewer, scene_with_candidates()).position(), eye), 1e-9);
+  EXPECT_LT(glm::distance(opening_view(later.viewer, scene_with_candidates()).position(), eye),
+            1e-9);
   later.open(scene_with_candidates());
   EXPECT_LT(glm::distance(later.viewer.camera.position(), eye), 1e-9);
   EXPECT_FALSE(later.viewer.view_choice.wanted);

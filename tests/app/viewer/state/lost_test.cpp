@@ -90,7 +90,7 @@ TEST(Lost, the_arrow_points_to_the_nearer_way_to_turn) {
   expect_way({0, 0, 0}, {1, 0}, {319.5 + 296, 239.5});     // at the eye
   expect_way({90, 0, 5}, {1, 0}, {319.5 + 296, 239.5});    // in front, outside of the picture
   expect_way({9, 9, -5}, glm::normalize(glm::dvec2(1, 1)), {319.5 + 216, 239.5 + 216});
-  expect_way({0, 0, 5}, {1, 0}, {319.5, 239.5});           // in the middle of the picture
+  expect_way({0, 0, 5}, {1, 0}, {319.5, 239.5});  // in the middle of the picture
 }
 
 TEST(Lost, the_arrow_s_words_name_the_keys_of_the_commands) {

@@ -60,8 +60,7 @@ TEST(Messages, stay_while_the_mouse_holds_them_and_a_moment_longer) {
 
 TEST(Messages, why_a_file_was_not_opened_goes_when_something_opens) {
   const OpeningResult good[] = {
-      OpenedScene{some_scene(1), RenderSettings(), Backend::cpu},
-      SceneBeside{"/data/other.ply", 5},
+      OpenedScene{some_scene(1), RenderSettings(), Backend::cpu}, SceneBeside{"/data/other.ply", 5},
       OpenedPath{{{0, some_scene(1).cameras[0]}, {1, some_scene(1).cameras[0]}}}};
   for (const OpeningResult& result : good) {
     test::DrivenScene driven(1);
@@ -81,9 +80,10 @@ TEST(Messages, why_a_file_was_not_opened_goes_when_something_opens) {
 TEST(Messages, long_paths_lose_their_middle) {
   EXPECT_EQ(shortened_middle("short", 5), "short");
   EXPECT_EQ(shortened_middle("", 5), "");
-  EXPECT_EQ(shortened_middle("/home/someone/scenes/a.png", 15), "/hom\u2026nes/a.png");
+  EXPECT_EQ(shortened_middle("/home/someone/scenes/a.png", 15), "/hom\u2026enes/a.png");
   EXPECT_EQ(shortened_middle("abcdef", 0), "\u2026ef") << "at least 3 letters";
-  EXPECT_EQ(shortened_middle("\u00e4\u00f6\u00fc\u00e4\u00f6\u00fc", 4), "\u00e4\u2026\u00f6\u00fc");
+  EXPECT_EQ(shortened_middle("\u00e4\u00f6\u00fc\u00e4\u00f6\u00fc", 4),
+            "\u00e4\u2026\u00f6\u00fc");
   EXPECT_EQ(letters_of("\u00e4a\u2026"), 3u);
   for (std::size_t most = 3; most < 30; ++most)
     EXPECT_EQ(letters_of(shortened_middle(std::string(100, 'x'), most)), most);

@@ -20,9 +20,7 @@ using test::some_scene;
 using testing::SizeIs;
 using namespace action;
 
-Camera looking_along(double x) {
-  return look_at({x, 0, -4}, {x, 0, 0}, {0, -1, 0}, 1, 640, 480);
-}
+Camera looking_along(double x) { return look_at({x, 0, -4}, {x, 0, 0}, {0, -1, 0}, 1, 640, 480); }
 
 double x_of(const PastView* view) { return view == nullptr ? -1 : view->camera.position().x; }
 

@@ -98,8 +98,13 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
 void draw_toasts(const Viewer& viewer, const Rect& picture, Actions& actions) {
   constexpr std::size_t kMostShown = 5;
   const float by = drawing_scale();
-  const float width = std::min(36 * ImGui::GetFontSize(), picture.size().x - 60 * by);
+  const float letter = ImGui::GetFontSize(), margins = 60 * by;
+  // Beside wide bars the messages cover a bar too.
+  const float least = std::min(18 * letter, ImGui::GetIO().DisplaySize.x - margins);
+  const float width = std::clamp(picture.size().x - margins, least, 36 * letter);
   glm::vec2 corner = picture.high - 14 * by;
+  const Rect strip = view_choice_area(viewer);
+  if (!strip.empty()) corner.y = strip.low.y - 8 * by;
   bool hovered = false;
   for (std::size_t number = 0; number < std::min(viewer.toasts.size(), kMostShown); ++number)
     hovered |= draw_toast(viewer, number, corner, width, actions);

@@ -101,7 +101,8 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& action
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_hints(const Viewer& viewer);
-void draw_lost(const Viewer& viewer);  ///< the arrow to the subject, if the user has lost it
+void draw_lost(const Viewer& viewer);         ///< the arrow to the subject, if the user has lost it
+Rect view_choice_area(const Viewer& viewer);  ///< of the strip of first views; empty: it is closed
 void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& actions);
 
 }  // namespace qs

@@ -25,7 +25,7 @@ void draw_arrow(ImDrawList& draw, glm::vec2 tip, glm::vec2 direction, float size
                             at(2.2f, -0.3f), at(1, -0.3f), at(1, -0.8f)};
   const float by = drawing_scale();
   draw.AddTriangleFilled(outline[0], outline[1], outline[6], color_of(kSkyBlue));
-  draw.AddQuadFilled(outline[2], outline[3], outline[4], outline[5], color_of(kSkyBlue));
+  draw.AddQuadFilled(at(0.9f, 0.3f), outline[3], outline[4], at(0.9f, -0.3f), color_of(kSkyBlue));
   draw.AddPolyline(outline, 7, IM_COL32(0, 0, 0, 200), ImDrawFlags_Closed, 1.5f * by);
 }
 

@@ -24,7 +24,7 @@ struct WayToSubject {
 bool is_lost(const Viewer& viewer);
 
 /// The arrow to the target of the scene's framing; unset unless the user is lost. The arrow to a
-/// subject behind the camera points to the side to which the shorter turn is.
+/// subject behind the camera points to the side of the shorter turn.
 std::optional<WayToSubject> way_to_subject(const Viewer& viewer);
 
 }  // namespace qs

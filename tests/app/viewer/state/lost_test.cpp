@@ -85,12 +85,20 @@ void expect_way(glm::dvec3 target, glm::dvec2 direction, glm::dvec2 tip) {
 TEST(Lost, the_arrow_points_to_the_nearer_way_to_turn) {
   expect_way({9, 0, -5}, {1, 0}, {319.5 + 296, 239.5});    // behind to the right
   expect_way({-9, 0, -5}, {-1, 0}, {319.5 - 296, 239.5});  // behind to the left
-  expect_way({0, -2, -5}, {0, -1}, {319.5, 239.5 - 216});  // behind and above
+  expect_way({0, -9, 0}, {0, -1}, {319.5, 239.5 - 216});   // above
   expect_way({0, 0, -5}, {1, 0}, {319.5 + 296, 239.5});    // right behind: either side
   expect_way({0, 0, 0}, {1, 0}, {319.5 + 296, 239.5});     // at the eye
   expect_way({90, 0, 5}, {1, 0}, {319.5 + 296, 239.5});    // in front, outside of the picture
-  expect_way({9, 9, -5}, glm::normalize(glm::dvec2(1, 1)), {319.5 + 216, 239.5 + 216});
+  expect_way({5, 5, 5}, glm::normalize(glm::dvec2(1, 1)), {319.5 + 216, 239.5 + 216});
   expect_way({0, 0, 5}, {1, 0}, {319.5, 239.5});  // in the middle of the picture
+}
+
+TEST(Lost, the_arrow_to_a_subject_behind_does_not_point_over_a_pole) {
+  // Looking straight away from a subject that is a little lower: a turn down ends at the pole.
+  const LostViewer driven({0.1, 0.5, -5});
+  const glm::dvec2 direction = way_to_subject(driven.viewer).value().direction;
+  EXPECT_GT(direction.x, 0.99);
+  EXPECT_GT(direction.y, 0);
 }
 
 TEST(Lost, the_arrow_s_words_name_the_keys_of_the_commands) {

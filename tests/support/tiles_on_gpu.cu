@@ -21,7 +21,8 @@ __global__ void list_tiles(const Case* cases, std::uint32_t count, std::uint8_t*
   const std::uint32_t i = blockIdx.x * cuda::kThreads + threadIdx.x;
   if (i >= count) return;
   const Case own = cases[i];
-  if (!(own.footprint.gamma > 0) && !row_of<P>().keeps_faint) return;
+  constexpr bool kKeepsFaint = row_of<P>().keeps_faint;  // the table itself is in host memory
+  if (!(own.footprint.gamma > 0) && !kKeepsFaint) return;
   for_each_tile<P>(own.footprint, own.grid, [&](int tile) { flags[own.first + tile] = 1; });
 }
 

@@ -15,23 +15,35 @@ namespace {
 
 std::atomic<std::size_t> allocations = 0;  // of all threads
 
-void* allocate(std::size_t size, std::size_t alignment) {
+// Null if there is not enough memory.
+void* try_to_allocate(std::size_t size, std::size_t alignment) {
   ++allocations;
   const std::size_t whole = (size + alignment - 1) / alignment * alignment;
-  void* memory = std::aligned_alloc(alignment, whole);
+  return std::aligned_alloc(alignment, whole);
+}
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  void* memory = try_to_allocate(size, alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 
 }  // namespace
 
-// The other forms call these functions. They are never inlined, because GCC warns if only one
-// function of a pair is inlined.
+// The other forms call these functions, except where AddressSanitizer replaces them: it has forms
+// of its own that throw nothing, which std::stable_sort() calls. They are never inlined, because
+// GCC warns if only one function of a pair is inlined.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   return allocate(size, alignof(std::max_align_t));
 }
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   return allocate(size, static_cast<std::size_t>(alignment));
+}
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return try_to_allocate(size, alignof(std::max_align_t));
+}
+[[gnu::noinline]] void operator delete(void* memory, const std::nothrow_t&) noexcept {
+  std::free(memory);
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }

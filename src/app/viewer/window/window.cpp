@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <mutex>
 
@@ -59,9 +60,26 @@ glm::ivec2 screen_size() {
   return mode == nullptr ? work_area() : glm::ivec2(mode->width, mode->height);
 }
 
+// Dear ImGui 1.92 and later do so themselves.
+void renew_font_texture() {
+#if IMGUI_VERSION_NUM < 19200
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
+}
+
+// GLFW 3.4 tries Wayland before X11. Without a folder for its socket, Wayland's library would only
+// print a message of its own.
+void choose_platform() {
+#ifdef GLFW_PLATFORM
+  if (std::getenv("XDG_RUNTIME_DIR") == nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
+}
+
 }  // namespace
 
 Window::Window(glm::ivec2 size, glm::ivec2 screen) {
+  choose_platform();
   if (glfwInit() != GLFW_TRUE) {
     fail(ErrorKind::device,
          "view: there is no display ({}): 'quadsplat render' draws into files instead",
@@ -159,10 +177,7 @@ void Window::set_scale(float scale) {
   ImGui::GetIO().Fonts->Clear();
   add_fonts(pixels);
   ImGui::GetIO().FontGlobalScale = letter / pixels;
-  if (had_fonts) {  // else the first frame makes their texture
-    ImGui_ImplOpenGL3_DestroyFontsTexture();
-    ImGui_ImplOpenGL3_CreateFontsTexture();
-  }
+  if (had_fonts) renew_font_texture();  // else the first frame makes it
   apply_style(scale);
   last_event_ = glfwGetTime();
 }
@@ -234,13 +249,25 @@ void Window::begin_ui() {
   if (scripted_cursor_) {
     const glm::dvec2 units =
         input_.cursor() * (glm::dvec2(size()) / glm::max(glm::dvec2(1), glm::dvec2(framebuffer())));
-    ImGuiIO& io = ImGui::GetIO();
-    io.MousePos = {static_cast<float>(units.x), static_cast<float>(units.y)};
-    for (std::size_t i = 0; i < scripted_buttons_.size(); ++i)
-      io.MouseDown[i] = io.MouseDown[i] || scripted_buttons_[i];
+    put_scripted_cursor(glm::vec2(units));
   }
   press_briefly();
   ImGui::NewFrame();
+}
+
+#if IMGUI_VERSION_NUM >= 18700
+// ImGui queues events, and shows every press to at least one frame.
+void Window::put_scripted_cursor(glm::vec2 units) {
+  ImGui::GetIO().AddMousePosEvent(units.x, units.y);
+}
+void Window::press_briefly() { pressed_.clear(); }
+void Window::release_brief_keys() {}
+#else
+void Window::put_scripted_cursor(glm::vec2 units) {
+  ImGuiIO& io = ImGui::GetIO();
+  io.MousePos = {units.x, units.y};
+  for (std::size_t i = 0; i < scripted_buttons_.size(); ++i)
+    io.MouseDown[i] = io.MouseDown[i] || scripted_buttons_[i];
 }
 
 // ImGui sees the keys that are down when a frame begins. A key that was pressed and released since
@@ -255,9 +282,14 @@ void Window::press_briefly() {
   pressed_.clear();
 }
 
-void Window::end_ui() {
+void Window::release_brief_keys() {
   for (const int key : brief_) ImGui::GetIO().KeysDown[key] = false;
   brief_.clear();
+}
+#endif
+
+void Window::end_ui() {
+  release_brief_keys();
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
@@ -267,10 +299,13 @@ void Window::swap() { glfwSwapBuffers(window_); }
 void Window::play(const ScriptStep& step, double now, Actions& actions) {
   last_event_ = glfwGetTime();
   const auto number = [&](std::size_t i) { return std::stod(step.words[i]); };
+  const auto use_shortcut = [&](const KeyPress& key, bool down) {
+    input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
+  };
   const auto press = [&](const KeyPress& key, bool down) {
     ImGui_ImplGlfw_KeyCallback(window_, key.key, 0, down ? GLFW_PRESS : GLFW_RELEASE, key.mods);
     if (down) pressed_.push_back(key.key);
-    input_.key(key.key, down, false, key.mods, ImGui::GetIO().WantTextInput, actions);
+    use_shortcut(key, down);
   };
   const auto click = [&](int button, bool down) {
     scripted_buttons_[static_cast<std::size_t>(button)] = down;
@@ -307,14 +342,14 @@ void Window::play(const ScriptStep& step, double now, Actions& actions) {
     const int mods = step.words.size() > 1 ? parse_key(step.words[1] + "+A").mods : 0;
     input_.wheel(number(0), mods, false, actions);
   } else if (step.command == "type") {
-    // Types like a keyboard: a key with its character.
+    // Types like a keyboard: a key with its character. Text fields read the character alone.
     for (const char c : step.words[0]) {
       const auto letter = static_cast<unsigned char>(c);
       const bool has_key = std::isalnum(letter) != 0 || c == '/' || c == '.' || c == '-';
       const KeyPress key{std::toupper(letter), 0};
-      if (has_key) press(key, true);
+      if (has_key) use_shortcut(key, true);
       ImGui::GetIO().AddInputCharacter(letter);
-      if (has_key) press(key, false);
+      if (has_key) use_shortcut(key, false);
     }
   } else if (step.command == "drop") {
     actions.push_back(call(action::open, std::filesystem::path(step.words[0])));

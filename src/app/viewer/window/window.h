@@ -64,7 +64,9 @@ class Window {
   void add_fonts(float pixels);
   float pixels_per_unit() const;
   void on_key(int key, int action, int mods);
+  void put_scripted_cursor(glm::vec2 units);
   void press_briefly();
+  void release_brief_keys();
   void on_button(int button, int action, int mods);
   void on_cursor(double x, double y);
   void on_scroll(double x, double y);

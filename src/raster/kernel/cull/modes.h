@@ -35,7 +35,8 @@ constexpr bool agrees_with_table(const std::tuple<P...>&) {
 }
 static_assert(agrees_with_table(AllCullers()), "AllCullers and table.h differ");
 
-/// The row of struct P.
+/// The row of struct P, for host code. Device code reads its members as constants only, for example
+/// `constexpr bool kKeeps = row_of<P>().keeps_faint`, because the table is in host memory.
 template <class P>
 constexpr const CullerRow& row_of() {
   return kCullers[number_of(P::kName)];

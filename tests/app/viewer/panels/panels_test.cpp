@@ -38,7 +38,9 @@ class PanelsTest : public testing::Test {
     io.IniFilename = nullptr;
     io.DisplaySize = {1280, 720};
     io.DeltaTime = 1.0f / 60;
+#if IMGUI_VERSION_NUM < 18700
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+#endif
     unsigned char* pixels = nullptr;
     int width = 0, height = 0;
     io.Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
@@ -52,13 +54,21 @@ class PanelsTest : public testing::Test {
   void draw(const std::string& text = "", ImGuiKey key = ImGuiKey_COUNT) {
     ImGuiIO& io = ImGui::GetIO();
     for (const char c : text) io.AddInputCharacter(static_cast<unsigned char>(c));
-    if (key != ImGuiKey_COUNT) io.KeysDown[key] = true;
+    set_key(key, true);
     Actions actions;
     ImGui::NewFrame();
     draw_panels(driven_.viewer, state_, actions);
     ImGui::EndFrame();
-    if (key != ImGuiKey_COUNT) io.KeysDown[key] = false;
+    set_key(key, false);
     driven_.apply_all(actions);
+  }
+  static void set_key(ImGuiKey key, bool down) {
+    if (key == ImGuiKey_COUNT) return;
+#if IMGUI_VERSION_NUM >= 18700
+    ImGui::GetIO().AddKeyEvent(key, down);
+#else
+    ImGui::GetIO().KeysDown[key] = down;
+#endif
   }
   bool shows(const char* window) const {
     const ImGuiWindow* found = ImGui::FindWindowByName(window);

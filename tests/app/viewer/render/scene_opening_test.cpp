@@ -311,12 +311,13 @@ class Loader : public testing::Test, protected test::RecordingHost {
   // Reports of reading until the loader is done.
   Viewer load(const std::filesystem::path& path, const std::string& axes = "",
               const Sampling& sampling = {}) {
-    SceneOpening opening([] {}, 1, sampling);
+    // Its uploads report to it, so it lives as long as the test.
+    openings_.push_back(std::make_unique<SceneOpening>([] {}, 1, sampling));
     OpenRequest request;
     request.path = path;
     request.axes = axes;
-    opening.open(request);
-    return finish(opening);
+    openings_.back()->open(request);
+    return finish(*openings_.back());
   }
 
   template <class Reader>
@@ -367,6 +368,7 @@ class Loader : public testing::Test, protected test::RecordingHost {
   std::vector<Loading> seen_;
   bool run_at_once_ = false;
   ActionQueue reports_{[] {}};  // of jobs
+  std::vector<std::unique_ptr<SceneOpening>> openings_;
 };
 
 TEST_F(Loader, cameras_get_the_photographs_of_the_folder_images_here_or_one_up) {

@@ -18,7 +18,7 @@ class RecordingHost : public Host {
     std::string axes;
   };
   std::vector<Opened> opened;
-  std::vector<std::filesystem::path> opened_beside, photographs, grabs, folders;
+  std::vector<std::filesystem::path> opened_beside, photographs, grabs, opened_outside;
   std::map<std::filesystem::path, std::string> written;
   std::vector<Job> jobs;
   std::vector<TrainingCommand> training;
@@ -40,9 +40,11 @@ class RecordingHost : public Host {
     written[path] = content;
   }
   void grab_window(const std::filesystem::path& path, bool) override { grabs.push_back(path); }
+  void open_with_desktop(const std::filesystem::path& path) override {
+    opened_outside.push_back(path);
+  }
   std::string clipboard() const override { return text; }
   void set_clipboard(const std::string& content) override { text = content; }
-  void open_folder(const std::filesystem::path& path) override { folders.push_back(path); }
   void toggle_fullscreen() override { ++fullscreens; }
   void quit() override { ++quits; }
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
@@ -78,7 +79,8 @@ std::vector<Candidate> views_inside(double eye_height, const Ground& ground,
   return candidates;
 }
 
-const Framing& best_of(const std::vector<Candidate>& candidates) {
+/// Pointers to the candidates, best first.
+std::vector<const Candidate*> ranked(const std::vector<Candidate>& candidates) {
   // A compromise between the subject's area in the picture and its area in the world, which is the
   // former times the squared distance. So a broad side is better than a narrow side seen from
   // nearer.
@@ -95,10 +97,49 @@ const Framing& best_of(const std::vector<Candidate>& candidates) {
     return area_of(c) / area + c.quality.detail / detail + 2 * c.quality.shown - c.quality.cut +
            0.5 * c.liking - 3 * c.quality.obstruction - (c.quality.blocked ? 9 : 0);
   };
-  return std::max_element(
-             candidates.begin(), candidates.end(),
-             [&](const Candidate& a, const Candidate& b) { return score(a) < score(b); })
-      ->framing;
+  std::vector<std::pair<double, const Candidate*>> rated;
+  for (const Candidate& c : candidates) rated.emplace_back(score(c), &c);
+  std::stable_sort(rated.begin(), rated.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<const Candidate*> best_first;
+  for (const auto& [rating, candidate] : rated) best_first.push_back(candidate);
+  return best_first;
+}
+
+glm::dvec3 direction_of(const Framing& framing) {
+  return glm::normalize(framing.target - framing.eye);
+}
+
+/// The cosine between the horizontal directions of two views with the same up direction.
+double cos_around(const Framing& a, const Framing& b) {
+  const auto level = [&](const Framing& framing) {
+    const glm::dvec3 direction = direction_of(framing);
+    return glm::normalize(direction - glm::dot(direction, a.up) * a.up);
+  };
+  return glm::dot(level(a), level(b));
+}
+
+/// The best view and different ones, as choose_framings() describes them.
+std::vector<Framing> different_views(const std::vector<Candidate>& candidates, std::size_t most) {
+  const double least_turn = std::cos(glm::radians(30.0)) + 1e-9;  // neighbours are 30 degrees apart
+  const double other_side = std::cos(glm::radians(120.0)) + 1e-9;
+  const std::vector<const Candidate*> best_first = ranked(candidates);
+  std::vector<Framing> chosen = {best_first.front()->framing};
+  const auto try_all = [&](std::size_t limit, const auto& suits) {
+    for (const Candidate* candidate : best_first) {
+      const Framing& framing = candidate->framing;
+      const bool differs = std::all_of(chosen.begin(), chosen.end(), [&](const Framing& other) {
+        return glm::dot(direction_of(framing), direction_of(other)) <= least_turn;
+      });
+      if (chosen.size() < limit && differs && !candidate->quality.blocked && suits(framing))
+        chosen.push_back(framing);
+    }
+  };
+  try_all(std::min<std::size_t>(most, 2), [&](const Framing& framing) {
+    return cos_around(chosen.front(), framing) <= other_side;
+  });
+  try_all(most, [](const Framing&) { return true; });
+  return chosen;
 }
 
 }  // namespace
@@ -115,18 +156,24 @@ Camera framed_camera(const Framing& framing, int width, int height) {
 
 Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool) {
-  return choose_framing(sample_of(cloud, Sampling().most), up, pool);
+  return choose_framings(cloud, up, pool, 1).front();
 }
 
-Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
-                       ThreadPool& pool) {
+std::vector<Framing> choose_framings(const GaussianCloud& cloud,
+                                     const std::optional<glm::dvec3>& up, ThreadPool& pool,
+                                     std::size_t most) {
+  return choose_framings(sample_of(cloud, Sampling().most), up, pool, most);
+}
+
+std::vector<Framing> choose_framings(const CloudSample& sample, const std::optional<glm::dvec3>& up,
+                                     ThreadPool& pool, std::size_t most) {
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
   const UpEstimate upward = up ? UpEstimate{*up} : estimate_up(sample, whole, {0, -1, 0});
   const auto chosen = [&](const std::vector<Candidate>& candidates) {
-    Framing framing = best_of(candidates);
-    framing.upside_down = upward.upside_down;
-    return framing;
+    std::vector<Framing> framings = different_views(candidates, most);
+    for (Framing& framing : framings) framing.upside_down = upward.upside_down;
+    return framings;
   };
   const Ground ground(whole, upward.up);
   const Shape whole_shape = shape_of(whole, smallest);

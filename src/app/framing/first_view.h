@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/framing/cloud_sample.h"
 #include "raster/base/parallel.h"
@@ -29,6 +30,8 @@ struct Framing {
 /// `farthest`, and pictures higher than wide from still farther away, as far as they need.
 Camera framed_camera(const Framing& framing, int width, int height);
 
+inline constexpr std::size_t kMostCandidates = 4;  ///< of choose_framings()
+
 /// The best view of a cloud: the opacity-weighted 5th to 95th percentile of the subject fills 45 to
 /// 90 % of the picture's height, its centre is within 10 % of the picture's, and little is in front
 /// of it. Rooms, streets and gardens are seen from inside. `up`: a unit vector; unset:
@@ -36,10 +39,16 @@ Camera framed_camera(const Framing& framing, int width, int height);
 Framing choose_framing(const GaussianCloud& cloud, const std::optional<glm::dvec3>& up,
                        ThreadPool& pool);
 
-/// The same view from a sample that was taken with Sampling's default of `most`.
-Framing choose_framing(const CloudSample& sample, const std::optional<glm::dvec3>& up,
-                       ThreadPool& pool);
+/// Views to choose from, at most `most` > 0 and at least one: the view of choose_framing(), then a
+/// view from the other side, then other views by their quality. The directions of any two differ by
+/// at least 30 degrees, and no eye but perhaps the first is inside a Gaussian.
+std::vector<Framing> choose_framings(const GaussianCloud& cloud,
+                                     const std::optional<glm::dvec3>& up, ThreadPool& pool,
+                                     std::size_t most = kMostCandidates);
 
+/// The same views from a sample that was taken with Sampling's default of `most`.
+std::vector<Framing> choose_framings(const CloudSample& sample, const std::optional<glm::dvec3>& up,
+                                     ThreadPool& pool, std::size_t most = kMostCandidates);
 /// The up axis that the user or else the file declares. `given` is the user's; unset: none.
 std::optional<glm::dvec3> declared_up(const std::optional<glm::dvec3>& given,
                                       const std::string& vertical_axis);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/viewer/state/lost.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -28,7 +29,7 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
   // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
-  const bool told = viewer.mode_switch.has_value() != told_;
+  const bool told = viewer.mode_switch.has_value() != told_ || is_lost(viewer) != lost_;
   // A recorded zoom shows its own frames.
   const bool continuous = (!viewer.on_demand || viewer.playback.running) && !viewer.zoom.running;
   return draw_once_ || ended || told || viewer.toasts.size() != toasts_ ||
@@ -63,6 +64,7 @@ bool Pacing::begin_drawing(const Viewer& viewer) {
   measuring_ = viewer.measuring;
   toasts_ = viewer.toasts.size();
   told_ = viewer.mode_switch.has_value();
+  lost_ = is_lost(viewer);
   return disturbs;
 }
 

@@ -50,6 +50,7 @@ class Pacing {
   double draw_until_ = 0, last_draw_ = 0, last_picture_ = 0, fps_ = 0;
   std::size_t toasts_ = 0;  // in the window
   bool told_ = false;       // the window shows a change of the mode
+  bool lost_ = false;       // the window shows the way to the subject
   int frames_ = -1;         // Viewer::frames in the window
   bool measuring_ = false;  // as the window shows it
 };

@@ -35,6 +35,8 @@ void for_each_preference(V& viewer, Size& window_size, Visit&& visit) {
   visit("cameras", viewer.last_views);
   visit("up", viewer.ups);
   visit("axes", viewer.axes);
+  visit("first_views", viewer.first_views);
+  visit("interface_scale", viewer.interface_scale);
 }
 
 }  // namespace
@@ -48,11 +50,14 @@ void parse_preferences(const std::string& text, Viewer& viewer, glm::ivec2& wind
   });
   for (float* letters : {&read.bars.left, &read.bars.right})
     *letters = std::clamp(*letters, 0.0f, 1000.0f);
+  if (read.interface_scale != 0)
+    read.interface_scale = std::clamp(read.interface_scale, 0.75f, 3.0f);
   read.navigation =
       json.value("navigation", "orbit") == "fly" ? Navigation::fly : Navigation::orbit;
   for (const auto& path : json.value("recent", std::vector<std::string>()))
     read.recent.emplace_back(path);
-  window_size = glm::clamp(size, glm::ivec2(320, 240), glm::ivec2(16384));
+  // A size that the file does not name stays, also if it is 0: not chosen yet.
+  if (size != window_size) window_size = glm::clamp(size, glm::ivec2(320, 240), glm::ivec2(16384));
   viewer = std::move(read);
 }
 
@@ -61,7 +66,7 @@ std::string format_preferences(const Viewer& viewer, glm::ivec2 window_size) {
   for_each_preference(viewer, window_size,
                       [&](const char* name, const auto& value) { json[name] = value; });
   if (viewer.scene) json["cameras"][viewer.scene->path.string()] = format_camera(viewer.camera);
-  for (const char* name : {"cameras", "up", "axes"})
+  for (const char* name : {"cameras", "up", "axes", "first_views"})
     while (json[name].size() > kMostScenes) json[name].erase(json[name].begin());
   json["navigation"] = viewer.navigation == Navigation::fly ? "fly" : "orbit";
   json["recent"] = ordered_json::array();

@@ -12,6 +12,7 @@
 #include "app/viewer/pacing.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/preferences.h"
+#include "app/viewer/render/candidate_pictures.h"
 #include "app/viewer/render/crop_scene.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/photograph_reader.h"
@@ -19,9 +20,10 @@
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/window/desktop_dialog.h"
-#include "app/viewer/window/folder_opener.h"
+#include "app/viewer/window/desktop_programs.h"
 #include "app/viewer/window/picture_texture.h"
 #include "app/viewer/window/presenter.h"
 #include "app/viewer/window/script_player.h"
@@ -48,6 +50,9 @@ std::shared_ptr<const Image> bundled_picture() {
   return file ? std::make_shared<Image>(read_image(*file)) : nullptr;
 }
 
+// True if the window's size and scale do not depend on the screen.
+bool is_fixed(const ViewOptions& options) { return options.script || options.frame.size; }
+
 class ViewLoop final : public Host {
  public:
   explicit ViewLoop(const ViewOptions& options)
@@ -55,7 +60,7 @@ class ViewLoop final : public Host {
         store_(initial_viewer(options, first_size_)),
         opening_(Window::wake, options.frame.threads),
         photographs_(Window::wake),
-        window_(begin_reading()) {
+        window_(begin_reading(), is_fixed(options) ? first_size_ : glm::ivec2(0)) {
     if (options.script) {
       script_ = ScriptPlayer(*options.script);
     } else {
@@ -65,6 +70,7 @@ class ViewLoop final : public Host {
     render_.emplace(options.frame, Window::wake, gl_frames_ ? &*gl_frames_ : nullptr);
     if (options.train) training_.emplace(Window::wake, options.train);
     window_.set_vsync(vsync_ = viewer_.vsync);
+    follow_scale();
     const glm::ivec2 pixels = size_of(picture_area());
     apply(action::resize, pixels.x, pixels.y);
   }
@@ -81,9 +87,9 @@ class ViewLoop final : public Host {
       render_->take_reports(actions);
       opening_.take_reports(actions);
       photographs_.take_reports(actions);
-      folder_.take_report(actions);
       if (training_) training_->take_reports(actions);
       if (desktop_dialog_) desktop_dialog_->take_reports(actions);
+      desktop_programs_.take_reports(actions);
       measure_memory();
       turn_.now = now;
       turn_.cursor = window_.input().picture_cursor();
@@ -92,9 +98,11 @@ class ViewLoop final : public Host {
       apply(action::tick, turn_, seconds);
       apply_all(actions);
       prefer_desktop_dialog();
+      follow_scale();
       fit_picture();
       follow_training();
       apply(action::follow_crop);
+      apply(action::follow_view_choice);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this frame, a GPU afterwards.
@@ -156,9 +164,11 @@ class ViewLoop final : public Host {
     grab_.request(path, notify);
     pacing_.note_change(viewer_, glfwGetTime());
   }
+  void open_with_desktop(const std::filesystem::path& path) override {
+    desktop_programs_.open(path);
+  }
   std::string clipboard() const override { return window_.clipboard(); }
   void set_clipboard(const std::string& text) override { window_.set_clipboard(text); }
-  void open_folder(const std::filesystem::path& path) override { folder_.open(path); }
   void toggle_fullscreen() override { window_.toggle_fullscreen(); }
   void quit() override { quit_ = true; }
 
@@ -211,6 +221,13 @@ class ViewLoop final : public Host {
     std::error_code error;
     const std::filesystem::path beside = viewer_.scene ? viewer_.scene->path.parent_path() : ".";
     desktop_dialog_->show(std::filesystem::absolute(beside, error));
+  }
+
+  void follow_scale() {
+    turn_.screen_scale = window_.screen_scale();
+    if (viewer_.screen_scale != turn_.screen_scale)
+      apply([scale = turn_.screen_scale](Viewer& viewer) { viewer.screen_scale = scale; });
+    window_.set_scale(interface_scale(viewer_));
   }
 
   void fit_picture() {
@@ -287,6 +304,7 @@ class ViewLoop final : public Host {
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
     window_.set_title(viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat");
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
+    panel_state_.candidates = candidates_.show(viewer_.view_choice.pictures);
     show_thumbnail();
     turn_.drawn_status = hud_status(viewer_);
     turn_.drawn_columns = panel_state_.columns;
@@ -317,7 +335,8 @@ class ViewLoop final : public Host {
   const ViewOptions& options_;
   std::filesystem::path beside_ = options_.beside_scene;  // until it is being read
   const QuitSignals quit_signals_;
-  glm::ivec2 first_size_{1280, 720};  // of the window
+  // of the window; 0: by the screen
+  glm::ivec2 first_size_{options_.script ? glm::ivec2(1280, 720) : glm::ivec2(0)};
   ViewerStore store_;
   const Viewer& viewer_ = store_.viewer();
   Turn turn_;
@@ -326,7 +345,7 @@ class ViewLoop final : public Host {
   Window window_;
   Presenter presenter_;
   std::shared_ptr<const Image> bundled_picture_;
-  PictureTexture photograph_, thumbnail_;
+  PictureTexture photograph_, thumbnail_, candidates_;
   std::optional<GlFrames> gl_frames_;
   std::optional<RenderThread> render_;
   PanelState panel_state_;
@@ -334,8 +353,8 @@ class ViewLoop final : public Host {
   ScriptPlayer script_;
   FrameRequests requests_;
   WindowGrab grab_;
-  FolderOpener folder_;
   std::optional<DesktopDialog> desktop_dialog_;
+  DesktopPrograms desktop_programs_;
   std::optional<TrainingThread> training_;  // it ends first, and saves the model
   bool training_shown_ = false;
   bool quit_ = false, vsync_ = true, dialog_open_ = false;

@@ -24,6 +24,7 @@ Viewer initial_viewer(const ViewOptions& options, glm::ivec2& window_size) {
   viewer.out_dir = options.out_dir;
   viewer.animates_moves = !options.script;
   viewer.restores_views = !frame.cameras;
+  viewer.offers_views = !options.script;
   viewer.backend = frame.backend.value_or(available_backends().front());
   viewer.settings.mode =
       frame.modes.front() == kReferenceMode ? default_mode() : frame.modes.front();

@@ -27,6 +27,10 @@ Camera first_camera(const GaussianCloud& cloud, int width = 1280, int height = 7
   return framed_camera(choose_framing(cloud, up, test::pool(2)), width, height);
 }
 
+glm::dvec3 direction_of(const Framing& framing) {
+  return glm::normalize(framing.target - framing.eye);
+}
+
 Image picture(const GaussianCloud& cloud, const Camera& camera) {
   const auto renderer = make_renderer(Backend::cpu, test::pool(2));
   renderer->upload(cloud, {});
@@ -392,6 +396,34 @@ TEST(FirstView, of_the_bundled_scene_is_of_what_its_photographs_show) {
     distances.push_back(glm::distance(photograph.position(), subject));
   std::sort(distances.begin(), distances.end());
   EXPECT_LT(seen.z, 1.5 * distances[distances.size() / 2]) << "not much farther than they are";
+}
+
+TEST(FirstView, a_choice_of_four_differs_by_30_degrees_and_has_the_other_side) {
+  const GaussianCloud cloud = test::random_cloud(400, 0, 3);
+  const std::vector<Framing> framings = choose_framings(cloud, {}, test::pool(2));
+  ASSERT_EQ(framings.size(), kMostCandidates);
+  const Framing best = choose_framing(cloud, {}, test::pool(2));
+  EXPECT_EQ(framings[0].eye, best.eye);
+  EXPECT_EQ(framings[0].target, best.target);
+  double farthest = 1;
+  for (std::size_t i = 0; i < framings.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      EXPECT_LT(glm::dot(direction_of(framings[i]), direction_of(framings[k])),
+                std::cos(glm::radians(29.9)));
+    }
+    const auto level = [&](const Framing& framing) {
+      const glm::dvec3 direction = direction_of(framing);
+      return glm::normalize(direction - glm::dot(direction, best.up) * best.up);
+    };
+    farthest = std::min(farthest, glm::dot(level(framings[i]), level(framings[0])));
+  }
+  EXPECT_LT(farthest, std::cos(glm::radians(119.9)));
+  EXPECT_EQ(choose_framings(cloud, {}, test::pool(2), 1).size(), 1u);
+}
+
+TEST(FirstView, one_gaussian_has_a_choice_too) {
+  const GaussianCloud cloud = test::single_gaussian({0, 0, 4}, 0.5f, {0.9f, 0.4f, 0.1f}, 5);
+  EXPECT_GE(choose_framings(cloud, {}, test::pool(1)).size(), 1u);
 }
 
 }  // namespace

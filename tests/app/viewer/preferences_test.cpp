@@ -28,6 +28,8 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   written.last_views["/a.ply"] = "kept";
   written.ups["/a.ply"] = "0,-1,0.5";
   written.axes["/a.ply"] = "RFU";
+  written.first_views["/a.ply"] = "chosen";
+  written.interface_scale = 1.5f;
   written.scene.emplace();
   written.scene->path = "/b.ply";
   written.camera = test::front_camera(64, 48);
@@ -42,6 +44,8 @@ TEST(Preferences, are_the_viewer_s_choices_and_the_views_of_its_scenes) {
   EXPECT_EQ(read.recent, written.recent);
   EXPECT_EQ(read.ups, written.ups);
   EXPECT_EQ(read.axes, written.axes);
+  EXPECT_EQ(read.first_views, written.first_views);
+  EXPECT_EQ(read.interface_scale, 1.5f);
   EXPECT_THAT(read.last_views,
               testing::ElementsAre(testing::Pair("/a.ply", "kept"),
                                    testing::Pair("/b.ply", format_camera(written.camera))));
@@ -67,6 +71,21 @@ TEST(Preferences, damaged_ones_are_reported_and_ignored) {
   EXPECT_EQ(size, glm::ivec2(320, 16384));
 }
 
+TEST(Preferences, the_scale_of_the_interface_is_within_its_limits) {
+  const auto scale_of = [](const std::string& number) {
+    Viewer viewer;
+    glm::ivec2 size(1, 1);
+    parse_preferences("{\"interface_scale\": " + number + "}", viewer, size);
+    return viewer.interface_scale;
+  };
+  EXPECT_EQ(scale_of("0"), 0) << "not chosen";
+  EXPECT_EQ(scale_of("0.75"), 0.75f);
+  EXPECT_EQ(scale_of("3"), 3);
+  EXPECT_EQ(scale_of("0.1"), 0.75f);
+  EXPECT_EQ(scale_of("-1"), 0.75f);
+  EXPECT_EQ(scale_of("99"), 3);
+}
+
 TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
   const auto size_of = [](const char* text) {
     Viewer viewer;
@@ -78,6 +97,7 @@ TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
   EXPECT_EQ(size_of(R"({"width": 319, "height": 239})"), glm::ivec2(320, 240));
   EXPECT_EQ(size_of(R"({"width": 16384, "height": 16384})"), glm::ivec2(16384));
   EXPECT_EQ(size_of(R"({"width": 16385, "height": 16385})"), glm::ivec2(16384));
+  EXPECT_EQ(size_of("{}"), glm::ivec2(1)) << "the size is not chosen yet";
   Viewer viewer;
   for (int i = 1000; i < 1100; ++i) viewer.last_views[std::to_string(i)] = "x";
   const auto kept = [&] {

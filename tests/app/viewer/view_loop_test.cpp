@@ -404,7 +404,7 @@ TEST(WindowGrab, writes_once_and_reports_what_went_wrong) {
   EXPECT_FALSE(grab.requested());
   EXPECT_EQ(read_image(folder / "deep/a.png").width, 4);
   ASSERT_THAT(store.viewer().toasts, SizeIs(1));
-  EXPECT_THAT(store.viewer().toasts[0].text, HasSubstr("deep/a.png"));
+  EXPECT_EQ(store.viewer().toasts[0].path, folder / "deep/a.png");
   std::ofstream(folder / "file") << "not a folder";
   grab.request(folder / "file/b.png", false);
   take();
@@ -434,9 +434,12 @@ TEST(ViewOptions, overrule_the_preferences) {
   EXPECT_TRUE(viewer.panels.split);
   EXPECT_EQ(viewer.split.other.mode, find_culler("adr"));
   EXPECT_FALSE(viewer.restores_views);
+  EXPECT_TRUE(viewer.offers_views);
   options.frame.size = glm::ivec2(800, 600);
   initial_viewer(options, size);
   EXPECT_EQ(size, glm::ivec2(800, 600));
+  options.script = "script";
+  EXPECT_FALSE(initial_viewer(options, size).offers_views);
   std::ofstream(folder / "viewer.json") << "{";
   EXPECT_THAT(initial_viewer(options, size).toasts.at(0).text, HasSubstr("ignored"));
   options.beside = "best";

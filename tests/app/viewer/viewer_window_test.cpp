@@ -178,5 +178,42 @@ TEST_F(ViewerWindow, a_grabbed_window_is_what_the_window_shows) {
     ASSERT_EQ(to_8bit(shot.values[i]), to_8bit(picture.values[i])) << i;
 }
 
+// The first column at the right of the bar, from the colours of a row of pixels below its panels.
+int end_of_left_bar(const Image& shot, int y) {
+  int x = 0;
+  const auto differs = [&](int at) {
+    float most = 0;
+    for (int c = 0; c < 3; ++c)
+      most = std::max(most, std::abs(shot.at(at, y, c) - shot.at(2, y, c)));
+    return most > 2.0f / 255;
+  };
+  while (x < shot.width && !differs(x)) ++x;
+  return x;
+}
+
+TEST_F(ViewerWindow, a_bar_takes_exactly_the_width_that_it_draws_at_every_scale) {
+  std::ofstream(path("kept.json")) << "{}";  // no first start, so no hints over the picture
+  std::string script = "key Z\nwait\nkey Z\nwait\n";
+  for (const std::string name : {"100", "125", "150"})
+    script += "sleep 0.4\nwait\nstate " + path(name) + "\nshot " + path(name + ".png") +
+              "\nkey Ctrl+=\nwait\n";
+  script += "state " + path("last") + "\nquit\n";
+  const test::ProgramRun run =
+      play(script, {path("scene.ply"), "--size", "1000x700", "--background", "0.5,0.5,0.5",
+                    "--settings", path("kept.json")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  int before = 0;
+  for (const std::string name : {"100", "125", "150"}) {
+    SCOPED_TRACE(name);
+    const Image shot = read_image(path(name + ".png"));
+    const int bar = end_of_left_bar(shot, 600);
+    EXPECT_GT(bar, before);
+    EXPECT_EQ(camera(name).width, 1000 - bar);
+    before = bar;
+  }
+  EXPECT_LT(camera("last").height, camera("100").height) << "the lines above and below grow";
+  EXPECT_EQ(state("kept.json")["interface_scale"], 1.75);
+}
+
 }  // namespace
 }  // namespace qs

@@ -37,7 +37,7 @@ void bench_view(RenderContext& context, const Viewer& viewer) {
   const std::string problem = write_report(report, path);
   if (!problem.empty()) context.report(action::notify, problem);
   context.report(action::numbers_measured, ModeNumbers{viewer.view_version, report.rows, true});
-  context.report(action::notify, fmt::format("wrote {}", path.string()));
+  context.report(action::notify_file, path, std::string());
 }
 
 }  // namespace qs::job

@@ -15,6 +15,8 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/first_view_actions.h"
+#include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
@@ -227,6 +229,9 @@ std::vector<KeyCommand> view_commands() {
       row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
+      always(row(GLFW_KEY_EQUAL, kCtrl, view, "Larger interface", step_interface_scale, 1)),
+      always(row(GLFW_KEY_MINUS, kCtrl, view, "Smaller interface", step_interface_scale, -1)),
+      always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),
       always(row(GLFW_KEY_F11, 0, view, "Full screen",
                  [](Viewer&, Host& host) { host.toggle_fullscreen(); })),
   };
@@ -245,6 +250,9 @@ std::vector<KeyCommand> camera_commands() {
       panel(GLFW_KEY_O, 0, camera, "Cameras in the scene", &Panels::frusta),
       row(GLFW_KEY_F, 0, camera, "Frame the scene", frame_scene),
       row(GLFW_KEY_HOME, 0, camera, "First view", go_home),
+      row(GLFW_KEY_HOME, kShift, camera, "Choose the first view", ask_for_views),
+      row(GLFW_KEY_BACKSPACE, 0, camera, "Back to the view before", undo_move),
+      row(GLFW_KEY_BACKSPACE, kShift, camera, "Forward to the next view", redo_move),
       row(GLFW_KEY_U, 0, camera, "This view is upright", make_upright),
       row(GLFW_KEY_V, 0, camera, "Orbit or fly", toggle_navigation),
       row(GLFW_KEY_C, kCtrl, camera, "Copy the camera as JSON", copy_camera),
@@ -297,6 +305,17 @@ std::vector<KeyCommand> make_commands() {
 
 }  // namespace
 
+namespace {
+
+// Digits, plus and minus of the keypad count as the keys of the main row.
+int key_of_main_row(int key) {
+  if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) return key - GLFW_KEY_KP_0 + GLFW_KEY_0;
+  if (key == GLFW_KEY_KP_ADD) return GLFW_KEY_EQUAL;
+  return key == GLFW_KEY_KP_SUBTRACT ? GLFW_KEY_MINUS : key;
+}
+
+}  // namespace
+
 std::span<const KeyCommand> key_commands() {
   static const std::vector<KeyCommand> kCommands = make_commands();
   return kCommands;
@@ -311,8 +330,9 @@ std::string command_hint(std::string_view help) {
 }
 
 const KeyCommand* find_key_command(int key, int mods) {
-  const bool on_keypad = key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9;
-  const int main_key = on_keypad ? key - GLFW_KEY_KP_0 + GLFW_KEY_0 : key;
+  const int main_key = key_of_main_row(key);
+  // Many keyboards have the plus sign above the equals sign.
+  if (main_key == GLFW_KEY_EQUAL && mods == (kCtrl | kShift)) mods = kCtrl;
   const std::span<const KeyCommand> rows = key_commands();
   const auto found = std::find_if(rows.begin(), rows.end(), [&](const KeyCommand& row) {
     return row.key == main_key && row.mods == mods;

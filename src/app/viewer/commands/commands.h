@@ -37,8 +37,8 @@ std::span<const KeyCommand> key_commands();
 /// "Flip the split (X)": the help and the key of the command with this KeyCommand::help.
 std::string command_hint(std::string_view help);
 
-/// The command of a key; digits of the keypad count as digits of the main row. Null if the key has
-/// no command.
+/// The command of a key; digits, plus and minus of the keypad count as keys of the main row. Null
+/// if the key has no command.
 const KeyCommand* find_key_command(int key, int mods);
 
 }  // namespace qs

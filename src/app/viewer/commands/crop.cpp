@@ -31,8 +31,8 @@ void write(RenderContext& context, const std::filesystem::path& path) {
     const GaussianCloud& cloud = context.session.scene->cloud;
     write_scene(cloud, path, *context.session.pool,
                 shown_progress(path, "writing", context.stop, context.reports));
-    context.report(action::notify,
-                   fmt::format("wrote {} ({} Gaussians)", path.string(), grouped(cloud.size())));
+    context.report(action::notify_file, path,
+                   fmt::format(" ({} Gaussians)", grouped(cloud.size())));
   } catch (const Cancelled&) {
     context.report(action::notify, std::string("writing was cancelled, nothing was saved"));
     throw;

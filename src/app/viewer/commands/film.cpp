@@ -79,9 +79,8 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;
   }
-  context.report(action::notify,
-                 fmt::format("wrote {}{}", path.string(),
-                             encodes ? "" : ": PNG files, because ffmpeg is not installed"));
+  context.report(action::notify_file, path,
+                 std::string(encodes ? "" : ": PNG files, because ffmpeg is not installed"));
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ void record(RenderContext& context, const Viewer& viewer) {
     const std::string problem = save_zoom(session, bundle, path);
     if (!problem.empty()) context.report(action::notify, problem);
     context.report(action::zoom_ended, path, problem.empty());
-    context.report(action::notify, fmt::format("wrote {}", path.string()));
+    context.report(action::notify_file, path, std::string());
   } catch (...) {
     context.report(action::zoom_ended, std::filesystem::path(), false);
     context.report(action::notify, "the zoom was stopped, nothing was saved");

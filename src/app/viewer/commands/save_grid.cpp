@@ -104,7 +104,7 @@ void save_grid(RenderContext& context, const Viewer& viewer) {
   svg.replace_extension(".svg");
   write_image(draw_figure(figure), path, {});
   write_text(svg, figure_svg(figure, table_caption(viewer)));
-  context.report(action::notify, fmt::format("wrote {} and .svg", path.string()));
+  context.report(action::notify_file, path, std::string(" and .svg"));
 }
 
 }  // namespace job

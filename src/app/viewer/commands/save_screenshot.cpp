@@ -69,7 +69,7 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
   const std::filesystem::path path = free_name(folder, safe_file_name(stem), ".png");
   shown.merge(frame_metadata(scene, camera, mode, stats));
   write_image(picture, path, shown);
-  context.report(action::notify, fmt::format("wrote {}", path.string()));
+  context.report(action::notify_file, path, std::string());
 }
 
 }  // namespace qs::job

@@ -167,6 +167,7 @@ void draw_bars(const Viewer& viewer, const Layout& layout, PanelState& state, Ac
 void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Layout layout = current_layout(viewer);
   draw_overlay(viewer, state, actions);
+  draw_lost(viewer);
   draw_heat_legend(viewer, state, actions);
   draw_divider(viewer, actions);
   draw_grid_labels(viewer);
@@ -176,6 +177,7 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
     draw_bars(viewer, layout, state, actions);
     if (!layout.status.empty()) draw_status_line(viewer, layout.status);
     draw_hints(viewer);
+    draw_view_choice(viewer, state, actions);
     draw_verdict(viewer, actions);
     // The help requests the focus in every frame, which would close the dialog.
     if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);

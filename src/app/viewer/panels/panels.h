@@ -15,6 +15,7 @@
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
 
@@ -33,6 +34,7 @@ struct PanelState {
   std::string crop_file;             ///< typed name of the cropped scene
   int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none
+  unsigned candidates = 0;           ///< GL texture of ViewChoice::pictures, 0 = none
   unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
   float thumbnail_aspect = 1;        ///< its width over its height
   std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
@@ -104,5 +106,8 @@ void draw_overlay(const Viewer& viewer, const PanelState& state, Actions& action
 void draw_messages(const Viewer& viewer, Actions& actions);
 void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_hints(const Viewer& viewer);
+void draw_lost(const Viewer& viewer);         ///< the arrow to the subject, if the user has lost it
+Rect view_choice_area(const Viewer& viewer);  ///< of the strip of first views; empty: it is closed
+void draw_view_choice(const Viewer& viewer, const PanelState& state, Actions& actions);
 
 }  // namespace qs

@@ -6,8 +6,9 @@ namespace qs {
 float drawing_scale() { return ImGui::GetFontSize() / kFontSize; }
 
 void apply_style(float scale) {
-  ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
+  style = ImGuiStyle();  // the sizes of the scale before
+  ImGui::StyleColorsDark();
   style.WindowRounding = 6;
   style.FrameRounding = 4;
   style.GrabRounding = 4;

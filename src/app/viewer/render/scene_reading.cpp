@@ -64,10 +64,10 @@ class EarlyView {
     });
   }
 
-  // The framing of the scene: the sample's framing if no Gaussian was dropped since.
-  std::optional<Framing> framing_of(const Scene& scene) {
+  // The framings of the scene: the sample's framings if no Gaussian was dropped since, else none.
+  std::vector<Framing> framings_of(const Scene& scene) {
     if (thread_.joinable()) thread_.join();
-    return scene.cloud.size() == of_ ? framing_ : std::nullopt;
+    return scene.cloud.size() == of_ ? framings_ : std::vector<Framing>();
   }
 
  private:
@@ -77,10 +77,11 @@ class EarlyView {
     ReadSample read;
     read.facts = view_facts_with(
         sample.scene, request_.cameras_file, request_.up,
-        [&](const auto& up) { return choose_framing(sample_of(sample), up, pool); });
+        [&](const auto& up) { return choose_framings(sample_of(sample), up, pool); });
     read.facts.axes = request_.axes;
     read.facts.declared_axes = sample.scene.declared_axes;
-    framing_ = read.facts.framing;
+    framings_ = read.facts.candidates;
+    if (framings_.empty()) framings_ = {read.facts.framing};
     of_ = sample.of;
     read.sample = std::make_shared<SceneSample>(std::move(sample));
     if (!stop.stop_requested()) report_(std::move(read));
@@ -88,7 +89,7 @@ class EarlyView {
 
   const Report& report_;
   const OpenRequest& request_;
-  std::optional<Framing> framing_;
+  std::vector<Framing> framings_;
   std::size_t of_ = 0;
   std::jthread thread_;
 };
@@ -106,12 +107,12 @@ LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions opti
   options.sampling.take = [&](SceneSample sample) { early.begin(std::move(sample)); };
   ThreadPool pool(threads);
   Scene scene = read_scene(request.path, pool, options);
-  const std::optional<Framing> framing = early.framing_of(scene);
+  const std::vector<Framing> framings = early.framings_of(scene);
   const std::size_t skipped = request.skip_huge ? drop_huge(scene.cloud) : 0;
   LoadedScene loaded;
-  loaded.facts = framing ? view_facts_with(scene, request.cameras_file, request.up,
-                                           [&](const auto&) { return *framing; })
-                         : view_facts(scene, request.cameras_file, pool, request.up);
+  loaded.facts = framings.empty() ? view_facts(scene, request.cameras_file, pool, request.up)
+                                  : view_facts_with(scene, request.cameras_file, request.up,
+                                                    [&](const auto&) { return framings; });
   loaded.facts.axes = request.axes;
   loaded.facts.declared_axes = scene.declared_axes;
   loaded.facts.skipped_huge = skipped;

@@ -35,7 +35,7 @@ std::map<int, fs::path> find_photographs(const fs::path& cameras_file,
 ViewedScene view_facts_with(
     const Scene& scene, const std::optional<fs::path>& cameras_file,
     const std::optional<glm::dvec3>& given_up,
-    const std::function<Framing(const std::optional<glm::dvec3>& up)>& choose) {
+    const std::function<std::vector<Framing>(const std::optional<glm::dvec3>& up)>& choose) {
   ViewedScene facts;
   facts.path = scene.path;
   facts.name = scene_name(scene.path);
@@ -56,7 +56,10 @@ ViewedScene view_facts_with(
   facts.landmarks = landmarks_of(scene.cloud);
   const std::optional<glm::dvec3> up = declared_up(given_up, scene.vertical_axis);
   facts.up_is_declared = up.has_value();
-  facts.framing = subject_framing(facts.cameras, up, [&] { return choose(up); });
+  facts.framing = subject_framing(facts.cameras, up, [&] {
+    facts.candidates = choose(up);
+    return facts.candidates.front();
+  });
   facts.up = facts.framing.up;
   return facts;
 }
@@ -64,7 +67,7 @@ ViewedScene view_facts_with(
 ViewedScene view_facts(const Scene& scene, const std::optional<fs::path>& cameras_file,
                        ThreadPool& pool, const std::optional<glm::dvec3>& given_up) {
   return view_facts_with(scene, cameras_file, given_up, [&](const std::optional<glm::dvec3>& up) {
-    return choose_framing(scene.cloud, up, pool);
+    return choose_framings(scene.cloud, up, pool);
   });
 }
 

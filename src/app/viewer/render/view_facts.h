@@ -19,11 +19,11 @@ namespace qs {
 ViewedScene view_facts(const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
                        ThreadPool& pool, const std::optional<glm::dvec3>& up = {});
 
-/// The same; `choose(up)` chooses the framing if there are no cameras.
+/// The same; `choose(up)` chooses the framings if there are no cameras, best first.
 ViewedScene view_facts_with(
     const Scene& scene, const std::optional<std::filesystem::path>& cameras_file,
     const std::optional<glm::dvec3>& up,
-    const std::function<Framing(const std::optional<glm::dvec3>& up)>& choose);
+    const std::function<std::vector<Framing>(const std::optional<glm::dvec3>& up)>& choose);
 
 /// The photographs in the folder `images` beside the cameras or one folder up, by index into
 /// `cameras`.

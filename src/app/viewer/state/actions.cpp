@@ -8,6 +8,7 @@
 
 #include "app/framing/huge_gaussians.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
@@ -28,7 +29,8 @@ void ViewerStore::apply(const Action& action, Host& host) {
 namespace action {
 namespace {
 
-constexpr double kToastSeconds = 5, kErrorSeconds = 12;
+constexpr double kToastSeconds = 5, kErrorSeconds = 12, kFileSeconds = 15;
+constexpr double kReleasedSeconds = 2;  ///< least, after the mouse left the messages
 constexpr std::size_t kMostRecent = 10, kMostFrames = 120;
 constexpr std::size_t kMostLogEntries = 200;
 
@@ -38,8 +40,9 @@ void add_recent(Viewer& v, const std::filesystem::path& path) {
   if (v.recent.size() > kMostRecent) v.recent.resize(kMostRecent);
 }
 
-void keep_in_log(Viewer& v, const std::string& text, bool error) {
-  v.log.push_back({v.now, text, error});
+void keep_in_log(Viewer& v, const std::string& text, bool error,
+                 const std::filesystem::path& path = {}) {
+  v.log.push_back({v.now, text, error, path});
   if (v.log.size() > kMostLogEntries) v.log.pop_front();
 }
 
@@ -60,6 +63,35 @@ void notify(Viewer& v, std::string text) {
 void notify_error(Viewer& v, std::string text) {
   keep_in_log(v, text, true);
   v.toasts.push_back({std::move(text), true, v.now + kErrorSeconds});
+}
+
+void notify_file(Viewer& v, const std::filesystem::path& file, const std::string& more) {
+  std::error_code error;  // without a current folder the path stays as it is
+  std::filesystem::path path = std::filesystem::absolute(file, error).lexically_normal();
+  if (error) path = file;
+  const std::string text = fmt::format("wrote {}{}", path.string(), more);
+  keep_in_log(v, text, false, path);
+  v.toasts.push_back({text, false, v.now + kFileSeconds, path});
+}
+
+void dismiss_toast(Viewer& v, std::size_t index) {
+  if (index < v.toasts.size())
+    v.toasts.erase(v.toasts.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+void hold_toasts(Viewer& v, bool held) {
+  v.toasts_held = held;
+  if (held) return;
+  for (Toast& toast : v.toasts) toast.until = std::max(toast.until, v.now + kReleasedSeconds);
+}
+
+void open_with_desktop(Viewer&, Host& host, const std::filesystem::path& path) {
+  host.open_with_desktop(path);
+}
+
+void copy_text(Viewer& v, Host& host, const std::string& text) {
+  host.set_clipboard(text);
+  notify(v, "copied to the clipboard");
 }
 
 void picture_changed(Viewer& v) { ++v.version; }
@@ -237,19 +269,29 @@ void save_keyframes(Viewer& v, Host& host) {
   if (!v.scene || v.keyframes.size() < 2) return;
   const std::filesystem::path path = v.out_dir / (v.scene->name + "_path.json");
   host.write_file(path, format_camera_path(v.keyframes));
-  notify(v, fmt::format("wrote {}", path.string()));
+  notify_file(v, path, "");
 }
 
-void tick(Viewer& v, const Turn& turn, double seconds) {
-  static_cast<Turn&>(v) = turn;
-  if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
-  std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
-  advance_motion(v, seconds);
+namespace {
+
+void play_on(Viewer& v, double seconds) {
   if (!v.playback.running || v.keyframes.size() < 2) return;
   seek(v, v.playback.time + seconds);
   if (v.playback.time < v.path_end()) return;
   if (v.loops_path) v.playback.time = v.keyframes.front().time;
   v.playback.running = v.loops_path;
+}
+
+}  // namespace
+
+void tick(Viewer& v, const Turn& turn, double seconds) {
+  static_cast<Turn&>(v) = turn;
+  if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
+  if (!v.toasts_held)
+    std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
+  advance_motion(v, seconds);
+  play_on(v, seconds);
+  if (v.still() && !v.playback.running) complete_move(v);
 }
 
 void show_progress(Viewer& v, const Loading& loading) { v.loading = loading; }
@@ -274,6 +316,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   const bool other_file = !v.scene || v.scene->path != scene.path;
   const bool turned = !other_file && v.scene->axes != scene.axes;
   const bool another = other_file || turned;
+  const bool is_new = other_file && is_unknown(v, scene);
   if (v.scene) v.last_views[v.scene->path.string()] = format_camera(v.camera);
   const CullMode mode = v.settings.mode;
   v.scene = scene;
@@ -294,6 +337,9 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
   }
   view_changed(v);
   if (!turned) restore_view(v);  // the last view of a turned scene looks elsewhere
+  if (another) v.history = {};
+  complete_move(v);
+  if (is_new && v.offers_views) offer_views(v);
 }
 
 void beside_opened(Viewer& v, const SceneBeside& scene) {
@@ -331,7 +377,10 @@ struct EndOfOpening {
   void operator()(const SceneBeside& scene) const { beside_opened(v, scene); }
   void operator()(const OpenedCameras& opened) const { cameras_opened(v, host, opened); }
   void operator()(const OpenedPath& opened) const { set_keyframes(v, opened.keyframes); }
-  void operator()(const OpeningFailed& failed) const { notify_error(v, failed.sentence); }
+  void operator()(const OpeningFailed& failed) const {
+    notify_error(v, failed.sentence);
+    v.toasts.back().about_opening = true;
+  }
   void operator()(const OpeningCancelled& cancelled) const {
     if (!cancelled.sentence.empty()) notify(v, cancelled.sentence);
   }
@@ -340,6 +389,9 @@ struct EndOfOpening {
 }  // namespace
 
 void opening_ended(Viewer& v, Host& host, const OpeningResult& result) {
+  const bool opened = !std::holds_alternative<OpeningFailed>(result) &&
+                      !std::holds_alternative<OpeningCancelled>(result);
+  if (opened) std::erase_if(v.toasts, [](const Toast& toast) { return toast.about_opening; });
   std::visit(EndOfOpening{v, host}, result);
 }
 

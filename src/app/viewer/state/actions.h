@@ -16,6 +16,14 @@ namespace qs::action {
 /// Shows a sentence for some seconds, errors for longer, and keeps it in the log.
 void notify(Viewer& viewer, std::string text);
 void notify_error(Viewer& viewer, std::string text);
+/// Shows "wrote FILE" and `more`, with the absolute path of the file. The message stays longer, and
+/// has buttons that open the file and copy its path.
+void notify_file(Viewer& viewer, const std::filesystem::path& file, const std::string& more);
+void dismiss_toast(Viewer& viewer, std::size_t index);
+/// While they are held no messages disappear, and for a moment after.
+void hold_toasts(Viewer& viewer, bool held);
+void open_with_desktop(Viewer& viewer, Host& host, const std::filesystem::path& path);
+void copy_text(Viewer& viewer, Host& host, const std::string& text);
 
 // ---- picture -----------------------------------------------------------------------------------
 /// A new frame is needed; view_changed(): also new numbers and a new comparison.

@@ -41,14 +41,27 @@ std::string remembered_axes(const Viewer& v, const std::filesystem::path& scene)
   return kept != v.axes.end() && is_axes(kept->second) ? kept->second : "";
 }
 
-std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
-  const auto kept = v.last_views.find(scene.string());
-  if (kept == v.last_views.end() || !v.restores_views) return {};
+namespace {
+
+std::optional<Camera> camera_for(const std::map<std::string, std::string>& views,
+                                 const std::filesystem::path& scene) {
+  const auto kept = views.find(scene.string());
+  if (kept == views.end()) return {};
   try {
     return parse_camera(kept->second, "settings");
   } catch (const Error&) {  // the settings were edited by hand
     return {};
   }
+}
+
+}  // namespace
+
+std::optional<Camera> last_view(const Viewer& v, const std::filesystem::path& scene) {
+  return v.restores_views ? camera_for(v.last_views, scene) : std::nullopt;
+}
+
+std::optional<Camera> chosen_first_view(const Viewer& v, const std::filesystem::path& scene) {
+  return camera_for(v.first_views, scene);
 }
 
 namespace {
@@ -63,9 +76,20 @@ Camera fitted(const Viewer& v, const Camera& camera) {
 
 }  // namespace
 
+namespace {
+
+// The first camera of the data set, else the chosen first view, else the framed scene.
+Camera first_view(const Viewer& v, const ViewedScene& scene) {
+  if (!scene.cameras.empty()) return fitted(v, scene.cameras.front());
+  if (const auto chosen = chosen_first_view(v, scene.path)) return fitted(v, *chosen);
+  return framed(v, scene.framing);
+}
+
+}  // namespace
+
 Camera opening_view(const Viewer& v, const ViewedScene& scene) {
   if (const std::optional<Camera> last = last_view(v, scene.path)) return fitted(v, *last);
-  return fitted(v, scene.cameras.empty() ? framed(v, scene.framing) : scene.cameras.front());
+  return first_view(v, scene);
 }
 
 namespace action {
@@ -90,9 +114,17 @@ glm::dvec3 natural_pivot(const Camera& camera, const ViewedScene& scene) {
   return camera.position() + depth * view_axes(camera).forward;
 }
 
+/// Travels to a view, after the end of the move before it.
+void go(Viewer& v, const Camera& camera, glm::dvec3 pivot, int dataset_camera = -1) {
+  complete_move(v);
+  v.pivot = pivot;
+  travel_to(v, camera, dataset_camera);
+}
+
 /// Resizes the camera to the window.
 void set_view(Viewer& v, const Camera& camera) {
   v.travel.reset();
+  v.view_choice = {};
   v.camera = fitted(v, camera);
   view_changed(v);
 }
@@ -119,6 +151,7 @@ int nearest_camera(const Viewer& v) {
 
 void move(Viewer& v, const Camera& camera) {
   v.travel.reset();
+  v.view_choice = {};
   v.camera = camera;
   v.dataset_camera = -1;
   v.last_motion = v.now;
@@ -158,18 +191,22 @@ void change_fov(Viewer& v, double notches) {
 void roll(Viewer& v, double notches) { move(v, rolled(v.camera, kRadiansPerRollNotch * notches)); }
 
 void set_camera(Viewer& v, const Camera& camera) {
+  complete_move(v);
   set_view(v, camera);
   v.dataset_camera = -1;
   if (v.scene) v.pivot = natural_pivot(v.camera, *v.scene);
+  complete_move(v);
 }
 
 void frame_point(Viewer& v, glm::dvec3 point) {
   const glm::dvec3 to_eye = v.camera.position() - point;
   const double distance = glm::length(to_eye);
   const double kept = std::min(distance, std::max(0.5 * distance, 3 * v.camera.near_depth));
-  v.pivot = point;
   notify(v, fmt::format("pivot at {:.4g}, {:.4g}, {:.4g}", point.x, point.y, point.z));
-  if (!(distance > 0)) return;
+  if (!(distance > 0)) {
+    v.pivot = point;
+    return;
+  }
   const glm::dvec3 direction = to_eye / distance;
   Camera camera = moved_to(v.camera, point + kept * direction);
   constexpr double kNearPole = 0.999;
@@ -178,7 +215,7 @@ void frame_point(Viewer& v, glm::dvec3 point) {
                                      camera.width, camera.height)
                                  .view_from_world;
   }
-  travel_to(v, camera);
+  go(v, camera, point);
 }
 
 void resize(Viewer& v, int width, int height) {
@@ -199,8 +236,7 @@ void resize(Viewer& v, int width, int height) {
 
 void frame_scene(Viewer& v) {
   if (!v.scene) return;
-  travel_to(v, framed(v, v.scene->framing));
-  v.pivot = v.scene->framing.target;
+  go(v, framed(v, v.scene->framing), v.scene->framing.target);
 }
 
 void read_photograph(Viewer& v, Host& host) {
@@ -214,8 +250,7 @@ void read_photograph(Viewer& v, Host& host) {
 void go_to_camera(Viewer& v, Host& host, int index) {
   if (!v.scene || index < 0 || index >= static_cast<int>(v.scene->cameras.size())) return;
   const Camera& camera = v.scene->cameras[static_cast<std::size_t>(index)];
-  travel_to(v, camera, index);
-  v.pivot = natural_pivot(camera, *v.scene);
+  go(v, camera, natural_pivot(camera, *v.scene), index);
   read_photograph(v, host);
 }
 
@@ -241,8 +276,44 @@ void step_camera(Viewer& v, Host& host, CameraStep step) {
 void go_home(Viewer& v, Host& host) {
   if (!v.scene) return;
   if (!v.scene->cameras.empty()) return go_to_camera(v, host, 0);
-  travel_to(v, v.home);
-  v.pivot = v.scene->framing.target;
+  const bool chosen = chosen_first_view(v, v.scene->path).has_value();
+  go(v, v.home, chosen ? natural_pivot(v.home, *v.scene) : v.scene->framing.target);
+}
+
+void complete_move(Viewer& v) {
+  if (!v.scene || v.travel || v.camera.width < 1) return;
+  v.history.keep({v.camera, v.pivot, v.dataset_camera});
+}
+
+namespace {
+
+// Goes to a view of the history, or says that there is none.
+void go_to_past(Viewer& v, Host& host, const PastView* found, const char* nothing) {
+  if (found == nullptr) {
+    const bool says_so = !v.toasts.empty() && v.toasts.back().text == nothing;
+    if (!says_so) notify(v, nothing);
+    return;
+  }
+  const PastView past = *found;
+  v.pivot = past.pivot;
+  travel_to(v, past.camera, past.dataset_camera);
+  read_photograph(v, host);
+}
+
+}  // namespace
+
+void undo_move(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  v.playback.running = false;
+  complete_move(v);  // a move that has not ended yet
+  go_to_past(v, host, v.history.back(), "there is no earlier view of this scene");
+}
+
+void redo_move(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  v.playback.running = false;
+  complete_move(v);
+  go_to_past(v, host, v.history.forward(), "there is no later view of this scene");
 }
 
 void make_upright(Viewer& v) {
@@ -254,6 +325,7 @@ void make_upright(Viewer& v) {
   const glm::dvec3 seen = scene.framing.target - scene.framing.eye;
   if (std::abs(glm::dot(seen, scene.up)) > 0.98 * glm::length(seen))  // it would look up or down
     scene.framing = {v.camera.position(), v.pivot, scene.up, vertical_fov(v.camera)};
+  for (Framing& candidate : scene.candidates) candidate.up = scene.up;
   use_cameras(scene);
   const std::string up = fmt::format("{},{},{}", scene.up.x, scene.up.y, scene.up.z);
   v.ups[scene.path.string()] = up;
@@ -261,7 +333,7 @@ void make_upright(Viewer& v) {
 }
 
 void set_first_view(Viewer& v, Host& host) {
-  v.home = framed(v, v.scene->framing);
+  v.home = first_view(v, *v.scene);
   v.dataset_camera = -1;
   go_home(v, host);
   arrive(v);

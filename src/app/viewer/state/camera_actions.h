@@ -36,11 +36,18 @@ enum class CameraStep { previous, next, first, last, nearest };
 void step_camera(Viewer& viewer, Host& host, CameraStep step);
 void go_home(Viewer& viewer, Host& host);
 
+/// Keeps the view in Viewer::history if it differs from the view there. Called at the end of every
+/// move; no effect while the camera travels.
+void complete_move(Viewer& viewer);
+/// Goes back to the view before the last move, and forward again.
+void undo_move(Viewer& viewer, Host& host);
+void redo_move(Viewer& viewer, Host& host);
+
 /// The view's vertical axis becomes the world's, now and whenever this scene is opened.
 void make_upright(Viewer& viewer);
 
-/// Sets camera, home and pivot to the first camera of the scene's data set, else to the framed
-/// scene.
+/// Sets camera, home and pivot to the first camera of the scene's data set, else to the first view
+/// that was chosen for this scene, else to the framed scene.
 void set_first_view(Viewer& viewer, Host& host);
 
 /// Reads the photograph of the current camera of the data set, if photographs are shown.
@@ -55,6 +62,9 @@ std::optional<glm::dvec3> remembered_up(const Viewer& viewer, const std::filesys
 
 /// The view in which the user left this scene file, of any size; unset if views are not restored.
 std::optional<Camera> last_view(const Viewer& viewer, const std::filesystem::path& scene);
+
+/// The first view that the user chose for this scene file, of any size.
+std::optional<Camera> chosen_first_view(const Viewer& viewer, const std::filesystem::path& scene);
 
 /// The view at the window's size in which scene_opened() shows another scene.
 Camera opening_view(const Viewer& viewer, const ViewedScene& scene);

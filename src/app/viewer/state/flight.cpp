@@ -63,6 +63,7 @@ void turn_wheel(Viewer& v, double notches) {
 void travel_to(Viewer& v, const Camera& camera, int dataset_camera) {
   const Camera to = v.camera.width > 0 ? camera.resized(v.camera.width, v.camera.height) : camera;
   v.flight.velocity = {};
+  v.view_choice = {};
   v.travel = Travel{v.camera, to, 0, dataset_camera};
   if (!v.animates_moves || !v.scene) return arrive(v);
   v.last_motion = v.now;
@@ -73,6 +74,7 @@ void arrive(Viewer& v) {
   v.camera = v.travel->to;
   v.dataset_camera = v.travel->dataset_camera;
   v.travel.reset();
+  complete_move(v);
   view_changed(v);
 }
 

@@ -41,10 +41,10 @@ class Host {
   /// Writes the window, panels included, as a picture after it is drawn next; then notifies the
   /// user if `notify`.
   virtual void grab_window(const std::filesystem::path& path, bool notify) = 0;
+  /// Opens a file or a folder in the desktop's program for it.
+  virtual void open_with_desktop(const std::filesystem::path& path) = 0;
   virtual std::string clipboard() const = 0;
   virtual void set_clipboard(const std::string& text) = 0;
-  /// Shows a folder in the desktop's file manager. A failure becomes a message.
-  virtual void open_folder(const std::filesystem::path& path) = 0;
   virtual void toggle_fullscreen() = 0;
   virtual void quit() = 0;
 };

@@ -9,9 +9,10 @@ namespace qs {
 namespace {
 
 constexpr float kDefaultShare = 0.35f;                  ///< of the window's width
-constexpr float kLeastDefault = 22, kMostDefault = 46;  ///< letters' heights
+constexpr float kLeastDefault = 24, kMostDefault = 46;  ///< letters' heights
 constexpr float kLeastLetters = 14;                     ///< a bar's width
 constexpr float kMostShare = 0.6f;                      ///< all bars, of the width
+constexpr float kMostRight = 0.2f;                      ///< the right bar beside a wide left bar
 
 bool any_open(const Panels& panels, std::span<bool Panels::*const> switches) {
   return std::any_of(switches.begin(), switches.end(),
@@ -41,9 +42,14 @@ Layout layout_of(const Viewer& viewer, const WindowMetrics& window) {
   const bool left = any_open(viewer.panels, kLeftPanels);
   const bool right = any_open(viewer.panels, kRightPanels);
   const float most = kMostShare * size.x / (left && right ? 2 : 1);
+  // In a small window the left bar keeps the columns of its table, and the others give way.
+  const float most_left =
+      std::max(most, std::min(kLeastDefault * window.letter, kMostShare * size.x));
   layout.left = layout.right = layout.picture;
-  layout.left.high.x = left ? bar_width(viewer.bars.left, most, window) : 0;
-  layout.right.low.x = size.x - (right ? bar_width(viewer.bars.right, most, window) : 0);
+  layout.left.high.x = left ? bar_width(viewer.bars.left, most_left, window) : 0;
+  const float rest = std::max(kMostShare * size.x - layout.left.high.x, kMostRight * size.x);
+  const float most_right = std::min(most, rest);
+  layout.right.low.x = size.x - (right ? bar_width(viewer.bars.right, most_right, window) : 0);
   layout.picture.low.x = layout.left.high.x;
   layout.picture.high.x = layout.right.low.x;
   return layout;

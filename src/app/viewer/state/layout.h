@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The layout of the window: the picture, the bars of panels, and the lines above and below them.
-// Panels are beside the picture, never on it.
+// Bars of panels are beside the picture, never on it.
 #pragma once
 
 #include "app/viewer/state/viewer.h"

@@ -27,6 +27,7 @@
 #include "app/report/bench_report.h"
 #include "app/viewer/state/crop.h"
 #include "app/viewer/state/training.h"
+#include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"
 #include "raster/api/renderer.h"
 
@@ -48,6 +49,7 @@ struct ViewedScene {
   glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
   bool up_is_declared = false;        ///< `up` was given by the user or the file
   Framing framing;                    ///< the view of F
+  std::vector<Framing> candidates;    ///< choose_framings() of a scene without cameras
   std::string axes;                   ///< ReadOptions::axes that the file was read with
   std::string declared_axes = "RDF";  ///< of the file
   std::vector<Camera> cameras;        ///< of the data set, may be empty
@@ -93,7 +95,9 @@ struct Hints {
 struct Toast {
   std::string text;
   bool error = false;
-  double until = 0;  ///< Viewer::now at which it disappears
+  double until = 0;                 ///< Viewer::now at which it disappears
+  std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty
+  bool about_opening = false;       ///< gives the reason why a file was not opened
 };
 
 /// A message in the log.
@@ -101,6 +105,7 @@ struct LogEntry {
   double time = 0;  ///< Viewer::now
   std::string text;
   bool error = false;
+  std::filesystem::path path = {};  ///< Toast::path
 };
 
 /// The ways in which the window shows two variants of the view.
@@ -235,6 +240,14 @@ struct Travel {
   int dataset_camera = -1;  ///< Viewer::dataset_camera at its end
 };
 
+/// The strip of pictures from which the user chooses the first view of a scene.
+struct ViewChoice {
+  bool wanted = false;  ///< opens as soon as the pictures are drawn
+  bool asked = false;   ///< the render thread draws the pictures
+  /// of ViewedScene::candidates, side by side and equally wide; null while the strip is closed
+  std::shared_ptr<const Image> pictures = {};
+};
+
 struct Playback {
   bool running = false;
   double time = 0;  ///< seconds on the path
@@ -270,6 +283,7 @@ struct Turn {
   bool measuring = false;  ///< the render thread measures now
   double display_fps = 0;  ///< new pictures in the window per second, 0 while it rests
   float present_ms = 0;    ///< GPU time of drawing the frame into the window
+  float screen_scale = 1;  ///< guessed_scale() of the screen
   std::uint64_t process_bytes = 0, gpu_bytes = 0;  ///< memory in use, 0 = unknown
   glm::ivec2 bare_size{0};                         ///< of the picture without side bars, pixels
   std::string drawn_status = {};                   ///< hud_status() when the window was drawn last
@@ -291,11 +305,15 @@ struct Viewer : Turn {
   bool animates_moves = false;  ///< else views change immediately, as scripts need it
   int dataset_camera = -1;      ///< index of the camera at the view, else -1
   double last_motion = -1e9;    ///< Viewer::now
-  std::map<std::string, std::string> last_views;  ///< scene file -> camera as JSON
-  std::map<std::string, std::string> ups;         ///< scene file -> up direction X,Y,Z
-  std::map<std::string, std::string> axes;        ///< scene file -> ReadOptions::axes, if chosen
-  std::vector<std::string> axes_to_try;           ///< the frames that Y tries, in order
-  bool restores_views = true;                     ///< a scene opens at its last view
+  ViewHistory history;          ///< of this scene
+  ViewChoice view_choice;
+  bool offers_views = false;  ///< a scene without cameras offers its views when it is new
+  std::map<std::string, std::string> first_views;  ///< scene file -> chosen camera as JSON
+  std::map<std::string, std::string> last_views;   ///< scene file -> camera as JSON
+  std::map<std::string, std::string> ups;          ///< scene file -> up direction X,Y,Z
+  std::map<std::string, std::string> axes;         ///< scene file -> ReadOptions::axes, if chosen
+  std::vector<std::string> axes_to_try;            ///< the frames that Y tries, in order
+  bool restores_views = true;                      ///< a scene opens at its last view
 
   bool skips_huge = false;  ///< scenes are read with FrameOptions::skip_huge
   RenderSettings settings;
@@ -318,8 +336,10 @@ struct Viewer : Turn {
   float photograph_wipe = 1;  ///< the photograph covers the picture left of it, 0 to 1 of its width
   Panels panels;
   Bars bars;
+  float interface_scale = 0;  ///< of letters and lines, as the user chose it; 0: screen_scale
   Hints hints;
   std::vector<Toast> toasts;
+  bool toasts_held = false;                   ///< the mouse is over one, so all of them stay
   std::deque<LogEntry> log;                   ///< the last messages, newest last
   std::vector<std::filesystem::path> recent;  ///< scenes, newest first
 

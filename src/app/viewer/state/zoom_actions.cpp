@@ -113,7 +113,7 @@ void copy_zoom_figure(Viewer& v, Host& host) {
 
 void open_zoom_folder(Viewer& v, Host& host) {
   const ZoomRecord* record = saved_zoom(v);
-  if (record != nullptr) host.open_folder(full_path(record->folder));
+  if (record != nullptr) host.open_with_desktop(full_path(record->folder));
 }
 
 void zoom_job_ended(Viewer& v) { v.zoom.starting = false; }

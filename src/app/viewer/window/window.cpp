@@ -20,6 +20,7 @@
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/crop_actions.h"
+#include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "raster/base/fail.h"
 
@@ -46,6 +47,28 @@ std::string glfw_reason() {
   return text == nullptr ? "unknown reason" : text;
 }
 
+// The area for windows on the first screen, in screen units.
+glm::ivec2 work_area() {
+  glm::ivec2 at(0), size(0);
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  if (monitor != nullptr) glfwGetMonitorWorkarea(monitor, &at.x, &at.y, &size.x, &size.y);
+  return size.x > 0 && size.y > 0 ? size : glm::ivec2(1600, 900);
+}
+
+glm::ivec2 screen_size() {
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+  return mode == nullptr ? work_area() : glm::ivec2(mode->width, mode->height);
+}
+
+// Dear ImGui 1.92 and later do so themselves.
+void renew_font_texture() {
+#if IMGUI_VERSION_NUM < 19200
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
+}
+
 // GLFW 3.4 tries Wayland before X11. Without a folder for its socket, Wayland's library would only
 // print a message of its own.
 void choose_platform() {
@@ -54,20 +77,38 @@ void choose_platform() {
 #endif
 }
 
+// True if the environment names a display. Otherwise GLFW would load all its platforms in vain.
+bool may_have_a_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR"}) {
+    if (std::getenv(name) != nullptr) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Window::Window(glm::ivec2 size) {
+Window::Window(glm::ivec2 size, glm::ivec2 screen) {
   choose_platform();
-  if (glfwInit() != GLFW_TRUE) {
+  if (!may_have_a_display() || glfwInit() != GLFW_TRUE) {
     fail(ErrorKind::device,
          "view: there is no display ({}): 'quadsplat render' draws into files instead",
-         glfw_reason());
+         may_have_a_display() ? glfw_reason() : "DISPLAY is not set");
   }
+  screen_ = screen == glm::ivec2(0) ? screen_size() : screen;
+  open_window(size == glm::ivec2(0) ? first_window_size(work_area()) : size);
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui_ImplGlfw_InitForOpenGL(window_, false);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+  set_scale(screen_scale());
+  allow_waking(true);
+}
+
+void Window::open_window(glm::ivec2 size) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   window_ = glfwCreateWindow(size.x, size.y, "quadsplat", nullptr, nullptr);
   if (window_ == nullptr) {
     const std::string reason = glfw_reason();
@@ -80,14 +121,6 @@ Window::Window(glm::ivec2 size) {
   glfwMakeContextCurrent(window_);
   glfwSetWindowUserPointer(window_, this);
   set_callbacks();
-
-  ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;
-  ImGui_ImplGlfw_InitForOpenGL(window_, false);
-  ImGui_ImplOpenGL3_Init("#version 330 core");
-  add_fonts();
-  apply_style(scale());
-  allow_waking(true);
 }
 
 Window::~Window() {
@@ -130,19 +163,39 @@ void Window::set_callbacks() {
   });
   const auto note = [](GLFWwindow* window) { self(window)->last_event_ = glfwGetTime(); };
   glfwSetWindowRefreshCallback(window_, note);
+  // Nothing is under the mouse any more.
+  glfwSetCursorEnterCallback(
+      window_, [](GLFWwindow* window, int) { self(window)->last_event_ = glfwGetTime(); });
 }
 
 WindowMetrics Window::metrics() const {
-  const float letter = std::round(kFontSize * scale());
-  return {size(), letter, letter + 2 * ImGui::GetStyle().FramePadding.y};
+  return {size(), letter_, letter_ + 2 * ImGui::GetStyle().FramePadding.y};
 }
 
-void Window::add_fonts() {
+float Window::pixels_per_unit() const {
+  return static_cast<float>(framebuffer().y) / static_cast<float>(std::max(size().y, 1));
+}
+
+void Window::set_scale(float scale) {
+  const float letter = std::round(kFontSize * scale);
+  const float pixels = std::round(letter * std::max(pixels_per_unit(), 1.0f));
+  if (letter == letter_ && pixels == letter_pixels_) return;
+  const bool had_fonts = letter_ > 0;
+  letter_ = letter;
+  letter_pixels_ = pixels;
+  ImGui::GetIO().Fonts->Clear();
+  add_fonts(pixels);
+  ImGui::GetIO().FontGlobalScale = letter / pixels;
+  if (had_fonts) renew_font_texture();  // else the first frame makes it
+  apply_style(scale);
+  last_event_ = glfwGetTime();
+}
+
+void Window::add_fonts(float pixels) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
-  const float size = metrics().letter;
   if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {
     static const ImWchar kRanges[] = {0x20, 0xff, 0x2013, 0x2026, 0};  // Latin-1, dashes, ellipsis
-    fonts.AddFontFromFileTTF(file->c_str(), size, nullptr, kRanges);
+    fonts.AddFontFromFileTTF(file->c_str(), pixels, nullptr, kRanges);
   } else {
     fonts.AddFontDefault();
   }
@@ -367,13 +420,11 @@ glm::ivec2 Window::windowed_size() const {
   return glfwGetWindowMonitor(window_) != nullptr ? windowed_size_ : size();
 }
 
-// The scale that the system reports, or a larger scale in a large window.
-float Window::scale() const {
-  constexpr float kUnscaledHeight = 1080, kMost = 2;
+// On some systems a screen unit already has as many pixels as the system's scale demands.
+float Window::screen_scale() const {
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);
-  const float by_height = static_cast<float>(size().y) / kUnscaledHeight;
-  return std::max({1.0f, std::min(x, y), std::min(by_height, kMost)});
+  return guessed_scale(std::min(x, y) / std::max(pixels_per_unit(), 1.0f), screen_);
 }
 
 }  // namespace qs

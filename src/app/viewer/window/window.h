@@ -20,8 +20,10 @@ namespace qs {
 
 class Window {
  public:
-  /// `size` in screen units. Throws Error(device) without a display or OpenGL 3.3.
-  explicit Window(glm::ivec2 size);
+  /// `size` in screen units; 0: first_window_size() of the screen. `screen`: the size of the screen
+  /// for which the scale is guessed; 0: its own. Throws Error(device) without a display or OpenGL
+  /// 3.3.
+  explicit Window(glm::ivec2 size, glm::ivec2 screen = glm::ivec2(0));
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -47,15 +49,20 @@ class Window {
   glm::ivec2 framebuffer() const;
   glm::ivec2 size() const;           ///< screen units
   glm::ivec2 windowed_size() const;  ///< size() outside of full screen
-  float scale() const;               ///< factor of fonts and lines
-  WindowMetrics metrics() const;
+  float screen_scale() const;        ///< guessed_scale() of the screen
+  /// Makes letters and lines this factor larger. Letters are rasterised again, so they stay sharp.
+  /// Called between end_ui() and begin_ui().
+  void set_scale(float scale);
+  WindowMetrics metrics() const;  ///< as set_scale() made them
   Input& input() { return input_; }
   GLFWwindow* handle() const { return window_; }
   double last_event() const { return last_event_; }  ///< glfwGetTime() of the last input
 
  private:
   void set_callbacks();
-  void add_fonts();
+  void open_window(glm::ivec2 size);
+  void add_fonts(float pixels);
+  float pixels_per_unit() const;
   void on_key(int key, int action, int mods);
   void put_scripted_cursor(glm::vec2 units);
   void press_briefly();
@@ -72,6 +79,9 @@ class Window {
   bool scripted_cursor_ = false;            // a script moves the cursor
   std::array<bool, 3> scripted_buttons_{};  // buttons that the script holds
   std::string title_;
+  glm::ivec2 screen_{0};  // for which the scale is guessed
+  // letters in screen units, and the pixels from which they are drawn
+  float letter_ = 0, letter_pixels_ = 0;
   // keys pressed since the last frame, and keys already released
   std::vector<int> pressed_, brief_;
   double last_event_ = 0;

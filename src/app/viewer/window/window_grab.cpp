@@ -3,8 +3,6 @@
 
 #include <system_error>
 
-#include <fmt/format.h>
-
 #include "app/viewer/state/actions.h"
 #include "io/picture/image_file.h"
 #include "raster/base/error.h"
@@ -23,7 +21,7 @@ void WindowGrab::take(const std::function<Image()>& pixels, Actions& actions) {
     std::error_code ignored;  // write_image() reports a missing folder
     std::filesystem::create_directories(path.parent_path(), ignored);
     write_image(pixels(), path);
-    if (notify_) actions.push_back(call(action::notify, fmt::format("wrote {}", path.string())));
+    if (notify_) actions.push_back(call(action::notify_file, path, std::string()));
   } catch (const Error& error) {
     actions.push_back(call(action::notify_error, std::string(error.what())));
   }

@@ -16,6 +16,7 @@
 #include "app/measure/zoom_path.h"
 #include "app/support/rendering_viewer.h"
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/render/candidate_pictures.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/state/panel_text.h"
 #include "app/viewer/state/zoom_actions.h"
@@ -514,6 +515,32 @@ TEST_F(ZoomJobs, nothing_is_recorded_towards_an_empty_middle) {
   EXPECT_FALSE(viewer().zoom.starting);
   EXPECT_THAT(viewer().zoom.records, SizeIs(0));
   EXPECT_THAT(viewer().toasts.back().text, HasSubstr("nothing to zoom to"));
+}
+
+TEST_F(ViewerJobs, the_candidates_for_the_first_view_are_side_by_side) {
+  std::vector<Framing> views(2);
+  views[0].eye = {0, 0, -4};
+  views[1].eye = {4, 0, 0.5};
+  change([&](Viewer& viewer) {
+    viewer.scene->candidates = views;
+    viewer.view_choice.wanted = true;
+  });
+  if (auto frame = draw(full_frame(viewer()))) change([&](Viewer& v) { v.shown = frame->shown; });
+  apply(call(action::follow_view_choice));
+  settle();
+  ASSERT_NE(viewer().view_choice.pictures, nullptr);
+  const Image& strip = *viewer().view_choice.pictures;
+  EXPECT_EQ(strip.width, 480);
+  EXPECT_EQ(strip.height, 135);
+  const auto renderer = make_renderer(Backend::cpu, test::pool(1));
+  renderer->upload(test::random_cloud(300, 1, 5), {});
+  for (int i = 0; i < 2; ++i) {
+    const Camera camera = framed_camera(views[static_cast<std::size_t>(i)], 240, 135);
+    const Image expected = renderer->render(camera, viewer().settings).color;
+    for (int y = 0; y < 135; ++y) {
+      for (int x = 0; x < 240; ++x) ASSERT_EQ(strip.at(240 * i + x, y, 1), expected.at(x, y, 1));
+    }
+  }
 }
 
 }  // namespace

@@ -5,10 +5,12 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <string_view>
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <imgui.h>
@@ -143,7 +145,7 @@ TEST_F(PanelsTest, drawing_the_zoom_recorder_searches_earlier_zooms_once_and_cha
   EXPECT_EQ(driven_.viewer.zoom.shown, 0u);
   EXPECT_THAT(driven_.jobs, SizeIs(1));
   EXPECT_EQ(driven_.text, "");
-  EXPECT_THAT(driven_.folders, IsEmpty());
+  EXPECT_THAT(driven_.opened_outside, IsEmpty());
 }
 
 TEST_F(PanelsTest, a_handle_of_the_box_follows_the_mouse_until_it_is_let_go) {
@@ -299,6 +301,102 @@ TEST_F(PanelsTest, a_bar_is_resized_by_its_edge_and_a_panel_closed_by_its_header
   mouse(edge - 60, false);
   EXPECT_NEAR(driven_.viewer.bars.left * ImGui::GetFontSize(), edge - 60, 1);
   EXPECT_EQ(driven_.viewer.bars.right, 0);
+}
+
+// Presses and releases the left button at a place; true if a panel takes the mouse.
+bool clicked_at(const std::function<void()>& draw, ImVec2 at) {
+  ImGuiIO& io = ImGui::GetIO();
+  io.MousePos = at;
+  draw();
+  draw();
+  const bool captured = io.WantCaptureMouse;
+  io.MouseDown[0] = true;
+  draw();
+  io.MouseDown[0] = false;
+  draw();
+  draw();
+  return captured;
+}
+
+TEST_F(PanelsTest, a_written_file_is_opened_and_its_path_copied_from_its_message) {
+  const auto draw_it = [this] { draw(); };
+  const std::filesystem::path file = "/a/very/long/path" + std::string(300, 'x') + "/picture.png";
+  driven_.apply(action::notify_file, file, std::string());
+  draw();
+  draw();
+  const ImGuiWindow* toast = ImGui::FindWindowByName("toast 0");
+  ASSERT_NE(toast, nullptr);
+  EXPECT_LT(toast->Size.x, 0.6f * 1280) << "the path is shortened";
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float y =
+      toast->Pos.y + toast->Size.y - style.WindowPadding.y - 0.5f * ImGui::GetFrameHeight();
+  const float open = toast->Pos.x + style.WindowPadding.x + 10;
+  const float copy =
+      open + ImGui::CalcTextSize("Open").x + 2 * style.FramePadding.x + style.ItemSpacing.x;
+  EXPECT_TRUE(clicked_at(draw_it, {open, y}));
+  EXPECT_THAT(driven_.opened_outside, testing::ElementsAre(file));
+  EXPECT_TRUE(driven_.viewer.toasts_held);
+  EXPECT_TRUE(clicked_at(draw_it, {copy, y}));
+  EXPECT_EQ(driven_.text, file.string());
+  ImGui::GetIO().MousePos = {640, 200};
+  draw();
+  draw();
+  EXPECT_FALSE(driven_.viewer.toasts_held);
+  EXPECT_FALSE(ImGui::GetIO().WantCaptureMouse);
+}
+
+TEST_F(PanelsTest, a_click_on_a_message_takes_it_away_and_does_not_reach_the_picture) {
+  driven_.apply(action::notify, "here");
+  draw();
+  draw();
+  const ImGuiWindow* toast = ImGui::FindWindowByName("toast 0");
+  ASSERT_NE(toast, nullptr);
+  EXPECT_TRUE(clicked_at([this] { draw(); }, toast->Rect().GetCenter()));
+  EXPECT_THAT(driven_.viewer.toasts, IsEmpty());
+}
+
+TEST_F(PanelsTest, messages_and_the_strip_of_first_views_are_visible_in_their_first_drawing) {
+  driven_.apply(action::notify_file, std::filesystem::path("/a.png"), std::string());
+  driven_.apply([](Viewer& viewer) {
+    viewer.scene->candidates = {viewer.scene->framing, viewer.scene->framing};
+    viewer.view_choice.pictures = std::make_shared<const Image>(480, 135, 3);
+  });
+  state_.candidates = 1;
+  draw();
+  for (const char* name : {"toast 0", "First view"}) {
+    const ImGuiWindow* window = ImGui::FindWindowByName(name);
+    ASSERT_NE(window, nullptr) << name;
+    EXPECT_FALSE(window->Hidden) << name;
+    EXPECT_LE(window->ContentSize.y, window->InnerRect.GetHeight()) << name;
+  }
+}
+
+TEST_F(PanelsTest, the_strip_of_first_views_chooses_by_a_click_and_closes_by_escape) {
+  driven_.apply([](Viewer& viewer) {
+    viewer.scene->cameras.clear();
+    viewer.scene->candidates = {viewer.scene->framing, viewer.scene->framing};
+    viewer.scene->candidates[1].eye = {4, -1, 0};
+    viewer.view_choice.pictures = std::make_shared<const Image>(480, 135, 3);
+  });
+  state_.candidates = 1;
+  for (const bool escapes : {true, false}) {
+    driven_.apply([](Viewer& viewer) {
+      viewer.view_choice.pictures = std::make_shared<const Image>(480, 135, 3);
+    });
+    for (int i = 0; i < 3; ++i) draw();
+    ASSERT_TRUE(shows("First view"));
+    if (escapes) {
+      draw("", ImGuiKey_Escape);
+    } else {
+      const ImRect rect = ImGui::FindWindowByName("First view")->Rect();
+      const ImVec2 right{rect.Max.x - 60, rect.Max.y - 40};
+      EXPECT_TRUE(clicked_at([this] { draw(); }, right));
+    }
+    draw();
+    EXPECT_FALSE(shows("First view"));
+    EXPECT_EQ(driven_.viewer.first_views.size(), escapes ? 0u : 1u);
+  }
+  EXPECT_LT(glm::distance(driven_.viewer.camera.position(), glm::dvec3(4, -1, 0)), 1e-9);
 }
 
 TEST_F(PanelsTest, without_a_scene_the_window_welcomes) {

@@ -64,6 +64,19 @@ TEST(Layout, its_parts_fill_the_window_and_do_not_overlap) {
   }
 }
 
+TEST(Layout, the_smallest_window_keeps_the_columns_of_the_table_and_a_picture) {
+  for (const float scale : {0.75f, 1.0f, 1.5f, 3.0f}) {
+    const WindowMetrics window{{640, 400}, 15 * scale, 23 * scale};
+    const float table = std::min(24 * window.letter, 384.0f);
+    const Layout alone = layout_of(with_panels(true, false), window);
+    EXPECT_GE(alone.left.size().x, table);
+    const Layout both = layout_of(with_panels(true, true), window);
+    EXPECT_GE(both.left.size().x, table);
+    EXPECT_GE(both.right.size().x, 128);
+    EXPECT_GE(both.picture.size().x, 0.2f * 640);
+  }
+}
+
 TEST(Layout, the_picture_fills_a_window_without_panels) {
   Viewer viewer = with_panels(true, true);
   viewer.panels.all = false;

@@ -533,7 +533,9 @@ TEST(State, keyframes_are_a_second_apart_and_removed_by_their_index) {
   driven.press("Space");
   EXPECT_TRUE(driven.viewer.playback.running);
   driven.apply(save_keyframes);
-  EXPECT_EQ(driven.viewer.toasts.back().text, "wrote ./garden_path.json");
+  const std::filesystem::path path = std::filesystem::current_path() / "garden_path.json";
+  EXPECT_EQ(driven.viewer.toasts.back().text, "wrote " + path.string());
+  EXPECT_EQ(driven.viewer.toasts.back().path, path);
 }
 
 // Keyframes at 2, 3 and 5 seconds, each of another view.

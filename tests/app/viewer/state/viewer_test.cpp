@@ -441,9 +441,10 @@ TEST(Commands, menus_without_a_scene_offer_what_acts_without_one_and_files_end_w
     if (row.menu == Menu::file) files.push_back(row.help);
     EXPECT_EQ(row.line_above, row.help == "Quit") << row.help;
   }
-  EXPECT_THAT(without,
-              testing::UnorderedElementsAre("Open a file", "Train from photographs", "Quit",
-                                            "All windows", "Full screen", "Keys and mouse"));
+  EXPECT_THAT(without, testing::UnorderedElementsAre("Open a file", "Train from photographs",
+                                                     "Quit", "All windows", "Full screen",
+                                                     "Keys and mouse", "Larger interface",
+                                                     "Smaller interface", "Interface at 100 %"));
   EXPECT_EQ(files.front(), "Open a file");
   EXPECT_EQ(files.back(), "Quit");
   EXPECT_EQ(std::string(kMenuNames[static_cast<int>(Menu::help)]), "Help");

@@ -256,7 +256,7 @@ TEST(ZoomRecorder, the_figure_s_path_is_copied_and_the_folder_opened) {
   DrivenScene driven(1);
   driven.apply(copy_zoom_figure);
   driven.apply(open_zoom_folder);
-  EXPECT_THAT(driven.folders, IsEmpty());
+  EXPECT_THAT(driven.opened_outside, IsEmpty());
   EXPECT_EQ(driven.viewer.toasts.back().text, "this zoom is not saved");
   const ZoomRecord record = found_record("./zoom/a");
   driven.apply(zooms_found, std::vector<ZoomRecord>{record});
@@ -274,8 +274,8 @@ TEST(ZoomRecorder, the_figure_s_path_is_copied_and_the_folder_opened) {
   driven.apply(copy_zoom_figure);
   EXPECT_THAT(driven.text, EndsWith("zoom/a/zoom_pairs.png"));
   driven.apply(open_zoom_folder);
-  ASSERT_THAT(driven.folders, SizeIs(1));
-  EXPECT_EQ(driven.folders[0], std::filesystem::absolute("zoom/a"));
+  ASSERT_THAT(driven.opened_outside, SizeIs(1));
+  EXPECT_EQ(driven.opened_outside[0], std::filesystem::absolute("zoom/a"));
 }
 
 TEST(ZoomRecorder, nothing_is_recorded_while_a_model_is_trained) {

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// Opening files in the desktop's programs, with scripts in the place of xdg-open.
+#include "app/viewer/window/desktop_programs.h"
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/viewer/state/actions.h"
+#include "io/bytes/json_text.h"
+#include "raster/base/error.h"
+#include "support/recording_host.h"
+#include "support/temporary_folder.h"
+
+namespace qs {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class DesktopProgramsTest : public testing::Test {
+ protected:
+  std::string script(const std::string& lines) {
+    const std::filesystem::path file = folder_ / "opener";
+    std::ofstream(file) << "#!/bin/sh\n" << lines << "\n";
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+    return file.string();
+  }
+  // The messages after everything has ended.
+  std::vector<Toast> messages_of(DesktopPrograms& programs) {
+    for (int i = 0; i < 2000 && programs.busy(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      Actions actions;
+      programs.take_reports(actions);
+      for (const Action& action : actions) store_.apply(action, host_);
+    }
+    EXPECT_FALSE(programs.busy());
+    return store_.viewer().toasts;
+  }
+
+  TemporaryFolder folder_;
+  ViewerStore store_{Viewer()};
+  test::RecordingHost host_;
+};
+
+TEST_F(DesktopProgramsTest, get_the_path_and_say_nothing_if_all_is_well) {
+  DesktopPrograms programs(script("echo \"$1\" > " + (folder_ / "seen").string()));
+  programs.open(folder_ / "a b.png");
+  EXPECT_THAT(messages_of(programs), IsEmpty());
+  EXPECT_EQ(read_text_file(folder_ / "seen", 1000), (folder_ / "a b.png").string() + "\n");
+}
+
+TEST_F(DesktopProgramsTest, a_failure_is_one_sentence) {
+  DesktopPrograms programs(script("exit 3"));
+  programs.open("/a.png");
+  const std::vector<Toast> messages = messages_of(programs);
+  ASSERT_THAT(messages, SizeIs(1));
+  EXPECT_TRUE(messages[0].error);
+  EXPECT_THAT(messages[0].text, HasSubstr("/a.png: cannot be opened: "));
+  EXPECT_THAT(messages[0].text, HasSubstr("ended with exit code 3"));
+  DesktopPrograms missing("no-such-program-here");
+  try {
+    missing.open("/a.png");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/a.png: cannot be opened: no-such-program-here does not "
+                                        "start"));
+  }
+}
+
+}  // namespace
+}  // namespace qs

@@ -77,7 +77,8 @@ void choose_platform() {
 #endif
 }
 
-// True if the environment names a display. Otherwise GLFW would load all its platforms in vain.
+// True if the environment names a display. Otherwise GLFW would load all its platforms without
+// success.
 bool may_have_a_display() {
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR"}) {
     if (std::getenv(name) != nullptr) return true;

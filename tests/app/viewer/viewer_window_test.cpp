@@ -193,7 +193,7 @@ int end_of_left_bar(const Image& shot, int y) {
 
 TEST_F(ViewerWindow, a_bar_takes_exactly_the_width_that_it_draws_at_every_scale) {
   std::ofstream(path("kept.json")) << "{}";  // no first start, so no hints over the picture
-  std::string script = "key Z\nwait\nkey Z\nwait\n";
+  std::string script = "key Z\nwait\n";
   for (const std::string name : {"100", "125", "150"})
     script += "sleep 0.4\nwait\nstate " + path(name) + "\nshot " + path(name + ".png") +
               "\nkey Ctrl+=\nwait\n";

@@ -154,9 +154,8 @@ void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions)
   ImGui::TextColored(palette::kAccent, "%s", legend->under.c_str());
   if (!viewer.heat_view.folded) {
     draw_color_bar(legend->color, legend->ticks);
-    ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-    ImGui::TextWrapped("%s", legend->facts.c_str());
-    ImGui::PopStyleColor();
+    ImGui::TextColored(palette::kFaint, "%s", legend->facts.c_str());
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", legend->facts.c_str());
   }
   if (drag_legend(viewer, state, actions) && viewer.shown.heatmap) ImGui::OpenPopup(kSettings);
   if (viewer.shown.heatmap) draw_heat_settings(viewer, actions);

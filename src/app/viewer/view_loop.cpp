@@ -307,13 +307,13 @@ class ViewLoop final : public Host {
     panel_state_.candidates = candidates_.show(viewer_.view_choice.pictures);
     show_thumbnail();
     turn_.drawn_status = hud_status(viewer_);
-    turn_.drawn_columns = panel_state_.columns;
     const glm::ivec2 pixels = window_.framebuffer();
     Actions actions;
     window_.begin_ui();
     draw_panels(viewer_, panel_state_, actions);
     presenter_.draw(pixels, picture_area(), shown_split(viewer_), viewer_.heat_view.style);
     window_.end_ui();
+    turn_.drawn_columns = panel_state_.columns;
     grab_.take([&] { return Presenter::grab(pixels.x, pixels.y); }, actions);
     window_.swap();
     if (!viewer_.on_demand || viewer_.zoom.running) Presenter::finish();

@@ -177,7 +177,7 @@ std::vector<TableColumn> columns_that_fit(std::vector<TableColumn> columns, floa
     return sum;
   };
   const auto by_rank = [](const TableColumn& a, const TableColumn& b) { return a.rank < b.rank; };
-  while (columns.size() > 1 && used() > width)
+  while (columns.size() > 2 && used() > width)
     columns.erase(std::max_element(columns.begin(), columns.end(), by_rank));
   return columns;
 }

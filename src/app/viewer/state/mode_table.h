@@ -53,7 +53,7 @@ struct TableColumn {
 std::vector<TableColumn> table_columns(const Viewer& viewer);
 
 /// The columns for a table of this width; `padding`: of a column. Both in heights of a letter. At
-/// least the first column.
+/// least the mode and FPS.
 std::vector<TableColumn> columns_that_fit(std::vector<TableColumn> columns, float width,
                                           float padding);
 

@@ -15,6 +15,10 @@ void CountingPace::learn(const RenderStats& stats, bool counted) {
     return;
   }
   uncounted_ = 0;
+  if (stats.count_ms <= 0) {  // not measured: on a GPU it takes 3 to 16 % of a frame
+    period_ = 2;
+    return;
+  }
   const float affordable = kMostShare * stats.frame_ms;
   const float period = affordable > 0 ? std::ceil(stats.count_ms / affordable) : 1;
   period_ = static_cast<int>(std::clamp(period, 1.0f, static_cast<float>(kMostFramesAgo)));

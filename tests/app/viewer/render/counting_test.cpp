@@ -24,12 +24,12 @@ TEST(CountingPace, spends_at_most_a_tenth_of_the_time_of_drawing_on_counting) {
     for (; !pace.counts_next() && frames < 100; ++frames) pace.learn({}, false);
     return frames;
   };
-  EXPECT_EQ(frames_between(10, 0), 1);  // on a GPU
+  EXPECT_EQ(frames_between(10, 0), 2) << "on a GPU, where it is not measured";
   EXPECT_EQ(frames_between(10, 0.9f), 1);
   EXPECT_EQ(frames_between(10, 1.1f), 2);
   EXPECT_EQ(frames_between(10, 4.5f), 5);
   EXPECT_EQ(frames_between(10, 1000), kMostFramesAgo);
-  EXPECT_EQ(frames_between(0, 0), 1);
+  EXPECT_EQ(frames_between(0, 1), 1);
 }
 
 class CountingFrames : public test::RenderingViewer {
@@ -114,6 +114,7 @@ TEST_F(CountingFrames, of_a_moving_camera_are_reduced_and_exact) {
   for (int i = 0; i < 30; ++i) {  // learns that frames are slow
     RenderedFrame slow;
     slow.shown.stats.frame_ms = 500;
+    slow.shown.stats.count_ms = 1;
     slow.shown.stats.stage_ms[static_cast<int>(Stage::blend)] = 450;
     slow.shown.divisor = viewer().shown.divisor;
     slow.shown.mode_pairs.resize(1);

@@ -39,7 +39,19 @@ using test::run_quadsplat;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-using ViewerProgram = test::ProgramInWindow;
+class ViewerProgram : public test::ProgramInWindow {
+ protected:
+  // The false positives of `bench` for camera 0 in mode quadbox at this size.
+  std::uint64_t benched_false_positives(int width, int height) {
+    const ProgramRun run =
+        run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
+                       "--size", fmt::format("{}x{}", width, height), "--cull", "quadbox",
+                       "--frames", "1", "--warmup", "0", "--out-dir", path("bench")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
+    return bench.at("rows").at(0).at("false_positives");
+  }
+};
 
 TEST_F(ViewerProgram, opens_the_scene_of_the_command_line_and_measures_all_modes) {
   const ProgramRun run =
@@ -522,14 +534,7 @@ TEST_F(ViewerProgram, the_display_counts_unused_pairs_as_bench_does) {
       play("key F10\nwait\nstate " + path("a.json") + "\nquit\n", {path("scene.ply")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json measured = state("a.json")["measured_size"];
-  const std::string size = measured[0].dump() + "x" + measured[1].dump();
-  ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
-                           "--size", size, "--cull", "quadbox", "--frames", "1", "--warmup", "0",
-                           "--out-dir", path("bench")})
-                .exit_code,
-            0);
-  const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
-  const std::uint64_t count = bench["rows"][0]["false_positives"];
+  const std::uint64_t count = benched_false_positives(measured[0], measured[1]);
   EXPECT_THAT(state("a.json")["facts"]["unused"].get<std::string>(),
               StartsWith(grouped(count) + " pairs"));
 }
@@ -541,14 +546,8 @@ TEST_F(ViewerProgram, the_map_of_false_positives_adds_up_to_the_count_of_bench) 
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json a = state("a.json");
   EXPECT_EQ(a["heatmap"]["quantity"], "false-positive");
-  const std::string size = a["camera"]["width"].dump() + "x" + a["camera"]["height"].dump();
-  ASSERT_EQ(run_quadsplat({"bench", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
-                           "--size", size, "--cull", "quadbox", "--frames", "1", "--warmup", "0",
-                           "--out-dir", path("bench")})
-                .exit_code,
-            0);
-  const json bench = parse_json(read_text_file(folder_ / "bench/bench.json", 1 << 20), "test");
-  EXPECT_EQ(a["heatmap"]["total"], bench["rows"][0]["false_positives"]);
+  EXPECT_EQ(a["heatmap"]["total"],
+            benched_false_positives(a["camera"]["width"], a["camera"]["height"]));
 }
 
 TEST_F(ViewerProgram, a_key_reads_the_file_as_if_its_axes_were_others) {

@@ -49,20 +49,23 @@ void add_scale(Figure& figure, glm::ivec2 at, int width, const Viewer& viewer, c
   }
 }
 
-std::string label_of(const Viewer& viewer, const ModePicture& picture) {
-  Viewer here = viewer;  // with the counts of this figure
-  here.shown.divisor = 1;
-  here.shown.grid.emplace().stats.resize(static_cast<std::size_t>(culler_count()));
-  here.shown.grid->stats[static_cast<std::size_t>(picture.mode - 1)] = picture.stats;
-  return grid_label(here, picture.mode);
+// The pictures of all modes, at most kMostWidth wide.
+std::vector<ModePicture> small_pictures(RenderContext& context, const FrameRequest& request,
+                                        const Scale& scale) {
+  const Camera& camera = request.camera;
+  const int width = std::min(camera.width, kMostWidth);
+  const int height = std::max(1, camera.height * width / camera.width);
+  std::vector<ModePicture> pictures;
+  draw_all_modes(context, request, camera, scale, [&](ModePicture picture) {
+    picture.image = area_average(picture.image, width, height, *context.session.pool);
+    pictures.push_back(std::move(picture));
+  });
+  return pictures;
 }
 
-Figure mode_figure(const Viewer& viewer, std::vector<ModePicture> pictures, const Scale& scale,
-                   ThreadPool& pool) {
+Figure mode_figure(const Viewer& viewer, std::vector<ModePicture> pictures, const Scale& scale) {
   const GridPlaces places = grid_places(static_cast<int>(pictures.size()), kGridLabel);
-  const int width = std::min(pictures.front().image.width, kMostWidth);
-  const int height =
-      std::max(1, pictures.front().image.height * width / pictures.front().image.width);
+  const int width = pictures.front().image.width, height = pictures.front().image.height;
   const glm::ivec2 step{width + kFigureGap, height + kName + kText + 12 + kFigureGap};
   const int top = kFigureMargin + kTitle + kFigureGap;
   const bool maps = pictures.front().heatmap.has_value();
@@ -76,9 +79,10 @@ Figure mode_figure(const Viewer& viewer, std::vector<ModePicture> pictures, cons
                           step * glm::ivec2(index % places.columns, index / places.columns);
     const CullMode mode = pictures[i].mode;
     figure.texts.push_back({{at.x, at.y + height + 6}, kName, mode_name(mode), mode_color(mode)});
-    figure.texts.push_back(
-        {{at.x, at.y + height + kName + 8}, kText, label_of(viewer, pictures[i])});
-    figure.pictures.push_back({at, area_average(pictures[i].image, width, height, pool)});
+    figure.texts.push_back({{at.x, at.y + height + kName + 8},
+                            kText,
+                            mode_label(viewer, mode, pictures[i].stats.tile_pairs)});
+    figure.pictures.push_back({at, std::move(pictures[i].image)});
   }
   if (maps)
     add_scale(figure, {kFigureMargin, top + places.rows * step.y},
@@ -91,11 +95,9 @@ Figure mode_figure(const Viewer& viewer, std::vector<ModePicture> pictures, cons
 namespace job {
 
 void save_grid(RenderContext& context, const Viewer& viewer) {
-  FrameRequest request = full_frame(viewer);
-  request.heat_style = viewer.heat_view.style;
-  std::vector<ModePicture> pictures = draw_all_modes(context, request, request.camera);
+  const FrameRequest request = full_frame(viewer);
   const Scale scale = heat_scale(context, request, request.camera).scale;
-  const Figure figure = mode_figure(viewer, std::move(pictures), scale, *context.session.pool);
+  const Figure figure = mode_figure(viewer, small_pictures(context, request, scale), scale);
   const std::filesystem::path folder = viewer.out_dir / "figures";
   make_folder(folder);
   const std::string stem = safe_file_name(scene_name(context.session.scene->path) + "_modes");

@@ -62,35 +62,30 @@ struct FrameOfSplit {
   std::optional<FrameHeatmap> map;
 };
 
-// The outputs of a frame of a split window, with its pairs, and the heat map to make.
-struct SplitOutputs {
-  Outputs outputs;
-  std::optional<HeatQuantity> heatmap;
-};
-
-FrameOfSplit draw_for_split(RenderContext& context, Renderer& renderer, const Camera& camera,
-                            const RenderSettings& settings, const SplitOutputs& wanted) {
+FrameOfSplit draw_for_split(RenderContext& context, Renderer& renderer, const FrameRequest& request,
+                            const Camera& camera) {
   std::optional<HeatmapMaker> maker;
-  if (wanted.heatmap)
-    maker.emplace(renderer, camera, settings, *wanted.heatmap, *context.session.pool, context.stop);
-  Outputs outputs = maker ? maker->outputs() : Outputs();
+  if (request.heatmap)
+    maker.emplace(renderer, camera, request.settings, *request.heatmap, *context.session.pool,
+                  context.stop);
+  Outputs outputs = with_counts(maker ? maker->outputs() : Outputs(), request);
   outputs.pairs = true;
-  outputs.mode_pairs = wanted.outputs.mode_pairs;
-  outputs.counted = wanted.outputs.counted;
-  const Frame& frame = renderer.render(camera, settings, outputs, HostImage{}, context.stop);
+  const Frame& frame =
+      renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
   return {frame, maker ? std::optional(maker->map(frame)) : std::nullopt};
 }
 
 // Draws the other side of a split window. `pairs`: of the first side.
 void draw_other(RenderContext& context, const FrameRequest& request, const Camera& camera,
                 std::span<const std::uint32_t> pairs, RenderedFrame& rendered) {
-  RenderSettings settings = request.settings;
-  settings.mode = request.other->mode;
-  settings.pipeline = request.other->pipeline;
+  FrameRequest second = request;
+  second.settings.mode = request.other->mode;
+  second.settings.pipeline = request.other->pipeline;
+  second.counted.reset();  // the first side has counted the view
   const bool beside = request.beside && context.beside;
   Renderer& renderer =
       beside ? renderer_beside(context) : renderer_on(context, request.other->backend);
-  FrameOfSplit drawn = draw_for_split(context, renderer, camera, settings, {{}, request.heatmap});
+  FrameOfSplit drawn = draw_for_split(context, renderer, second, camera);
   const Frame& frame = drawn.frame;
   rendered.other = to_rgba(frame.color);
   ShownOther& other = rendered.shown.other.emplace();
@@ -106,10 +101,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
 RenderedFrame draw_beside(RenderContext& context, const FrameRequest& request,
                           const Camera& camera) {
   const HeldScale scale = heat_scale(context, request, camera);
-  Outputs outputs;
-  outputs.pairs = true;
-  FrameOfSplit first = draw_for_split(context, *context.session.renderer, camera, request.settings,
-                                      {with_counts(outputs, request), request.heatmap});
+  FrameOfSplit first = draw_for_split(context, *context.session.renderer, request, camera);
   RenderedFrame rendered = rendered_of(request, first.frame);
   if (first.map) {
     show_map(rendered.shown, std::move(first.map->heatmap), scale);

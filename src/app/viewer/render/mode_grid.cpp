@@ -40,43 +40,37 @@ int pixels_of(float share, int size) {
 
 }  // namespace
 
-std::vector<ModePicture> draw_all_modes(RenderContext& context, const FrameRequest& request,
-                                        const Camera& camera) {
-  const Scale scale = heat_scale(context, request, camera).scale;
-  std::vector<ModePicture> pictures;
+void draw_all_modes(RenderContext& context, const FrameRequest& request, const Camera& camera,
+                    const Scale& scale, const std::function<void(ModePicture)>& visit) {
   RenderSettings settings = request.settings;
   for (settings.mode = 1; settings.mode <= culler_count(); ++settings.mode)
-    pictures.push_back(draw_mode(context, request, camera, settings, scale));
-  return pictures;
+    visit(draw_mode(context, request, camera, settings, scale));
 }
 
 RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, const Camera& camera) {
-  std::vector<ModePicture> pictures = draw_all_modes(context, request, camera);
-  const GridPlaces places = grid_places(static_cast<int>(pictures.size()), kGridLabel);
+  const HeldScale scale = heat_scale(context, request, camera);
+  const GridPlaces places = grid_places(culler_count(), kGridLabel);
   Image page(camera.width, camera.height, 3);
   fill_rect(page, {0, 0, page.width, page.height}, on_dark::kPanel);
   const int width = std::max(1, pixels_of(places.side, page.width));
   const int height = std::max(1, pixels_of(places.side, page.height));
+  const CullMode current = std::clamp<CullMode>(request.settings.mode, 1, culler_count());
   RenderedFrame rendered;
+  rendered.shown = shown_of(request, Frame());
   ShownGrid grid;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    ModePicture& picture = pictures[i];
-    const glm::vec2 low = places.low(static_cast<int>(i));
+  draw_all_modes(context, request, camera, scale.scale, [&](ModePicture picture) {
+    const glm::vec2 low = places.low(picture.mode - 1);
     paste(page, area_average(picture.image, width, height, *context.session.pool),
           {pixels_of(low.x, page.width), pixels_of(low.y, page.height)});
     grid.stats.push_back(picture.stats);
     if (picture.heatmap) grid.totals.push_back(picture.heatmap->total);
-  }
-  const auto current =
-      static_cast<std::size_t>(std::clamp<CullMode>(request.settings.mode, 1, culler_count()) - 1);
-  rendered.shown = shown_of(request, Frame());
-  rendered.shown.stats = grid.stats[current];
+    if (picture.mode != current) return;
+    rendered.shown.stats = picture.stats;
+    if (picture.heatmap) show_map(rendered.shown, std::move(*picture.heatmap), scale);
+  });
   rendered.width = page.width;
   rendered.height = page.height;
   rendered.rgba = to_rgba(page);
-  if (pictures[current].heatmap)
-    show_map(rendered.shown, std::move(*pictures[current].heatmap),
-             heat_scale(context, request, camera));
   rendered.shown.grid = std::move(grid);
   return rendered;
 }

@@ -15,10 +15,11 @@ struct ModePicture {
   std::optional<Heatmap> heatmap;
 };
 
-/// Draws the view of the request in every mode. `camera`: the request's, at the size to draw.
-/// Throws Error and Cancelled.
-std::vector<ModePicture> draw_all_modes(RenderContext& context, const FrameRequest& request,
-                                        const Camera& camera);
+/// Draws the view of the request in every mode, from mode 1 on, and calls visit(picture) for each,
+/// so that only one full-size picture is kept. `camera`: the request's, at the size to draw;
+/// `scale`: of its heat maps. Throws Error and Cancelled.
+void draw_all_modes(RenderContext& context, const FrameRequest& request, const Camera& camera,
+                    const Scale& scale, const std::function<void(ModePicture)>& visit);
 
 /// The frame of the window: the pictures in small at their places.
 RenderedFrame draw_grid(RenderContext& context, const FrameRequest& request, const Camera& camera);

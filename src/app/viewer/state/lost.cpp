@@ -11,8 +11,7 @@ namespace {
 
 constexpr double kFewGaussians = 0.01;  ///< of the scene's
 constexpr double kFewPairs = 2;         ///< per tile, in the mean
-constexpr double kTilePx = 16;
-constexpr double kMargin = 0.05;  ///< from the picture's edge to the tip, of its shorter side
+constexpr double kMargin = 0.05;        ///< from the picture's edge to the tip, of its shorter side
 
 /// The direction of a point in view space, right and down. A camera cannot turn over its poles, so
 /// a point behind it has the angles of the turns to the side, which come first, and up or down.
@@ -22,7 +21,7 @@ glm::dvec2 aside_of(glm::dvec3 at, double near_depth) {
 }
 
 double tiles_of(const ShownFrame& shown) {
-  const double side = kTilePx * shown.divisor;
+  const double side = kTileSize * shown.divisor;
   return std::ceil(shown.camera.width / side) * std::ceil(shown.camera.height / side);
 }
 

@@ -54,13 +54,16 @@ std::string switch_text(const Viewer& viewer) {
 }
 
 std::string grid_label(const Viewer& viewer, CullMode mode) {
-  const auto index = static_cast<std::size_t>(mode - 1);
-  const HudRow row = hud_rows(viewer)[index];
-  const bool current = numbers_are_current(viewer);
   const std::optional<ShownGrid>& grid = viewer.shown.grid;
+  if (!grid || viewer.shown.divisor > 1) return mode_label(viewer, mode, std::nullopt);
+  return mode_label(viewer, mode, grid->stats[static_cast<std::size_t>(mode - 1)].tile_pairs);
+}
+
+std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted) {
+  const HudRow row = hud_rows(viewer)[static_cast<std::size_t>(mode - 1)];
+  const bool current = numbers_are_current(viewer);
   std::string pairs = current ? row.pairs : "-";
-  if (pairs == "-" && grid && viewer.shown.divisor == 1)
-    pairs = grouped(grid->stats[index].tile_pairs);
+  if (pairs == "-") pairs = pairs_glance(counted);
   return fmt::format("{} FPS \u00b7 {} pairs \u00b7 {}", current ? row.fps : "-", pairs,
                      current ? row.ratio : "-");
 }

@@ -29,6 +29,9 @@ GlancePair glances_of(const Viewer& viewer, CullMode from, CullMode to);
 /// for unknown numbers, empty if all are unknown.
 std::string switch_text(const Viewer& viewer);
 
+/// grid_label() with `counted` pairs until the table has them.
+std::string mode_label(const Viewer& viewer, CullMode mode, std::optional<std::uint64_t> counted);
+
 /// The numbers below a mode's picture in the grid: "1,040 FPS, 1,796,352 pairs, 2.03x"; FPS and the
 /// ratio are "-" until the table has them.
 std::string grid_label(const Viewer& viewer, CullMode mode);

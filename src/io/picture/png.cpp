@@ -44,13 +44,18 @@ struct PngReader {
   ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-// Reads the header and requests gray, gray-alpha, RGB or RGBA in 8 bits, or in 16 bits in host byte
-// order.
 bool read_png_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_init_io(reader.png, file);
   png_set_user_limits(reader.png, 0x7fffffff, 0x7fffffff);  // check_picture_size() sets the limits
   png_read_info(reader.png, reader.info);
+  return true;
+}
+
+// Requests gray, gray-alpha, RGB or RGBA in 8 bits, or in 16 bits in host byte order. libpng
+// allocates rows here, so the size was checked before.
+bool prepare_png_rows(PngReader& reader) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_expand(reader.png);
   if constexpr (std::endian::native == std::endian::little) png_set_swap(reader.png);
   png_set_interlace_handling(reader.png);
@@ -175,6 +180,8 @@ Image read_png(const std::filesystem::path& path) {
 
   const png_uint_32 width = png_get_image_width(reader.png, reader.info);
   const png_uint_32 height = png_get_image_height(reader.png, reader.info);
+  check_picture_size(path, width, height, 1);
+  if (!prepare_png_rows(reader)) fail("{}: not a readable PNG: {}", path.string(), reader.message);
   const int channels = png_get_channels(reader.png, reader.info);
   const bool wide = png_get_bit_depth(reader.png, reader.info) == 16;
   check_picture_size(path, width, height, channels);

@@ -9,10 +9,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "io/picture/picture_formats.h"
 #include "raster/base/error.h"
 #include "support/temporary_folder.h"
+#include "test_paths.h"
 
 namespace qs {
 namespace {
@@ -230,6 +232,21 @@ TEST_F(ImageFile, absurd_sizes_are_refused_before_anything_is_allocated) {
   EXPECT_THAT(error_of_reading(folder_ / "c.ppm"), HasSubstr("is not between"));
   write_content(folder_ / "d.ppm", "P6 20000 5000 255\nxxx");
   EXPECT_THAT(error_of_reading(folder_ / "d.ppm"), HasSubstr("truncated"));
+}
+
+// libpng allocates whole rows when it prepares to read: 2 GiB each in this file.
+TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_allocated) {
+  const auto path =
+      std::filesystem::path(QUADSPLAT_SOURCE_DIR) / "tests/data/pictures/too_wide.png";
+  const auto peak_kilobytes = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+  };
+  const long before = peak_kilobytes();
+  EXPECT_THAT(error_of_reading(path),
+              HasSubstr("a picture of 268435456 x 1 pixels is not between"));
+  EXPECT_LT(peak_kilobytes() - before, 1 << 20);
 }
 
 TEST_F(ImageFile, what_cannot_be_written_is_said_and_leaves_nothing_behind) {

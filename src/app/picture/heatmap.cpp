@@ -8,6 +8,7 @@
 #include "app/base/text.h"
 #include "app/picture/canvas.h"
 #include "app/picture/palette.h"
+#include "app/picture/stroke.h"
 
 namespace qs {
 namespace {
@@ -69,6 +70,11 @@ struct LegendLayout {
   }
 };
 
+LegendLayout legend_layout(int width) {
+  const int text = std::clamp(width / 60, 14, 40);
+  return {text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
+}
+
 void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend& legend,
                  const HeatColoring& coloring) {
   const Scale& scale = coloring.scale;
@@ -109,6 +115,13 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
 }
 
 }  // namespace
+
+std::vector<std::string> heatmap_names() {
+  std::vector<std::string> names;
+  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
+  names.emplace_back(kMissedHeatmap.name);
+  return names;
+}
 
 Outputs outputs_for(HeatQuantity quantity) {
   Outputs outputs;
@@ -193,11 +206,23 @@ Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
   return result;
 }
 
+void draw_scale_over(Image& picture, const Heatmap& heatmap, const Scale& scale,
+                     const HeatStyle& style) {
+  constexpr float kPlateOpacity = 0.7f;
+  const LegendLayout layout = legend_layout(picture.width);
+  if (5 * layout.height() > picture.height) return;
+  const glm::vec2 high(picture.width, layout.height());
+  const glm::vec2 plate[] = {{0, 0}, {high.x, 0}, high, {0, high.y}};
+  fill_polygon(picture, plate, on_dark::kPanel, kPlateOpacity);
+  Legend legend = make_legend(heatmap, scale, "");
+  legend.facts.clear();
+  draw_legend(picture, 0, layout, legend, {scale, style});
+}
+
 Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,
                    const HeatStyle& style) {
   const Legend legend = make_legend(heatmap, scale, mode);
-  const int text = std::clamp(color.width / 60, 14, 40);
-  LegendLayout layout{text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
+  LegendLayout layout = legend_layout(color.width);
   const int used = Font(layout.title).width(legend.title) + Font(layout.text).width(legend.facts);
   layout.two_lines = used + 4 * layout.padding > color.width;
 

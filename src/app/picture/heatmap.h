@@ -47,6 +47,9 @@ inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
   return index < kHeatmaps.size() ? kHeatmaps[index] : kMissedHeatmap;
 }
 
+/// The names of all quantities. Index = HeatQuantity.
+std::vector<std::string> heatmap_names();
+
 struct Heatmap {
   HeatQuantity quantity = HeatQuantity::pairs;
   int columns = 0, rows = 0;  ///< cells
@@ -87,6 +90,11 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode)
 /// The picture with the map over it.
 Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
                 const HeatStyle& style = {});
+
+/// Draws the title and the colour bar of a map over the top of `picture`, for pictures of a fixed
+/// size. A picture that is less than five times as high as they are stays as it is.
+void draw_scale_over(Image& picture, const Heatmap& heatmap, const Scale& scale,
+                     const HeatStyle& style = {});
 
 /// draw_over() with the legend strip below it. The width stays.
 Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,

@@ -65,6 +65,9 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
   plan.ways = ways_of(context, viewer);
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
+  if (viewer.heatmap)
+    plan.heatmap =
+        FilmHeatmap{*viewer.heatmap, {}, viewer.heat_view.style, context.session.pool.get()};
 
   const bool encodes = ffmpeg_is_installed();
   const std::filesystem::path folder = viewer.out_dir / "film";
@@ -74,7 +77,12 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "filming", 0});
   try {
-    write_film(path, plan, shown_progress(path, "filming", context.stop, context.reports));
+    const Progress progress = shown_progress(path, "filming", context.stop, context.reports);
+    if (plan.heatmap)
+      plan.heatmap->scale = viewer.heat_view.maximum > 0
+                                ? exact_scale(viewer.heat_view.maximum)
+                                : film_heat_scale(plan, viewer.baseline, progress);
+    write_film(path, plan, progress);
   } catch (const Cancelled&) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;

@@ -37,6 +37,7 @@ struct PanelState {
   unsigned candidates = 0;           ///< GL texture of ViewChoice::pictures, 0 = none
   unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
   float thumbnail_aspect = 1;        ///< its width over its height
+  Panels drawn;                      ///< the panels that were open when the window was drawn last
   std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
   glm::vec2 legend_size{0.0f};       ///< of the heat map's legend when it was drawn last
   std::optional<float> legend_drag;  ///< screen units that the mouse moved since it took the legend

@@ -12,6 +12,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
@@ -106,6 +107,7 @@ void set_mode(Viewer& v, CullMode mode) {
   v.previous_mode = std::exchange(v.settings.mode, mode);
   v.mode_switch = {v.previous_mode, mode, v.now};
   v.hints.modes = false;
+  ++v.mode_changes;
   picture_changed(v);
 }
 
@@ -114,6 +116,7 @@ void peek_previous_mode(Viewer& v, bool held) {
   const CullMode before = v.mode();
   v.peeking = held;
   v.mode_switch = {before, v.mode(), v.now};
+  ++v.mode_changes;
   picture_changed(v);
 }
 
@@ -330,6 +333,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.playback = {};
     forget_zoom_views(v.zoom);
     v.counts = {};
+    forget_samples(v);
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
@@ -417,6 +421,7 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
 void frame_shown(Viewer& v, const ShownFrame& frame) {
   v.shown = frame;
   ++v.frames;
+  learn_from_frame(v, frame);
   if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
   if (is_training(v)) {
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,

@@ -182,6 +182,24 @@ struct ViewCounts {
   std::vector<ModePairs> modes;  ///< index = mode - 1; empty: nothing was counted yet
 };
 
+/// The time of one frame of a mode; samples.h reads it.
+struct ModeSample {
+  Variant variant;
+  double frame_ms = 0;
+  int divisor = 1;        ///< drawn at 1 / divisor of the full size
+  int view_version = -1;  ///< Viewer::view_version
+  int frame = 0;          ///< Viewer::frames when it came
+};
+
+/// The tile pairs of full-size frames relative to the pairs of reduced frames, learned from views
+/// that were drawn in both sizes.
+struct PairGrowth {
+  std::map<int, double> factors;  ///< by the divisor of the reduced frame
+  int view_version = -1;          ///< of `reduced`
+  CullMode mode = 0;
+  std::map<int, double> reduced;  ///< pairs of the reduced frames of this view, by divisor
+};
+
 /// Numbers of all modes for one view. The frames are BenchRow::round_ms.
 struct ModeNumbers {
   int version = -1;  ///< Viewer::view_version
@@ -347,6 +365,8 @@ struct Viewer : Turn {
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
   ViewCounts counts;
+  std::map<CullMode, ModeSample> samples;
+  PairGrowth pair_growth;
   ModeNumbers numbers;
   SeenModes seen;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
@@ -365,6 +385,7 @@ struct Viewer : Turn {
   /// `version` counts changes of the picture. `view_version` counts changes that affect the numbers
   /// of all modes: all changes except changes of the mode.
   int version = 0, view_version = 0;
+  int mode_changes = 0;  ///< the changes of `version` that changed the mode only
 
   /// The time at which a path of at least two keyframes ends.
   double path_end() const {

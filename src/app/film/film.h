@@ -60,7 +60,7 @@ ValueScale film_scale(const FilmPlan& plan, const Progress& progress);
 Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& progress);
 
 /// Draws the film and writes it, see film_file.h. Returns the numbers of each way; with several
-/// ways, or with FilmPlan::numbers, they are those of frames of colours alone. The FPS in the
+/// ways, or with FilmPlan::numbers, they are measured with frames of colours alone. The FPS in the
 /// picture are the median of the last second. Throws Error and Cancelled, and then leaves no file.
 std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const FilmPlan& plan,
                                       const Progress& progress);

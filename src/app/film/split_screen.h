@@ -33,7 +33,7 @@ class SplitScreen {
   /// that is too narrow for readable letters gets no label.
   void label(std::size_t index, const std::vector<std::string>& lines);
 
-  /// The strips with lines between them. Whatever a caller draws over them lasts until show().
+  /// The strips with lines between them. A caller may draw over them; show() replaces that.
   Image& picture();
 
  private:

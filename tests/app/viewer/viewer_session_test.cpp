@@ -135,7 +135,7 @@ TEST_F(ViewerSession, shows_numbers_that_other_commands_confirm) {
   EXPECT_LT(map["heatmap"]["total"], map_3dgs["heatmap"]["total"]);
   EXPECT_EQ(map["heatmap"]["max"], map_3dgs["heatmap"]["max"]);
 
-  // The grid: the FPS, pairs and ratio of each mode are those of the table.
+  // The grid: the FPS, pairs and ratio of each mode are the numbers of the table.
   const json grid = state("grid");
   for (std::size_t i = 0; i < grid["grid"].size(); ++i) {
     const json& row = grid["modes"][i];

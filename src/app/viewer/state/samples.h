@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Times of single frames of the culling modes. A sample is less than a measurement, but it is there
+// Times of single frames of the culling modes. A sample is less than a measurement, but it comes
 // at once, and also while the camera moves: frames in the window give samples of their mode, and
 // the render thread draws frames of the other modes in turns. Texts mark samples with "~".
 #pragma once

@@ -419,9 +419,9 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
 }  // namespace
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {
-  v.shown = frame;
   ++v.frames;
   learn_from_frame(v, frame);
+  v.shown = frame;
   if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
   if (is_training(v)) {
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,

@@ -77,10 +77,11 @@ std::string time_of_picture(const Viewer& viewer) {
 }
 
 // The pairs of the picture at its full size, or the pairs of a reduced frame, which says so.
-std::string pairs_of_picture(const Viewer& viewer) {
+// `unit` follows the number.
+std::string pairs_of_picture(const Viewer& viewer, const char* unit) {
   if (const std::optional<FullSizePairs> full = full_size_pairs(viewer))
-    return (full->exact ? "" : "~") + grouped(full->pairs) + " pairs";
-  return fmt::format("{} pairs at 1/{}", grouped(viewer.shown.stats.tile_pairs),
+    return (full->exact ? "" : "~") + grouped(full->pairs) + unit;
+  return fmt::format("{}{} at 1/{}", grouped(viewer.shown.stats.tile_pairs), unit,
                      viewer.shown.divisor);
 }
 
@@ -95,7 +96,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"present",
        fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
                    viewer.shown.interop ? ", by interop" : ", through the host")},
-      {"tile pairs", grouped(stats.tile_pairs)},
+      {"tile pairs", pairs_of_picture(viewer, "")},
       {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
   };
@@ -144,7 +145,7 @@ std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
   std::vector<std::string> words = {mode_name(viewer.mode())};
   if (const std::string time = time_of_picture(viewer); !time.empty()) words.push_back(time);
-  words.push_back(pairs_of_picture(viewer));
+  words.push_back(pairs_of_picture(viewer, " pairs"));
   words.push_back(
       fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
   return words;

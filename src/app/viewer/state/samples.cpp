@@ -57,8 +57,16 @@ bool shows_colors_alone(const ShownFrame& frame) {
   return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
 }
 
-// A view at rest is drawn reduced first and then at full size, which gives the factors.
-void learn_growth(PairGrowth& growth, const ShownFrame& frame) {
+// True if two frames of a moving camera show nearly the same Gaussians.
+bool are_near(const RenderStats& a, const RenderStats& b) {
+  constexpr double kMostChange = 0.1;
+  const double difference = static_cast<double>(a.visible) - b.visible;
+  return a.visible > 0 && std::abs(difference) <= kMostChange * a.visible;
+}
+
+// A view that comes to rest is drawn reduced first and then at full size, which gives the factors.
+// The first reduced frame of a motion gives a rough factor, because the frame before it was full.
+void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame& frame) {
   if (growth.view_version != frame.view_version || growth.mode != frame.mode)
     growth.reduced.clear();
   growth.view_version = frame.view_version;
@@ -66,6 +74,10 @@ void learn_growth(PairGrowth& growth, const ShownFrame& frame) {
   const auto pairs = static_cast<double>(frame.stats.tile_pairs);
   if (frame.divisor > 1) {
     growth.reduced[frame.divisor] = pairs;
+    if (before.divisor == 1 && before.mode == frame.mode && pairs > 0 &&
+        are_near(before.stats, frame.stats))
+      growth.factors.try_emplace(frame.divisor,
+                                 static_cast<double>(before.stats.tile_pairs) / pairs);
     return;
   }
   for (const auto& [divisor, reduced] : growth.reduced)
@@ -84,7 +96,7 @@ void mode_sampled(Viewer& v, const ModeSample& sample) {
 
 void learn_from_frame(Viewer& v, const ShownFrame& frame) {
   if (frame.grid) return;
-  learn_growth(v.pair_growth, frame);
+  learn_growth(v.pair_growth, v.shown, frame);
   if (!shows_colors_alone(frame) || frame.stats.frame_ms <= 0) return;
   const Variant variant{frame.mode, v.settings.pipeline, v.backend};
   mode_sampled(v, {variant, static_cast<double>(frame.stats.frame_ms), frame.divisor,

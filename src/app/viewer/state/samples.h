@@ -42,7 +42,7 @@ namespace action {
 /// A frame that was drawn for the table alone.
 void mode_sampled(Viewer& viewer, const ModeSample& sample);
 
-/// Takes the sample and the pairs of the frame that becomes Viewer::shown.
+/// Takes the sample and the pairs of a new frame; Viewer::shown is still the frame before it.
 void learn_from_frame(Viewer& viewer, const ShownFrame& frame);
 
 /// Forgets everything of the scene.

@@ -134,6 +134,22 @@ TEST(FullSizePairs, of_a_reduced_frame_are_estimated_from_views_that_were_drawn_
   EXPECT_FALSE(show(900, 3)) << "another size";
 }
 
+TEST(FullSizePairs, are_estimated_from_the_first_reduced_frame_of_a_motion) {
+  Viewer viewer;
+  const auto show = [&](std::uint64_t pairs, std::uint32_t visible, int divisor) {
+    action::view_changed(viewer);
+    ShownFrame frame = frame_of(viewer, 20, pairs, divisor);
+    frame.stats.visible = visible;
+    action::frame_shown(viewer, frame);
+    return full_size_pairs(viewer);
+  };
+  show(6000, 100, 1);
+  EXPECT_EQ(show(1500, 95, 2)->pairs, 6000u);
+  EXPECT_EQ(show(1000, 60, 2)->pairs, 4000u);
+  show(6000, 100, 1);
+  EXPECT_FALSE(show(1000, 60, 3)) << "a jump to another view";
+}
+
 TEST(FullSizePairs, of_a_reduced_frame_that_counted_are_exact) {
   Viewer viewer;
   ShownFrame frame = frame_of(viewer, 20, 1000, 2);

@@ -65,7 +65,8 @@ bool are_near(const RenderStats& a, const RenderStats& b) {
 }
 
 // A view that comes to rest is drawn reduced first and then at full size, which gives the factors.
-// The first reduced frame of a motion gives a rough factor, because the frame before it was full.
+// The first frame of a size in a motion gives a rough factor, by the frame of another size before
+// it.
 void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame& frame) {
   if (growth.view_version != frame.view_version || growth.mode != frame.mode)
     growth.reduced.clear();
@@ -74,10 +75,11 @@ void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame
   const auto pairs = static_cast<double>(frame.stats.tile_pairs);
   if (frame.divisor > 1) {
     growth.reduced[frame.divisor] = pairs;
-    if (before.divisor == 1 && before.mode == frame.mode && pairs > 0 &&
-        are_near(before.stats, frame.stats))
-      growth.factors.try_emplace(frame.divisor,
-                                 static_cast<double>(before.stats.tile_pairs) / pairs);
+    const auto known = growth.factors.find(before.divisor);
+    if (before.divisor != frame.divisor && known != growth.factors.end() &&
+        before.mode == frame.mode && pairs > 0 && are_near(before.stats, frame.stats))
+      growth.factors.try_emplace(
+          frame.divisor, known->second * static_cast<double>(before.stats.tile_pairs) / pairs);
     return;
   }
   for (const auto& [divisor, reduced] : growth.reduced)

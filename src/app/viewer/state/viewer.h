@@ -194,8 +194,8 @@ struct ModeSample {
 /// The tile pairs of full-size frames relative to the pairs of reduced frames, learned from views
 /// that were drawn in both sizes.
 struct PairGrowth {
-  std::map<int, double> factors;  ///< by the divisor of the reduced frame
-  int view_version = -1;          ///< of `reduced`
+  std::map<int, double> factors{{1, 1.0}};  ///< by the divisor of the reduced frame
+  int view_version = -1;                    ///< of `reduced`
   CullMode mode = 0;
   std::map<int, double> reduced;  ///< pairs of the reduced frames of this view, by divisor
 };

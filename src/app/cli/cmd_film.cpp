@@ -29,16 +29,16 @@ struct FilmCommand {
   bool turntable = false, loop = false;
 };
 
-CameraTrack choose_track(const FilmCommand& command, const Session& session) {
+CameraTrack choose_track(const FilmCommand& command, const Session& session, glm::ivec2 size) {
   if (!command.path) {
     const Scene& scene = *session.scene;
     const std::vector<Camera> cameras = cameras_of(command.frame, scene);
     const auto up = declared_up(command.frame.up, scene.vertical_axis);
     const Framing framing = subject_framing(
         cameras, up, [&] { return choose_framing(scene.cloud, up, *session.pool); });
-    const Arc arc =
-        command.arc ? arc_of(*command.arc) : free_arc(cameras, scene.cloud, framing, *session.pool);
-    return turntable(framing, arc, command.ease);
+    TurntableWish wish{std::nullopt, command.ease, size};
+    if (command.arc) wish.arc = arc_of(*command.arc);
+    return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
   const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
   return command.loop ? along_and_back(keyframes, command.ease) : along(keyframes, command.ease);
@@ -84,7 +84,7 @@ int film(const FilmCommand& command) {
   plan.fps = command.fps;
   film_format(command.output, plan.size, plan.fps);  // throws before the scene is read
   Session session = open_session(command.frame);
-  plan.track = choose_track(command, session);
+  plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
   plan.quantity = command.quantity;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);

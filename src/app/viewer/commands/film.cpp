@@ -19,13 +19,12 @@
 namespace qs {
 namespace {
 
-CameraTrack track_of(const RenderContext& context, const Viewer& viewer) {
+CameraTrack track_of(const RenderContext& context, const Viewer& viewer, glm::ivec2 size) {
   if (viewer.keyframes.size() < 2) {
     const ViewedScene& scene = *viewer.scene;
     const Session& session = context.session;
-    return turntable(scene.framing,
-                     free_arc(scene.cameras, session.scene->cloud, scene.framing, *session.pool),
-                     Ease::none);
+    return turntable_of(session.scene->cloud, scene.cameras, scene.framing,
+                        {std::nullopt, Ease::none, size}, *session.pool);
   }
   return viewer.loops_path ? along_and_back(viewer.keyframes, Ease::none)
                            : along(viewer.keyframes, Ease::none);
@@ -59,10 +58,10 @@ std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
 
 void film_view(RenderContext& context, const Viewer& viewer) {
   FilmPlan plan;
-  plan.track = track_of(context, viewer);
-  plan.seconds = plan.track.seconds;
   // Videos need an even width and height.
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
+  plan.track = track_of(context, viewer, plan.size);
+  plan.seconds = plan.track.seconds;
   plan.ways = ways_of(context, viewer);
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
   if (viewer.heatmap)

@@ -28,7 +28,7 @@ room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render a
 room(app/viewer/panels app/viewer/commands app/viewer/state app/inspect app/framing app/picture app/base io/scene
      raster/base)
 room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
-     app/picture app/base io/scene io/cloud io/camera io/picture raster/scene raster/base)
+     app/picture app/base io/scene io/camera io/picture raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
      io/bytes raster/api raster/scene raster/kernel raster/base)
 room(app/viewer/state app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud

@@ -95,7 +95,7 @@ TEST_F(ViewerSession, shows_numbers_that_other_commands_confirm) {
       "zoom steps=12 frames=20 closer=16 modes=3dgs,quadbox\nkey Z\nwait\nkey Shift+Z\nsleep "
       "0.1\nwait\nstate " +
       path("zoomed") + "\nquit\n";
-  const ProgramRun run = play(script, {scene_, "--size", "480x320"});
+  const ProgramRun run = play(script, {scene_, "--size", "360x240"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
 
   // Flying: every mode has counts of this view or of a recent one, and the mode in use has FPS.

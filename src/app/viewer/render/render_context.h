@@ -72,6 +72,8 @@ struct CroppedScene {
   std::shared_ptr<const Scene> whole;
   /// session.scene has all Gaussians, and those to remove are tinted; else only the rest
   bool tinted = false;
+  std::vector<CropWish> done = {};         ///< CropRequest::done
+  std::shared_ptr<const Scene> base = {};  ///< the rest of `done`
 };
 
 struct RenderContext {

@@ -304,11 +304,14 @@ namespace {
 
 // Messages about oddities that a user can correct with a key or a switch.
 void say_what_is_odd(Viewer& v) {
-  if (v.scene->framing.upside_down)
+  if (v.scene->framing.upside_down) {
     notify(v, "The scene seems to be upside down: press Y to turn it");
+    v.toasts.back().offer = ToastOffer::next_axes;
+  }
   if (v.scene->huge > 0) {
     notify(v, huge_text(v.scene->huge) +
                   " and may cover it: the panel Scene and render settings (I) leaves them out");
+    v.toasts.back().offer = ToastOffer::skip_huge;
   }
 }
 

@@ -49,6 +49,7 @@ struct ViewedScene {
   glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
   bool up_is_declared = false;        ///< `up` was given by the user or the file
   Framing framing;                    ///< the view of F
+  SceneBox subject;                   ///< subject_box(); size 0: unknown
   std::vector<Framing> candidates;    ///< choose_framings() of a scene without cameras
   std::string axes;                   ///< ReadOptions::axes that the file was read with
   std::string declared_axes = "RDF";  ///< of the file
@@ -92,12 +93,16 @@ struct Hints {
   bool turn = false, modes = false, map = false;
 };
 
+/// The button of a toast that does what the toast advises.
+enum class ToastOffer { none, skip_huge, next_axes };
+
 struct Toast {
   std::string text;
   bool error = false;
   double until = 0;                 ///< Viewer::now at which it disappears
   std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty
   bool about_opening = false;       ///< gives the reason why a file was not opened
+  ToastOffer offer = ToastOffer::none;
 };
 
 /// A message in the log.

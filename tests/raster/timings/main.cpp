@@ -105,10 +105,13 @@ void print_table(const Limits& limits, std::size_t cameras, std::vector<Variant>
     const float frame = median(samples.frame);
     char limit_text[16] = "-";
     if (limit > 0) std::snprintf(limit_text, sizeof limit_text, "%.3f", static_cast<double>(limit));
-    std::printf("%-22s %9.3f %9s %10.3f %8.3f %8.3f %8.3f %10.3f%s\n", name.c_str(),
+    char bin_text[16] = "-";  // part of other stages
+    if (is_timed(Backend::cuda, samples.pipeline, Stage::bin))
+      std::snprintf(bin_text, sizeof bin_text, "%.3f",
+                    static_cast<double>(median(samples.stages[1])));
+    std::printf("%-22s %9.3f %9s %10.3f %8s %8.3f %8.3f %10.3f%s\n", name.c_str(),
                 static_cast<double>(frame), limit_text,
-                static_cast<double>(median(samples.stages[0])),
-                static_cast<double>(median(samples.stages[1])),
+                static_cast<double>(median(samples.stages[0])), bin_text,
                 static_cast<double>(median(samples.stages[2])),
                 static_cast<double>(median(samples.stages[3])),
                 samples.pairs / static_cast<double>(cameras) * 1e-6,

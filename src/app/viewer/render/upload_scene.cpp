@@ -43,12 +43,15 @@ void draw_sample(RenderContext& context, const SampleOrder& order) {
 }
 
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
-  auto renderer = upload_to(context, order.scene, order.backend, progress);
   Session& session = context.session;
-  session.second.reset();
+  session.second.reset();  // is uploaded again when it is needed
+  if (session.renderer != nullptr && session.backend == order.backend) {
+    session.renderer->upload(cloud_of(order.scene), progress);
+  } else {
+    session.renderer = upload_to(context, order.scene, order.backend, progress);
+  }
   context.reference.reset();
   context.cropped.reset();
-  session.renderer = std::move(renderer);
   session.scene = order.scene;
   session.backend = order.backend;
   session.settings = order.settings;
@@ -57,7 +60,11 @@ OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const P
 
 SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
                         const Progress& progress) {
-  auto renderer = upload_to(context, order.scene, order.backend, progress);
+  std::optional<RenderedBeside>& old = context.beside;
+  const bool reuses = old && old->renderer != nullptr && old->backend == order.backend;
+  if (reuses) old->renderer->upload(cloud_of(order.scene), progress);
+  auto renderer =
+      reuses ? std::move(old->renderer) : upload_to(context, order.scene, order.backend, progress);
   const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
   context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
   return facts;

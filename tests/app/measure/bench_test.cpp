@@ -210,17 +210,19 @@ TEST(BenchReport, rows_of_two_pipelines_are_not_averaged) {
 TEST(ModeTable, shows_times_pairs_and_speed_ups_of_the_median_frames) {
   std::vector<ModeResult> results(2);
   results[0].mode = find_culler("3dgs");
-  results[0].stats.frame_ms = 8;
+  results[0].frame_ms = {8, 8.2, 8.04, 8.1, 8};
   results[0].stats.tile_pairs = 12345;
   results[0].stats.visible = 1000;
   results[1].mode = find_culler("quadbox");
-  results[1].stats.frame_ms = 3.2f;
+  results[1].frame_ms = {3.2, 4.1, 3, 3.2, 3.3};
   results[1].psnr = 48.125;
   const std::string text = format_mode_table(results);
-  EXPECT_THAT(text, HasSubstr("\n3dgs                8.00    125.0        12,345          12.35"
-                              "    1.00x        -  "));
-  EXPECT_THAT(text, HasSubstr("\nquadbox             3.20    312.5             0           0.00"
-                              "    2.50x    48.12  "));
+  EXPECT_THAT(
+      text, HasSubstr("\n3dgs                8.04 \u00b10.05      124        12,345          12.35"
+                      "               1.00x        -  "));
+  EXPECT_THAT(
+      text, HasSubstr("\nquadbox             3.20 \u00b10.05      312             0           0.00"
+                      "          2.4x \u00b10.4    48.12  "));
 }
 
 // Reports the times of a list as the times of its frames, one after another.

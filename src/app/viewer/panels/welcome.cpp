@@ -92,7 +92,7 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
 void draw_hints(const Viewer& viewer) {
   const std::vector<std::string> hints = hint_texts(viewer.hints);
   if (hints.empty() || !viewer.scene || viewer.loading) return;
-  if (viewer.view_choice.pictures != nullptr) return;  // they are shown after the choice
+  if (viewer.view_choice.pictures != nullptr || viewer.panels.help) return;  // shown after them
   const float letter = ImGui::GetFontSize(), gap = letter;
   float width = -gap;
   for (const std::string& hint : hints) width += ImGui::CalcTextSize(hint.c_str()).x + 2 * gap;

@@ -67,17 +67,17 @@ std::vector<int> samples_of(const FilmPlan& plan) {
   return indices;
 }
 
-/// `frame` by the plan's scale.
-Image colored_frame(const FilmPlan& plan, const Frame& frame) {
+/// The quantity of `frame` by the plan's scale.
+ValueMap scaled_map(const FilmPlan& plan, const Frame& frame) {
   ValueMap map = map_of(frame, plan.quantity, plan.size.x, plan.size.y);
   map.scale = plan.scale;
-  return colored(map);
+  return map;
 }
 
 /// A frame in its strip.
 struct ShownWay {
   RenderStats stats;
-  std::optional<Heatmap> map;  ///< without values, for the legend
+  std::optional<Legend> legend;  ///< of its map
 };
 
 ShownWay show_heatmap(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int index,
@@ -88,9 +88,8 @@ ShownWay show_heatmap(SplitScreen& screen, std::size_t k, const FilmPlan& plan, 
                                             heat.quantity, *heat.pool, stop);
   Heatmap& map = mapped.heatmap;
   screen.show(k, draw_over(mapped.frame.color, map, heat.scale, heat.style));
-  map.values.clear();
   map.largest = std::numeric_limits<std::uint32_t>::max();  // any picture may exceed the scale
-  return {mapped.frame.stats, std::move(map)};
+  return {mapped.frame.stats, make_legend(map, heat.scale, "", heat.style.colors)};
 }
 
 /// Draws picture `index` of way `k` into its strip.
@@ -100,10 +99,11 @@ ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int 
   const Frame& frame = frame_of(plan, plan.ways[k], index, stop, plan.quantity);
   if (plan.quantity == Quantity::color) {
     screen.show(k, frame.color);
-  } else {
-    screen.show(k, colored_frame(plan, frame));
+    return {frame.stats, std::nullopt};
   }
-  return {frame.stats, std::nullopt};
+  const ValueMap map = scaled_map(plan, frame);
+  screen.show(k, colored(map));
+  return {frame.stats, make_legend(map, "")};
 }
 
 }  // namespace
@@ -151,17 +151,17 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
     if (plan.numbers)  // a renderer's first frame takes longer
       for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
     for (int i = 0; i < count; ++i) {
-      std::optional<Heatmap> map;
+      std::optional<Legend> legend;
       for (const std::size_t k : order.next(plan.ways.size())) {
         ShownWay shown = show_way(screen, k, plan, i, progress.stop);
-        map = std::move(shown.map);
+        legend = std::move(shown.legend);
         if (measures && !draws_colors)  // maps take time that the mode does not need
           shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
         numbers[k].add(shown.stats);
         if (plan.numbers) screen.label(k, lines_of(shown.stats, numbers[k].recent_ms(per_second)));
       }
       Image& picture = screen.picture();
-      if (map) draw_scale_over(picture, *map, plan.heatmap->scale, plan.heatmap->style);
+      if (legend) draw_legend_over(picture, *legend);
       add(picture);
       progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
     }

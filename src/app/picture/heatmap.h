@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/picture/colormap.h"
+#include "app/picture/legend.h"
 #include "app/picture/scale.h"
 #include "raster/api/renderer.h"
 
@@ -80,21 +81,12 @@ struct PairDifference {
 PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
                                std::span<const std::uint32_t> b);
 
-/// The texts of a legend.
-struct Legend {
-  std::string title, facts;
-  std::vector<std::string> ticks;  ///< parallel to Scale::ticks()
-};
-Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode);
+Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
+                   HeatColors colors = HeatColors::viridis);
 
 /// The picture with the map over it.
 Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
                 const HeatStyle& style = {});
-
-/// Draws the title and the colour bar of a map over the top of `picture`, for pictures of a fixed
-/// size. A picture that is less than five times as high as they are stays as it is.
-void draw_scale_over(Image& picture, const Heatmap& heatmap, const Scale& scale,
-                     const HeatStyle& style = {});
 
 /// draw_over() with the legend strip below it. The width stays.
 Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,

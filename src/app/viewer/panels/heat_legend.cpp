@@ -107,6 +107,7 @@ void choose_maximum(const Viewer& viewer, HeatView& view) {
 
 void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginPopup(kSettings)) return;
+  if (pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
   choose_quantity(viewer, actions);
   ImGui::Separator();
   HeatView view = viewer.heat_view;

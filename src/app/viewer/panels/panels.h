@@ -18,6 +18,7 @@
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/train_form.h"
 
 namespace qs {
 
@@ -27,10 +28,8 @@ struct PanelState {
   std::string typed_early;    ///< text that was typed before the path field had the keyboard
   bool focus_path = false;    ///< the path field requests the keyboard
   bool scroll_files = false;  ///< to the selected row
-  struct {
-    std::string data, model, options;
-    bool focus = false;              ///< the first field requests the keyboard
-  } train;                           ///< the text in the dialog Train
+  TrainForm train;
+  bool focus_train = false;          ///< the first field of the dialog Train requests the keyboard
   std::string crop_file;             ///< typed name of the cropped scene
   int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none

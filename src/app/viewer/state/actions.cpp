@@ -292,6 +292,9 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
   if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
   if (!v.toasts_held)
     std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
+  if (v.scene && v.hints.since < 0) v.hints.since = v.now;
+  if (v.hints.since >= 0 && v.now - v.hints.since > kHintSeconds)
+    v.hints.turn = v.hints.modes = v.hints.map = false;
   advance_motion(v, seconds);
   play_on(v, seconds);
   if (v.still() && !v.playback.running) complete_move(v);

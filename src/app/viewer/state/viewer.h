@@ -88,10 +88,15 @@ struct Bars {
 };
 
 /// The hints of the first start that are still shown. Each disappears once the user has followed
-/// it.
+/// it, and all disappear after kHintSeconds.
 struct Hints {
   bool turn = false, modes = false, map = false;
+  double since = -1;  ///< Viewer::now of the first tick with a scene; negative: not yet
+
+  bool any() const { return turn || modes || map; }
 };
+
+inline constexpr double kHintSeconds = 90;
 
 /// The button of a toast that does what the toast advises.
 enum class ToastOffer { none, skip_huge, next_axes };

@@ -6,6 +6,7 @@
 
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
+#include "raster/base/error.h"
 
 namespace qs {
 Progress upload_progress(RenderContext& context, const Scene& scene) {
@@ -42,11 +43,40 @@ void draw_sample(RenderContext& context, const SampleOrder& order) {
       request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
 }
 
+namespace {
+
+// Frees the renderers that are made again when they are needed, except `kept`. False if there are
+// none.
+bool free_renderers(RenderContext& context, const Renderer* kept) {
+  bool any = false;
+  const auto free = [&](std::unique_ptr<Renderer>& renderer) {
+    if (renderer == nullptr || renderer.get() == kept) return;
+    renderer.reset();
+    any = true;
+  };
+  free(context.session.second);
+  if (context.beside) free(context.beside->renderer);
+  return any;
+}
+
+// Uploads a scene to a renderer, and again without the other renderers if memory is short.
+void upload_making_room(RenderContext& context, Renderer& renderer,
+                        const std::shared_ptr<const Scene>& scene, const Progress& progress) {
+  try {
+    renderer.upload(cloud_of(scene), progress);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::device || !free_renderers(context, &renderer)) throw;
+    renderer.upload(cloud_of(scene), progress);
+  }
+}
+
+}  // namespace
+
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
   Session& session = context.session;
   session.second.reset();  // is uploaded again when it is needed
   if (session.renderer != nullptr && session.backend == order.backend) {
-    session.renderer->upload(cloud_of(order.scene), progress);
+    upload_making_room(context, *session.renderer, order.scene, progress);
   } else {
     session.renderer = upload_to(context, order.scene, order.backend, progress);
   }
@@ -62,7 +92,7 @@ SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
                         const Progress& progress) {
   std::optional<RenderedBeside>& old = context.beside;
   const bool reuses = old && old->renderer != nullptr && old->backend == order.backend;
-  if (reuses) old->renderer->upload(cloud_of(order.scene), progress);
+  if (reuses) upload_making_room(context, *old->renderer, order.scene, progress);
   auto renderer =
       reuses ? std::move(old->renderer) : upload_to(context, order.scene, order.backend, progress);
   const SceneBeside facts{order.scene->path, order.scene->cloud.size()};

@@ -18,7 +18,7 @@ std::vector<std::size_t> TurnOrder::next(std::size_t count) {
 }
 
 // Always chooses the member that followed its predecessor least often, and among several such
-// members the one that had this place least often.
+// members the member with the fewest rounds at this place.
 std::vector<std::size_t> TurnOrder::next_round() {
   const std::size_t count = places_.size();
   std::vector<std::size_t> left(count), order;

@@ -17,7 +17,7 @@ class TurnOrder {
   explicit TurnOrder(std::uint64_t first_round = 0) : first_round_(first_round) {}
 
   /// The numbers 0 to count - 1 in the order of the next round. Round 0 is in ascending order.
-  /// Another `count` than before begins anew.
+  /// Another `count` than before begins again.
   std::vector<std::size_t> next(std::size_t count);
 
  private:

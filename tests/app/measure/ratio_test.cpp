@@ -184,7 +184,7 @@ TEST(PairedRatios, of_one_round_compare_its_frames_and_need_five) {
   EXPECT_EQ(ratios[0].ratio.samples, 5u);
   EXPECT_NEAR(ratios[0].ratio.value, 2, 1e-12);
   ASSERT_TRUE(ratios[1].ratio.interval);
-  EXPECT_EQ(ratio_text(ratios[1].ratio), "2.0x \u00b10.2");
+  EXPECT_EQ(ratio_text(ratios[1].ratio), "2.0x \u00b10.4");
   base.frames = row.frames = 4;
   EXPECT_TRUE(paired_ratios({base, row}, "3dgs").empty());
   BenchRow other_base = base, other = row;  // two cameras of four frames have a mean ratio

@@ -109,8 +109,8 @@ TEST(PublishedDefaults, of_rates_and_schedule) {
        {"Adam's epsilon", kAdamEpsilon, 1e-15},
        {"Adam's first correction", step.first, 10},
        {"Adam's second correction", step.second, std::sqrt(1000)},
-       {"iterations", TrainSettings().iterations, 30'000},
-       {"SH degree", TrainSettings().sh_degree, 3},
+       {"iterations", 1.0 * TrainSettings().iterations, 30'000},
+       {"SH degree", 1.0 * TrainSettings().sh_degree, 3},
        {"random points", static_cast<double>(TrainSettings().random_points), 100'000}});
 }
 

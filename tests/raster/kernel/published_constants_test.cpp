@@ -37,8 +37,8 @@ TEST(PublishedConstants, of_compositing_and_projection) {
       {"floor of the compensation, Mip-Splatting", kCompensationFloor, 2.5e-5},
       {"near plane", Camera().near_depth, 0.2},
       {"side of a tile, px", kTileSize, 16},
-      {"side of a frame's tile", settings.tile_px, 16},
-      {"SH degree", settings.sh_degree, 3},
+      {"side of a frame's tile", 1.0 * settings.tile_px, 16},
+      {"SH degree", 1.0 * settings.sh_degree, 3},
       {"factor on standard deviations", settings.splat_scale, 1}};
   for (const Published& row : rows)
     EXPECT_NEAR(row.ours, row.published, 1e-6 * row.published) << row.name;

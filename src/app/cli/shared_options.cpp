@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/cli/suggestion.h"
 #include "app/measure/measure_view.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
@@ -11,12 +12,6 @@
 
 namespace qs {
 namespace {
-
-std::vector<std::string> mode_list() {
-  std::vector<std::string> names;
-  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
-  return names;
-}
 
 std::string mode_names() { return joined(mode_list(), ", "); }
 
@@ -39,13 +34,22 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
     } else if (mode >= 0) {
       add({mode});
     } else {
-      fail(ErrorKind::usage, "--cull: '{}' is none of {}, all, +peers", name, mode_names());
+      std::vector<std::string> words = mode_list();
+      words.insert(words.end(), {"all", "+peers"});
+      fail(ErrorKind::usage, "--cull: '{}' is none of {}{}", name, joined(words, ", "),
+           suggestion(name, words));
     }
   }
   return modes;
 }
 
 }  // namespace
+
+std::vector<std::string> mode_list() {
+  std::vector<std::string> names;
+  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
+  return names;
+}
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
   options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
+
 namespace qs {
 namespace {
 
@@ -49,8 +51,8 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
       "differ by |\n|---|---|---|---:|---:|\n",
       noise_sentence(rows));
   for (const BenchRow& row : bad) {
-    text += fmt::format("| {} | {} | `{}` | {:+.1f} % | {} |\n", row.scene, row.camera, row.mode,
-                        100 * row.drift,
+    text += fmt::format("| {} | {} | {} | {:+.1f} % | {} |\n", markdown_text(row.scene),
+                        markdown_text(row.camera), markdown_code(row.mode), 100 * row.drift,
                         row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
                                          : "one round has no spread");
   }

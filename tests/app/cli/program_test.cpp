@@ -148,7 +148,8 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
                  kExitUsage, "exclude");
   expect_failure(render({"--output", path("a.png"), "--reference-threshold", "50"}), kExitUsage,
                  "needs --reference");
-  expect_failure(render({"--output", path("a.png"), "--frames", "3"}), kExitUsage, "use --repeats");
+  expect_failure(render({"--output", path("a.png"), "--path-steps", "3"}), kExitUsage,
+                 "use --repeats");
   expect_failure(render({"--output", path("a.png"), "--shard", "1/2"}), kExitUsage,
                  "--all-cameras or --camera-path");
   expect_failure(
@@ -240,7 +241,7 @@ TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
     keys.push_back(camera);
   }
   test::write_cameras(keys, folder_ / "path.json");
-  const ProgramRun run = render({"--camera-path", path("path.json"), "--frames", "5", "--size",
+  const ProgramRun run = render({"--camera-path", path("path.json"), "--path-steps", "5", "--size",
                                  "32x24", "--output", path("p.ppm"), "--stats", path("s.json")});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
   const json stats = parse_json(read_text_file(folder_ / "s.json", 1 << 26), "test");
@@ -380,7 +381,7 @@ TEST_F(Program, info_tells_facts_as_text_and_json) {
   const ProgramRun text = run_quadsplat({"info", scene_});
   EXPECT_EQ(text.exit_code, kExitOk);
   EXPECT_THAT(text.out, HasSubstr("Gaussians      500"));
-  const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json"});
+  const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json", "-"});
   ASSERT_EQ(list.exit_code, kExitOk) << list.err;
   const json facts = parse_json(list.out, "test");
   ASSERT_EQ(facts.size(), 2u);

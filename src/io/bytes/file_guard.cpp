@@ -7,7 +7,6 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -34,7 +33,7 @@ std::optional<FileId> id_of(const fs::path& path) {
 struct GuardState {
   bool overwrite = false;
   std::map<FileId, fs::path> inputs;
-  std::set<FileId> own;
+  std::map<FileId, fs::path> own;
   std::vector<fs::path> own_folders;
   std::size_t replaced = 0;
   WrittenFiles written;
@@ -43,14 +42,14 @@ struct GuardState {
 std::mutex guard_mutex;
 std::optional<GuardState> guard_state;
 
-// A number of an input that was deleted may belong to another file now.
-bool is_input(const FileId& id) {
-  const auto found = guard_state->inputs.find(id);
-  return found != guard_state->inputs.end() && id_of(found->second) == id;
+// The number of a file that was deleted may belong to another file now.
+bool holds_file(const std::map<FileId, fs::path>& files, const FileId& id) {
+  const auto found = files.find(id);
+  return found != files.end() && id_of(found->second) == id;
 }
 
 bool is_own(const fs::path& path, const FileId& id) {
-  if (guard_state->own.contains(id)) return true;
+  if (holds_file(guard_state->own, id)) return true;
   std::error_code error;
   const fs::path place = fs::weakly_canonical(path, error);
   return std::any_of(guard_state->own_folders.begin(), guard_state->own_folders.end(),
@@ -130,7 +129,7 @@ bool may_overwrite() {
 void note_input(const fs::path& path) {
   const std::lock_guard lock(guard_mutex);
   if (!guard_state) return;
-  if (const auto id = id_of(path); id && !guard_state->own.contains(*id))
+  if (const auto id = id_of(path); id && !holds_file(guard_state->own, *id))
     guard_state->inputs[*id] = fs::absolute(path);
 }
 
@@ -141,7 +140,7 @@ void note_own(const fs::path& path) {
   if (fs::is_directory(path, error)) {
     guard_state->own_folders.push_back(fs::weakly_canonical(path, error));
   } else if (const auto id = id_of(path)) {
-    guard_state->own.insert(*id);
+    guard_state->own[*id] = fs::absolute(path);
   }
 }
 
@@ -152,7 +151,7 @@ bool check_target(const fs::path& path) {
   const std::optional<FileId> id = id_of(path);
   if (!id) return false;
   const bool own = is_own(path, *id);
-  if (!guard_state->own.contains(*id) && is_input(*id)) {
+  if (!holds_file(guard_state->own, *id) && holds_file(guard_state->inputs, *id)) {
     fail(ErrorKind::usage, "{}: is an input of this command, which never writes onto its inputs",
          path.string());
   }
@@ -165,7 +164,7 @@ bool check_target(const fs::path& path) {
 void note_written(const fs::path& path, bool replaced) {
   const std::lock_guard lock(guard_mutex);
   if (!guard_state) return;
-  if (const auto id = id_of(path)) guard_state->own.insert(*id);
+  if (const auto id = id_of(path)) guard_state->own[*id] = fs::absolute(path);
   guard_state->replaced += replaced ? 1 : 0;
   guard_state->written.count += 1;
   guard_state->written.last = path;

@@ -64,7 +64,7 @@ void replace_file(const std::filesystem::path& path,
   write(temporary.path());
   move_undisturbed([&] { fs::rename(temporary.path(), path, error); });
   if (error) fail("{}: cannot be written: {}", path.string(), error.message());
-  note_written(path, replaces);
+  if (!is_in_temporary(path)) note_written(path, replaces);
 }
 
 void replace_folder(const fs::path& folder,

@@ -30,6 +30,13 @@ TemporaryPath::~TemporaryPath() {
   all_temporaries().erase(all_temporaries().find(path_));
 }
 
+bool is_in_temporary(const std::filesystem::path& file) {
+  const std::lock_guard lock(temporaries_mutex);
+  for (auto path = file.parent_path(); path.has_relative_path(); path = path.parent_path())
+    if (all_temporaries().contains(path)) return true;
+  return false;
+}
+
 void move_undisturbed(const std::function<void()>& move) {
   const std::lock_guard lock(temporaries_mutex);
   move();

@@ -22,6 +22,9 @@ class TemporaryPath {
   std::filesystem::path path_;
 };
 
+/// True if the file is in a temporary folder.
+bool is_in_temporary(const std::filesystem::path& file);
+
 /// Moves finished work to its place: delete_temporaries() waits until `move` is done.
 void move_undisturbed(const std::function<void()>& move);
 

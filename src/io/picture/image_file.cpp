@@ -28,12 +28,6 @@ constexpr std::array kFormats = {
 // The fallback for all other extensions.
 constexpr PictureFormat kModule{"", read_with_module, write_with_module};
 
-// The text by which this program recognises its own pictures, see file_guard.h.
-ImageMetadata with_software(ImageMetadata metadata) {
-  metadata.emplace("Software", "quadsplat");
-  return metadata;
-}
-
 const PictureFormat& format_of(const std::filesystem::path& path) {
   const std::string extension = picture_extension(path);
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PictureFormat& row) {
@@ -51,6 +45,11 @@ std::string picture_extension(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension == ".jpeg" ? ".jpg" : extension;
+}
+
+ImageMetadata with_software(ImageMetadata metadata) {
+  metadata.emplace("Software", "quadsplat");
+  return metadata;
 }
 
 std::string read_picture_bytes(const std::filesystem::path& path) {

@@ -102,8 +102,8 @@ TEST_F(OutputFiles, no_command_writes_onto_one_of_its_inputs) {
     for (const char* more : {"", " --overwrite"}) {
       const ProgramRun refused = run(line + more);
       EXPECT_NE(refused.exit_code, kExitOk) << line << more;
-      if (*more != '\0' && !line.starts_with("film"))  // a .json is no film
-        EXPECT_THAT(refused.err, HasSubstr("is an input of this command")) << line;
+      if (*more == '\0' || line.starts_with("film")) continue;  // a .json is no film
+      EXPECT_THAT(refused.err, HasSubstr("is an input of this command")) << line;
     }
   }
   auto after = files();

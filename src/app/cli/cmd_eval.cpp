@@ -68,6 +68,7 @@ Views choose_views(const EvalCommand& command) {
     Camera camera = cameras[i].camera;
     if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
+      note_input(*photograph);  // some are read after pictures are written
       views.list.push_back({camera, cameras[i], *photograph});
     } else {
       ++views.skipped;

@@ -295,6 +295,7 @@ CommandAction render_command(Options& options) {
   return [command](Arguments) {
     check(*command);
     check_quantity(*command);
+    if (command->reference) note_input(*command->reference);  // read after pictures are written
     if (command->stats) check_target(*command->stats);
     if (command->output && !command->several_modes() && !command->cameras.several())
       check_target(*command->output);

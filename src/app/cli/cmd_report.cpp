@@ -214,8 +214,8 @@ CommandAction report_command(Options& options) {
   declare_camera_choice(options, command->cameras);
   options.integer("--views", "N", 1, 100000, command->views,
                   "studies at most N of the cameras, evenly spread (default: 4)");
-  options.text("--output", "DIR|FILE.html", command->output,
-               "the page, or a folder for report.html", {"page.html", "out"});
+  options.text("--output", "FILE", command->output,
+               "the page, FILE.html, or a folder for report.html", {"page.html", "out"});
   options.required();
   options.overwrite();
   options.example("quadsplat report plush.spz --cameras plush/cameras.json --output plush.html",

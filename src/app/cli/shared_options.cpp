@@ -180,9 +180,9 @@ void declare_background_option(Options& options,
   Options::Samples samples = {"1,0.5,0"};
   if (random != nullptr) samples.emplace_back("random");
   options.value(
-      "--background", random != nullptr ? "R,G,B|random" : "R,G,B",
+      "--background", "R,G,B",
       fmt::format("behind the scene, each 0..1{} (default: {})",
-                  random != nullptr ? "; random = another colour in every iteration" : "", usual),
+                  random != nullptr ? ", or random: another colour in every iteration" : "", usual),
       samples, [chosen, random](const std::string& text) {
         if (random != nullptr) *random = text == "random";
         if (text != "random" || random == nullptr) chosen(parse_color("--background", text));

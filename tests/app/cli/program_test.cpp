@@ -442,9 +442,10 @@ TEST_F(Program, convert_refuses_boxes_that_leave_nothing_and_to_replace_the_scen
               HasSubstr("500 of 500 Gaussians would be dropped: 500 outside of the box; the "
                         "centres are in the box "));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.ply"));
-  EXPECT_THAT(refused(scene_, "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  EXPECT_THAT(refused(scene_, "-9,-9,-9,9,9,9"), HasSubstr("is an input of this command"));
   std::filesystem::create_symlink(scene_, folder_ / "link.ply");
-  EXPECT_THAT(refused(path("link.ply"), "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  EXPECT_THAT(refused(path("link.ply"), "-9,-9,-9,9,9,9"),
+              HasSubstr("is an input of this command"));
   EXPECT_EQ(read_text_file(scene_, 1 << 24), before);
 }
 

@@ -127,6 +127,7 @@ TEST(BenchTable, names_with_bars_stay_in_their_cells) {
   row.ms_median = 1;
   row.drift = 0.5;  // noisy
   BenchReport report;
+  report.environment = nlohmann::ordered_json::object();
   report.rows = {row};
   const auto bars = [](const std::string& line) {
     std::size_t count = 0;

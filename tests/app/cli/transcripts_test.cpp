@@ -243,8 +243,8 @@ TEST_F(Transcripts, scene_files_are_described_and_converted) {
        "convert scene.ply out.splat", "convert scene.ply any.name --format splat",
        "convert scene.ply turned.ply --axes LUB", "info turned.ply",
        "convert scene.ply part.ply --crop -1,-1,0,1,1,4", "convert scene.ply x.ply --drop-floaters",
-       "convert scene.ply part.ply --crop 90,90,90,91,91,91",
-       "convert scene.ply part.ply --crop 0,0,1,1,1,0",
+       "convert scene.ply nothing.ply --crop 90,90,90,91,91,91",
+       "convert scene.ply nothing.ply --crop 0,0,1,1,1,0",
        "convert scene.ply scene.ply --drop-floaters"});
   expect_golden("scenes");
 }

@@ -12,6 +12,7 @@
 #include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -26,8 +27,10 @@ constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
 JsonKind kind_of_cameras(const fs::path& path) {
   if (path.extension() != ".json") return JsonKind::none;
   const JsonKind kind = json_kind(read_text_file(path, kMaxCamerasBytes));
+  // The name of an unknown object decides which reader names its defect.
   const bool is_scene =
-      kind == JsonKind::sog || kind == JsonKind::streamed_sog || kind == JsonKind::gltf;
+      kind == JsonKind::sog || kind == JsonKind::streamed_sog || kind == JsonKind::gltf ||
+      (kind == JsonKind::other && path.filename().string().ends_with("meta.json"));
   return is_scene ? JsonKind::none : kind;
 }
 
@@ -127,6 +130,7 @@ ReadingReport read_any(const OpenRequest& request, int threads, Sampling samplin
   if (kind == JsonKind::camera_path) return OpenedPath{read_camera_path(path)};
   if (kind != JsonKind::none || is_cameras_folder(path)) {
     std::vector<Camera> cameras = read_cameras(path);
+    if (cameras.empty()) fail("{}: holds no camera", path.string());
     auto photographs = find_photographs(path, cameras);
     return OpenedCameras{std::move(cameras), path, std::move(photographs)};
   }

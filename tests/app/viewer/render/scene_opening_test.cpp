@@ -409,6 +409,8 @@ TEST_F(Loader, a_list_of_cameras_with_times_is_a_path) {
 }
 
 TEST_F(Loader, the_times_of_a_data_set_do_not_make_it_a_path) {
+  start_.scene.emplace();
+  start_.camera = test::front_camera(64, 48);
   write("transforms.json",
         R"({"camera_angle_x": 0.7, "w": 8, "h": 6, "frames": [{"file_path": "./train/r_000",
         "rotation": 0.1, "time": 0.0, "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]},
@@ -541,8 +543,10 @@ TEST_F(Loader, what_cannot_be_read_becomes_a_sentence) {
   EXPECT_FALSE(viewer.loading);
   viewer = load(folder_ / "missing.ply");
   EXPECT_THAT(viewer.toasts.at(0).text, HasSubstr("does not exist"));
-  write("meta.json", "[]");  // the name of a scene
+  write("meta.json", "{}");  // the name of a scene
   EXPECT_THAT(load(folder_ / "meta.json").toasts.at(0).text, testing::Not(HasSubstr("camera")));
+  write("empty.json", "[]");
+  EXPECT_THAT(load(folder_ / "empty.json").toasts.at(0).text, HasSubstr("holds no camera"));
 }
 
 TEST_F(Loader, photographs_are_read_beside_scenes) {

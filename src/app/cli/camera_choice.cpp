@@ -87,10 +87,10 @@ Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
 }
 
 void declare_camera_index_option(Options& options, std::vector<int>& indices,
-                                 const std::string& usual) {
+                                 const std::string& usual, const Options::Samples& samples) {
   options.value("--camera-index", "N,..",
                 fmt::format("cameras of the cameras file, counted from 0 (default: {})", usual),
-                {"0", "1,0"}, [&indices](const std::string& text) {
+                samples, [&indices](const std::string& text) {
                   indices.clear();
                   for (const std::string& word : separated(text))
                     indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
@@ -104,7 +104,7 @@ void declare_path_steps_option(Options& options, std::optional<int>& steps) {
 }
 
 void declare_camera_choice(Options& options, CameraChoice& choice) {
-  declare_camera_index_option(options, choice.indices, "0");
+  declare_camera_index_option(options, choice.indices, "0", {"0", "1"});
   options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json",
                {"{}", format_camera(look_at({0, 0, -2}, {0, 0, 1}, {0, -1, 0}, 1, 40, 24))});
   options.flag("--all-cameras", choice.all,

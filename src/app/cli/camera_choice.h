@@ -27,7 +27,7 @@ inline constexpr int kPathSteps = 32;
 
 /// --camera-index: numbers separated by commas.
 void declare_camera_index_option(Options& options, std::vector<int>& indices,
-                                 const std::string& usual);
+                                 const std::string& usual, const Options::Samples& samples);
 
 /// --path-steps.
 void declare_path_steps_option(Options& options, std::optional<int>& steps);

@@ -226,7 +226,7 @@ int run(const BenchCommand& command, Arguments arguments) {
 }
 
 void declare_views(Options& options, BenchCommand* c) {
-  declare_camera_index_option(options, c->camera_indices, "all of them");
+  declare_camera_index_option(options, c->camera_indices, "all of them", {"0", "1,0"});
   declare_camera_path_option(options, c->camera_path);
   declare_path_steps_option(options, c->path_steps);
 }

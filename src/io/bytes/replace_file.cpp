@@ -70,7 +70,8 @@ void replace_file(const std::filesystem::path& path,
 void replace_folder(const fs::path& folder,
                     const std::function<void(const fs::path& temporary)>& write) {
   std::error_code error;
-  const fs::path target = fs::absolute(folder).lexically_normal();
+  const fs::path target = fs::absolute(folder, error).lexically_normal();
+  if (error) fail("'{}': cannot be created: {}", folder.string(), error.message());
   const fs::path place = target.has_filename() ? target : target.parent_path();
   fs::path above = place.parent_path();
   while (!fs::exists(above, error) && above.has_relative_path()) above = above.parent_path();

@@ -449,6 +449,16 @@ TEST_F(Program, convert_refuses_boxes_that_leave_nothing_and_to_replace_the_scen
   EXPECT_EQ(read_text_file(scene_, 1 << 24), before);
 }
 
+TEST_F(Program, render_draws_the_cameras_of_a_list) {
+  const ProgramRun run = render({"--camera-index", "2,0", "--output", path("two.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "two_0000_first.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "two_0002.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "two_0001_second_one.png"));
+  expect_failure(run_quadsplat({"inspect", scene_, "--camera-index", "0,1"}), kExitUsage,
+                 "choose one camera");
+}
+
 TEST_F(Program, without_cameras_the_scene_is_framed) {
   std::filesystem::remove(folder_ / "cameras.json");
   const ProgramRun run = render({"--output", path("f.png"), "--size", "80x60"});

@@ -28,7 +28,7 @@ room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render a
 room(app/viewer/panels app/viewer/commands app/viewer/state app/inspect app/framing app/picture app/base io/scene
      raster/base)
 room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
-     app/picture app/base io/scene io/cloud io/camera io/picture raster/scene raster/base)
+     app/picture app/base io/scene io/camera io/picture raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
      io/bytes raster/api raster/scene raster/kernel raster/base)
 room(app/viewer/state app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
@@ -37,7 +37,7 @@ room(app/train app/report app/session app/base io/scene io/camera io/picture io/
      raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene
      raster/kernel raster/base)
-room(app/film app/measure app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
+room(app/film app/measure app/inspect app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
 room(app/plugin app/base io/bytes quadsplat raster/api raster/scene raster/base)
 room(app/report app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
      io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)

@@ -11,6 +11,7 @@
 #include "app/film/film_file.h"
 #include "app/film/film_format.h"
 #include "app/framing/camera_rig.h"
+#include "app/inspect/heatmap_frame.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -25,19 +26,20 @@ struct FilmCommand {
   double fps = 30;
   Ease ease = Ease::none;
   Quantity quantity = Quantity::color;
+  HeatOptions heat;
   bool turntable = false, loop = false;
 };
 
-CameraTrack choose_track(const FilmCommand& command, const Session& session) {
+CameraTrack choose_track(const FilmCommand& command, const Session& session, glm::ivec2 size) {
   if (!command.path) {
     const Scene& scene = *session.scene;
     const std::vector<Camera> cameras = cameras_of(command.frame, scene);
     const auto up = declared_up(command.frame.up, scene.vertical_axis);
     const Framing framing = subject_framing(
         cameras, up, [&] { return choose_framing(scene.cloud, up, *session.pool); });
-    const Arc arc =
-        command.arc ? arc_of(*command.arc) : free_arc(cameras, scene.cloud, framing, *session.pool);
-    return turntable(framing, arc, command.ease);
+    TurntableWish wish{std::nullopt, command.ease, size};
+    if (command.arc) wish.arc = arc_of(*command.arc);
+    return turntable_of(scene.cloud, cameras, framing, wish, *session.pool);
   }
   const std::vector<Keyframe> keyframes = read_camera_path(*command.path);
   return command.loop ? along_and_back(keyframes, command.ease) : along(keyframes, command.ease);
@@ -52,20 +54,39 @@ Progress until_signal(const Progress& progress) {
           progress.stop};
 }
 
-int film(const FilmCommand& command) {
+void check(const FilmCommand& command) {
   if (command.turntable && command.path)
     fail(ErrorKind::usage, "film: --turntable and --camera-path exclude each other");
   if (command.arc && command.path)
     fail(ErrorKind::usage, "film: --arc is the angle of a turntable, not of a --camera-path");
   if (command.loop && !command.path)
     fail(ErrorKind::usage, "film: --loop needs a --camera-path; a turntable is a loop already");
+  if (command.heat.quantity && command.quantity != Quantity::color)
+    fail(ErrorKind::usage, "film: --heatmap is drawn over colours, not over --picture {}",
+         row_of(command.quantity).name);
+  require_heatmaps("film", command.heat, command.frame.modes);
+}
+
+// Sets the scales of the film's colour map and heat maps.
+void choose_scales(const FilmCommand& command, const Session& session, FilmPlan& plan,
+                   const Progress& progress) {
+  plan.scale = film_scale(plan, progress);
+  if (!command.heat.quantity) return;
+  plan.heatmap = FilmHeatmap{*command.heat.quantity, {}, {}, session.pool.get()};
+  plan.heatmap->scale = command.heat.maximum
+                            ? exact_scale(static_cast<std::uint32_t>(*command.heat.maximum))
+                            : film_heat_scale(plan, kScaleMode, progress);
+}
+
+int film(const FilmCommand& command) {
+  check(command);
   FilmPlan plan;
   plan.size = command.frame.size.value_or(plan.size);
   plan.fps = command.fps;
   film_format(command.output, plan.size, plan.fps);  // both throw before the scene is read
   check_film_target(command.output);
   Session session = open_session(command.frame);
-  plan.track = choose_track(command, session);
+  plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
   plan.quantity = command.quantity;
   plan.numbers = command.numbers.value_or(command.frame.modes.size() > 1);
@@ -76,7 +97,7 @@ int film(const FilmCommand& command) {
   std::vector<FilmedNumbers> numbers;
   {
     ProgressBar bar("filming");
-    plan.scale = film_scale(plan, until_signal(bar.progress()));
+    choose_scales(command, session, plan, until_signal(bar.progress()));
     numbers = write_film(command.output, plan, until_signal(bar.progress()));
   }
   fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second)\n", command.output.string(),
@@ -84,6 +105,11 @@ int film(const FilmCommand& command) {
   if (plan.quantity != Quantity::color) {
     fmt::print(stderr, "{}: colours from {}{}\n", row_of(plan.quantity).name,
                plan.scale.text_of_ends(), row_of(plan.quantity).unit);
+  }
+  if (plan.heatmap) {
+    const HeatmapRow& row = heatmap_row(plan.heatmap->quantity);
+    fmt::print(stderr, "heat map {}: colours from 0 to {} {} per {}\n", row.name,
+               grouped(plan.heatmap->scale.maximum), row.unit, row.cell);
   }
   if (plan.ways.size() > 1) {
     fmt::print("{:16}{:>10}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");
@@ -118,6 +144,8 @@ CommandAction film_command(Options& options) {
   declare_quantity_option(
       options, command->quantity,
       "what the film shows (default: color); alpha and depths by a colour map with one scale");
+  declare_heatmap_options(options, command->heat,
+                          "fits 3dgs in pictures spread over the film, and all modes share it");
   options.real("--fps", "N", 1, 240, command->fps, "pictures per second (default: 30)");
   options.choice(
       "--ease", {std::begin(kEaseNames), std::end(kEaseNames)},
@@ -134,6 +162,8 @@ CommandAction film_command(Options& options) {
   options.example("quadsplat film plush.spz --output plush.mp4", "once round the doll");
   options.example("quadsplat film plush.spz --cull 3dgs,quadbox --output modes.mp4",
                   "two modes side by side with their numbers");
+  options.example("quadsplat film plush.spz --cull 3dgs,quadbox --heatmap pairs --output pairs.mp4",
+                  "where both modes list tile pairs, in colours of one scale");
   options.example(
       "quadsplat film garden/ --camera-path path.json --loop --size 1920x1080 --output g.webm",
       "along the keyframes and back to the first one");

@@ -23,16 +23,14 @@
 namespace qs {
 namespace {
 
-const CullMode kScaleMode = find_culler("3dgs");  // its map gives heat maps their scale
-
 struct RenderCommand {
   FrameOptions frame;
   CameraChoice cameras;
   std::optional<std::filesystem::path> output, stats, reference;
-  std::optional<HeatQuantity> heatmap;
+  HeatOptions heat;
   Quantity quantity = Quantity::color;
   std::optional<double> depth_step;
-  std::optional<int> repeats, heatmap_max;
+  std::optional<int> repeats;
   std::optional<Shard> shard;
   double reference_threshold = 0;
   bool psnr = false;
@@ -41,20 +39,8 @@ struct RenderCommand {
   bool measures() const { return several_modes() || repeats.has_value() || psnr; }
 };
 
-std::vector<std::string> heatmap_names() {
-  std::vector<std::string> names;
-  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
-  names.emplace_back(kMissedHeatmap.name);
-  return names;
-}
-
 void check(const RenderCommand& command) {
-  const std::vector<CullMode>& modes = command.frame.modes;
-  if (command.heatmap && command.heatmap != HeatQuantity::evaluated &&
-      std::count(modes.begin(), modes.end(), kReferenceMode) > 0) {
-    fail(ErrorKind::usage, "render: --heatmap {}: mode reference has no tile lists",
-         heatmap_row(*command.heatmap).name);
-  }
+  require_heatmaps("render", command.heat, command.frame.modes);
   if (!command.output && !command.stats && !command.measures() && !command.reference) {
     fail(ErrorKind::usage, "render: --output is missing (see 'quadsplat render --help')");
   }
@@ -75,7 +61,7 @@ void check(const RenderCommand& command) {
         ErrorKind::usage,
         "render: --shard divides the pictures of --all-cameras or --camera-path: give one of them");
   }
-  if (command.shard && command.heatmap && !command.heatmap_max) {
+  if (command.shard && command.heat.quantity && !command.heat.maximum) {
     fail(ErrorKind::usage,
          "render: --shard with --heatmap needs --heatmap-max, so that all shards use one scale");
   }
@@ -88,7 +74,7 @@ void check_quantity(const RenderCommand& command) {
     fail(ErrorKind::usage, "render: --depth-step needs --picture depth or median-depth");
   if (quantity == Quantity::color) return;
   const char* name = row_of(quantity).name;
-  if (command.heatmap)
+  if (command.heat.quantity)
     fail(ErrorKind::usage, "render: --heatmap is drawn over colours, not over --picture {}", name);
   if (command.reference)
     fail(ErrorKind::usage, "render: --reference compares colours, not --picture {}", name);
@@ -121,9 +107,9 @@ class RenderRun {
 
  private:
   void one_shot(const Shot& shot, std::size_t view) {
-    if (command_.heatmap) {
+    if (command_.heat.quantity) {
       if (!scale_) scale_ = first_scale(shot.camera);
-      heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heatmap,
+      heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heat.quantity,
                         *session_.pool);
     }
     const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : outputs_for(command_.quantity);
@@ -164,10 +150,12 @@ class RenderRun {
   }
 
   Scale first_scale(const Camera& camera) {
-    if (command_.heatmap_max) return exact_scale(static_cast<std::uint32_t>(*command_.heatmap_max));
+    if (command_.heat.maximum)
+      return exact_scale(static_cast<std::uint32_t>(*command_.heat.maximum));
     RenderSettings settings = session_.settings;
     settings.mode = kScaleMode;
-    return scale_of_view(*session_.renderer, camera, settings, *command_.heatmap, *session_.pool);
+    return scale_of_view(*session_.renderer, camera, settings, *command_.heat.quantity,
+                         *session_.pool);
   }
 
   // Writes the frame's picture. Returns its path, or "" without --output.
@@ -256,15 +244,8 @@ CommandAction render_command(Options& options) {
                 {"0.001", "0.5"}, [command = command.get()](const std::string& text) {
                   command->depth_step = parse_real("--depth-step", text, 1e-12, 1e12);
                 });
-  options.choice(
-      "--heatmap", heatmap_names(),
-      [command = command.get()](int chosen) {
-        command->heatmap = static_cast<HeatQuantity>(chosen);
-      },
-      "draws this quantity over the picture, with a colour scale");
-  options.integer("--heatmap-max", "N", 1, 1'000'000'000, command->heatmap_max,
-                  "largest value of the colour scale (default: fits 3dgs in the first view, so "
-                  "that all modes share it)");
+  declare_heatmap_options(options, command->heat,
+                          "fits 3dgs in the first view, so that all modes share it");
   options.text("--stats", "FILE", command->stats,
                "writes the statistics of the frames as JSON; - = stdout", {"stats.json", "-"});
   options.integer("--repeats", "N", 1, 100000, command->repeats,

@@ -204,6 +204,24 @@ void declare_quantity_option(Options& options, Quantity& quantity, const std::st
       [&quantity](int chosen) { quantity = static_cast<Quantity>(chosen); }, help);
 }
 
+void declare_heatmap_options(Options& options, HeatOptions& heat, const std::string& usual) {
+  options.choice(
+      "--heatmap", heatmap_names(),
+      [&heat](int chosen) { heat.quantity = static_cast<HeatQuantity>(chosen); },
+      "draws this quantity over the picture, with a colour scale");
+  options.integer("--heatmap-max", "N", 1, 1'000'000'000, heat.maximum,
+                  "largest value of the colour scale (default: " + usual + ")");
+}
+
+void require_heatmaps(const char* command, const HeatOptions& heat,
+                      const std::vector<CullMode>& modes) {
+  if (heat.quantity && heat.quantity != HeatQuantity::evaluated &&
+      std::count(modes.begin(), modes.end(), kReferenceMode) > 0) {
+    fail(ErrorKind::usage, "{}: --heatmap {}: mode reference has no tile lists", command,
+         heatmap_row(*heat.quantity).name);
+  }
+}
+
 void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path) {
   options.text("--camera-path", "FILE", path,
                "views along the spline through the cameras of FILE, such as a path of the window",

@@ -4,10 +4,13 @@
 // words of the help that differ between commands.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/cli/options.h"
 #include "app/measure/shard.h"
+#include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
 #include "app/session/session.h"
 
@@ -57,6 +60,19 @@ void declare_mode_option(Options& options, const std::string& name,
 
 /// --picture, for commands in which it chooses the quantity of the pixels.
 void declare_quantity_option(Options& options, Quantity& quantity, const std::string& help);
+
+/// The quantity of heat maps and the upper end of their scale, as options give them.
+struct HeatOptions {
+  std::optional<HeatQuantity> quantity;
+  std::optional<int> maximum;
+};
+
+/// --heatmap and --heatmap-max. `usual` names the default of the latter.
+void declare_heatmap_options(Options& options, HeatOptions& heat, const std::string& usual);
+
+/// Throws Error if there are no such maps of one of the modes. `command` is its name.
+void require_heatmaps(const char* command, const HeatOptions& heat,
+                      const std::vector<CullMode>& modes);
 
 /// --camera-path.
 void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path);

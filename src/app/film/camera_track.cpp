@@ -30,15 +30,28 @@ void ease_all(std::vector<Keyframe>& keyframes) {
 
 }  // namespace
 
-CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease) {
+CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
+                      const std::optional<SceneBox>& box) {
   const double middle = 0.5 * (arc.low + arc.high), half = 0.5 * (arc.high - arc.low);
   const double phase = half > 0 ? std::asin(std::clamp(-middle / half, -1.0, 1.0)) : 0;
   return {kTurntableSeconds, true, [=](double share, glm::ivec2 size) {
             const double turn = kTurn * (ease == Ease::none ? share : eased(share));
             const double angle = arc.whole() ? turn : middle + half * std::sin(phase + turn);
-            const Camera camera = framed_camera(framing, size.x, size.y);
-            return orbited(camera, framing.target, framing.up, angle, 0);
+            const double aspect = static_cast<double>(size.x) / size.y;
+            const Framing shown = box ? whole_subject(framing, *box, arc, aspect) : framing;
+            const Camera camera = framed_camera(shown, size.x, size.y);
+            return orbited(camera, shown.target, shown.up, angle, 0);
           }};
+}
+
+CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                         const Framing& framing, const TurntableWish& wish, ThreadPool& pool) {
+  const SceneBox box = subject_box(cloud);
+  if (wish.arc) return turntable(framing, *wish.arc, wish.ease, box);
+  const Arc free = free_arc(cameras, cloud, framing, pool);
+  const double aspect = static_cast<double>(wish.size.x) / wish.size.y;
+  const Arc arc = clear_arc(free, whole_subject(framing, box, free, aspect), cloud);
+  return turntable(framing, arc, wish.ease, box);
 }
 
 CameraTrack along(std::vector<Keyframe> keyframes, Ease ease) {

@@ -4,9 +4,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
-#include "app/framing/free_arc.h"
+#include "app/framing/whole_subject.h"
 #include "app/measure/camera_path.h"
 
 namespace qs {
@@ -29,8 +30,21 @@ inline constexpr double kTurntableSeconds = 10;
 
 /// Circles around the framing's target, at the height and distance of its eye: a full circle, or
 /// from one end of the arc to the other and back, like a pendulum. A turntable has no keyframes:
-/// Ease::all means Ease::ends.
-CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease);
+/// Ease::all means Ease::ends. With `box`, which has the size of the subject, the framing is
+/// whole_subject() for the size of the picture.
+CameraTrack turntable(const Framing& framing, const Arc& arc, Ease ease,
+                      const std::optional<SceneBox>& box = {});
+
+/// The turntable of a scene: its whole subject, along the angles from which a camera has a free
+/// view of it outside of fog, or along `arc`. `size`: of the pictures. The pool is used until it
+/// returns.
+struct TurntableWish {
+  std::optional<Arc> arc;
+  Ease ease = Ease::none;
+  glm::ivec2 size{1280, 720};
+};
+CameraTrack turntable_of(const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                         const Framing& framing, const TurntableWish& wish, ThreadPool& pool);
 
 /// Along the keyframes in their own times. At least two.
 CameraTrack along(std::vector<Keyframe> keyframes, Ease ease);

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include "app/base/text.h"
 #include "app/film/film_file.h"
 #include "app/film/split_screen.h"
+#include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
 #include "app/picture/palette.h"
 
@@ -42,35 +44,95 @@ std::vector<StripName> names_of(const std::vector<FilmedBy>& ways) {
   return names;
 }
 
-const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std::stop_token stop) {
-  const Camera camera = camera_of(plan.track, index, plan.frames(), plan.size);
-  Outputs outputs = outputs_for(plan.quantity);
-  outputs.color = plan.quantity == Quantity::color;
-  return way.renderer->render(camera, way.settings, outputs, HostImage{}, std::move(stop));
+Camera camera_at(const FilmPlan& plan, int index) {
+  return camera_of(plan.track, index, plan.frames(), plan.size);
 }
 
-/// `frame` by the plan's scale.
-Image colored_frame(const FilmPlan& plan, const Frame& frame) {
+const Frame& frame_of(const FilmPlan& plan, const FilmedBy& way, int index, std::stop_token stop,
+                      Quantity quantity) {
+  Outputs outputs = outputs_for(quantity);
+  outputs.color = quantity == Quantity::color;
+  return way.renderer->render(camera_at(plan, index), way.settings, outputs, HostImage{},
+                              std::move(stop));
+}
+
+// Indices of pictures spread over the whole film.
+std::vector<int> samples_of(const FilmPlan& plan) {
+  constexpr int kMost = 16;
+  const int count = std::min(plan.frames(), kMost);
+  std::vector<int> indices;
+  for (int i = 0; i < count; ++i)
+    indices.push_back(count == 1 ? 0 : i * (plan.frames() - 1) / (count - 1));
+  return indices;
+}
+
+/// The quantity of `frame` by the plan's scale.
+ValueMap scaled_map(const FilmPlan& plan, const Frame& frame) {
   ValueMap map = map_of(frame, plan.quantity, plan.size.x, plan.size.y);
   map.scale = plan.scale;
-  return colored(map);
+  return map;
+}
+
+/// A frame in its strip.
+struct ShownWay {
+  RenderStats stats;
+  std::optional<Legend> legend;  ///< of its map
+};
+
+ShownWay show_heatmap(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int index,
+                      const std::stop_token& stop) {
+  const FilmHeatmap& heat = *plan.heatmap;
+  const FilmedBy& way = plan.ways[k];
+  HeatmapFrame mapped = render_with_heatmap(*way.renderer, camera_at(plan, index), way.settings,
+                                            heat.quantity, *heat.pool, stop);
+  Heatmap& map = mapped.heatmap;
+  screen.show(k, draw_over(mapped.frame.color, map, heat.scale, heat.style));
+  map.largest = std::numeric_limits<std::uint32_t>::max();  // any picture may exceed the scale
+  return {mapped.frame.stats, make_legend(map, heat.scale, "", heat.style.colors)};
+}
+
+/// Draws picture `index` of way `k` into its strip.
+ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int index,
+                  const std::stop_token& stop) {
+  if (plan.heatmap) return show_heatmap(screen, k, plan, index, stop);
+  const Frame& frame = frame_of(plan, plan.ways[k], index, stop, plan.quantity);
+  if (plan.quantity == Quantity::color) {
+    screen.show(k, frame.color);
+    return {frame.stats, std::nullopt};
+  }
+  const ValueMap map = scaled_map(plan, frame);
+  screen.show(k, colored(map));
+  return {frame.stats, make_legend(map, "")};
 }
 
 }  // namespace
 
 ValueScale film_scale(const FilmPlan& plan, const Progress& progress) {
-  constexpr int kMost = 16;  // pictures
   if (plan.quantity == Quantity::color || plan.quantity == Quantity::alpha) return {};
-  const int count = std::min(plan.frames(), kMost);
   std::vector<float> all;
-  for (int i = 0; i < count; ++i) {
+  for (const int index : samples_of(plan)) {
     progress.update(0);
-    const int index = count == 1 ? 0 : i * (plan.frames() - 1) / (count - 1);
-    const Frame& frame = frame_of(plan, plan.ways.front(), index, progress.stop);
+    const Frame& frame = frame_of(plan, plan.ways.front(), index, progress.stop, plan.quantity);
     const std::vector<float>& values = frame.depth.*row_of(plan.quantity).values;
     all.insert(all.end(), values.begin(), values.end());
   }
   return scale_for(plan.quantity, all);
+}
+
+Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& progress) {
+  const FilmHeatmap& heat = *plan.heatmap;
+  const FilmedBy& way = plan.ways.front();
+  RenderSettings settings = way.settings;
+  settings.mode = scale_mode(heat.quantity, baseline);
+  std::vector<std::uint32_t> all;
+  for (const int index : samples_of(plan)) {
+    progress.update(0);
+    const Heatmap map = render_with_heatmap(*way.renderer, camera_at(plan, index), settings,
+                                            heat.quantity, *heat.pool, progress.stop)
+                            .heatmap;
+    all.insert(all.end(), map.values.begin(), map.values.end());
+  }
+  return scale_for(all);
 }
 
 int FilmPlan::frames() const { return std::max(static_cast<int>(std::lround(seconds * fps)), 1); }
@@ -79,23 +141,26 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
                                       const Progress& progress) {
   const int count = plan.frames();
   const auto per_second = static_cast<std::size_t>(std::max(plan.fps, 1.0));
+  const bool measures = plan.numbers || plan.ways.size() > 1;
+  const bool draws_colors = plan.quantity == Quantity::color && !plan.heatmap;
   std::vector<Numbers> numbers(plan.ways.size());
   SplitScreen screen(names_of(plan.ways), plan.size.x, plan.size.y);
   write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
     if (plan.numbers)  // a renderer's first frame takes longer
-      for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop);
+      for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
     for (int i = 0; i < count; ++i) {
+      std::optional<Legend> legend;
       for (std::size_t k = 0; k < plan.ways.size(); ++k) {
-        const Frame& frame = frame_of(plan, plan.ways[k], i, progress.stop);
-        numbers[k].add(frame.stats);
-        if (plan.quantity == Quantity::color) {
-          screen.show(k, frame.color);
-        } else {
-          screen.show(k, colored_frame(plan, frame));
-        }
-        if (plan.numbers) screen.label(k, lines_of(frame.stats, numbers[k].recent_ms(per_second)));
+        ShownWay shown = show_way(screen, k, plan, i, progress.stop);
+        legend = std::move(shown.legend);
+        if (measures && !draws_colors)  // maps take time that the mode does not need
+          shown.stats = frame_of(plan, plan.ways[k], i, progress.stop, Quantity::color).stats;
+        numbers[k].add(shown.stats);
+        if (plan.numbers) screen.label(k, lines_of(shown.stats, numbers[k].recent_ms(per_second)));
       }
-      add(screen.picture());
+      Image& picture = screen.picture();
+      if (legend) draw_legend_over(picture, *legend);
+      add(picture);
       progress.update(static_cast<float>(i + 1) / static_cast<float>(count));
     }
   });

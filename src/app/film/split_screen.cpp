@@ -72,7 +72,7 @@ void SplitScreen::label(std::size_t index, const std::vector<std::string>& lines
     draw_text(picture_, font_, {middle, top += line}, text, on_dark::kText, Align::center);
 }
 
-const Image& SplitScreen::picture() {
+Image& SplitScreen::picture() {
   const int width = std::max(picture_.height / 360, 1);
   for (std::size_t i = 1; i < names_.size(); ++i)
     fill_rect(picture_, {strip(i).x - width / 2, 0, width, picture_.height}, on_dark::kText);

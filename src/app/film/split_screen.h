@@ -33,8 +33,8 @@ class SplitScreen {
   /// that is too narrow for readable letters gets no label.
   void label(std::size_t index, const std::vector<std::string>& lines);
 
-  /// The strips with lines between them.
-  const Image& picture();
+  /// The strips with lines between them. A caller may draw over them; show() replaces that.
+  Image& picture();
 
  private:
   PixelRect strip(std::size_t index) const;

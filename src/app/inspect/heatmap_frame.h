@@ -36,6 +36,9 @@ class HeatmapMaker {
   std::optional<Frame> baseline_;
 };
 
+/// The mode whose map gives heat maps of commands their scale.
+inline const CullMode kScaleMode = find_culler("3dgs");
+
 /// The mode whose map gives all modes of a view their scale: `baseline`; for missed contributions
 /// the first mode that drops them by its boxes, because a lossless baseline misses none.
 CullMode scale_mode(HeatQuantity quantity, CullMode baseline);

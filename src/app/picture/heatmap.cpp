@@ -6,14 +6,9 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
-#include "app/picture/canvas.h"
-#include "app/picture/palette.h"
 
 namespace qs {
 namespace {
-
-using on_dark::kFaint;
-using on_dark::kText;
 
 /// The colours of counts: the scale and the look.
 struct HeatColoring {
@@ -59,56 +54,14 @@ void draw_block(Image& result, const Image& color, const Heatmap& heatmap,
   }
 }
 
-// Sizes of the legend in pixels, derived from the picture's width.
-struct LegendLayout {
-  int padding, text, title, bar, tick;
-  bool two_lines;  // the facts are below the title, because both do not fit in one line
-  int height() const {
-    return padding + (two_lines ? title + text : title) + padding / 2 + bar + 2 * tick + text +
-           padding;
-  }
-};
-
-void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend& legend,
-                 const HeatColoring& coloring) {
-  const Scale& scale = coloring.scale;
-  const Font title_font(layout.title), text_font(layout.text);
-  const int left = layout.padding, right = image.width - layout.padding;
-  int y = top + layout.padding;
-  draw_text(image, title_font, {left, y}, legend.title, kText);
-  if (layout.two_lines) {
-    draw_text(image, text_font, {left, y + layout.title}, legend.facts, kFaint);
-  } else {
-    const int baseline_shift = (layout.title - layout.text) * 4 / 5;
-    draw_text(image, text_font, {right, y + baseline_shift}, legend.facts, kFaint, Align::right);
-  }
-  y += (layout.two_lines ? layout.title + layout.text : layout.title) + layout.padding / 2;
-
-  const int bar_width = right - left;
-  for (int x = 0; x < bar_width; ++x) {
-    const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar_width);
-    const bool zero = 2 * x < layout.bar || t * static_cast<float>(scale.maximum) < 0.5f;
-    fill_rect(image, {left + x, y, 1, layout.bar},
-              zero ? heat_of_zero(0.5f) : heat(t, coloring.style.colors));
-  }
-  y += layout.bar;
-  // Draws from the last label, which has the unit, to the left, and leaves out labels that would
-  // touch their neighbour.
-  const std::vector<std::uint32_t> ticks = scale.ticks();
-  int free_until = image.width;
-  for (std::size_t i = ticks.size(); i-- > 0;) {
-    const double t = static_cast<double>(ticks[i]) / scale.maximum;
-    const int x = left + static_cast<int>(t * (bar_width - 1));
-    fill_rect(image, {x, y, 1, layout.tick}, kFaint);
-    const int width = text_font.width(legend.ticks[i]);
-    const int start = i + 1 == ticks.size() ? right - width : i == 0 ? x : x - width / 2;
-    if (start + width > free_until) continue;
-    draw_text(image, text_font, {start, y + 2 * layout.tick}, legend.ticks[i], kText);
-    free_until = start - layout.padding / 2;
-  }
-}
-
 }  // namespace
+
+std::vector<std::string> heatmap_names() {
+  std::vector<std::string> names;
+  for (const HeatmapRow& row : kHeatmaps) names.emplace_back(row.name);
+  names.emplace_back(kMissedHeatmap.name);
+  return names;
+}
 
 Outputs outputs_for(HeatQuantity quantity) {
   Outputs outputs;
@@ -155,7 +108,8 @@ PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32
   return result;
 }
 
-Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode) {
+Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
+                   HeatColors colors) {
   const HeatmapRow& row = heatmap_row(heatmap.quantity);
   Legend legend;
   legend.title = fmt::format(fmt::runtime(row.title), heatmap.cell_px);
@@ -168,9 +122,16 @@ Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode)
   legend.facts =
       fmt::format("mode {} \u00b7 {} {} in all{} \u00b7 at most {} in a {}", mode,
                   grouped(heatmap.total), row.unit, share, grouped(heatmap.largest), row.cell);
-  for (const std::uint32_t tick : scale.ticks()) legend.ticks.push_back(grouped(tick));
+  const auto maximum = static_cast<float>(scale.maximum);
+  for (const std::uint32_t tick : scale.ticks())
+    legend.ticks.push_back({static_cast<float>(tick) / maximum, grouped(tick)});
   // The plus sign shows that larger values have the last colour too.
-  legend.ticks.back() += fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);
+  legend.ticks.back().text +=
+      fmt::format("{} {}", heatmap.largest > scale.maximum ? "+" : "", row.unit);
+  legend.zero = heat_of_zero(0.5f);
+  legend.color = [maximum, colors](float t) {
+    return t * maximum < 0.5f ? heat_of_zero(0.5f) : heat(t, colors);
+  };
   return legend;
 }
 
@@ -195,17 +156,8 @@ Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,
 
 Image draw_heatmap(const Image& color, const Heatmap& heatmap, const Scale& scale, const char* mode,
                    const HeatStyle& style) {
-  const Legend legend = make_legend(heatmap, scale, mode);
-  const int text = std::clamp(color.width / 60, 14, 40);
-  LegendLayout layout{text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
-  const int used = Font(layout.title).width(legend.title) + Font(layout.text).width(legend.facts);
-  layout.two_lines = used + 4 * layout.padding > color.width;
-
-  Image result(color.width, color.height + layout.height(), 3);
-  fill_rect(result, {0, color.height, result.width, layout.height()}, on_dark::kPanel);
-  draw_blocks(result, color, heatmap, {scale, style});
-  draw_legend(result, color.height, layout, legend, {scale, style});
-  return result;
+  return with_legend(draw_over(color, heatmap, scale, style),
+                     make_legend(heatmap, scale, mode, style.colors));
 }
 
 }  // namespace qs

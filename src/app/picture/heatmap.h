@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/picture/colormap.h"
+#include "app/picture/legend.h"
 #include "app/picture/scale.h"
 #include "raster/api/renderer.h"
 
@@ -47,6 +48,9 @@ inline const HeatmapRow& heatmap_row(HeatQuantity quantity) {
   return index < kHeatmaps.size() ? kHeatmaps[index] : kMissedHeatmap;
 }
 
+/// The names of all quantities. Index = HeatQuantity.
+std::vector<std::string> heatmap_names();
+
 struct Heatmap {
   HeatQuantity quantity = HeatQuantity::pairs;
   int columns = 0, rows = 0;  ///< cells
@@ -77,12 +81,8 @@ struct PairDifference {
 PairDifference pair_difference(const TileGrid& grid, std::span<const std::uint32_t> a,
                                std::span<const std::uint32_t> b);
 
-/// The texts of a legend.
-struct Legend {
-  std::string title, facts;
-  std::vector<std::string> ticks;  ///< parallel to Scale::ticks()
-};
-Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode);
+Legend make_legend(const Heatmap& heatmap, const Scale& scale, const char* mode,
+                   HeatColors colors = HeatColors::viridis);
 
 /// The picture with the map over it.
 Image draw_over(const Image& color, const Heatmap& heatmap, const Scale& scale,

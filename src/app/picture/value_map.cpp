@@ -73,6 +73,21 @@ Image values_of(const ValueMap& map) {
   return image;
 }
 
+Legend make_legend(const ValueMap& map, const char* mode) {
+  const ValueScale& scale = map.scale;
+  const bool is_depth = map.quantity != Quantity::alpha;
+  Legend legend;
+  legend.title = row_of(map.quantity).title;
+  legend.facts = fmt::format("mode {} \u00b7 {}", mode,
+                             is_depth ? "units of the scene along the view axis, from the camera"
+                                      : "1 = nothing behind the Gaussians is seen");
+  for (const float value : scale.ticks())
+    legend.ticks.push_back({(value - scale.low) / (scale.high - scale.low), scale.text(value)});
+  legend.ticks.back().text += row_of(map.quantity).unit;
+  legend.color = viridis;
+  return legend;
+}
+
 Image colored(const ValueMap& map) {
   Image image(map.width, map.height, 3);
   const float range = map.scale.high - map.scale.low;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/picture/legend.h"
 #include "raster/api/renderer.h"
 
 namespace qs {
@@ -69,6 +70,9 @@ ValueMap map_of(const Frame& frame, Quantity quantity, int width, int height);
 
 /// The values as an image of one channel.
 Image values_of(const ValueMap& map);
+
+/// The legend of colored(). `mode`: the culling mode that drew the map.
+Legend make_legend(const ValueMap& map, const char* mode);
 
 /// The values by a colour map, from dark violet (low) to yellow (high); dark gray for pixels
 /// without Gaussians.

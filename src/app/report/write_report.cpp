@@ -14,6 +14,7 @@
 namespace qs {
 
 void make_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) return;  // the current folder
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());

@@ -29,7 +29,8 @@ void Pacing::note_change(const Viewer& viewer, double now) {
 bool Pacing::wants_to_draw(const Viewer& viewer, const Surroundings& around) const {
   // A measurement also ends without an action, if it is cancelled or its report comes first.
   const bool ended = measuring_ && !viewer.measuring;
-  const bool told = viewer.mode_switch.has_value() != told_ || is_lost(viewer) != lost_;
+  const bool told = viewer.mode_switch.has_value() != told_ || is_lost(viewer) != lost_ ||
+                    viewer.hints.any() != hinted_;
   // A recorded zoom shows its own frames.
   const bool continuous = (!viewer.on_demand || viewer.playback.running) && !viewer.zoom.running;
   return draw_once_ || ended || told || viewer.toasts.size() != toasts_ ||
@@ -65,6 +66,7 @@ bool Pacing::begin_drawing(const Viewer& viewer) {
   toasts_ = viewer.toasts.size();
   told_ = viewer.mode_switch.has_value();
   lost_ = is_lost(viewer);
+  hinted_ = viewer.hints.any();
   return disturbs;
 }
 

@@ -51,6 +51,7 @@ class Pacing {
   std::size_t toasts_ = 0;  // in the window
   bool told_ = false;       // the window shows a change of the mode
   bool lost_ = false;       // the window shows the way to the subject
+  bool hinted_ = false;     // the drawn window has hints
   int frames_ = -1;         // Viewer::frames in the window
   bool measuring_ = false;  // as the window shows it
 };

@@ -94,6 +94,24 @@ TEST_F(FilmProgram, without_ffmpeg_one_sentence_says_what_to_do) {
   EXPECT_THAT(written(), testing::IsEmpty());
 }
 
+TEST_F(FilmProgram, heat_maps_lie_over_the_colours_with_their_scale_at_the_top) {
+  const std::vector<std::string> plain = {"--size", "400x300", "--seconds", "0.1",       "--fps",
+                                          "10",     "--cull",  "quadbox",   "--heatmap", "pairs"};
+  std::vector<std::string> fixed = plain;
+  fixed.insert(fixed.end(), {"--heatmap-max", "77"});
+  const ProgramRun run = film("fitted", plain);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("heat map pairs: colours from 0 to "));
+  EXPECT_THAT(film("fixed", fixed).err,
+              HasSubstr("heat map pairs: colours from 0 to 77 pairs per tile\n"));
+  const Image a = read_image(folder_ / "out/fitted/frame_00000.png");
+  const Image b = read_image(folder_ / "out/fixed/frame_00000.png");
+  int top = 0;  // pixels in which the texts of the scales differ
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 400; ++x) top += a.at(x, y, 0) != b.at(x, y, 0);
+  EXPECT_GT(top, 20);
+}
+
 TEST_F(FilmProgram, ffmpeg_gets_the_pixels_the_size_and_the_rate) {
   const std::string seen = (folder_ / "words").string();
   install_ffmpeg("echo \"$@\" > " + seen +
@@ -191,6 +209,10 @@ TEST_F(FilmProgram, options_that_exclude_each_other_are_refused) {
   EXPECT_THAT(film("a", {"--arc", "90", "--camera-path", path}).err,
               HasSubstr("film: --arc is the angle of a turntable"));
   EXPECT_THAT(film("a", {"--loop"}).err, HasSubstr("film: --loop needs a --camera-path"));
+  EXPECT_THAT(film("a", {"--heatmap", "pairs", "--picture", "depth"}).err,
+              HasSubstr("film: --heatmap is drawn over colours, not over --picture depth"));
+  EXPECT_THAT(film("a", {"--heatmap", "pairs", "--cull", "reference"}).err,
+              HasSubstr("film: --heatmap pairs: mode reference has no tile lists"));
 }
 
 TEST_F(FilmProgram, ffmpeg_s_films_have_the_size_the_rate_and_the_number_of_pictures) {

@@ -358,6 +358,12 @@ FilmPlan plan_of_three_pictures() {
   return plan;
 }
 
+Outputs outputs_of_pairs() {
+  Outputs outputs = outputs_for(HeatQuantity::pairs);
+  outputs.color = true;
+  return outputs;
+}
+
 TEST(Film, of_depth_has_one_scale_for_all_its_pictures) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());
@@ -378,6 +384,39 @@ TEST(Film, of_depth_has_one_scale_for_all_its_pictures) {
     ASSERT_EQ(picture.values.size(), expected.values.size());
     for (std::size_t k = 0; k < expected.values.size(); ++k)
       ASSERT_EQ(to_8bit(picture.values[k]), to_8bit(expected.values[k])) << i << " " << k;
+  }
+}
+
+TEST(Film, of_heat_maps_has_one_scale_for_all_modes_and_pictures) {
+  const TemporaryFolder folder;
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(test::random_cloud(200, 1, 3), {});
+  FilmPlan plan = plan_of_three_pictures();
+  for (const char* mode : {"3dgs", "quadbox"}) {
+    plan.ways.push_back({renderer.get(), {}, mode});
+    plan.ways.back().settings.mode = find_culler(mode);
+  }
+  plan.heatmap = FilmHeatmap{HeatQuantity::pairs, {}, {}, &test::pool()};
+  const Scale scale = film_heat_scale(plan, find_culler("3dgs"), {});
+  EXPECT_GT(scale.maximum, 1u);
+  std::swap(plan.ways[0], plan.ways[1]);
+  EXPECT_EQ(film_heat_scale(plan, find_culler("3dgs"), {}), scale);
+  std::swap(plan.ways[0], plan.ways[1]);
+  plan.heatmap->scale = scale;
+  const auto numbers = write_film(folder / "film", plan, {});
+  EXPECT_GT(numbers[0].tile_pairs, numbers[1].tile_pairs);
+  for (int i = 0; i < 3; ++i) {
+    const Image picture = read_image(folder / "film" / fmt::format("frame_{:05}.png", i));
+    for (const std::size_t way : {0u, 1u}) {
+      const Frame& frame = renderer->render(camera_of(plan.track, i, 3, kSize),
+                                            plan.ways[way].settings, outputs_of_pairs());
+      const Image expected =
+          draw_over(frame.color, make_heatmap(frame, HeatQuantity::pairs, kSize.x, kSize.y), scale);
+      const int begin = way == 0 ? 0 : 34, end = way == 0 ? 30 : 64;
+      for (int y = 0; y < 48; ++y)
+        for (int x = begin; x < end; ++x)
+          ASSERT_EQ(to_8bit(picture.at(x, y, 1)), to_8bit(expected.at(x, y, 1))) << i << " " << x;
+    }
   }
 }
 

@@ -178,7 +178,7 @@ TEST(Scale, a_few_extreme_values_do_not_darken_the_others) {
   Heatmap map;
   map.values = values;
   map.largest = 1000000;
-  EXPECT_EQ(make_legend(map, scale_for(values), "any").ticks.back(), "100+ pairs");
+  EXPECT_EQ(make_legend(map, scale_for(values), "any").ticks.back().text, "100+ pairs");
 }
 
 TEST(Font, measures_what_it_draws_and_knows_latin_1) {

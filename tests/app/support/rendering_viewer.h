@@ -46,6 +46,7 @@ class RenderingViewer : public testing::Test, protected RecordingHost {
     apply(call(action::set_camera, front_camera(96, 64)));
     change([this](Viewer& viewer) { viewer.out_dir = scenes_.path(); });
     request_ = full_frame(viewer());
+    request_.picture = -1;  // tests change the request, so its picture is not the viewer's
   }
 
   void run(Job job) override { thread_.run(std::move(job)); }

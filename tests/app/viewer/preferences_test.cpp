@@ -86,6 +86,15 @@ TEST(Preferences, the_scale_of_the_interface_is_within_its_limits) {
   EXPECT_EQ(scale_of("99"), 3);
 }
 
+TEST(Preferences, are_written_into_the_current_folder_by_a_name_alone) {
+  const TemporaryFolder folder;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  write_preferences("viewer.json", Viewer(), {640, 480});
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(std::filesystem::exists(folder / "viewer.json"));
+}
+
 TEST(Preferences, a_window_s_size_and_a_hundred_views_are_kept) {
   const auto size_of = [](const char* text) {
     Viewer viewer;

@@ -17,9 +17,9 @@
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/interface_scale.h"
+#include "app/viewer/state/next_axes.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
-#include "io/cloud/axes.h"
 
 namespace qs {
 
@@ -41,45 +41,6 @@ constexpr int kCtrl = GLFW_MOD_CONTROL, kShift = GLFW_MOD_SHIFT;
 // ---- functions of single rows ------------------------------------------------------------------
 void reload(Viewer& v, Host& host) {
   if (v.scene) host.open(v.scene->path, v.scene->axes);
-}
-
-// The frames that Y tries after the frame that the file declares. Files with y down may have z up,
-// as tools for maps and games write them; files of a format with y up may hold values as trained.
-// Then come the other turns about the vertical axis, and mirrored frames. A scene that seems to be
-// upside down is turned over first.
-std::vector<std::string> frames_to_try(const std::string& declared, bool upside_down) {
-  const bool y_up = declared.size() == 3 && declared[1] == 'U';
-  std::vector<std::string> frames = {"RFU", "RUB", "RDF", "RBD", "LUF",
-                                     "LDB", "LDF", "RUF", "RDB", "LUB"};
-  if (y_up) std::swap(frames[0], frames[2]);
-  if (upside_down) {
-    const std::string first = turned_over(declared);
-    std::erase(frames, first);
-    frames.insert(frames.begin(), first);
-  }
-  std::erase(frames, declared);
-  return frames;
-}
-
-void next_axes(Viewer& v, Host& host) {
-  if (!v.scene) return;
-  std::vector<std::string>& frames = v.axes_to_try;
-  const std::string& now = v.scene->axes;
-  if (now.empty() || std::find(frames.begin(), frames.end(), now) == frames.end())
-    frames = frames_to_try(v.scene->declared_axes, now.empty() && v.scene->framing.upside_down);
-  auto next = frames.begin();
-  if (!now.empty()) {
-    next = std::find(frames.begin(), frames.end(), now);
-    if (next != frames.end()) ++next;
-  }
-  const std::string axes(next == frames.end() ? "" : *next);
-  const std::string path = v.scene->path.string();
-  v.axes.erase(path);
-  v.ups.erase(path);  // they were given in the previous axes
-  if (!axes.empty()) v.axes[path] = axes;
-  notify(v, axes.empty() ? "axes as the file declares them"
-                         : fmt::format("read as if its axes were {}; Y again for others", axes));
-  host.open(v.scene->path, axes);
 }
 
 void grab_window(Viewer& v, Host& host) {

@@ -19,13 +19,12 @@
 namespace qs {
 namespace {
 
-CameraTrack track_of(const RenderContext& context, const Viewer& viewer) {
+CameraTrack track_of(const RenderContext& context, const Viewer& viewer, glm::ivec2 size) {
   if (viewer.keyframes.size() < 2) {
     const ViewedScene& scene = *viewer.scene;
     const Session& session = context.session;
-    return turntable(scene.framing,
-                     free_arc(scene.cameras, session.scene->cloud, scene.framing, *session.pool),
-                     Ease::none);
+    return turntable_of(session.scene->cloud, scene.cameras, scene.framing,
+                        {std::nullopt, Ease::none, size}, *session.pool);
   }
   return viewer.loops_path ? along_and_back(viewer.keyframes, Ease::none)
                            : along(viewer.keyframes, Ease::none);
@@ -59,12 +58,15 @@ std::vector<FilmedBy> ways_of(RenderContext& context, const Viewer& viewer) {
 
 void film_view(RenderContext& context, const Viewer& viewer) {
   FilmPlan plan;
-  plan.track = track_of(context, viewer);
-  plan.seconds = plan.track.seconds;
   // Videos need an even width and height.
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
+  plan.track = track_of(context, viewer, plan.size);
+  plan.seconds = plan.track.seconds;
   plan.ways = ways_of(context, viewer);
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
+  if (viewer.heatmap)
+    plan.heatmap =
+        FilmHeatmap{*viewer.heatmap, {}, viewer.heat_view.style, context.session.pool.get()};
 
   const bool encodes = ffmpeg_is_installed();
   const std::filesystem::path folder = viewer.out_dir / "film";
@@ -74,7 +76,12 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "filming", 0});
   try {
-    write_film(path, plan, shown_progress(path, "filming", context.stop, context.reports));
+    const Progress progress = shown_progress(path, "filming", context.stop, context.reports);
+    if (plan.heatmap)
+      plan.heatmap->scale = viewer.heat_view.maximum > 0
+                                ? exact_scale(viewer.heat_view.maximum)
+                                : film_heat_scale(plan, viewer.baseline, progress);
+    write_film(path, plan, progress);
   } catch (const Cancelled&) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;

@@ -32,20 +32,23 @@ constexpr int kTitle = 30, kName = 26, kText = 21, kBar = 18;
 // The colour bar of the maps with its ticks, `width` pixels wide at `at`.
 void add_scale(Figure& figure, glm::ivec2 at, int width, const Viewer& viewer, const Heatmap& map,
                const Scale& scale) {
-  const Legend legend = make_legend(map, scale, "");
+  const Legend legend = make_legend(map, scale, "", viewer.heat_view.style.colors);
   Image bar(width, kBar, 3);
   for (int x = 0; x < width; ++x)
-    fill_rect(
-        bar, {x, 0, 1, kBar},
-        heat(static_cast<float>(x) / static_cast<float>(width), viewer.heat_view.style.colors));
+    fill_rect(bar, {x, 0, 1, kBar},
+              legend.color(static_cast<float>(x) / static_cast<float>(width)));
   figure.texts.push_back({at, kText, legend.title});
   figure.pictures.push_back({{at.x, at.y + kText + 6}, std::move(bar)});
-  const std::vector<std::uint32_t> ticks = scale.ticks();
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const int x = static_cast<int>(static_cast<std::int64_t>(ticks[i]) * width / scale.maximum);
-    const Align align = i == 0 ? Align::left : i + 1 == ticks.size() ? Align::right : Align::center;
-    figure.texts.push_back(
-        {{at.x + x, at.y + kText + kBar + 10}, kText, legend.ticks[i], on_white::kFaint, align});
+  for (std::size_t i = 0; i < legend.ticks.size(); ++i) {
+    const int x = static_cast<int>(legend.ticks[i].at * static_cast<float>(width));
+    const Align align = i == 0                         ? Align::left
+                        : i + 1 == legend.ticks.size() ? Align::right
+                                                       : Align::center;
+    figure.texts.push_back({{at.x + x, at.y + kText + kBar + 10},
+                            kText,
+                            legend.ticks[i].text,
+                            on_white::kFaint,
+                            align});
   }
 }
 

@@ -52,7 +52,7 @@ void save_screenshot(RenderContext& context, const Viewer& viewer) {
     const Frame& frame =
         renderer.render(camera, request.settings, outputs, HostImage{}, context.stop);
     const ValueMap map = map_of(frame, request.quantity, camera.width, camera.height);
-    picture = colored(map);
+    picture = with_legend(colored(map), make_legend(map, mode_name(mode)));
     stats = frame.stats;
     shown = {{"Picture", row_of(map.quantity).name},
              {"Colours", map.scale.text_of_ends() + row_of(map.quantity).unit}};

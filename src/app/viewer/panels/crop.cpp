@@ -11,7 +11,7 @@
 namespace qs {
 namespace {
 
-void draw_box(const ViewedScene& scene, CropWish& wish) {
+void draw_box(const ViewedScene& scene, CropWish& wish, Actions& actions) {
   ImGui::Checkbox("Box", &wish.boxed);
   if (!wish.boxed) return;
   const auto speed = static_cast<float>(0.002 * scene.extent());
@@ -19,6 +19,11 @@ void draw_box(const ViewedScene& scene, CropWish& wish) {
   for (int axis = 0; axis < 3; ++axis)
     ImGui::DragFloatRange2(kAxes[axis], &wish.box.low[axis], &wish.box.high[axis], speed, 0, 0,
                            "%.3f", "%.3f");
+  if (ImGui::Button("Fit")) actions.push_back(call(action::fit_crop_box));
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("The box around the scene's subject");
+  ImGui::SameLine();
+  if (ImGui::Button("Show all")) actions.push_back(call(action::show_crop_box));
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("Moves the camera until the whole box is visible");
 }
 
 void draw_floaters(CropWish& wish) {
@@ -54,7 +59,7 @@ void draw_crop(const Viewer& viewer, PanelState& state, Actions& actions) {
   const Crop& crop = viewer.crop;
   CropWish wish = crop.wish;
   ImGui::PushItemWidth(-7 * ImGui::GetFontSize());
-  draw_box(*viewer.scene, wish);
+  draw_box(*viewer.scene, wish, actions);
   draw_floaters(wish);
   ImGui::PopItemWidth();
   if (wish != crop.wish) actions.push_back(call(action::change_crop, wish));
@@ -62,8 +67,15 @@ void draw_crop(const Viewer& viewer, PanelState& state, Actions& actions) {
   bool marks = crop.marks;
   if (ImGui::Checkbox("Tint what goes", &marks))
     actions.push_back(call(action::mark_removed, marks));
-  if (ImGui::Button(crop.applied ? "Undo" : "Apply")) actions.push_back(call(action::toggle_crop));
-  command_tooltip("Apply or undo the crop");
+  if (!crop.applied) {
+    if (ImGui::Button("Apply")) actions.push_back(call(action::apply_crop));
+    command_tooltip("Apply or undo the crop");
+  }
+  if (crop.applied || !crop.done.empty()) {
+    if (!crop.applied) ImGui::SameLine();
+    if (ImGui::Button("Undo")) actions.push_back(call(action::undo_crop));
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("The scene before the last crop");
+  }
   if (!crop.applied) return;
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##file", "new file, e.g. cropped.ply; empty: a free name",

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "app/picture/grid_places.h"
 #include "app/viewer/panels/color_bar.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
@@ -106,6 +107,7 @@ void choose_maximum(const Viewer& viewer, HeatView& view) {
 
 void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginPopup(kSettings)) return;
+  if (pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
   choose_quantity(viewer, actions);
   ImGui::Separator();
   HeatView view = viewer.heat_view;
@@ -122,6 +124,15 @@ void draw_heat_settings(const Viewer& viewer, Actions& actions) {
   choose_maximum(viewer, view);
   if (view != viewer.heat_view) actions.push_back(call(action::change_heat_view, view));
   ImGui::EndPopup();
+}
+
+// True if a whole legend below the grid of all modes would cover its labels.
+bool hides_grid_labels(const Viewer& viewer, const Rect& picture) {
+  constexpr float kLegendLetters = 5;  // height of a whole legend
+  if (!viewer.shown.grid || viewer.heat_view.shift != glm::vec2(0)) return false;
+  const GridPlaces places = grid_places(culler_count(), kGridLabel);
+  const float end = places.label_top(culler_count() - 1) + kGridLabel;
+  return (1 - end) * picture.size().y < kLegendLetters * ImGui::GetFontSize();
 }
 
 void draw_fold_button(const Viewer& viewer, Actions& actions) {
@@ -147,12 +158,13 @@ void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions)
   ImGui::Begin("Heat map", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  draw_fold_button(viewer, actions);
+  const bool narrow = hides_grid_labels(viewer, picture);
+  if (!narrow) draw_fold_button(viewer, actions);
   ImGui::TextUnformatted(legend->title.c_str());
   const float shift = ImGui::CalcTextSize(legend->under.c_str()).x;
   ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
   ImGui::TextColored(palette::kAccent, "%s", legend->under.c_str());
-  if (!viewer.heat_view.folded) {
+  if (!viewer.heat_view.folded && !narrow) {
     draw_color_bar(legend->color, legend->ticks);
     ImGui::TextColored(palette::kFaint, "%s", legend->facts.c_str());
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", legend->facts.c_str());

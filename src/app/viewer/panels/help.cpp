@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <initializer_list>
+
 #include <imgui.h>
 
 #include "app/viewer/commands/commands.h"
@@ -9,8 +12,6 @@
 namespace qs {
 namespace {
 
-constexpr float kKeys = 6, kColumn = 20;  // widths in letters' heights
-
 void row(const char* keys, const char* help) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
@@ -19,25 +20,77 @@ void row(const char* keys, const char* help) {
   ImGui::TextUnformatted(help);
 }
 
+/// The widths of a column of keys and of their help, screen units: every text is whole.
+struct HelpWidths {
+  float keys = 0, help = 0;
+
+  void hold(const char* key, const char* text) {
+    keys = std::max(keys, ImGui::CalcTextSize(key).x);
+    help = std::max(help, ImGui::CalcTextSize(text).x);
+  }
+  float both() const { return keys + help + 1.5f * ImGui::GetFontSize(); }
+};
+
+HelpWidths help_widths() {
+  HelpWidths widths;
+  for (const Gesture& gesture : gestures()) widths.hold(gesture.keys, gesture.help);
+  for (const FlyKey& key : fly_keys()) widths.hold(key_name(key.key).c_str(), key.help);
+  for (const KeyCommand& command : key_commands())
+    widths.hold(key_name(command.key, command.mods).c_str(), command.help.c_str());
+  return widths;
+}
+
 template <class Rows>
-void section(const char* title, const Rows& rows) {
+void section(const char* title, const HelpWidths& widths, const Rows& rows) {
   ImGui::TextColored(palette::kFaint, "%s", title);
   if (!ImGui::BeginTable(title, 2, ImGuiTableFlags_SizingFixedFit)) return;
-  ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, kKeys * ImGui::GetFontSize());
-  ImGui::TableSetupColumn("help", ImGuiTableColumnFlags_WidthFixed,
-                          (kColumn - kKeys - 1) * ImGui::GetFontSize());
+  ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, widths.keys);
+  ImGui::TableSetupColumn("help", ImGuiTableColumnFlags_WidthFixed, widths.help);
   rows();
   ImGui::EndTable();
   ImGui::Spacing();
 }
 
-void menu_section(Menu menu) {
-  section(menu == Menu::none ? "Held" : kMenuNames[static_cast<int>(menu)], [&] {
+void menu_section(Menu menu, const HelpWidths& widths) {
+  section(menu == Menu::none ? "Held" : kMenuNames[static_cast<int>(menu)], widths, [&] {
     for (const KeyCommand& command : key_commands()) {
       if (command.menu == menu)
         row(key_name(command.key, command.mods).c_str(), command.help.c_str());
     }
   });
+}
+
+void mouse_sections(const HelpWidths& widths) {
+  section("Mouse", widths, [] {
+    for (const Gesture& gesture : gestures()) row(gesture.keys, gesture.help);
+  });
+  section("Fly", widths, [] {
+    for (const FlyKey& key : fly_keys()) row(key_name(key.key).c_str(), key.help);
+  });
+  menu_section(Menu::none, widths);
+}
+
+void menu_sections(std::initializer_list<Menu> menus, const HelpWidths& widths) {
+  for (const Menu menu : menus) menu_section(menu, widths);
+}
+
+// As many columns, up to three, as there is room for.
+void draw_columns(const HelpWidths& widths, float room) {
+  const int columns = std::clamp(static_cast<int>(room / widths.both()), 1, 3);
+  if (!ImGui::BeginTable("columns", columns, ImGuiTableFlags_SizingFixedFit)) return;
+  for (int i = 0; i < columns; ++i)
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, widths.both());
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  mouse_sections(widths);
+  if (columns < 3) menu_sections({Menu::camera, Menu::mode}, widths);
+  if (columns > 1) ImGui::TableNextColumn();
+  menu_sections({Menu::file, Menu::view, Menu::measure, Menu::help}, widths);
+  if (columns == 3) {
+    ImGui::TableNextColumn();
+    menu_sections({Menu::camera, Menu::mode}, widths);
+  }
+  ImGui::EndTable();
 }
 
 }  // namespace
@@ -54,28 +107,8 @@ void draw_help(const Viewer&, Actions& actions) {
   ImGui::Begin("Help", &open,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove);
-  if (ImGui::BeginTable("columns", 3, ImGuiTableFlags_SizingFixedFit)) {
-    for (int i = 0; i < 3; ++i)
-      ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, kColumn * ImGui::GetFontSize());
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    section("Mouse", [] {
-      for (const Gesture& gesture : gestures()) row(gesture.keys, gesture.help);
-    });
-    section("Fly", [] {
-      for (const FlyKey& key : fly_keys()) row(key_name(key.key).c_str(), key.help);
-    });
-    menu_section(Menu::none);
-    ImGui::TableNextColumn();
-    menu_section(Menu::file);
-    menu_section(Menu::view);
-    menu_section(Menu::measure);
-    menu_section(Menu::help);
-    ImGui::TableNextColumn();
-    menu_section(Menu::camera);
-    menu_section(Menu::mode);
-    ImGui::EndTable();
-  }
+  draw_columns(help_widths(), display.x - 4 * ImGui::GetFontSize());
+  if (pressed(ImGuiKey_Escape)) open = false;
   ImGui::End();
   if (!open) actions.push_back(call(action::toggle_panel, &Panels::help));
 }

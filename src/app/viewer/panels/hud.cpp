@@ -115,7 +115,8 @@ void draw_cell(const Viewer& viewer, const HudRow& row, const TableColumn& colum
                const TableScale& scale, Actions& actions) {
   const bool noisy = column.noisy != nullptr && row.*column.noisy;
   const bool live = column.value == &HudRow::pairs_value && row.pairs_live;
-  const bool trusted = live || (scale.current && !noisy);
+  const bool sampled = column.kind == CellKind::bar && row.fps_sampled;  // "~" marks it
+  const bool trusted = live || sampled || (scale.current && !noisy);
   ImGui::PushStyleColor(ImGuiCol_Text, trusted ? palette::kText : palette::kFaint);
   switch (column.kind) {
     case CellKind::mode:

@@ -21,6 +21,7 @@ void draw_recent(const Viewer& viewer, Actions& actions) {
 
 void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMenu(kMenuNames[static_cast<int>(menu)])) return;
+  if (pressed(ImGuiKey_Escape)) ImGui::CloseCurrentPopup();
   bool first = true;
   for (const KeyCommand& row : key_commands()) {
     if (row.menu != menu) continue;

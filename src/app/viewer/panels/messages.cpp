@@ -10,6 +10,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/message_text.h"
+#include "app/viewer/state/next_axes.h"
 
 namespace qs {
 namespace {
@@ -57,6 +58,13 @@ void draw_file_buttons(const std::filesystem::path& path, Actions& actions) {
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("Its path to the clipboard");
 }
 
+void draw_offer(ToastOffer offer, Actions& actions) {
+  if (offer == ToastOffer::skip_huge && ImGui::Button("Leave them out"))
+    actions.push_back(call(action::skip_huge, true));
+  if (offer == ToastOffer::next_axes && ImGui::Button("Turn it"))
+    actions.push_back(call(action::next_axes));
+}
+
 // Draws a message, counted from the newest, with its lower right corner at `corner`, and moves the
 // corner above it. True if the mouse is over the message.
 bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, float width,
@@ -66,7 +74,7 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
   const std::string shown = fitted_text(toast, width);
   const ImGuiStyle& style = ImGui::GetStyle();
   const ImVec2 text = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width);
-  const bool buttons = !toast.path.empty();
+  const bool buttons = !toast.path.empty() || toast.offer != ToastOffer::none;
   const float least = buttons ? 8 * ImGui::GetFontSize() : 0;
   const float more = buttons ? style.ItemSpacing.y + ImGui::GetFrameHeight() : 0;
   ImGui::SetNextWindowPos({corner.x, corner.y}, ImGuiCond_Always, {1, 1});
@@ -81,7 +89,8 @@ bool draw_toast(const Viewer& viewer, std::size_t number, glm::vec2& corner, flo
   ImGui::PushTextWrapPos(style.WindowPadding.x + width);
   ImGui::TextUnformatted(shown.c_str());
   ImGui::PopTextWrapPos();
-  if (buttons) {
+  draw_offer(toast.offer, actions);
+  if (!toast.path.empty()) {
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", toast.path.c_str());
     draw_file_buttons(toast.path, actions);
   }

@@ -9,6 +9,19 @@
 #include "app/viewer/state/mode_glance.h"
 
 namespace qs {
+namespace {
+
+// The leading parts of a label that fit into `room`; at least the first.
+std::string fitting_label(std::string label, float room) {
+  while (ImGui::CalcTextSize(label.c_str()).x > room) {
+    const std::size_t end = label.rfind(" \u00b7 ");
+    if (end == label.npos) break;
+    label.resize(end);
+  }
+  return label;
+}
+
+}  // namespace
 
 void draw_grid_labels(const Viewer& viewer) {
   if (!viewer.shown.grid) return;
@@ -27,7 +40,7 @@ void draw_grid_labels(const Viewer& viewer) {
     draw.PushClipRect({low.x, end.y}, {low.x + room, end.y + kGridLabel * picture.size().y}, true);
     draw.AddText({low.x, end.y + 0.2f * letter}, color, mode_name(mode));
     draw.AddText({low.x, end.y + 1.25f * letter}, ImGui::GetColorU32(palette::kText),
-                 grid_label(viewer, mode).c_str());
+                 fitting_label(grid_label(viewer, mode), room - 0.5f * letter).c_str());
     draw.PopClipRect();
   }
 }

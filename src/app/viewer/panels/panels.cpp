@@ -133,6 +133,7 @@ void draw_bar(const char* name, const Rect& area, std::span<bool Panels::*const>
                                   [&](const BarPanel& panel) { return panel.open == which; });
     bool open = true;
     ImGui::SetNextItemOpen(true, ImGuiCond_FirstUseEver);
+    if (!(state.drawn.*which)) ImGui::SetScrollHereY(0);  // a panel that was opened is seen
     if (ImGui::CollapsingHeader(row->title, &open)) {
       ImGui::PushID(row->title);
       row->draw(viewer, state, actions);
@@ -183,6 +184,7 @@ void draw_panels(const Viewer& viewer, PanelState& state, Actions& actions) {
     if (viewer.panels.help && !viewer.panels.open) draw_help(viewer, actions);
     if (!viewer.scene && !viewer.loading) draw_welcome(viewer, state, actions);
   }
+  state.drawn = viewer.panels;
   draw_messages(viewer, actions);
   draw_open(viewer, state, actions);
   draw_train(viewer, state, actions);

@@ -18,6 +18,7 @@
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/train_form.h"
 
 namespace qs {
 
@@ -27,16 +28,15 @@ struct PanelState {
   std::string typed_early;    ///< text that was typed before the path field had the keyboard
   bool focus_path = false;    ///< the path field requests the keyboard
   bool scroll_files = false;  ///< to the selected row
-  struct {
-    std::string data, model, options;
-    bool focus = false;              ///< the first field requests the keyboard
-  } train;                           ///< the text in the dialog Train
+  TrainForm train;
+  bool focus_train = false;          ///< the first field of the dialog Train requests the keyboard
   std::string crop_file;             ///< typed name of the cropped scene
   int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none
   unsigned candidates = 0;           ///< GL texture of ViewChoice::pictures, 0 = none
   unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
   float thumbnail_aspect = 1;        ///< its width over its height
+  Panels drawn;                      ///< the panels that were open when the window was drawn last
   std::vector<std::string> columns;  ///< of the table of modes when it was drawn last
   glm::vec2 legend_size{0.0f};       ///< of the heat map's legend when it was drawn last
   std::optional<float> legend_drag;  ///< screen units that the mouse moved since it took the legend

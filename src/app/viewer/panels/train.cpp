@@ -2,7 +2,7 @@
 //
 // The dialog Train: starts a training run in the window. Enter trains, Escape closes.
 #include <algorithm>
-#include <sstream>
+#include <span>
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -16,20 +16,6 @@ namespace {
 
 constexpr const char* kTrainTitle = "Train from photographs";
 
-// "garden/" -> "garden_model"
-std::string usual_model(const std::string& data) {
-  const std::filesystem::path path = std::filesystem::path(data).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).string() + "_model";
-}
-
-TrainingRequest request_of(const PanelState& state) {
-  const auto& [data, model, options, focus] = state.train;
-  TrainingRequest request{data, model.empty() ? usual_model(data) : model, {}};
-  std::istringstream words(options);
-  for (std::string word; words >> word;) request.options.push_back(word);
-  return request;
-}
-
 void draw_field(const char* title, const char* hint, std::string& text) {
   ImGui::TextUnformatted(title);
   ImGui::SetNextItemWidth(-1);
@@ -38,11 +24,28 @@ void draw_field(const char* title, const char* hint, std::string& text) {
   ImGui::PopID();
 }
 
+void choose(const char* title, std::span<const TrainChoice> choices, std::size_t& chosen) {
+  ImGui::SetNextItemWidth(19 * ImGui::GetFontSize());
+  if (!ImGui::BeginCombo(title, choices[chosen].words)) return;
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    if (ImGui::Selectable(choices[i].words, i == chosen)) chosen = i;
+  ImGui::EndCombo();
+}
+
+void draw_choices(TrainForm& form) {
+  ImGui::SetNextItemWidth(19 * ImGui::GetFontSize());
+  ImGui::InputInt("iterations", &form.iterations, 1000, 10000);
+  form.iterations = std::max(form.iterations, 1);
+  choose("size of the photographs", kTrainSizes, form.size);
+  choose("how Gaussians are added", kTrainStrategies, form.strategy);
+}
+
 }  // namespace
 
 void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.panels.train) return;
-  auto& [data, model, options, focus] = state.train;
+  TrainForm& form = state.train;
+  bool& focus = state.focus_train;
   if (!ImGui::IsPopupOpen(kTrainTitle)) {
     ImGui::OpenPopup(kTrainTitle);
     focus = true;
@@ -57,21 +60,24 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
           ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
     return;
   if (std::exchange(focus, false)) ImGui::SetKeyboardFocusHere();
-  draw_field("Photographs", "a COLMAP folder, or one with transforms.json or cameras.json", data);
-  const std::string usual = data.empty() ? "folder of the trained model" : usual_model(data);
-  draw_field("Model", usual.c_str(), model);
-  draw_field("Options", "as of quadsplat train, e.g. --iterations 7000 --resolution-scale 2",
-             options);
+  draw_field("Photographs", "a COLMAP folder, or one with transforms.json or cameras.json",
+             form.data);
+  const std::string usual =
+      form.data.empty() ? "folder of the trained model" : usual_model(form.data);
+  draw_field("Model", usual.c_str(), form.model);
+  draw_choices(form);
+  draw_field("More options", "as of quadsplat train, e.g. --masks \"my masks\" --eval-every 5000",
+             form.more);
   ImGui::PushTextWrapPos(0);
   ImGui::TextColored(palette::kFaint,
                      "The window shows the model while it is trained. The folder is new or empty: "
                      "--resume continues a run in it, --overwrite replaces its files.");
   ImGui::PopTextWrapPos();
   const bool entered = enter_pressed();
-  const bool starts = (ImGui::Button("Train") || entered) && !data.empty();
+  const bool starts = (ImGui::Button("Train") || entered) && !form.data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (starts) actions.push_back(call(action::start_training, request_of(state)));
+  if (starts) actions.push_back(call(action::start_training, request_of(form)));
   if (starts || !open) {
     actions.push_back(call(action::toggle_panel, &Panels::train));
     ImGui::CloseCurrentPopup();

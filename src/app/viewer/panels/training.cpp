@@ -2,7 +2,6 @@
 //
 // Training in the window: its progress, the curve of the loss, and buttons.
 #include <algorithm>
-#include <cfloat>
 #include <vector>
 
 #include <imgui.h>
@@ -17,9 +16,10 @@ namespace {
 void draw_loss(const Training& training) {
   if (training.losses.size() < 2) return;
   const std::vector<float> losses(training.losses.begin(), training.losses.end());
-  ImGui::TextColored(palette::kFaint, "loss");
-  ImGui::PlotLines("##loss", losses.data(), static_cast<int>(losses.size()), 0, nullptr, 0, FLT_MAX,
+  const float largest = *std::max_element(losses.begin(), losses.end());
+  ImGui::PlotLines("##loss", losses.data(), static_cast<int>(losses.size()), 0, nullptr, 0, largest,
                    {ImGui::GetContentRegionAvail().x, 6 * ImGui::GetFontSize()});
+  ImGui::TextColored(palette::kFaint, "%s", loss_plot_text(training).c_str());
 }
 
 }  // namespace

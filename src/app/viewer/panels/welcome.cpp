@@ -92,7 +92,10 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
 void draw_hints(const Viewer& viewer) {
   const std::vector<std::string> hints = hint_texts(viewer.hints);
   if (hints.empty() || !viewer.scene || viewer.loading) return;
-  if (viewer.view_choice.pictures != nullptr) return;  // they are shown after the choice
+  // Hints wait until the lower part of the picture is free.
+  const bool covered = viewer.shown.grid || viewer.shown.heatmap || viewer.shown.values;
+  if (covered || !viewer.toasts.empty() || viewer.view_choice.pictures || viewer.panels.help)
+    return;
   const float letter = ImGui::GetFontSize(), gap = letter;
   float width = -gap;
   for (const std::string& hint : hints) width += ImGui::CalcTextSize(hint.c_str()).x + 2 * gap;

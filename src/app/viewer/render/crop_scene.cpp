@@ -39,6 +39,21 @@ void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
   session.scene = scene;
 }
 
+// The scene after earlier crops. The last such scene is kept, because dragging a box asks often.
+std::shared_ptr<const Scene> rest_of(const RenderContext& context,
+                                     const std::shared_ptr<const Scene>& whole,
+                                     const std::vector<CropWish>& done) {
+  if (done.empty()) return whole;
+  if (context.cropped && context.cropped->done == done && context.cropped->base)
+    return context.cropped->base;
+  std::shared_ptr<const Scene> rest = whole;
+  for (const CropWish& wish : done) {
+    const Removal removal = find_removal(rest->cloud, wish.used_box(), wish.used_floaters());
+    rest = with_cloud(*whole, keep_rest(rest->cloud, removal));
+  }
+  return rest;
+}
+
 std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest& request) {
   Session& session = context.session;
   const std::shared_ptr<const Scene> whole =
@@ -48,18 +63,20 @@ std::optional<RemovalCounts> carry_out(RenderContext& context, const CropRequest
     context.cropped.reset();
     return std::nullopt;
   }
-  const GaussianCloud& cloud = whole->cloud;
+  const std::shared_ptr<const Scene> base = rest_of(context, whole, request.done);
+  const GaussianCloud& cloud = base->cloud;
   const Removal removal =
       find_removal(cloud, request.wish.used_box(), request.wish.used_floaters());
   if (request.view == CropView::rest && removal.staying() == 0)
     fail("{}: {}", whole->path.string(), removal_text(removal, "would go"));
   if (removal.going() == 0 || request.view == CropView::counted) {
-    show(context, whole);
+    show(context, base);
     context.cropped.reset();
+    if (base != whole) context.cropped = CroppedScene{whole, false, request.done, base};
   } else {
     const bool tints = request.view == CropView::marked;
     show(context, with_cloud(*whole, tints ? tinted(cloud, removal) : keep_rest(cloud, removal)));
-    context.cropped = CroppedScene{whole, tints};
+    context.cropped = CroppedScene{whole, tints, request.done, base};
   }
   return removal;
 }

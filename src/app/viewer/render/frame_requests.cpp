@@ -29,6 +29,11 @@ bool can_measure(const Viewer& viewer) {
          !viewer.zoom.running && (viewer.shows_grid || (viewer.panels.hud && viewer.panels.all));
 }
 
+bool shows_colors_alone(const FrameRequest& request) {
+  return !request.heatmap && !request.other && !request.grid &&
+         request.quantity == Quantity::color && request.settings.mode != kReferenceMode;
+}
+
 }  // namespace
 
 FrameRequest full_frame(const Viewer& viewer) {
@@ -38,6 +43,7 @@ FrameRequest full_frame(const Viewer& viewer) {
   request.settings.mode = viewer.mode();
   request.version = viewer.version;
   request.view_version = viewer.view_version;
+  request.picture = viewer.version - viewer.mode_changes;
   request.grid = viewer.shows_grid;
   request.heat_style = viewer.heat_view.style;
   if (viewer.panels.split && !viewer.shows_grid) {
@@ -100,6 +106,8 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
     FrameRequest request = full_frame(viewer);
     request.divisor = divisor;
     request.moving = viewer.moving();
+    request.samples = viewer.moving() && shows_counts(viewer) && shows_colors_alone(request) &&
+                      !is_training(viewer);
     if (next_counts(viewer)) {
       request.counted = CountedView{measured_camera(viewer), request.settings};
       counted_version_ = viewer.view_version;

@@ -31,6 +31,8 @@ struct FrameRequest {
   /// The pairs of all modes of this full-size view are counted.
   std::optional<CountedView> counted;
   int version = 0, view_version = 0;  ///< of Viewer
+  int picture = -1;      ///< the same for requests that differ in the mode only; -1: not known
+  bool samples = false;  ///< some frames are followed by a frame of another mode, for its time
 };
 
 /// A frame for the window: pixels on the host, or in a GL texture.
@@ -70,6 +72,8 @@ struct CroppedScene {
   std::shared_ptr<const Scene> whole;
   /// session.scene has all Gaussians, and those to remove are tinted; else only the rest
   bool tinted = false;
+  std::vector<CropWish> done = {};         ///< CropRequest::done
+  std::shared_ptr<const Scene> base = {};  ///< the rest of `done`
 };
 
 struct RenderContext {

@@ -7,6 +7,7 @@
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 namespace {
@@ -28,7 +29,11 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
       frames_(frames),
       gl_works_(frames != nullptr),
       reports_(std::move(wake)),
-      context_{reports_, [this](const FrameRequest& request) { draw(request); },
+      context_{reports_,
+               [this](const FrameRequest& request) {
+                 kept_ = {};
+                 show(drawn(request));
+               },
                [this](RenderedFrame frame) { publish(std::move(frame)); }} {
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
   context_.session.device = options.device;
@@ -124,7 +129,7 @@ void RenderThread::loop(const std::stop_token& stop) {
       // If a moving camera cancelled its frames, no frame would be completed.
       task_ = request.moving ? Task::frame : Task::refinement;
       lock.unlock();
-      guarded([&] { draw(request); });
+      guarded([&] { answer(request); });
     } else if (ready && numbers_) {
       const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
       task_ = Task::numbers;
@@ -181,15 +186,75 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
   }
 }
 
-void RenderThread::draw(FrameRequest request) {
+RenderedFrame RenderThread::drawn(FrameRequest request) {
   const Camera camera = reduced(request.camera, request.divisor);
   request.settings = reduced(request.settings, request.divisor);
   std::optional<RenderedFrame> rendered;
   if (takes_one_frame(request)) rendered = draw_into_gl(camera, request);
-  if (!rendered) rendered = draw_on_host(context_, request, camera);
-  const bool gl = rendered->texture.name != 0;
-  publish(std::move(*rendered));
-  if (gl) expect(camera.width, camera.height);
+  return rendered ? std::move(*rendered) : draw_on_host(context_, request, camera);
+}
+
+// Gives a drawn frame to the window.
+void RenderThread::show(RenderedFrame frame) {
+  const bool gl = frame.texture.name != 0;
+  const int width = frame.width, height = frame.height;
+  publish(std::move(frame));
+  if (gl) expect(width, height);
+}
+
+// Draws the frame of a request, or shows the kept frame of a mode to which the user switched back.
+void RenderThread::answer(const FrameRequest& request) {
+  if (std::optional<RenderedFrame> kept = kept_.find(request)) {
+    kept_.keep(request, *kept);
+    publish(std::move(*kept));
+    return;
+  }
+  RenderedFrame frame = drawn(request);
+  kept_.keep(request, frame);
+  show(std::move(frame));
+  sample_in_turn(request);
+}
+
+// Reports the time of a frame that nobody sees. `about`: its mode, its size and its view.
+void RenderThread::sample(const Camera& camera, const RenderSettings& settings, ModeSample about) {
+  RenderSettings of_mode = settings;
+  of_mode.mode = about.variant.mode;
+  const Backend backend = context_.session.backend;
+  about.variant.pipeline = settings.pipeline;
+  about.variant.backend = backend;
+  const Target target = backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
+  const Frame& frame =
+      context_.session.renderer->render(camera, of_mode, {}, target, context_.stop);
+  about.frame_ms = static_cast<double>(frame.stats.frame_ms);
+  context_.report(action::mode_sampled, about);
+}
+
+// While the camera moves, every tenth frame is followed by a frame of another mode: a tenth of the
+// time keeps the FPS of all modes alive.
+void RenderThread::sample_in_turn(const FrameRequest& request) {
+  constexpr int kFramesPerSample = 10;
+  if (!request.samples || ++frames_since_sample_ < kFramesPerSample) return;
+  frames_since_sample_ = 0;
+  do {
+    sampled_ = sampled_ % culler_count() + 1;
+  } while (sampled_ == request.settings.mode);
+  ModeSample about;
+  about.variant.mode = sampled_;
+  about.divisor = request.divisor;
+  about.view_version = request.view_version;
+  sample(reduced(request.camera, request.divisor), reduced(request.settings, request.divisor),
+         about);
+}
+
+// Draws each mode once before a measurement, which warms it up, and shows the times until enough
+// frames are measured.
+void RenderThread::sample_all(const NumbersRequest& request) {
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    ModeSample about;
+    about.variant.mode = mode;
+    about.view_version = request.version;
+    sample(request.camera, request.settings, about);
+  }
 }
 
 // Replaces a frame that the window did not take.
@@ -216,12 +281,14 @@ void RenderThread::measure(const NumbersRequest& request) {
   const auto settings = with_settings(session, request.settings);
   ModeNumbers numbers{request.version, {}};
   try {
+    if (!request.more) sample_all(request);
     for (const Pipeline pipeline : pipelines_of(session.backend)) {
       session.settings.pipeline = pipeline;
       const auto measured_with = [&](const ViewPlan& plan) {
         return measure_view(session, all_modes(), request.camera, plan, {{}, context_.stop});
       };
-      measured_with(warm_up_plan(session.backend));
+      const bool sampled = !request.more && pipeline == request.settings.pipeline;
+      if (session.backend != Backend::cpu || !sampled) measured_with(warm_up_plan(session.backend));
       const auto measured = measured_with(numbers_plan(session.backend, request.more));
       numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
     }

@@ -15,6 +15,7 @@
 
 #include "app/measure/measure_view.h"
 #include "app/viewer/render/gl_frames.h"
+#include "app/viewer/render/kept_frames.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
@@ -55,7 +56,12 @@ class RenderThread {
 
  private:
   void loop(const std::stop_token& stop);
-  void draw(FrameRequest request);
+  void answer(const FrameRequest& request);
+  RenderedFrame drawn(FrameRequest request);
+  void show(RenderedFrame frame);
+  void sample_in_turn(const FrameRequest& request);
+  void sample(const Camera& camera, const RenderSettings& settings, ModeSample about);
+  void sample_all(const NumbersRequest& request);
   void publish(RenderedFrame frame);
   void measure(const NumbersRequest& request);
   template <class Work>
@@ -68,6 +74,9 @@ class RenderThread {
   bool gl_works_;
   GlTexture next_texture_;  // for the next frame of the same size
   int next_width_ = 0, next_height_ = 0;
+  KeptFrames kept_;
+  int frames_since_sample_ = 0;
+  CullMode sampled_ = 0;  // the mode of the last sample of a moving camera
   ActionQueue reports_;
   RenderContext context_;
 

@@ -6,6 +6,7 @@
 #include "app/framing/camera_rig.h"
 #include "app/framing/framing.h"
 #include "app/framing/huge_gaussians.h"
+#include "app/framing/whole_subject.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/photographs.h"
 #include "io/camera/cameras.h"
@@ -46,6 +47,7 @@ ViewedScene view_facts_with(
   facts.antialiased = scene.cloud.antialiased;
   facts.white_background = model_wants_white_background(scene.path);
   facts.core = core_box(scene.cloud);
+  facts.subject = subject_box(scene.cloud);
   facts.smallest_radius = smallest_framing(scene.cloud);
   facts.huge = count_huge(scene.cloud, scene_length(facts.core, facts.smallest_radius));
   if (const auto file = cameras_file ? cameras_file : find_cameras_file(scene.path)) {

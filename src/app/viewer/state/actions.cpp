@@ -12,6 +12,7 @@
 #include "app/viewer/state/flight.h"
 #include "app/viewer/state/mode_numbers.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/camera/cameras.h"
 #include "raster/base/error.h"
@@ -106,6 +107,7 @@ void set_mode(Viewer& v, CullMode mode) {
   v.previous_mode = std::exchange(v.settings.mode, mode);
   v.mode_switch = {v.previous_mode, mode, v.now};
   v.hints.modes = false;
+  ++v.mode_changes;
   picture_changed(v);
 }
 
@@ -114,6 +116,7 @@ void peek_previous_mode(Viewer& v, bool held) {
   const CullMode before = v.mode();
   v.peeking = held;
   v.mode_switch = {before, v.mode(), v.now};
+  ++v.mode_changes;
   picture_changed(v);
 }
 
@@ -289,6 +292,9 @@ void tick(Viewer& v, const Turn& turn, double seconds) {
   if (v.mode_switch && v.now - v.mode_switch->at > kSwitchSeconds) v.mode_switch.reset();
   if (!v.toasts_held)
     std::erase_if(v.toasts, [&](const Toast& toast) { return toast.until < v.now; });
+  if (v.scene && v.hints.since < 0) v.hints.since = v.now;
+  if (v.hints.since >= 0 && v.now - v.hints.since > kHintSeconds)
+    v.hints.turn = v.hints.modes = v.hints.map = false;
   advance_motion(v, seconds);
   play_on(v, seconds);
   if (v.still() && !v.playback.running) complete_move(v);
@@ -301,11 +307,14 @@ namespace {
 
 // Messages about oddities that a user can correct with a key or a switch.
 void say_what_is_odd(Viewer& v) {
-  if (v.scene->framing.upside_down)
+  if (v.scene->framing.upside_down) {
     notify(v, "The scene seems to be upside down: press Y to turn it");
+    v.toasts.back().offer = ToastOffer::next_axes;
+  }
   if (v.scene->huge > 0) {
     notify(v, huge_text(v.scene->huge) +
                   " and may cover it: the panel Scene and render settings (I) leaves them out");
+    v.toasts.back().offer = ToastOffer::skip_huge;
   }
 }
 
@@ -330,6 +339,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.playback = {};
     forget_zoom_views(v.zoom);
     v.counts = {};
+    forget_samples(v);
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
@@ -415,8 +425,9 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
 }  // namespace
 
 void frame_shown(Viewer& v, const ShownFrame& frame) {
-  v.shown = frame;
   ++v.frames;
+  learn_from_frame(v, frame);
+  v.shown = frame;
   if (!frame.mode_pairs.empty()) v.counts = {frame.view_version, v.frames, frame.mode_pairs};
   if (is_training(v)) {
     v.training->budget.spent(v.now, static_cast<double>(frame.stats.frame_ms) / 1000,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "app/session/removal.h"
 
@@ -32,15 +33,17 @@ enum class CropView { whole, counted, marked, rest };
 struct CropRequest {
   CropWish wish;  ///< empty for CropView::whole
   CropView view = CropView::whole;
+  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
   bool operator==(const CropRequest&) const = default;
 };
 
 struct Crop {
   CropWish wish;
-  bool marks = true;     ///< while the panel is open, the Gaussians to remove are tinted
-  bool applied = false;  ///< the window shows the rest
-  CropRequest asked;     ///< the last request
-  bool busy = false;     ///< the render thread has not answered it yet
+  bool marks = true;                ///< while the panel is open, the Gaussians to remove are tinted
+  bool applied = false;             ///< the window shows the rest
+  std::vector<CropWish> done = {};  ///< crops that were applied before this one, in their order
+  CropRequest asked;                ///< the last request
+  bool busy = false;                ///< the render thread has not answered it yet
   std::optional<RemovalCounts> counts;  ///< of `asked`; unset for CropView::whole
 };
 

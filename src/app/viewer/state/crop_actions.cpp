@@ -7,25 +7,44 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "app/framing/camera_control.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
 
 CropRequest wanted_crop(const Viewer& viewer) {
   const Crop& crop = viewer.crop;
-  if (!viewer.scene || !crop.wish.removes() || is_training(viewer)) return {};
-  if (crop.applied) return {crop.wish, CropView::rest};
-  if (!viewer.panels.crop) return {};
-  return {crop.wish, crop.marks ? CropView::marked : CropView::counted};
+  if (!viewer.scene || is_training(viewer)) return {};
+  if (crop.applied) return {crop.wish, CropView::rest, crop.done};
+  if (viewer.panels.crop && crop.wish.removes())
+    return {crop.wish, crop.marks ? CropView::marked : CropView::counted, crop.done};
+  return crop.done.empty() ? CropRequest{} : CropRequest{{}, CropView::rest, crop.done};
 }
 
-CropBox first_box(const ViewedScene& scene) {
-  const glm::vec3 more = 0.25f * glm::max(scene.core.size(), glm::vec3(2 * scene.smallest_radius));
-  return {scene.core.low - more, scene.core.high + more};
+namespace {
+
+bool is_inside(const CropBox& box, glm::vec3 point) {
+  return glm::all(glm::lessThanEqual(box.low, point)) &&
+         glm::all(glm::lessThanEqual(point, box.high));
+}
+
+}  // namespace
+
+CropBox first_box(const ViewedScene& scene, glm::dvec3 eye) {
+  const bool known = scene.subject.size() != glm::vec3(0);
+  const SceneBox& around = known ? scene.subject : scene.core;
+  const glm::vec3 size = glm::max(around.size(), glm::vec3(2 * scene.smallest_radius));
+  CropBox box;
+  for (const float more : {0.25f, 0.1f, 0.02f}) {
+    box = {around.low - more * size, around.high + more * size};
+    if (!is_inside(box, glm::vec3(eye))) break;
+  }
+  return box;
 }
 
 std::string crop_text(const Viewer& viewer) {
@@ -76,8 +95,9 @@ namespace action {
 void change_crop(Viewer& v, const CropWish& wish) {
   if (!v.scene || wish == v.crop.wish) return;
   const CropWish before = std::exchange(v.crop.wish, wish);
+  if (std::exchange(v.crop.applied, false)) v.crop.done.push_back(before);
   CropBox& box = v.crop.wish.box;
-  if (wish.boxed && box == CropBox{}) box = first_box(*v.scene);
+  if (wish.boxed && box == CropBox{}) box = first_box(*v.scene, v.camera.position());
   for (int axis = 0; axis < 3; ++axis) {
     if (box.low[axis] <= box.high[axis]) continue;
     if (box.low[axis] != before.box.low[axis]) {
@@ -86,7 +106,6 @@ void change_crop(Viewer& v, const CropWish& wish) {
       box.high[axis] = box.low[axis];
     }
   }
-  v.crop.applied = false;
 }
 
 void choose_crop(Viewer& v, const std::string& words) {
@@ -94,7 +113,8 @@ void choose_crop(Viewer& v, const std::string& words) {
   if (words == "floaters") {
     wish.cleans = true;
   } else if (words == "nothing") {
-    wish.boxed = wish.cleans = false;
+    v.crop.applied = wish.boxed = wish.cleans = false;
+    v.crop.done.clear();
   } else {
     wish.boxed = true;
     wish.box = parse_crop_box("crop", words);
@@ -103,6 +123,28 @@ void choose_crop(Viewer& v, const std::string& words) {
 }
 
 void mark_removed(Viewer& v, bool marks) { v.crop.marks = marks; }
+
+void fit_crop_box(Viewer& v) {
+  if (!v.scene) return;
+  CropWish wish = v.crop.wish;
+  wish.boxed = true;
+  wish.box = first_box(*v.scene, v.camera.position());
+  change_crop(v, wish);
+}
+
+void show_crop_box(Viewer& v) {
+  if (!v.scene || !v.crop.wish.boxed) return;
+  constexpr double kMargin = 1.1;
+  const CropBox& box = v.crop.wish.box;
+  const glm::dvec3 center = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
+  const double radius = kMargin * 0.5 * glm::distance(glm::dvec3(box.low), glm::dvec3(box.high));
+  const glm::dvec2 half =
+      0.5 * glm::dvec2(v.camera.width, v.camera.height) / glm::dvec2(v.camera.focal_px);
+  const double distance = radius / std::sin(std::atan(std::min(half.x, half.y)));
+  const glm::dvec3 seen = v.camera.view_from_world * glm::dvec4(center, 1);
+  v.pivot = center;
+  move(v, stepped(v.camera, seen - glm::dvec3(0, 0, distance)));
+}
 
 void apply_crop(Viewer& v) {
   Crop& crop = v.crop;
@@ -121,8 +163,15 @@ void apply_crop(Viewer& v) {
 }
 
 void undo_crop(Viewer& v) {
-  if (!v.crop.applied) return;
-  v.crop.applied = v.crop.wish.boxed = v.crop.wish.cleans = false;
+  Crop& crop = v.crop;
+  if (!crop.applied && crop.done.empty()) return;
+  crop.applied = !crop.done.empty();
+  if (crop.applied) {
+    crop.wish = crop.done.back();
+    crop.done.pop_back();
+    return notify(v, "the scene before the last crop again");
+  }
+  crop.wish.boxed = crop.wish.cleans = false;
   notify(v, "the whole scene again");
 }
 

@@ -15,8 +15,9 @@ namespace qs {
 /// remove are counted and tinted. During training it is the whole scene.
 CropRequest wanted_crop(const Viewer& viewer);
 
-/// The initial box for the user: the scene's core and a quarter of its size on all sides.
-CropBox first_box(const ViewedScene& scene);
+/// The initial box for the user: the scene's subject and a quarter of its size on all sides, or
+/// less if `eye` would be inside.
+CropBox first_box(const ViewedScene& scene, glm::dvec3 eye);
 
 /// "3 of 500 Gaussians would go: 3 outside of the box", or an instruction.
 std::string crop_text(const Viewer& viewer);
@@ -39,17 +40,22 @@ std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::d
 
 namespace action {
 
-/// Changes the criteria. If only the rest was shown, the whole scene is shown again. A face of the
-/// box cannot pass the opposite face.
+/// Changes the criteria. They refer to the rest of the crops that were applied before. A face of
+/// the box cannot pass the opposite face.
 void change_crop(Viewer& viewer, const CropWish& wish);
 /// Sets the criteria from words: X0,Y0,Z0,X1,Y1,Z1 crops to a box, "floaters" also drops floaters,
-/// "nothing" switches both off. Throws Error(usage).
+/// "nothing" switches both off and shows the whole scene. Throws Error(usage).
 void choose_crop(Viewer& viewer, const std::string& words);
 void mark_removed(Viewer& viewer, bool marks);
+/// Puts the box around the scene's subject.
+void fit_crop_box(Viewer& viewer);
+/// Moves the camera along its viewing direction so that it shows the whole box.
+void show_crop_box(Viewer& viewer);
 
 /// Shows only the rest. Refused with a message if no Gaussian would be removed or none would stay.
 void apply_crop(Viewer& viewer);
-/// Shows the whole scene and switches box and floaters off.
+/// Shows the scene before the last crop that was applied. Box and floaters are switched off in the
+/// whole scene.
 void undo_crop(Viewer& viewer);
 void toggle_crop(Viewer& viewer);
 

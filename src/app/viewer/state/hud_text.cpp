@@ -12,9 +12,12 @@
 #include "app/session/removal_text.h"
 #include "app/viewer/state/crop_actions.h"
 #include "app/viewer/state/flight.h"
+#include "app/viewer/state/interface_scale.h"
 #include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/lost.h"
 #include "app/viewer/state/mode_glance.h"
 #include "app/viewer/state/panel_text.h"
+#include "app/viewer/state/samples.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_text.h"
 #include "io/bytes/json_text.h"
@@ -40,16 +43,60 @@ std::string significant(double value, double uncertainty) {
   return fmt::format("{:.0f}", std::round(value / unit) * unit);
 }
 
+namespace {
+
+// The row of the table that is of the picture in the window; null if there is none, or if the
+// picture shows more than the colours of one mode.
+const HudRow* row_of_picture(const Viewer& viewer, const std::vector<HudRow>& rows) {
+  const ShownFrame& shown = viewer.shown;
+  if (!numbers_are_current(viewer) || shown.version != viewer.version || shown.divisor > 1 ||
+      shown.mode < 1 || shown.mode > culler_count() || !hud_caveat(viewer).empty())
+    return nullptr;
+  const HudRow& row = rows[static_cast<std::size_t>(shown.mode - 1)];
+  return row.fps_value > 0 ? &row : nullptr;
+}
+
+// " at 1280 x 720" if the modes were measured at another size than the picture's.
+std::string measured_elsewhere(const Viewer& viewer) {
+  const Camera measured = measured_camera(viewer);
+  if (measured.width == viewer.camera.width && measured.height == viewer.camera.height) return "";
+  return fmt::format(" at {} x {}", measured.width, measured.height);
+}
+
+// The time of the picture: the table's numbers if they are of it, else the time of its one frame.
+// Empty without a time.
+std::string time_of_picture(const Viewer& viewer) {
+  const std::vector<HudRow> rows = hud_rows(viewer);
+  if (const HudRow* row = row_of_picture(viewer, rows))
+    return fmt::format("{} ms, {} FPS{}", row->ms, row->fps, measured_elsewhere(viewer));
+  const double ms = static_cast<double>(viewer.shown.stats.frame_ms);
+  if (ms <= 0) return "";
+  const int divisor = viewer.shown.divisor;
+  return fmt::format("~{} ms, ~{} FPS{}", rough(ms), rough(1000 / ms),
+                     divisor > 1 ? fmt::format(" at 1/{}", divisor) : "");
+}
+
+// The pairs of the picture at its full size, or the pairs of a reduced frame, which says so.
+// `unit` follows the number.
+std::string pairs_of_picture(const Viewer& viewer, const char* unit) {
+  if (const std::optional<FullSizePairs> full = full_size_pairs(viewer))
+    return (full->exact ? "" : "~") + grouped(full->pairs) + unit;
+  return fmt::format("{}{} at 1/{}", grouped(viewer.shown.stats.tile_pairs), unit,
+                     viewer.shown.divisor);
+}
+
+}  // namespace
+
 std::vector<Fact> hud_facts(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
-  const double ms = static_cast<double>(stats.frame_ms);
+  const std::string time = time_of_picture(viewer);
   std::vector<Fact> facts = {
-      {"render", ms > 0 ? fmt::format("{} ms, {} FPS", ms_text(ms), fps_text(1000 / ms)) : "-"},
+      {"render", time.empty() ? "-" : time},
       {"display", viewer.display_fps > 0 ? fps_text(viewer.display_fps) + " FPS" : "at rest"},
       {"present",
        fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
                    viewer.shown.interop ? ", by interop" : ", through the host")},
-      {"tile pairs", grouped(stats.tile_pairs)},
+      {"tile pairs", pairs_of_picture(viewer, "")},
       {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
   };
@@ -74,6 +121,7 @@ std::string hud_caveat(const Viewer& viewer) {
   if (viewer.shown.values) reasons.emplace_back("without colours");
   if (viewer.shown.other) reasons.emplace_back("in a split window");
   if (viewer.shown.grid) reasons.emplace_back("beside all modes");
+  if (is_training(viewer)) reasons.emplace_back("beside the trainer");
   if (!viewer.on_demand && viewer.vsync) reasons.emplace_back("waits for the display");
   return reasons.empty() ? "" : joined(reasons, ", ") + ": not a measurement";
 }
@@ -84,7 +132,9 @@ namespace {
 std::vector<std::string> numbers_of_both(const Viewer& viewer) {
   const RenderStats* stats[] = {&viewer.shown.stats, &viewer.shown.other->stats};
   if (viewer.split.flipped) std::swap(stats[0], stats[1]);
-  const auto ms = [](const RenderStats* s) { return ms_text(static_cast<double>(s->frame_ms)); };
+  const auto ms = [](const RenderStats* s) {
+    return "~" + rough(static_cast<double>(s->frame_ms));
+  };
   return {
       fmt::format("{}", fmt::join(split_names(viewer), " | ")), mode_name(viewer.mode()),
       fmt::format("{} | {} ms", ms(stats[0]), ms(stats[1])),
@@ -93,12 +143,9 @@ std::vector<std::string> numbers_of_both(const Viewer& viewer) {
 
 std::vector<std::string> numbers_of_frame(const Viewer& viewer) {
   const RenderStats& stats = viewer.shown.stats;
-  const double ms = static_cast<double>(stats.frame_ms);
   std::vector<std::string> words = {mode_name(viewer.mode())};
-  const int divisor = viewer.shown.divisor;
-  const std::string at = divisor > 1 ? fmt::format(" at 1/{}", divisor) : "";
-  if (ms > 0) words.push_back(fmt::format("{} ms, {} FPS{}", ms_text(ms), fps_text(1000 / ms), at));
-  words.push_back(grouped(stats.tile_pairs) + " pairs" + at);
+  if (const std::string time = time_of_picture(viewer); !time.empty()) words.push_back(time);
+  words.push_back(pairs_of_picture(viewer, " pairs"));
   words.push_back(
       fmt::format("{} of {} Gaussians", grouped(stats.visible), grouped(stats.gaussians)));
   return words;
@@ -141,13 +188,15 @@ std::string hud_status(const Viewer& viewer) {
     if (frames > 0) text += fmt::format(": medians of {} frames each", frames);
     return text + (viewer.measuring ? ", measuring more ..." : "");
   }
-  if (viewer.measuring) return "measuring all modes for this view ...";
+  const std::string sampled = viewer.samples.empty() ? "" : ", ~ of single frames";
+  const std::string measures = "measuring all modes for this view" + sampled + " ...";
+  if (viewer.measuring) return measures;
   const std::string from =
-      viewer.numbers.rows.empty() ? "not measured yet" : "from an earlier view";
+      (viewer.numbers.rows.empty() ? "not measured yet" : "from an earlier view") + sampled;
+  if (is_training(viewer)) return from + "; modes are not measured beside the trainer";
   if (!viewer.on_demand) return from + "; all modes are measured while drawing on demand only";
   const bool soon = viewer.still() && !viewer.playback.running;
-  return soon ? "measuring all modes for this view ..."
-              : from + "; measured once this view is still";
+  return soon ? measures : from + "; measured once this view is still";
 }
 
 std::array<double, kStageCount> stages_of(const BenchRow& row) {
@@ -237,6 +286,7 @@ ordered_json mode_json(const Viewer& viewer, const HudRow& row) {
           {"ms_median", measured == nullptr ? 0 : measured->ms_median},
           {"ms", row.ms},
           {"fps", row.fps},
+          {"fps_sampled", row.fps_sampled},
           {"pairs", row.pairs},
           {"per_visible", row.per_visible},
           {"unused", row.unused},
@@ -289,6 +339,20 @@ void add_overlays(const Viewer& viewer, ordered_json& json) {
   }
 }
 
+// The help for a user who is lost or new, and the size of letters.
+void add_guides(const Viewer& viewer, ordered_json& json) {
+  if (const std::optional<WayToSubject> way = way_to_subject(viewer)) {
+    json["arrow"] = {{"tip", {way->tip.x, way->tip.y}},
+                     {"direction", {way->direction.x, way->direction.y}}};
+  } else {
+    json["arrow"] = nullptr;
+  }
+  json["first_views"] = viewer.view_choice.pictures && viewer.scene
+                            ? viewer.scene->candidates.size()
+                            : std::size_t{0};
+  json["interface_scale"] = interface_scale(viewer);
+}
+
 void add_messages(const Viewer& viewer, ordered_json& json) {
   json["hints"] = ordered_json::array();
   for (const std::string& hint : hint_texts(viewer.hints)) json["hints"].push_back(hint);
@@ -314,6 +378,7 @@ std::string state_json(const Viewer& viewer) {
   if (viewer.comparison) json["oracle"] = viewer.comparison->sentence;
   if (verdict_is_current(viewer)) add_facts(json["verdict"], verdict_facts(*viewer.comparison));
   add_messages(viewer, json);
+  add_guides(viewer, json);
   if (viewer.mode_switch) json["switch"] = switch_text(viewer);
   if (viewer.shows_badge) json["badge"] = badge_lines(viewer);
   json["keyframes"] = viewer.keyframes.size();

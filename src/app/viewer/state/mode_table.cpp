@@ -8,6 +8,7 @@
 #include "app/base/text.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/samples.h"
 
 namespace qs {
 
@@ -82,6 +83,18 @@ void set_live_pairs(const Viewer& viewer, HudRow& row) {
   row.pairs_live = true;
 }
 
+// The FPS of a single frame in place of an earlier measurement. Measured FPS of another view have
+// no bar beside bars of samples.
+void set_sample(const Viewer& viewer, HudRow& row) {
+  if (numbers_are_current(viewer) || viewer.samples.empty()) return;
+  row.fps_value = row.fps_low = row.fps_high = 0;
+  const ModeSample* sample = sample_of(viewer, row.mode);
+  if (sample == nullptr) return;
+  row.fps = sample_text(*sample);
+  row.fps_value = fps_of(*sample);
+  row.fps_sampled = true;
+}
+
 }  // namespace
 
 std::string unused_text(const BenchRow* row) {
@@ -104,6 +117,7 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     row.fps = rate_text(found);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
     set_live_pairs(viewer, row);
+    set_sample(viewer, row);
     row.per_visible = found == nullptr ? "-" : fmt::format("{:.2f}", found->pairs_per_visible);
     row.unused = unused_text(found);
     const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);

@@ -20,6 +20,7 @@ struct HudRow {
   double mode_value = 0, ms_value = 0, fps_value = 0, pairs_value = 0, per_visible_value = 0,
          unused_value = 0, ratio_value = 0, other_ms_value = 0, other_ratio_value = 0;
   double fps_low = 0, fps_high = 0;  ///< the middle half of the frames; 0 for a single frame
+  bool fps_sampled = false;          ///< the FPS are of a single frame of this or a recent view
   bool pairs_live = false;  ///< the pairs were counted beside a frame of this or a recent view
   bool is_noisy = false, other_noisy = false;           ///< the times should not be trusted
   bool ratio_noisy = false, other_ratio_noisy = false;  ///< it is open which mode is faster

@@ -67,13 +67,7 @@ std::string inspected_pixel_text(const PixelReport& pixel) {
 }
 
 std::vector<BarTick> heat_ticks(const ShownFrame& shown) {
-  const Scale& scale = shown.map_scale;
-  const Legend legend = make_legend(*shown.heatmap, scale, mode_name(shown.mode));
-  std::vector<BarTick> ticks;
-  for (const std::uint32_t value : scale.ticks())
-    ticks.push_back({static_cast<float>(value) / static_cast<float>(scale.maximum),
-                     legend.ticks[ticks.size()]});
-  return ticks;
+  return make_legend(*shown.heatmap, shown.map_scale, mode_name(shown.mode)).ticks;
 }
 
 std::string scale_text(const Viewer& viewer) {
@@ -111,19 +105,11 @@ std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t c
 }
 
 std::vector<BarTick> value_ticks(const ShownFrame& shown) {
-  const ValueScale& scale = shown.values->scale;
-  std::vector<BarTick> ticks;
-  for (const float value : scale.ticks())
-    ticks.push_back({(value - scale.low) / (scale.high - scale.low), scale.text(value)});
-  ticks.back().text += row_of(shown.values->quantity).unit;
-  return ticks;
+  return make_legend(*shown.values, mode_name(shown.mode)).ticks;
 }
 
 std::string value_facts(const ShownFrame& shown) {
-  const bool is_depth = shown.values->quantity != Quantity::alpha;
-  return fmt::format("mode {} \u00b7 {}", mode_name(shown.mode),
-                     is_depth ? "units of the scene along the view axis, from the camera"
-                              : "1 = nothing behind the Gaussians is seen");
+  return make_legend(*shown.values, mode_name(shown.mode)).facts;
 }
 
 std::string value_text(const ShownFrame& shown, std::size_t pixel) {

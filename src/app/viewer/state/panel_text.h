@@ -19,12 +19,6 @@ struct Fact {
   std::string label, value;
 };
 
-/// A tick of a colour bar.
-struct BarTick {
-  float at;  ///< position along the bar, 0 to 1
-  std::string text;
-};
-
 /// "garden   500 Gaussians   cpu   640 x 480": the right end of the menu bar.
 std::string scene_summary(const Viewer& viewer);
 

@@ -7,6 +7,7 @@
 
 #include "app/base/text.h"
 #include "app/viewer/state/actions.h"
+#include "app/viewer/state/zoom_text.h"
 
 namespace qs {
 
@@ -31,6 +32,23 @@ bool may_draw(const Viewer& viewer) {
   return !is_training(viewer) || viewer.training->budget.allows(viewer.now);
 }
 
+namespace {
+
+// At the speed of the last iterations; unset before the first and after the last.
+std::optional<double> seconds_left(const Training& training) {
+  const TrainingProgress& progress = training.progress;
+  if (training.phase == TrainingPhase::ended || progress.iterations_per_second <= 0)
+    return std::nullopt;
+  return (progress.iterations - progress.iteration) / progress.iterations_per_second;
+}
+
+}  // namespace
+
+std::string loss_plot_text(const Training& training) {
+  const float largest = *std::max_element(training.losses.begin(), training.losses.end());
+  return fmt::format("loss of the last {} reports, 0 to {:.3f}", training.losses.size(), largest);
+}
+
 std::vector<Fact> training_facts(const Viewer& viewer) {
   if (!viewer.training) return {};
   const Training& training = *viewer.training;
@@ -52,6 +70,8 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
   facts.push_back({"speed", progress.iterations_per_second > 0
                                 ? fmt::format("{:.1f} iterations/s", progress.iterations_per_second)
                                 : "-"});
+  if (const std::optional<double> left = seconds_left(training))
+    facts.push_back({"time left", about_text(*left)});
   facts.push_back(
       {"drawing", fmt::format("{:.0f} % of the time", 100 * training.budget.share(viewer.now))});
   facts.push_back({"in the window", fmt::format("iteration {}", count(training.shown))});

@@ -17,6 +17,9 @@ bool may_draw(const Viewer& viewer);
 /// The facts of the panel; empty without training.
 std::vector<Fact> training_facts(const Viewer& viewer);
 
+/// The caption of the plot of Training::losses, which must not be empty: its axes.
+std::string loss_plot_text(const Training& training);
+
 namespace action {
 
 // ---- by the user -------------------------------------------------------------------------------

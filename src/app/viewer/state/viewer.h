@@ -49,6 +49,7 @@ struct ViewedScene {
   glm::dvec3 up{0, -1, 0};            ///< unit vector in the world
   bool up_is_declared = false;        ///< `up` was given by the user or the file
   Framing framing;                    ///< the view of F
+  SceneBox subject;                   ///< subject_box(); size 0: unknown
   std::vector<Framing> candidates;    ///< choose_framings() of a scene without cameras
   std::string axes;                   ///< ReadOptions::axes that the file was read with
   std::string declared_axes = "RDF";  ///< of the file
@@ -87,10 +88,18 @@ struct Bars {
 };
 
 /// The hints of the first start that are still shown. Each disappears once the user has followed
-/// it.
+/// it, and all disappear after kHintSeconds.
 struct Hints {
   bool turn = false, modes = false, map = false;
+  double since = -1;  ///< Viewer::now of the first tick with a scene; negative: not yet
+
+  bool any() const { return turn || modes || map; }
 };
+
+inline constexpr double kHintSeconds = 90;
+
+/// The button of a toast that does what the toast advises.
+enum class ToastOffer { none, skip_huge, next_axes };
 
 struct Toast {
   std::string text;
@@ -98,6 +107,7 @@ struct Toast {
   double until = 0;                 ///< Viewer::now at which it disappears
   std::filesystem::path path = {};  ///< of the file that was written, absolute; may be empty
   bool about_opening = false;       ///< gives the reason why a file was not opened
+  ToastOffer offer = ToastOffer::none;
 };
 
 /// A message in the log.
@@ -180,6 +190,24 @@ struct ViewCounts {
   int view_version = -1;         ///< Viewer::view_version
   int frame = 0;                 ///< Viewer::frames of the frame that counted
   std::vector<ModePairs> modes;  ///< index = mode - 1; empty: nothing was counted yet
+};
+
+/// The time of one frame of a mode; samples.h reads it.
+struct ModeSample {
+  Variant variant;
+  double frame_ms = 0;
+  int divisor = 1;        ///< drawn at 1 / divisor of the full size
+  int view_version = -1;  ///< Viewer::view_version
+  int frame = 0;          ///< Viewer::frames when it came
+};
+
+/// The tile pairs of full-size frames relative to the pairs of reduced frames, learned from views
+/// that were drawn in both sizes.
+struct PairGrowth {
+  std::map<int, double> factors{{1, 1.0}};  ///< by the divisor of the reduced frame
+  int view_version = -1;                    ///< of `reduced`
+  CullMode mode = 0;
+  std::map<int, double> reduced;  ///< pairs of the reduced frames of this view, by divisor
 };
 
 /// Numbers of all modes for one view. The frames are BenchRow::round_ms.
@@ -347,6 +375,8 @@ struct Viewer : Turn {
   ShownFrame shown;
   int frames = 0;  ///< counts changes of `shown`
   ViewCounts counts;
+  std::map<CullMode, ModeSample> samples;
+  PairGrowth pair_growth;
   ModeNumbers numbers;
   SeenModes seen;
   CullMode baseline = find_culler("3dgs");  ///< the mode to which ratios are relative
@@ -365,6 +395,7 @@ struct Viewer : Turn {
   /// `version` counts changes of the picture. `view_version` counts changes that affect the numbers
   /// of all modes: all changes except changes of the mode.
   int version = 0, view_version = 0;
+  int mode_changes = 0;  ///< the changes of `version` that changed the mode only
 
   /// The time at which a path of at least two keyframes ends.
   double path_end() const {

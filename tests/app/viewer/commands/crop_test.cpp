@@ -169,6 +169,58 @@ TEST(Crop, applies_what_leaves_something_and_takes_something) {
   EXPECT_FALSE(driven.viewer.crop.applied) << "another wish is shown before it happens";
 }
 
+TEST(Crop, applying_twice_crops_twice_and_each_undo_takes_one_crop_back) {
+  DrivenScene driven(1);
+  driven.press("R");
+  const CropWish first = boxed(kUnit), second = boxed({{0, 0, 0}, {1, 1, 1}});
+  const auto apply_wish = [&](const CropWish& wish) {
+    driven.apply(change_crop, wish);
+    driven.apply(follow_crop);
+    driven.apply(crop_shown, wanted_crop(driven.viewer), RemovalCounts{{400, 100}},
+                 std::uint64_t{500});
+    driven.press("Shift+R");
+  };
+  apply_wish(first);
+  driven.apply(change_crop, second);
+  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{second, CropView::marked, {first}}))
+      << "of the rest of the first";
+  driven.press("R");
+  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{{}, CropView::rest, {first}}));
+  driven.press("R");
+  apply_wish(second);
+  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{second, CropView::rest, {first}}));
+  driven.apply(undo_crop);
+  EXPECT_EQ(wanted_crop(driven.viewer), (CropRequest{first, CropView::rest}));
+  driven.apply(undo_crop);
+  EXPECT_EQ(wanted_crop(driven.viewer), CropRequest());
+  driven.apply(undo_crop);
+  EXPECT_EQ(driven.viewer.toasts.back().text, "the whole scene again");
+}
+
+TEST(Crop, the_first_box_is_around_the_subject_with_the_camera_outside) {
+  ViewedScene scene = test::some_scene(1);
+  scene.subject = {glm::vec3(-1, -2, -1), glm::vec3(1, 2, 1)};
+  EXPECT_EQ(first_box(scene, {0, 0, -10}), (CropBox{{-1.5f, -3, -1.5f}, {1.5f, 3, 1.5f}}));
+  const CropBox near = first_box(scene, {0, 0, -1.3});
+  EXPECT_GT(near.low.z, -1.3f);
+  EXPECT_LT(near.low.z, -1);
+}
+
+TEST(Crop, show_all_moves_the_camera_until_the_whole_box_is_visible) {
+  DrivenScene driven(1);
+  driven.apply(show_crop_box);
+  driven.apply(change_crop, boxed(kUnit));
+  const Camera before = driven.viewer.camera;
+  driven.apply(show_crop_box);
+  const Camera& after = driven.viewer.camera;
+  EXPECT_NE(before.position(), after.position());
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner(i & 1 ? 1 : -1, i & 2 ? 2 : -2, i & 4 ? 3 : -3);
+    const glm::dvec2 at = pixel_of(after, corner);
+    EXPECT_TRUE(at.x > 0 && at.y > 0 && at.x < after.width && at.y < after.height) << i;
+  }
+}
+
 TEST(Crop, another_scene_is_whole) {
   DrivenScene driven(1);
   driven.press("R");

@@ -97,6 +97,35 @@ TEST_F(PanelsTest, the_dialog_open_takes_what_is_typed_from_its_first_frame_on) 
   EXPECT_FALSE(ImGui::GetIO().WantTextInput);
 }
 
+TEST_F(PanelsTest, escape_closes_what_is_on_top_first) {
+  driven_.press("F1");
+  driven_.press("Ctrl+O");  // the help stands back behind a dialog
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_TRUE(shows("Open"));
+  draw("", ImGuiKey_Escape);
+  EXPECT_FALSE(driven_.viewer.panels.open);
+  EXPECT_TRUE(driven_.viewer.panels.help);
+  draw();
+  draw();
+  EXPECT_TRUE(shows("Help"));
+  draw("", ImGuiKey_Escape);
+  EXPECT_FALSE(driven_.viewer.panels.help);
+}
+
+TEST_F(PanelsTest, the_help_shows_whole_texts_at_every_size) {
+  for (const ImVec2 size : {ImVec2(640, 400), ImVec2(1280, 720), ImVec2(3840, 2160)}) {
+    ImGui::GetIO().DisplaySize = size;
+    driven_.press("F1");
+    for (int i = 0; i < 3; ++i) draw();
+    const ImGuiWindow* help = ImGui::FindWindowByName("Help");
+    ASSERT_TRUE(help != nullptr && help->Active) << size.x;
+    EXPECT_LE(help->ContentSize.x, help->Size.x) << size.x;
+    EXPECT_LE(help->Pos.x + help->Size.x, size.x) << size.x;
+    driven_.press("F1");
+    draw();
+  }
+}
+
 TEST_F(PanelsTest, drawing_crop_and_clean_changes_nothing) {
   CropWish wish;
   wish.boxed = wish.cleans = true;

@@ -214,6 +214,84 @@ TEST_F(RenderThreadTest, a_thousand_switches_leave_image_and_memory_alone) {
   EXPECT_EQ(draw(request_)->rgba, first->rgba);
 }
 
+TEST_F(RenderThreadTest, switching_back_to_a_mode_shows_its_picture_again_without_drawing) {
+  const FrameRequest first = full_frame(viewer());
+  const auto a = draw(first);
+  apply(call(action::set_mode, find_culler("3dgs")));
+  const FrameRequest second = full_frame(viewer());
+  const auto b = draw(second);
+  ASSERT_NE(a->shown.stats.tile_pairs, b->shown.stats.tile_pairs);
+  apply(call(action::peek_previous_mode, true));
+  const auto again = draw(full_frame(viewer()));
+  EXPECT_EQ(again->rgba, a->rgba);
+  EXPECT_EQ(again->shown.version, viewer().version);
+  EXPECT_EQ(again->shown.stats.frame_ms, a->shown.stats.frame_ms) << "drawn again";
+  apply(call(action::peek_previous_mode, false));
+  EXPECT_EQ(draw(full_frame(viewer()))->shown.stats.frame_ms, b->shown.stats.frame_ms);
+  // The same mode is drawn again: a window that draws without pause measures.
+  bool drawn_again = false;
+  for (int i = 0; i < 20 && !drawn_again; ++i)
+    drawn_again = draw(full_frame(viewer()))->shown.stats.frame_ms != b->shown.stats.frame_ms;
+  EXPECT_TRUE(drawn_again);
+  // Another picture: the kept frames are of no use.
+  RenderSettings settings = viewer().settings;
+  settings.background = glm::vec3(1);
+  apply(call(action::change_settings, settings));
+  draw(full_frame(viewer()));
+  apply(call(action::peek_previous_mode, true));
+  EXPECT_NE(draw(full_frame(viewer()))->rgba, a->rgba);
+}
+
+TEST_F(RenderThreadTest, a_frame_that_shall_count_is_drawn) {
+  draw(full_frame(viewer()));
+  apply(call(action::set_mode, find_culler("3dgs")));
+  draw(full_frame(viewer()));
+  apply(call(action::peek_previous_mode, true));
+  FrameRequest request = full_frame(viewer());
+  request.counted = CountedView{request.camera, request.settings};
+  EXPECT_FALSE(draw(request)->shown.mode_pairs.empty());
+}
+
+TEST_F(RenderThreadTest, every_mode_has_a_sample_before_the_numbers_of_all_modes) {
+  std::vector<CullMode> sampled;
+  thread_.request(NumbersRequest{request_.camera, request_.settings, viewer().view_version});
+  const auto deadline = std::chrono::steady_clock::now() + 60s;
+  while (viewer().numbers.rows.empty() && std::chrono::steady_clock::now() < deadline) {
+    Actions reports;
+    thread_.take_reports(reports);
+    for (const Action& report : reports) {
+      const std::size_t before = viewer().samples.size();
+      apply(report);
+      if (viewer().samples.size() > before) {
+        EXPECT_TRUE(viewer().numbers.rows.empty());
+        sampled.push_back(static_cast<CullMode>(viewer().samples.size()));
+      }
+    }
+  }
+  EXPECT_EQ(sampled.size(), static_cast<std::size_t>(culler_count()));
+  for (const auto& [mode, sample] : viewer().samples) {
+    EXPECT_EQ(sample.variant, (Variant{mode, request_.settings.pipeline, Backend::cpu}));
+    EXPECT_EQ(sample.divisor, 1);
+    EXPECT_GT(sample.frame_ms, 0);
+  }
+}
+
+TEST_F(RenderThreadTest, a_moving_camera_samples_all_other_modes_in_turns) {
+  FrameRequest request = full_frame(viewer());
+  request.moving = request.samples = true;
+  request.divisor = 2;
+  for (int frame = 0; frame < 9; ++frame) draw(request);
+  EXPECT_TRUE(viewer().samples.empty()) << "nine frames";
+  for (int frame = 9; frame < 10 * (culler_count() - 1); ++frame) draw(request);
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    const auto found = viewer().samples.find(mode);
+    ASSERT_EQ(found != viewer().samples.end(), mode != request.settings.mode) << mode;
+    if (mode != request.settings.mode) {
+      EXPECT_EQ(found->second.divisor, 2);
+    }
+  }
+}
+
 TEST_F(RenderThreadTest, numbers_of_all_modes_arrive_when_nothing_else_is_to_do) {
   thread_.request(NumbersRequest{request_.camera, request_.settings, 42});
   settle();

@@ -77,6 +77,22 @@ TEST(Messages, why_a_file_was_not_opened_goes_when_something_opens) {
   }
 }
 
+TEST(Hints, go_when_they_are_followed_and_after_their_time) {
+  test::DrivenScene driven(1);
+  driven.apply([](Viewer& viewer) { viewer.hints = {true, true, true}; });
+  const auto tick_at = [&](double now) {
+    Turn turn;
+    turn.now = now;
+    driven.apply(action::tick, turn, 0.1);
+    return driven.viewer.hints.any();
+  };
+  EXPECT_TRUE(tick_at(5));
+  driven.apply(action::set_mode, find_culler("3dgs"));
+  EXPECT_FALSE(driven.viewer.hints.modes);
+  EXPECT_TRUE(tick_at(5 + kHintSeconds));
+  EXPECT_FALSE(tick_at(5.1 + kHintSeconds));
+}
+
 TEST(Messages, long_paths_lose_their_middle) {
   EXPECT_EQ(shortened_middle("short", 5), "short");
   EXPECT_EQ(shortened_middle("", 5), "");

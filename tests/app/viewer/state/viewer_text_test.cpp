@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@
 #include "app/framing/camera_control.h"
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/mode_glance.h"
+#include "app/viewer/state/training_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/scenes.h"
 
@@ -70,7 +72,7 @@ TEST(HudText, the_frame_s_numbers_are_those_of_its_statistics) {
   viewer.process_bytes = 1'234'000'000;
   viewer.gpu_bytes = 2'500'000;
   const std::vector<Fact> facts = hud_facts(viewer);
-  EXPECT_EQ(value_of(facts, "render"), "4.000 ms, 250.0 FPS");  // 1000 / 4
+  EXPECT_EQ(value_of(facts, "render"), "~4.0 ms, ~250 FPS");  // one frame, 1000 / 4
   EXPECT_EQ(value_of(facts, "display"), "59.9 FPS");
   EXPECT_EQ(value_of(facts, "present"), "0.750 ms, through the host");  // 0.25 + 0.5
   EXPECT_EQ(value_of(facts, "tile pairs"), "1,796,342");
@@ -281,7 +283,39 @@ TEST(HudText, a_reduced_frame_s_numbers_say_its_size_and_are_faint) {
   EXPECT_FALSE(status_line(viewer).faint);
   viewer.shown.divisor = 2;
   EXPECT_TRUE(status_line(viewer).faint);
-  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("250.0 FPS at 1/2"));
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("~250 FPS at 1/2"));
+}
+
+TEST(HudText, the_picture_s_time_is_the_table_s_once_the_table_is_of_it) {
+  Viewer viewer = known_viewer();
+  viewer.camera.width = 1280;
+  viewer.camera.height = 720;
+  viewer.shown.mode = viewer.settings.mode = find_culler("quadbox");
+  viewer.shown.version = viewer.version;
+  BenchRow row = row_of_mode("quadbox", 5, 1796352);
+  row.round_ms = {4.9, 5.0, 5.1, 4.95, 5.05};
+  viewer.numbers = {viewer.view_version, {row}};
+  const HudRow shown = hud_rows(viewer)[static_cast<std::size_t>(viewer.shown.mode - 1)];
+  const std::string time = fmt::format("{} ms, {} FPS", shown.ms, shown.fps);
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + "  "));
+  EXPECT_EQ(value_of(hud_facts(viewer), "render"), time);
+  viewer.bare_size = {1600, 900};
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr(time + " at 1600 x 900"));
+  // A frame that does more than the mode is not the table's.
+  viewer.shown.heatmap.emplace();
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("~250 FPS"));
+  viewer.shown.heatmap.reset();
+  ++viewer.view_version;
+  EXPECT_THAT(status_line(viewer).numbers, HasSubstr("~250 FPS"));
+}
+
+TEST(HudText, beside_the_trainer_nothing_is_a_measurement) {
+  Viewer viewer = known_viewer();
+  EXPECT_EQ(hud_caveat(viewer), "");
+  viewer.training.emplace();
+  ASSERT_TRUE(is_training(viewer));
+  EXPECT_EQ(hud_caveat(viewer), "beside the trainer: not a measurement");
+  EXPECT_THAT(hud_status(viewer), HasSubstr("not measured beside the trainer"));
 }
 
 TEST(HudText, ratios_are_relative_to_the_chosen_baseline) {
@@ -398,12 +432,12 @@ TEST(PanelText, a_scene_beside_is_named_with_the_numbers_of_both) {
   EXPECT_THAT(split_names(viewer), ElementsAre("garden", "house"));
   EXPECT_EQ(
       status_line(viewer).numbers,
-      "garden | house  \u00b7  quadbox  \u00b7  4.000 | 2.500 ms  \u00b7  1,796,342 | 5,678 pairs");
+      "garden | house  \u00b7  quadbox  \u00b7  ~4.0 | ~2.5 ms  \u00b7  1,796,342 | 5,678 pairs");
   EXPECT_THAT(value_of(split_facts(viewer), "Gaussians"), testing::EndsWith(" and 1,234"));
   viewer.split.flipped = true;
   EXPECT_EQ(
       status_line(viewer).numbers,
-      "house | garden  \u00b7  quadbox  \u00b7  2.500 | 4.000 ms  \u00b7  5,678 | 1,796,342 pairs");
+      "house | garden  \u00b7  quadbox  \u00b7  ~2.5 | ~4.0 ms  \u00b7  5,678 | 1,796,342 pairs");
   viewer.shown.other->scene->path = "/data/two/garden.ply";
   EXPECT_THAT(split_names(viewer), ElementsAre("/data/two/garden.ply", "/data/one/garden.ply"));
 }
@@ -593,7 +627,10 @@ TEST(StateJson, holds_the_numbers_of_the_panels) {
   EXPECT_EQ(json["gaussians"], 5834784);
   EXPECT_EQ(json["modes"][4]["ms"], "0.961");
   EXPECT_EQ(json["modes"][4]["pairs"], "1,796,352");
-  EXPECT_EQ(json["facts"]["render"], "4.000 ms, 250.0 FPS");
+  EXPECT_EQ(json["facts"]["render"], "~4.0 ms, ~250 FPS");
+  EXPECT_TRUE(json["arrow"].is_null());
+  EXPECT_EQ(json["first_views"], 0);
+  EXPECT_EQ(json["interface_scale"], 1);
 }
 
 }  // namespace

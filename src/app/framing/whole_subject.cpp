@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "app/framing/whole_subject.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+
+#include "app/framing/camera_control.h"
+#include "app/framing/subject.h"
+
+namespace qs {
+namespace {
+
+constexpr double kWidestFov = glm::radians(75.0);
+
+bool holds(const SceneBox& box, glm::dvec3 point) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (point[axis] < static_cast<double>(box.low[axis]) ||
+        point[axis] > static_cast<double>(box.high[axis]))
+      return false;
+  return true;
+}
+
+std::array<glm::dvec3, 8> corners_of(const SceneBox& box) {
+  std::array<glm::dvec3, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    corners[i] = glm::dvec3(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                            i & 4 ? box.high.z : box.low.z);
+  return corners;
+}
+
+// The tangent of half the vertical field of view that shows all corners from all angles of the arc;
+// infinite if a corner is not in front of the eye.
+double needed_slope(const Framing& framing, const SceneBox& box, const Arc& arc, double aspect) {
+  constexpr int kAngles = 72;
+  double slope = 0;
+  const Camera camera = look_at(framing.eye, framing.target, framing.up, 1, 16, 16);
+  for (int i = 0; i <= kAngles; ++i) {
+    const double angle = arc.low + (arc.high - arc.low) * i / kAngles;
+    const Camera turned = orbited(camera, framing.target, framing.up, angle, 0);
+    for (const glm::dvec3& corner : corners_of(box)) {
+      const glm::dvec3 at = turned.view_from_world * glm::dvec4(corner, 1);
+      if (at.z <= 0) return std::numeric_limits<double>::infinity();
+      slope = std::max({slope, std::abs(at.y) / at.z, std::abs(at.x) / (at.z * aspect)});
+    }
+  }
+  return slope / kWholeShare;
+}
+
+}  // namespace
+
+SceneBox subject_box(const GaussianCloud& cloud) {
+  return find_subject(sample_of(cloud, Sampling().most), kSubjectDensity).box;
+}
+
+Framing whole_subject(const Framing& framing, const SceneBox& box, const Arc& arc, double aspect) {
+  if (holds(box, framing.eye)) return framing;
+  Framing whole = framing;
+  const glm::dvec3 toward_eye = framing.eye - framing.target;
+  whole.target = glm::dvec3(box.center());
+  whole.eye = whole.target + toward_eye;
+  whole.aspect = 0;  // the picture's shape is accounted for here
+  const double widest = std::tan(0.5 * kWidestFov);
+  double farther = 1;
+  while (needed_slope(whole, box, arc, aspect) > widest) {
+    constexpr double kStep = 1.02;
+    farther *= kStep;
+    whole.eye = whole.target + farther * toward_eye;
+  }
+  const double slope = needed_slope(whole, box, arc, aspect);
+  whole.vertical_fov = std::max(2 * std::atan(slope), std::min(framing.vertical_fov, kWidestFov));
+  return whole;
+}
+
+bool is_in_fog(const GaussianCloud& cloud, glm::dvec3 point) {
+  constexpr float kFog = 0.1f, kReach = 3;  // standard deviations; alpha is below 0.012 beyond
+  const glm::vec3 at(point);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const glm::vec3 from = at - cloud.positions[i], logs = cloud.log_scales[i];
+    const float reach = kReach * std::exp(std::max({logs.x, logs.y, logs.z}));
+    if (!(glm::dot(from, from) < reach * reach)) continue;
+    const glm::vec3 deviations = glm::conjugate(cloud.rotations[i]) * from / glm::exp(logs);
+    const float opacity = 1 / (1 + std::exp(-cloud.opacity_logits[i]));
+    if (opacity * std::exp(-0.5f * glm::dot(deviations, deviations)) > kFog) return true;
+  }
+  return false;
+}
+
+Arc clear_arc(const Arc& arc, const Framing& framing, const GaussianCloud& cloud) {
+  constexpr double kStep = glm::radians(2.5);
+  const Camera camera = look_at(framing.eye, framing.target, framing.up, 1, 16, 16);
+  const auto clear = [&](double angle) {
+    return !is_in_fog(cloud, orbited(camera, framing.target, framing.up, angle, 0).position());
+  };
+  if (!clear(0)) return arc;
+  Arc result;
+  while (result.high < arc.high && clear(std::min(result.high + kStep, arc.high)))
+    result.high = std::min(result.high + kStep, arc.high);
+  while (result.low > arc.low && clear(std::max(result.low - kStep, arc.low)))
+    result.low = std::max(result.low - kStep, arc.low);
+  return result;
+}
+
+}  // namespace qs

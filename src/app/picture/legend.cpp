@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "app/picture/legend.h"
+
+#include <algorithm>
+
+#include "app/picture/canvas.h"
+#include "app/picture/palette.h"
+#include "app/picture/stroke.h"
+
+namespace qs {
+namespace {
+
+using on_dark::kFaint;
+using on_dark::kText;
+
+// Sizes of the legend in pixels, derived from the picture's width.
+struct LegendLayout {
+  int padding, text, title, bar, tick;
+  bool two_lines;  // the facts are below the title, because both do not fit in one line
+  int height() const {
+    return padding + (two_lines ? title + text : title) + padding / 2 + bar + 2 * tick + text +
+           padding;
+  }
+};
+
+LegendLayout layout_in(int width, const Legend& legend) {
+  const int text = std::clamp(width / 60, 14, 40);
+  LegendLayout layout{text * 3 / 4, text, text * 6 / 5, text * 9 / 8, std::max(text / 4, 3), false};
+  if (legend.facts.empty()) return layout;
+  const int used = Font(layout.title).width(legend.title) + Font(layout.text).width(legend.facts);
+  layout.two_lines = used + 4 * layout.padding > width;
+  return layout;
+}
+
+void draw_bar(Image& image, PixelRect bar, const Legend& legend) {
+  for (int x = 0; x < bar.width; ++x) {
+    const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar.width);
+    const bool zero = legend.zero && 2 * x < bar.height;
+    fill_rect(image, {bar.x + x, bar.y, 1, bar.height}, zero ? *legend.zero : legend.color(t));
+  }
+}
+
+// Draws from the last label, which has the unit, to the left, and leaves out labels that would
+// touch their neighbour. `top`: of the ticks.
+void draw_ticks(Image& image, int left, int right, int top, const LegendLayout& layout,
+                const std::vector<BarTick>& ticks) {
+  const Font font(layout.text);
+  int free_until = image.width;
+  for (std::size_t i = ticks.size(); i-- > 0;) {
+    const int x = left + static_cast<int>(ticks[i].at * static_cast<float>(right - left - 1));
+    fill_rect(image, {x, top, 1, layout.tick}, kFaint);
+    const int width = font.width(ticks[i].text);
+    const int start = i + 1 == ticks.size() ? right - width : i == 0 ? x : x - width / 2;
+    if (start + width > free_until) continue;
+    draw_text(image, font, {start, top + 2 * layout.tick}, ticks[i].text, kText);
+    free_until = start - layout.padding / 2;
+  }
+}
+
+void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend& legend) {
+  const Font title_font(layout.title), text_font(layout.text);
+  const int left = layout.padding, right = image.width - layout.padding;
+  int y = top + layout.padding;
+  draw_text(image, title_font, {left, y}, legend.title, kText);
+  if (layout.two_lines) {
+    draw_text(image, text_font, {left, y + layout.title}, legend.facts, kFaint);
+  } else {
+    const int baseline_shift = (layout.title - layout.text) * 4 / 5;
+    draw_text(image, text_font, {right, y + baseline_shift}, legend.facts, kFaint, Align::right);
+  }
+  y += (layout.two_lines ? layout.title + layout.text : layout.title) + layout.padding / 2;
+  draw_bar(image, {left, y, right - left, layout.bar}, legend);
+  draw_ticks(image, left, right, y + layout.bar, layout, legend.ticks);
+}
+
+}  // namespace
+
+Image with_legend(const Image& picture, const Legend& legend) {
+  const LegendLayout layout = layout_in(picture.width, legend);
+  Image result(picture.width, picture.height + layout.height(), 3);
+  paste(result, picture, {0, 0});
+  fill_rect(result, {0, picture.height, result.width, layout.height()}, on_dark::kPanel);
+  draw_legend(result, picture.height, layout, legend);
+  return result;
+}
+
+void draw_legend_over(Image& picture, const Legend& legend) {
+  constexpr float kPlateOpacity = 0.7f;
+  Legend shown = legend;
+  shown.facts.clear();
+  const LegendLayout layout = layout_in(picture.width, shown);
+  if (4 * layout.height() > picture.height) return;
+  const glm::vec2 high(picture.width, layout.height());
+  const glm::vec2 plate[] = {{0, 0}, {high.x, 0}, high, {0, high.y}};
+  fill_polygon(picture, plate, on_dark::kPanel, kPlateOpacity);
+  draw_legend(picture, 0, layout, shown);
+}
+
+}  // namespace qs

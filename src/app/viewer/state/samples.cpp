@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/state/samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/viewer/state/hud_text.h"
+#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/mode_numbers.h"
+
+namespace qs {
+
+const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
+  const auto found = viewer.samples.find(mode);
+  if (found == viewer.samples.end()) return nullptr;
+  const ModeSample& sample = found->second;
+  const Variant wanted{mode, viewer.settings.pipeline, viewer.backend};
+  if (sample.variant != wanted) return nullptr;
+  const bool of_this_view = sample.view_version == viewer.view_version;
+  return of_this_view || viewer.frames - sample.frame <= kMostFramesOfSample ? &sample : nullptr;
+}
+
+double fps_of(const ModeSample& sample) { return sample.frame_ms > 0 ? 1000 / sample.frame_ms : 0; }
+
+std::string sample_text(const ModeSample& sample) {
+  const std::string at = sample.divisor > 1 ? fmt::format(" at 1/{}", sample.divisor) : "";
+  return "~" + rough(fps_of(sample)) + at;
+}
+
+std::string rough(double value) {
+  if (value <= 0) return "0";
+  const auto unit_of = [](double v) { return std::pow(10.0, std::floor(std::log10(v)) - 1); };
+  const double rounded = std::round(value / unit_of(value)) * unit_of(value);
+  return significant(rounded, unit_of(rounded));
+}
+
+std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  if (shown.divisor == 1) return FullSizePairs{shown.stats.tile_pairs, true};
+  const Camera measured = measured_camera(viewer);
+  const std::optional<LiveCount> live = live_pairs(viewer, shown.mode);
+  if (live && live->frames_ago == 0 && measured.width == viewer.camera.width &&
+      measured.height == viewer.camera.height)
+    return FullSizePairs{live->tile_pairs, true};
+  const auto growth = viewer.pair_growth.factors.find(shown.divisor);
+  if (growth == viewer.pair_growth.factors.end()) return std::nullopt;
+  const double pairs = growth->second * static_cast<double>(shown.stats.tile_pairs);
+  const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(pairs + 1)) - 1));
+  return FullSizePairs{static_cast<std::uint64_t>(std::round(pairs / unit) * unit), false};
+}
+
+namespace {
+
+bool shows_colors_alone(const ShownFrame& frame) {
+  return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
+}
+
+// True if two frames of a moving camera show nearly the same Gaussians.
+bool are_near(const RenderStats& a, const RenderStats& b) {
+  constexpr double kMostChange = 0.1;
+  const double difference = static_cast<double>(a.visible) - b.visible;
+  return a.visible > 0 && std::abs(difference) <= kMostChange * a.visible;
+}
+
+// A view that comes to rest is drawn reduced first and then at full size, which gives the factors.
+// The first frame of a size in a motion gives a rough factor, by the frame of another size before
+// it.
+void learn_growth(PairGrowth& growth, const ShownFrame& before, const ShownFrame& frame) {
+  if (growth.view_version != frame.view_version || growth.mode != frame.mode)
+    growth.reduced.clear();
+  growth.view_version = frame.view_version;
+  growth.mode = frame.mode;
+  const auto pairs = static_cast<double>(frame.stats.tile_pairs);
+  if (frame.divisor > 1) {
+    growth.reduced[frame.divisor] = pairs;
+    const auto known = growth.factors.find(before.divisor);
+    if (before.divisor != frame.divisor && known != growth.factors.end() &&
+        before.mode == frame.mode && pairs > 0 && are_near(before.stats, frame.stats))
+      growth.factors.try_emplace(
+          frame.divisor, known->second * static_cast<double>(before.stats.tile_pairs) / pairs);
+    return;
+  }
+  for (const auto& [divisor, reduced] : growth.reduced)
+    if (reduced > 0) growth.factors[divisor] = pairs / reduced;
+}
+
+}  // namespace
+
+namespace action {
+
+void mode_sampled(Viewer& v, const ModeSample& sample) {
+  ModeSample& kept = v.samples[sample.variant.mode];
+  kept = sample;
+  kept.frame = v.frames;
+}
+
+void learn_from_frame(Viewer& v, const ShownFrame& frame) {
+  if (frame.grid) return;
+  learn_growth(v.pair_growth, v.shown, frame);
+  if (!shows_colors_alone(frame) || frame.stats.frame_ms <= 0) return;
+  const Variant variant{frame.mode, v.settings.pipeline, v.backend};
+  mode_sampled(v, {variant, static_cast<double>(frame.stats.frame_ms), frame.divisor,
+                   frame.view_version, v.frames});
+}
+
+void forget_samples(Viewer& v) {
+  v.samples.clear();
+  v.pair_growth = {};
+}
+
+}  // namespace action
+}  // namespace qs

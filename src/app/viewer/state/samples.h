@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+//
+// Times of single frames of the culling modes. A sample is less than a measurement, but it comes
+// at once, and also while the camera moves: frames in the window give samples of their mode, and
+// the render thread draws frames of the other modes in turns. Texts mark samples with "~".
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/viewer/state/viewer.h"
+
+namespace qs {
+
+/// A sample is forgotten if more frames of other views than this were shown after it.
+inline constexpr int kMostFramesOfSample = 100;
+
+/// The sample of a mode with the pipeline and the backend in use; null if there is none of this
+/// view or of a recent view.
+const ModeSample* sample_of(const Viewer& viewer, CullMode mode);
+
+/// FPS of the sample, without regard to its size.
+double fps_of(const ModeSample& sample);
+
+/// "~310", or "~52 at 1/2" for a frame of half the size along each side.
+std::string sample_text(const ModeSample& sample);
+
+/// Two significant digits, because one frame gives no more: 312.5 is "310", 0.834 is "0.83".
+std::string rough(double value);
+
+/// The tile pairs of the frame in the window at its full size.
+struct FullSizePairs {
+  std::uint64_t pairs = 0;
+  bool exact = true;  ///< else an estimate from a reduced frame
+};
+
+/// Unset for a reduced frame if no frame of this scene was seen reduced and at full size.
+std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer);
+
+namespace action {
+
+/// A frame that was drawn for the table alone.
+void mode_sampled(Viewer& viewer, const ModeSample& sample);
+
+/// Takes the sample and the pairs of a new frame; Viewer::shown is still the frame before it.
+void learn_from_frame(Viewer& viewer, const ShownFrame& frame);
+
+/// Forgets everything of the scene.
+void forget_samples(Viewer& viewer);
+
+}  // namespace action
+}  // namespace qs

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+//
+// The numbers of all modes on a real GPU: each mode has a sample at once, and samples of a moving
+// camera come in turns. Prints the times, which are no part of the test.
+#include <chrono>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "app/support/rendering_viewer.h"
+#include "io/scene/reader.h"
+#include "support/pool.h"
+#include "support/shared.h"
+
+namespace qs {
+namespace {
+
+class GpuNumbers : public test::RenderingViewer {
+ protected:
+  void SetUp() override {
+    const std::string problem = gpu_report().problem;
+    if (!problem.empty()) GTEST_SKIP() << "no GPU: " << problem;
+  }
+
+  double ms() const {
+    const auto passed = std::chrono::steady_clock::now() - start_;
+    return std::chrono::duration<double, std::milli>(passed).count();
+  }
+
+  // Shows a scene on the GPU and waits for its numbers.
+  void measure(Scene scene, const char* name) {
+    const std::size_t gaussians = scene.cloud.size();
+    ViewedScene facts;
+    facts.name = name;
+    facts.path = scene.path = scenes_ / name;
+    facts.core = core_box(scene.cloud);
+    apply(call(action::resize, 1600, 1200));
+    show(std::move(scene), facts, Backend::cuda);
+    apply(call(action::frame_scene));
+    const FrameRequest request = full_frame(viewer());
+    draw(request);
+    start_ = std::chrono::steady_clock::now();
+    thread_.request(NumbersRequest{request.camera, request.settings, viewer().view_version});
+    double first = 0, all = 0;
+    while (viewer().numbers.rows.empty() && ms() < 60000) {
+      take_reports();
+      if (first == 0 && !viewer().samples.empty()) first = ms();
+      if (all == 0 && viewer().samples.size() == static_cast<std::size_t>(culler_count()))
+        all = ms();
+    }
+    const double measured = ms();
+    EXPECT_EQ(viewer().samples.size(), static_cast<std::size_t>(culler_count()));
+    EXPECT_FALSE(viewer().numbers.rows.empty());
+    fmt::print(
+        "{}: {} Gaussians, first number {:.1f} ms, of all modes {:.1f} ms, measured {:.0f} ms; "
+        "{:.2f} times the time of a flight without samples\n",
+        name, gaussians, first, all, measured, flight_ms(true) / flight_ms(false));
+  }
+
+  // Milliseconds of 600 frames in motion.
+  double flight_ms(bool samples) {
+    FrameRequest request = full_frame(viewer());
+    request.moving = true;
+    request.samples = samples;
+    start_ = std::chrono::steady_clock::now();
+    for (int i = 0; i < 600; ++i) {
+      thread_.request(request);
+      while (!thread_.take_frame()) {
+      }
+    }
+    const double result = ms();
+    settle();
+    return result;
+  }
+
+  std::chrono::steady_clock::time_point start_;
+};
+
+TEST_F(GpuNumbers, of_a_small_scene) {
+  QS_NEEDS_SHARED("scenes/plush_small.spz");
+  measure(read_scene(test::shared_path("scenes/plush_small.spz"), test::pool()), "plush_small");
+}
+
+TEST_F(GpuNumbers, of_a_large_scene) {
+  QS_NEEDS_SHARED("scenes/plush_big.spz");
+  measure(read_scene(test::shared_path("scenes/plush_big.spz"), test::pool()), "plush_big");
+}
+
+TEST_F(GpuNumbers, of_1_2_million_gaussians) {
+  Scene scene;
+  scene.cloud = test::random_cloud(1'200'000, 3, 1);
+  measure(std::move(scene), "random");
+}
+
+}  // namespace
+}  // namespace qs

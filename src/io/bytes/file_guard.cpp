@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file, whatever name leads to it: a link, a hard link or another spelling.
+// A file under any name: a link, a hard link or another spelling.
 using FileId = std::pair<dev_t, ino_t>;
 
 std::optional<FileId> id_of(const fs::path& path) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Tells the JSON formats apart by their structure: the keys of the outermost object, or of the
+// Distinguishes the JSON formats by their structure: the keys of the outermost object, or of the
 // first object in the outermost list. All readers that are chosen by content ask this function.
 #pragma once
 

@@ -26,7 +26,7 @@ int run(const std::vector<std::string>& arguments) try {
 } catch (const qs::Error& error) {
   return complain(static_cast<int>(error.kind()), error.what());
 } catch (const qs::Cancelled&) {
-  return complain(qs::kExitUsage, "cancelled");
+  return complain(qs::kExitInterrupted, "interrupted");
 } catch (const std::bad_alloc&) {
   return complain(qs::kExitDevice, "not enough memory");
 } catch (const std::exception& error) {

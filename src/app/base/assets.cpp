@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/base/assets.h"
 
+#include <cstdio>
+#include <mutex>
 #include <system_error>
+
+#include <fmt/format.h>
 
 #include "io/bytes/program_folder.h"
 
@@ -14,6 +18,18 @@ std::optional<std::filesystem::path> find_asset(std::string_view name) {
     if (std::filesystem::is_regular_file(folder / name, error)) return folder / name;
   }
   return std::nullopt;
+}
+
+std::optional<std::filesystem::path> find_font() {
+  static constexpr const char* kFont = "assets/fonts/Roboto-Regular.ttf";
+  const auto file = find_asset(kFont);
+  static std::once_flag said;
+  if (!file) {
+    std::call_once(said, [] {
+      fmt::print(stderr, "quadsplat: {} is not beside the program: letters are small\n", kFont);
+    });
+  }
+  return file;
 }
 
 }  // namespace qs

@@ -18,4 +18,8 @@ inline constexpr std::string_view kBundledPicture = "assets/plush.png";
 /// missing.
 std::optional<std::filesystem::path> find_asset(std::string_view name);
 
+/// The font of the window and of legends. Empty if it is missing, which a line on stderr says once:
+/// the letters of Dear ImGui's own font are smaller.
+std::optional<std::filesystem::path> find_font();
+
 }  // namespace qs

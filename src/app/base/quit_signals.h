@@ -10,7 +10,8 @@ namespace qs {
 
 class QuitSignals {
  public:
-  /// From now on the signals are noted instead of ending the program. One object at a time.
+  /// From now on the signals are noted instead of ending the program. The newest object has the
+  /// signals; its destructor gives them back to the previous object.
   QuitSignals();
   ~QuitSignals();
   QuitSignals(const QuitSignals&) = delete;
@@ -19,9 +20,13 @@ class QuitSignals {
   /// True once a signal has arrived.
   static bool arrived();
 
+  /// A signal also writes a byte to this descriptor; -1: to none.
+  void write_to(int descriptor);
+
  private:
   struct sigaction terminate_ {
-  }, interrupt_{};  // the previous handlers
+  }, interrupt_{};       // the previous handlers
+  int descriptor_ = -1;  // of the previous object
 };
 
 }  // namespace qs

@@ -126,6 +126,24 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
+std::string markdown_text(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|' || c == '\\' || c == '<') result += '\\';
+    result += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return result;
+}
+
+std::string markdown_code(const std::string& text) {
+  std::string result = "`";
+  for (const char c : text) {
+    if (c == '|') result += '\\';
+    result += c == '`' ? '\'' : c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return result + '`';
+}
+
 std::string shell_word(const std::string& word) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";

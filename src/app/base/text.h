@@ -35,6 +35,14 @@ std::vector<std::string> separated(std::string_view text, char separator = ',');
 /// A cell of a CSV file, quoted if it contains a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
+/// The text in a line or a table's cell of Markdown: a bar, a backslash and < are escaped, and a
+/// line break is a space.
+std::string markdown_text(const std::string& text);
+
+/// The text as code in a table's cell of Markdown: in backticks, with bars escaped. Backticks in it
+/// become '.
+std::string markdown_code(const std::string& text);
+
 /// A word for a POSIX shell, in single quotes unless the shell reads it unchanged.
 std::string shell_word(const std::string& word);
 

@@ -33,7 +33,7 @@ std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
 std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
                                 const Scene& scene, ThreadPool& pool) {
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
-  if (choice.path) return path_shots(*choice.path, choice.frames.value_or(kPathFrames));
+  if (choice.path) return path_shots(*choice.path, choice.steps.value_or(kPathSteps));
   const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
   if (file) {
     const std::vector<Camera> cameras = read_cameras(*file);
@@ -44,13 +44,16 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
       for (int i = 0; i < count; ++i) shots.push_back(numbered_shot(cameras, i));
       return shots;
     }
-    const int index = choice.index.value_or(0);
-    if (index >= count) {
-      fail("{}: has no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
+    std::vector<Shot> shots;
+    for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
+      if (index >= count) {
+        fail("{}: has no camera {}: it holds cameras 0 to {}", file->string(), index, count - 1);
+      }
+      shots.push_back(numbered_shot(cameras, index));
     }
-    return {numbered_shot(cameras, index)};
+    return shots;
   }
-  if (choice.index || choice.all) {
+  if (!choice.indices.empty() || choice.all) {
     fail(
         "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",
@@ -83,23 +86,36 @@ Shot overview_shot(const FrameOptions& frame, const Scene& scene) {
   return {frame_scene(scene.cloud, up, size.x, size.y), -1, "framing"};
 }
 
+void declare_camera_index_option(Options& options, std::vector<int>& indices,
+                                 const std::string& usual, const Options::Samples& samples) {
+  options.value("--camera-index", "N,..",
+                fmt::format("cameras of the cameras file, counted from 0 (default: {})", usual),
+                samples, [&indices](const std::string& text) {
+                  indices.clear();
+                  for (const std::string& word : separated(text))
+                    indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
+                });
+}
+
+void declare_path_steps_option(Options& options, std::optional<int>& steps) {
+  options.integer(
+      "--path-steps", "N", 1, 1'000'000, steps,
+      fmt::format("views along --camera-path, at equal time steps (default: {})", kPathSteps));
+}
+
 void declare_camera_choice(Options& options, CameraChoice& choice) {
-  options.integer("--camera-index", "N", 0, 1'000'000'000, choice.index,
-                  "camera N of the cameras file, counted from 0 (default: 0)");
+  declare_camera_index_option(options, choice.indices, "0", {"0", "1"});
   options.text("--camera-json", "JSON", choice.json, "one camera in the layout of cameras.json",
                {"{}", format_camera(look_at({0, 0, -2}, {0, 0, 1}, {0, -1, 0}, 1, 40, 24))});
   options.flag("--all-cameras", choice.all,
                "every camera of the file; its number and name are inserted into file names");
   declare_camera_path_option(options, choice.path);
-  options.integer("--frames", "N", 1, 1'000'000, choice.frames,
-                  fmt::format("number of views along --camera-path, at equal time steps "
-                              "(default: {})",
-                              kPathFrames));
+  declare_path_steps_option(options, choice.steps);
 }
 
 std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& frame,
                                const Scene& scene, ThreadPool& pool) {
-  if (choice.index.has_value() + choice.json.has_value() + choice.all + choice.path.has_value() >
+  if (!choice.indices.empty() + choice.json.has_value() + choice.all + choice.path.has_value() >
       1) {
     fail(ErrorKind::usage,
          "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");

@@ -14,16 +14,23 @@
 namespace qs {
 
 struct CameraChoice {
-  std::optional<int> index;                   ///< position in the cameras file
+  std::vector<int> indices;                   ///< positions in the cameras file
   std::optional<std::string> json;            ///< one camera as text
   bool all = false;                           ///< every camera of the file
   std::optional<std::filesystem::path> path;  ///< keyframes, see measure/camera_path.h
-  std::optional<int> frames;                  ///< along the path (default: kPathFrames)
+  std::optional<int> steps;                   ///< along the path (default: kPathSteps)
 
-  bool several() const { return all || path; }
+  bool several() const { return all || path || indices.size() > 1; }
 };
 
-inline constexpr int kPathFrames = 32;
+inline constexpr int kPathSteps = 32;
+
+/// --camera-index: numbers separated by commas.
+void declare_camera_index_option(Options& options, std::vector<int>& indices,
+                                 const std::string& usual, const Options::Samples& samples);
+
+/// --path-steps.
+void declare_path_steps_option(Options& options, std::optional<int>& steps);
 
 void declare_camera_choice(Options& options, CameraChoice& choice);
 

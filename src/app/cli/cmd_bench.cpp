@@ -20,6 +20,7 @@
 #include "app/report/markdown.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -33,7 +34,8 @@ struct BenchCommand {
   std::optional<CullMode> baseline;  // unset: the default baseline, if it is measured
   std::optional<std::filesystem::path> out_dir, camera_path;
   std::optional<glm::ivec2> replicate;
-  int path_steps = 32, scaling = 0;
+  std::optional<int> path_steps;
+  int scaling = 0;
   Shard shard;
   bool psnr = false, load = false;
   std::vector<std::filesystem::path> plugins;
@@ -42,19 +44,19 @@ struct BenchCommand {
   bool judges_images() const { return psnr || !plugins.empty(); }
 };
 
-std::vector<int> parse_indices(const std::string& text) {
-  std::vector<int> indices;
-  for (const std::string& word : separated(text))
-    indices.push_back(parse_integer("--camera-index", word, 0, 1'000'000'000));
-  return indices;
-}
-
 int run_load_bench(const BenchCommand& command) {
   std::vector<LoadTimes> rows;
   ThreadPool pool(command.frame.threads);
-  for (const std::filesystem::path& path : command.scenes) {
-    rows.push_back(measure_loading(path, pool, std::max(command.plan.rounds, 5)));
+  ProgressBar bar("reading");
+  const Progress progress = bar.progress();
+  for (std::size_t i = 0; i < command.scenes.size(); ++i) {
+    const auto share = [&](std::size_t k) {
+      return static_cast<float>(k) / static_cast<float>(command.scenes.size());
+    };
+    rows.push_back(measure_loading(command.scenes[i], pool, std::max(command.plan.rounds, 5),
+                                   part_of(progress, share(i), share(i + 1))));
   }
+  bar.hide();
   fmt::print("{}", format_load_times(rows));
   return kExitOk;
 }
@@ -129,9 +131,13 @@ class Bench {
     plan.guest_failed = [&](const Guest&, const std::string& problem) {
       plugins.note(camera, problem);
     };
-    std::vector<BenchRow> rows =
-        measure_view(session, command_.frame.modes, view.camera, plan, progress);
-    if (command_.judges_images()) judge_images(session, plugins, view.camera, camera, rows);
+    const float measured = command_.judges_images() ? 0.6f : 1.0f;
+    std::vector<BenchRow> rows = measure_view(session, command_.frame.modes, view.camera, plan,
+                                              part_of(progress, 0, measured));
+    if (command_.judges_images()) {
+      const Image truth = reference_image(session, view.camera, part_of(progress, measured, 0.95f));
+      judge_images({session, plugins, truth}, view.camera, camera, rows);
+    }
     for (BenchRow& row : rows) {
       row.scene = name;
       row.camera = camera;
@@ -145,24 +151,22 @@ class Bench {
     if (command_.scaling > 0) return {overview_shot(frame, scene)};
     CameraChoice choice;
     choice.path = command_.camera_path;
-    choice.frames = command_.path_steps;
-    if (command_.camera_indices.empty()) {
-      choice.all = !choice.path && has_cameras(frame, scene);
-      return choose_shots(choice, frame, scene, *session.pool);
-    }
-    std::vector<Shot> views;
-    for (const int index : command_.camera_indices) {
-      choice.index = index;
-      views.push_back(choose_shots(choice, frame, scene, *session.pool).front());
-    }
-    return views;
+    choice.steps = command_.path_steps;
+    choice.indices = command_.camera_indices;
+    choice.all = choice.indices.empty() && !choice.path && has_cameras(frame, scene);
+    return choose_shots(choice, frame, scene, *session.pool);
   }
 
   // Renders again, because measured images stay on the device. The row of a plugin that fails here
   // is removed, because its times belong to another picture.
-  void judge_images(Session& session, BenchPlugins& plugins, const Camera& camera,
-                    const std::string& camera_name, std::vector<BenchRow>& rows) const {
-    const Image truth = reference_image(session, camera);
+  struct Judged {
+    Session& session;
+    BenchPlugins& plugins;
+    const Image& truth;
+  };
+  void judge_images(const Judged& judged, const Camera& camera, const std::string& camera_name,
+                    std::vector<BenchRow>& rows) const {
+    const auto& [session, plugins, truth] = judged;
     RenderSettings settings = session.settings;
     std::erase_if(rows, [&](BenchRow& row) {
       Renderer* const guest = plugins.find(row.mode);
@@ -217,16 +221,15 @@ int run(const BenchCommand& command, Arguments arguments) {
   }
   if (command.load && !command.plugins.empty())
     fail(ErrorKind::usage, "bench: --load excludes --plugin");
+  for (const std::filesystem::path& library : command.plugins) note_input(library);
+  check_report(command.out_dir, kBenchFiles);
   return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
 
 void declare_views(Options& options, BenchCommand* c) {
-  options.value("--camera-index", "N,..", "cameras of the cameras file (default: all of them)",
-                {"0", "1,0"},
-                [c](const std::string& text) { c->camera_indices = parse_indices(text); });
+  declare_camera_index_option(options, c->camera_indices, "all of them", {"0", "1,0"});
   declare_camera_path_option(options, c->camera_path);
-  options.integer("--path-steps", "N", 2, 100000, c->path_steps,
-                  "views along --camera-path (default: 32)");
+  declare_path_steps_option(options, c->path_steps);
 }
 
 void declare_measuring(Options& options, BenchCommand* c) {
@@ -295,6 +298,7 @@ CommandAction bench_command(Options& options) {
   declare_shard_option(options, c->shard, "measures every N-th view, from the I-th");
   options.text("--out-dir", "DIR", c->out_dir,
                "folder of bench.csv, ratios.csv, bench.json, bench.md and plots", {"out"});
+  options.overwrite();
   add_examples(options);
   return [command](Arguments arguments) { return run(*command, arguments); };
 }

@@ -5,14 +5,17 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/base/progress_bar.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/cli/judging.h"
+#include "app/cli/suggestion.h"
 #include "app/inspect/comparison_sheet.h"
 #include "app/inspect/reference_check.h"
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
+#include "io/bytes/file_guard.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -36,11 +39,11 @@ struct CompareCommand {
 std::optional<PixelBox> parse_crop(const std::string& text) {
   if (text == "auto") return std::nullopt;
   const std::vector<std::string> words = separated(text);
-  if (words.size() != 4) fail(ErrorKind::usage, "--crop: '{}' is neither X,Y,W,H nor auto", text);
+  if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is neither X,Y,W,H nor auto", text);
   int numbers[4];
   for (int i = 0; i < 4; ++i)
     numbers[i] =
-        parse_integer("--crop", words[static_cast<std::size_t>(i)], i < 2 ? 0 : 1, 1'000'000);
+        parse_integer("--part", words[static_cast<std::size_t>(i)], i < 2 ? 0 : 1, 1'000'000);
   return PixelBox{numbers[0], numbers[1], numbers[0] + numbers[2], numbers[1] + numbers[3]};
 }
 
@@ -51,7 +54,7 @@ class Compare {
     shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
     if (command.crop &&
         (command.crop->x1 > shot_.camera.width || command.crop->y1 > shot_.camera.height)) {
-      fail(ErrorKind::usage, "--crop: it ends at {},{}, but the picture is {} x {}",
+      fail(ErrorKind::usage, "--part: it ends at {},{}, but the picture is {} x {}",
            command.crop->x1, command.crop->y1, shot_.camera.width, shot_.camera.height);
     }
   }
@@ -59,8 +62,16 @@ class Compare {
   int run() {
     ViewComparison view;
     view.truth_name = mode_name(command_.against);
-    view.truth = truth();
-    for (const CullMode mode : command_.frame.modes) add_variants(mode, view);
+    const Progress progress = bar_.progress();
+    const std::vector<CullMode>& modes = command_.frame.modes;
+    const float drawn = command_.against == kReferenceMode ? 0.5f : 0;  // the reference takes long
+    view.truth = truth(part_of(progress, 0, drawn));
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      add_variants(modes[i], view);
+      progress.update(drawn +
+                      (1 - drawn) * static_cast<float>(i + 1) / static_cast<float>(modes.size()));
+    }
+    bar_.hide();
     view.crop = command_.crop.value_or(most_different_crop(
         view.truth, view.variants, default_crop_size(shot_.camera.width, shot_.camera.height)));
     fmt::print("{}, {} x {}, {}", shot_.origin, shot_.camera.width, shot_.camera.height,
@@ -75,8 +86,9 @@ class Compare {
   }
 
  private:
-  Image truth() {
-    if (command_.against == kReferenceMode) return reference_image(session_, shot_.camera);
+  Image truth(const Progress& progress) {
+    if (command_.against == kReferenceMode)
+      return reference_image(session_, shot_.camera, progress);
     RenderSettings settings = session_.settings;
     settings.mode = command_.against;
     return session_.renderer->render(shot_.camera, settings).color;
@@ -114,6 +126,7 @@ class Compare {
   const CompareCommand& command_;
   Session session_;
   Shot shot_;
+  ProgressBar bar_{"comparing"};
 };
 
 // The first scene is the truth.
@@ -122,7 +135,7 @@ int run_two_scenes(const CompareCommand& command) {
     fail(ErrorKind::usage, "compare: it compares two scenes, not {}", 1 + command.others.size());
   if (command.crop || command.everywhere || command.against != kReferenceMode) {
     fail(ErrorKind::usage,
-         "compare: --crop, --everywhere and --against compare modes of one scene, not two scenes");
+         "compare: --part, --everywhere and --against compare modes of one scene, not two scenes");
   }
   JudgeOptions judge = command.judge;
   judge.frame = command.frame;
@@ -140,6 +153,7 @@ int run_one_scene(CompareCommand& command) {
   if (command.frame.modes.empty()) command.frame.modes = all_modes();
   if (command.cameras.several())
     fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
+  if (command.output) check_target(*command.output);
   return Compare(command).run();
 }
 
@@ -160,10 +174,11 @@ CommandAction compare_command(Options& options) {
       {"reference", "exact"}, [command = command.get()](const std::string& text) {
         command->against = find_culler(text);
         if (command->against < 0)
-          fail(ErrorKind::usage, "--against: '{}' is no mode, see --cull", text);
+          fail(ErrorKind::usage, "--against: '{}' is no mode, see --cull{}", text,
+               suggestion(text, mode_list()));
       });
   options.value(
-      "--crop", "X,Y,W,H",
+      "--part", "X,Y,W,H",
       "part to show in pixels, or auto: where the modes differ most (default: auto)",
       {"auto", "0,0,8,8", "40,24,8,8"},
       [command = command.get()](const std::string& text) { command->crop = parse_crop(text); });
@@ -174,6 +189,7 @@ CommandAction compare_command(Options& options) {
   options.text("--output", "FILE", command->output, "picture of all crops and differences",
                {"sheet.png"});
   declare_judge_options(options, command->judge);
+  options.overwrite();
   options.example("quadsplat compare plush.ply plush.spz --output sheet.png",
                   "what compression costs, on all cameras of the first scene");
   options.example("quadsplat compare plush.spz --cull 3dgs,dualbox,quadbox --output compare.png",

@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "app/base/progress_bar.h"
 #include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/conformance/kit_folder.h"
 #include "app/conformance/verdict_text.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -28,8 +30,10 @@ std::string folder_name(const std::filesystem::path& folder) {
 int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
   const Submission submission = read_submission(*command.judged);
   KitVerdict judgement = judge_kit(submission, Variants(0, pool), pool);
-  if (judgement.count(Result::failed) != 0)
-    judgement = judge_kit(submission, Variants(2, pool), pool);
+  if (judgement.count(Result::failed) != 0) {
+    ProgressBar bar("drawing with mistakes");
+    judgement = judge_kit(submission, Variants(2, pool, bar.progress()), pool);
+  }
   if (command.json != "-") fmt::print("{}", format_verdict(judgement));
   if (command.json) write_text(*command.json, verdict_json(judgement));
   if (command.report) {
@@ -44,9 +48,14 @@ int run(const ConformanceCommand& command) {
     fail(ErrorKind::usage, "conformance: nothing to do: give --out-dir or --judge");
   if ((command.report || command.json) && !command.judged)
     fail(ErrorKind::usage, "conformance: --report and --json need --judge");
+  for (const auto& file : {command.report, command.json})
+    if (file) check_target(*file);
   ThreadPool pool(0);
   if (command.out_dir) {
-    write_kit(*command.out_dir, pool);
+    {
+      ProgressBar bar("drawing the scenes");
+      write_kit(*command.out_dir, pool, bar.progress());
+    }
     fmt::print(stderr, "wrote {} scenes to {}\n", kit_scenes().size(), command.out_dir->string());
   }
   return command.judged ? judge_folder(command, pool) : int{kExitOk};
@@ -58,6 +67,7 @@ CommandAction conformance_command(Options& options) {
   const auto command = std::make_shared<ConformanceCommand>();
   options.text("--out-dir", "DIR", command->out_dir,
                "writes the scenes as .ply with cameras and images in double precision", {"kit"});
+  options.overwrite();
   options.text("--judge", "DIR", command->judged,
                "judges the pictures NAME.png of the scenes in this folder and names the likely "
                "cause of what fails; exit code 4 if a scene fails",

@@ -15,6 +15,7 @@
 #include "app/cli/shared_options.h"
 #include "app/framing/scene_box.h"
 #include "app/session/removal_text.h"
+#include "io/bytes/file_guard.h"
 #include "io/cloud/cloud_order.h"
 #include "io/cloud/sh_degree.h"
 #include "io/scene/writer.h"
@@ -33,18 +34,12 @@ struct ConvertCommand {
   bool removes() const { return crop || drops_floaters; }
 };
 
-void refuse_to_replace_input(const ConvertCommand& command) {
-  std::error_code error;
-  if (std::filesystem::equivalent(find_scene_file(command.input), command.output, error))
-    fail(ErrorKind::usage,
-         "convert: {} is the scene itself: write to another file, so that what is dropped is not "
-         "lost",
-         command.output.string());
-}
-
 GaussianCloud without_removed(const ConvertCommand& command, const GaussianCloud& cloud) {
+  ProgressBar bar("looking for floaters");
   const Removal removal = find_removal(
-      cloud, command.crop, command.drops_floaters ? std::optional(Floaters()) : std::nullopt);
+      cloud, command.crop, command.drops_floaters ? std::optional(Floaters()) : std::nullopt,
+      bar.progress());
+  bar.hide();
   if (removal.staying() == 0) {
     const SceneBox box = scene_box(cloud);
     fail(ErrorKind::usage, "convert: {}: {}; the centres are in the box {}", command.input.string(),
@@ -66,7 +61,8 @@ std::vector<std::string> written(const char* WriterRow::*column) {
 
 int run(const ConvertCommand& command) {
   ThreadPool pool(0);
-  if (command.removes()) refuse_to_replace_input(command);
+  note_input(find_scene_file(command.input));
+  check_target(command.output);
   Scene scene = load_scene(command.input, pool, -1, command.axes);
   if (command.removes()) scene.cloud = without_removed(command, scene.cloud);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
@@ -111,6 +107,7 @@ CommandAction convert_command(Options& options) {
   options.text("--format", "NAME", command->format,
                "one of " + joined(formats, ", ") + " (default: by the ending)", formats);
   declare_axes_option(options, command->axes);
+  options.overwrite();
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");
   options.example("quadsplat convert garden/ small.spz --keep-largest 300000 --sh-degree 1",
                   "a small file of a large model");

@@ -16,6 +16,7 @@
 #include "app/report/write_report.h"
 #include "app/session/photographs.h"
 #include "app/session/shot.h"
+#include "io/bytes/file_guard.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
@@ -67,6 +68,7 @@ Views choose_views(const EvalCommand& command) {
     Camera camera = cameras[i].camera;
     if (command.frame.size) camera = camera.resized(command.frame.size->x, command.frame.size->y);
     if (const auto photograph = photographs.find(camera.name)) {
+      note_input(*photograph);  // some are read after pictures are written
       views.list.push_back({camera, cameras[i], *photograph});
     } else {
       ++views.skipped;
@@ -186,6 +188,7 @@ CommandAction eval_command(Options& options) {
                "means, views, method and environment; - = stdout. Without LPIPS: the weights of "
                "its network cannot be shipped",
                {"-", "eval.json"});
+  options.overwrite();
   declare_shard_option(options, command->shard, "evaluates every N-th view, from the I-th");
   options.text("--save", "DIR", command->save,
                "writes every rendered image, and the photographs as they were compared", {"saved"});
@@ -200,6 +203,9 @@ CommandAction eval_command(Options& options) {
   return [command](Arguments) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
+    check_report(command->out_dir, kEvalFiles);
+    for (const auto& file : {command->csv, command->json})
+      if (file) check_target(*file);
     EvalRun(*command).all_views();
     return kExitOk;
   };

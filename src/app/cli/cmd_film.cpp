@@ -8,6 +8,7 @@
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/film/film.h"
+#include "app/film/film_file.h"
 #include "app/film/film_format.h"
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
@@ -83,7 +84,8 @@ int film(const FilmCommand& command) {
   FilmPlan plan;
   plan.size = command.frame.size.value_or(plan.size);
   plan.fps = command.fps;
-  film_format(command.output, plan.size, plan.fps);  // throws before the scene is read
+  film_format(command.output, plan.size, plan.fps);  // both throw before the scene is read
+  check_film_target(command.output);
   Session session = open_session(command.frame);
   plan.track = choose_track(command, session, plan.size);
   plan.seconds = command.seconds.value_or(plan.track.seconds);
@@ -95,7 +97,6 @@ int film(const FilmCommand& command) {
   }
   std::vector<FilmedNumbers> numbers;
   {
-    const QuitSignals signals;
     ProgressBar bar("filming");
     choose_scales(command, session, plan, until_signal(bar.progress()));
     numbers = write_film(command.output, plan, until_signal(bar.progress()));
@@ -152,6 +153,7 @@ CommandAction film_command(Options& options) {
       [command = command.get()](int chosen) { command->ease = static_cast<Ease>(chosen); },
       "where the camera slows down to a stop: at the ends of the film or at all keyframes "
       "(default: none, or what the path says)");
+  options.overwrite();
   options.flag("--loop", command->loop,
                "the path returns to its first camera, so that the film can be repeated");
   options.choice(

@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
 #include "app/report/scene_report.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {
@@ -17,22 +19,20 @@ namespace {
 struct InfoCommand {
   std::vector<std::filesystem::path> files;
   std::string axes;
-  bool json = false;
+  std::optional<std::filesystem::path> json;
 };
 
 int run(const InfoCommand& command) {
+  if (command.json) check_target(*command.json);
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   ThreadPool pool(0);
   for (const std::filesystem::path& file : command.files) {
     const Scene scene = load_scene(file, pool, -1, command.axes);
     const SceneReport report = make_report(scene.cloud);
-    if (command.json) {
-      list.push_back(report_json(scene, report));
-    } else {
-      fmt::print("{}", report_text(scene, report));
-    }
+    if (command.json) list.push_back(report_json(scene, report));
+    if (command.json != "-") fmt::print("{}", report_text(scene, report));
   }
-  if (command.json) fmt::print("{}", json_file_text(list));
+  if (command.json) write_text(*command.json, json_file_text(list));
   return kExitOk;
 }
 
@@ -42,7 +42,10 @@ CommandAction info_command(Options& options) {
   const auto command = std::make_shared<InfoCommand>();
   options.positionals("FILE", command->files, 1, "splat files or model folders", kSceneSamples);
   declare_axes_option(options, command->axes);
-  options.flag("--json", command->json, "prints a JSON list with one object per file");
+  options.text("--json", "FILE", command->json,
+               "a JSON list with one object per file; - = stdout, instead of the text",
+               {"-", "info.json"});
+  options.overwrite();
   options.example("quadsplat info garden/ plush.spz",
                   "format, size, extents and value ranges of two scenes");
   return [command](Arguments) { return run(*command); };

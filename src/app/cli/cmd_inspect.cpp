@@ -6,12 +6,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/base/text_file.h"
 #include "app/cli/camera_choice.h"
 #include "app/cli/command.h"
 #include "app/inspect/construction.h"
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
@@ -24,8 +26,7 @@ struct InspectCommand {
   CameraChoice cameras;
   std::optional<glm::ivec2> pixel;
   std::optional<std::uint32_t> gaussian;
-  std::optional<std::filesystem::path> picture;
-  bool json = false;
+  std::optional<std::filesystem::path> output, json;
 };
 
 glm::ivec2 parse_pixel(const std::string& text) {
@@ -55,6 +56,8 @@ glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
 
 int run(const InspectCommand& command) {
   check(command);
+  for (const auto& file : {command.output, command.json})
+    if (file) check_target(*file);
   Session session = open_session(command.frame);
   const Shot shot =
       choose_shots(command.cameras, command.frame, *session.scene, *session.pool).front();
@@ -71,20 +74,21 @@ int run(const InspectCommand& command) {
     json["mode"] = mode;
     json["tile_px"] = frame.grid.tile_px;
     json["tile_columns"] = frame.grid.columns;
-    fmt::print("{}", json_file_text(json));
-  } else {
+    write_text(*command.json, json_file_text(json));
+  }
+  if (command.json != "-") {
     fmt::print("{}, {} x {}, mode {}\n{}", shot.origin, size.x, size.y, mode,
                format_inspection(inspection));
   }
-  if (!command.picture) return kExitOk;
+  if (!command.output) return kExitOk;
   if (!inspection.gaussian) {
     fail("inspect: pixel {},{} shows no Gaussian to draw: choose another pixel", pixel.x, pixel.y);
   }
   write_image(draw_construction({inspection, frame.color, frame.grid,
                                  picture_title(session.scene->path, shot.origin)}),
-              *command.picture,
+              *command.output,
               frame_metadata(session.scene->path, shot.camera, session.settings.mode, frame.stats));
-  fmt::print(stderr, "wrote {}\n", command.picture->string());
+  fmt::print(stderr, "wrote {}\n", command.output->string());
   return kExitOk;
 }
 
@@ -101,10 +105,12 @@ CommandAction inspect_command(Options& options) {
       [command = command.get()](const std::string& text) { command->pixel = parse_pixel(text); });
   options.integer("--gaussian", "N", 0, 2'147'483'647, command->gaussian,
                   "the Gaussian to explain (default: the one that contributes most to the pixel)");
-  options.flag("--json", command->json, "prints everything as JSON instead of tables");
-  options.text("--picture", "FILE", command->picture,
+  options.overwrite();
+  options.text("--json", "FILE", command->json,
+               "everything as JSON; - = stdout, instead of the tables", {"-", "why.json"});
+  options.text("--output", "FILE", command->output,
                "draws the ellipse, its boxes and the tiles of every mode to scale", {"why.png"});
-  options.example("quadsplat inspect plush.spz --camera-index 0 --pixel 800,600 --picture why.png",
+  options.example("quadsplat inspect plush.spz --camera-index 0 --pixel 800,600 --output why.png",
                   "what a pixel shows, and the construction of its heaviest Gaussian");
   return [command](Arguments) { return run(*command); };
 }

@@ -18,6 +18,7 @@ CommandAction judge_command(Options& options) {
   declare_common_options(options, judge->frame);
   declare_camera_choice(options, judge->cameras);
   declare_judge_options(options, *judge);
+  options.overwrite();
   options.example("quadsplat judge photographs/ renders/ --out-dir out",
                   "pictures with equal names, the worst first");
   options.example("quadsplat judge renders/ plush.spz",

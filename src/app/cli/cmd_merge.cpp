@@ -13,6 +13,7 @@
 #include "app/report/write_report.h"
 #include "app/session/session.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -45,8 +46,9 @@ std::string write_eval(const ordered_json& merged, const path& folder) {
 }
 
 std::string write_render(const ordered_json& merged, const path& folder) {
-  make_folder(folder);
-  write_text(folder / "stats.json", json_file_text(merged));
+  replace_folder(folder, [&](const path& hidden) {
+    write_text(hidden / "stats.json", json_file_text(merged));
+  });
   return "";
 }
 
@@ -101,6 +103,7 @@ CommandAction merge_command(Options& options) {
                       "folders with a bench.json, eval.json or stats.json", {"shard1", "shard2"});
   options.text("--out-dir", "DIR", command->out_dir,
                "folder of the joined reports (default: the current folder)", {"merged"});
+  options.overwrite();
   options.flag("--mixed", command->mixed,
                "joins reports of different GPUs, CPUs, pipelines, commits or scenes too");
   options.example("quadsplat merge shard1 shard2 --out-dir results", "joins two halves of a sweep");

@@ -16,6 +16,7 @@
 #include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
+#include "io/bytes/file_guard.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -50,10 +51,10 @@ void check(const RenderCommand& command) {
   if (command.reference_threshold > 0 && !command.reference) {
     fail(ErrorKind::usage, "render: --reference-threshold needs --reference");
   }
-  if (command.cameras.frames && !command.cameras.path) {
-    fail(
-        ErrorKind::usage,
-        "render: --frames needs a --camera-path; to measure a picture several times use --repeats");
+  if (command.cameras.steps && !command.cameras.path) {
+    fail(ErrorKind::usage,
+         "render: --path-steps needs a --camera-path; to measure a picture several times use "
+         "--repeats");
   }
   if (command.shard && !command.cameras.several()) {
     fail(
@@ -116,11 +117,13 @@ class RenderRun {
         command_.repeats.value_or(command_.several_modes() ? int{kFewestFrames} : 1);
     MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     if (command_.measures()) {
-      plan.progress = part_of(progress_, 0, 0.9f);
+      plan.progress = part_of(progress_, command_.psnr ? kReference : 0, 0.95f);
     } else {
       session_.renderer->report_frames_to(part_of(progress_, 0, kDrawn).report);
     }
-    const Image truth = command_.psnr ? reference_image(session_, shot.camera) : Image();
+    const Image truth =
+        command_.psnr ? reference_image(session_, shot.camera, part_of(progress_, 0, kReference))
+                      : Image();
     const std::size_t first_record = records_.size();
     std::vector<double> psnrs;
     std::vector<ModeResult> results =
@@ -210,6 +213,7 @@ class RenderRun {
   // The stream for tables: stdout, unless --stats writes JSON to it.
   std::FILE* report() const { return command_.stats == "-" ? stderr : stdout; }
 
+  static constexpr float kReference = 0.5f;  // of a picture's progress, if --psnr needs it
   static constexpr float kDrawn = 0.3f;  // of a picture's progress, if a large picture is encoded
 
   const RenderCommand& command_;
@@ -249,6 +253,7 @@ CommandAction render_command(Options& options) {
                   fmt::format("measured frames per picture, after one warm-up frame (default: 1, "
                               "or {} with several modes)",
                               kFewestFrames));
+  options.overwrite();
   options.flag("--psnr", command->psnr,
                "adds each mode's PSNR against mode reference to the table (seconds per view)");
   options.text("--reference", "FILE", command->reference,
@@ -267,11 +272,16 @@ CommandAction render_command(Options& options) {
                   "where the tile pairs are");
   options.example("quadsplat render garden/ --all-cameras --picture depth --output depth.npy",
                   "the expected depth of every camera, as floats");
-  options.example("quadsplat render plush.spz --camera-path path.json --frames 240 --output f.png",
-                  "the pictures of a flight: f_0000.png to f_0239.png");
+  options.example(
+      "quadsplat render plush.spz --camera-path path.json --path-steps 240 --output f.png",
+      "the pictures of a flight: f_0000.png to f_0239.png");
   return [command](Arguments) {
     check(*command);
     check_quantity(*command);
+    if (command->reference) note_input(*command->reference);  // read after pictures are written
+    if (command->stats) check_target(*command->stats);
+    if (command->output && !command->several_modes() && !command->cameras.several())
+      check_target(*command->output);
     return RenderRun(*command).all_shots();
   };
 }

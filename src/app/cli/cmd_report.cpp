@@ -17,6 +17,7 @@
 #include "app/picture/heatmap.h"
 #include "app/report/study_page.h"
 #include "app/report/write_report.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -34,7 +35,7 @@ struct ReportCommand {
 
 std::vector<Shot> choose_views(const ReportCommand& command, const Session& session) {
   CameraChoice choice = command.cameras;
-  if (!choice.index && !choice.json && !choice.several())
+  if (choice.indices.empty() && !choice.json && !choice.several())
     choice.all = has_cameras(command.frame, *session.scene);
   const std::vector<Shot> all = choose_shots(choice, command.frame, *session.scene, *session.pool);
   const std::size_t count = std::min(all.size(), static_cast<std::size_t>(command.views));
@@ -46,9 +47,10 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Session& sess
 // The page's file. Checked before the work, which takes a minute.
 std::filesystem::path output_file(const std::filesystem::path& output) {
   if (output.extension() != ".html") {
-    make_folder(output);
+    check_target(output / "report.html");
     return output / "report.html";
   }
+  check_target(output);
   const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
   if (!std::filesystem::is_directory(folder)) {
     fail("{}: cannot be written: the folder {} does not exist", output.string(), folder.string());
@@ -76,6 +78,7 @@ class Report {
     std::string problem;
     const std::string html = format_study_page(page, problem);
     if (!problem.empty()) warn("report: no plots: " + problem);
+    if (path_.has_parent_path()) make_folder(path_.parent_path());
     write_text(path_, html);
     fmt::print(stderr, "wrote {} ({})\n", path_.string(), bytes_text(html.size()));
     return kExitOk;
@@ -143,8 +146,11 @@ class Report {
     std::vector<CaptionedImage> pictures = {
         small(render(default_mode(), {}).color, shots_.front().origin)};
     std::map<HeatQuantity, std::vector<std::uint32_t>> values;
+    ProgressBar bar("drawing heat maps");
+    const Progress progress = bar.progress();
     for (Map& map : maps) {
       render(map);
+      progress.update(static_cast<float>(&map - maps + 1) / static_cast<float>(std::size(maps)));
       std::vector<std::uint32_t>& all = values[map.quantity];
       all.insert(all.end(), map.heatmap.values.begin(), map.heatmap.values.end());
     }
@@ -208,9 +214,10 @@ CommandAction report_command(Options& options) {
   declare_camera_choice(options, command->cameras);
   options.integer("--views", "N", 1, 100000, command->views,
                   "studies at most N of the cameras, evenly spread (default: 4)");
-  options.text("--output", "DIR|FILE.html", command->output,
-               "the page, or a folder for report.html", {"page.html", "out"});
+  options.text("--output", "FILE", command->output,
+               "the page, FILE.html, or a folder for report.html", {"page.html", "out"});
   options.required();
+  options.overwrite();
   options.example("quadsplat report plush.spz --cameras plush/cameras.json --output plush.html",
                   "what the Gaussians of a scene look like and what they cost");
   return [command](Arguments) { return run(*command); };

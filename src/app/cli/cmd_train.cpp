@@ -13,6 +13,7 @@
 #include "app/session/session.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
+#include "io/bytes/file_guard.h"
 #include "raster/api/training_model.h"
 #include "raster/base/fail.h"
 
@@ -66,6 +67,7 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   command.settings.random_points = static_cast<std::size_t>(command.random_points);
   command.data.background = command.settings.background;
   command.data.keep_alpha = command.settings.random_background;
+  require_new_folder(command.run.out_dir, command.run.overwrite || command.run.resume);
   Prepared prepared;
   prepared.model = train::make_training_model(
       command.backend.value_or(available_backends().front()), pool, command.device);
@@ -151,8 +153,10 @@ void declare_model_options(Options& options, TrainCommand& command) {
   declare_background_option(
       options, [&settings](const glm::vec3& color) { settings.background = color; }, "black",
       &settings.random_background);
-  options.flag("--antialiased", settings.antialiased,
-               "trains with the opacity compensation of Mip-Splatting");
+  options.choice(
+      "--antialiased", {"on", "off"},
+      [&settings](int chosen) { settings.antialiased = chosen == 0; },
+      "trains with the opacity compensation of Mip-Splatting (default: off)");
   options.integer("--iterations", "N", 1, 10'000'000, settings.iterations,
                   "training steps (default: 30000)");
   options.value("--seed", "N", "of all random numbers (default: 0)", {"1"},
@@ -164,7 +168,7 @@ void declare_model_options(Options& options, TrainCommand& command) {
 
 void declare_options(Options& options, TrainCommand& command) {
   declare_data_options(options, command);
-  options.text("--out-dir", "MODEL", command.run.out_dir,
+  options.text("--out-dir", "DIR", command.run.out_dir,
                "folder of the trained model, which every command opens", {"trained"});
   options.required();
   declare_model_options(options, command);
@@ -172,6 +176,7 @@ void declare_options(Options& options, TrainCommand& command) {
       "--resume", command.run.resume,
       "continues the run that was saved in MODEL with the same options, to the same bits as "
       "without a break");
+  options.overwrite(&command.run.overwrite);
   options.integer("--eval-every", "N", 1, 10'000'000, command.run.eval_every,
                   "measures PSNR and SSIM on the test views every N iterations (default: at the "
                   "end)");

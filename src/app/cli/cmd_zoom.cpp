@@ -12,6 +12,7 @@
 #include "app/measure/zoom_path.h"
 #include "app/report/clock_report.h"
 #include "app/report/stats_file.h"
+#include "app/report/write_report.h"
 #include "app/report/zoom_recording.h"
 #include "raster/base/fail.h"
 
@@ -101,11 +102,12 @@ int run(ZoomCommand& command, Arguments arguments) {
   if (command.scenes.size() != (command.replay ? 0u : 1u)) {
     fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
   }
+  check_report(command.out_dir, kZoomFiles);
   if (command.replay) return replay(command);
   command.frame.scene = command.scenes.front();
   Session session = open_session(command.frame);
   CameraChoice choice;
-  choice.index = command.from_camera;
+  if (command.from_camera) choice.indices = {*command.from_camera};
   const Camera start =
       choose_shots(choice, command.frame, *session.scene, *session.pool).front().camera;
   ZoomBundle bundle =
@@ -145,6 +147,7 @@ CommandAction zoom_command(Options& options) {
                "folder of zoom.csv, zoom.json, plots, and pictures of the first, middle and last "
                "step",
                {"out"});
+  options.overwrite();
   options.text("--replay", "DIR", command->replay,
                "renders the zoom stored in DIR again; ends with exit code 4 if counts differ",
                {"zoom"});

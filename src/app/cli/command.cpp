@@ -4,16 +4,19 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "app/base/end_at_signal.h"
 #include "app/base/text.h"
 #include "app/cli/format_list.h"
 #include "app/cli/manual.h"
 #include "app/cli/suggestion.h"
 #include "app/plugin/plugin_host.h"
 #include "app/plugin/protocol.h"
+#include "io/bytes/file_guard.h"
 #include "raster/api/renderer.h"
 #include "raster/base/fail.h"
 #include "version.h"
@@ -63,8 +66,7 @@ std::string program_help() {
       "  quadsplat --man-page       the manual page, and --bash-completion: for packages\n\n"
       "SCENE is a splat file or the folder of a trained model.\n"
       "Exit codes: 0 success, 1 wrong command line, 2 bad input, 3 no device or memory, 4 "
-      "comparison "
-      "failed.\n";
+      "comparison failed, 130 interrupted.\n";
   return text;
 }
 
@@ -100,6 +102,53 @@ void check_first_word(const std::string& word) {
   if (!meant.empty()) fail(ErrorKind::usage, "'{}' is neither a command nor a file{}", word, meant);
 }
 
+// Throws Error(usage) if the command follows its options, which would be read as options of view.
+void check_order(Arguments arguments, const Options& options) {
+  const auto takes_value = [&](const std::string& word) {
+    return std::any_of(options.table().begin(), options.table().end(), [&](const Option& option) {
+      return option.most > 0 && (word == option.name || word == option.short_name());
+    });
+  };
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const std::string& word = arguments[i];
+    const bool is_command = std::any_of(std::begin(kCommands), std::end(kCommands),
+                                        [&](const Command& row) { return word == row.name; });
+    std::error_code error;
+    if (!is_command || std::filesystem::exists(word, error) || takes_value(arguments[i - 1]))
+      continue;
+    if (arguments.front().starts_with('-'))
+      fail(ErrorKind::usage, "the command comes before its options: 'quadsplat {} {} ...'", word,
+           arguments.front());
+  }
+}
+
+std::string interruption_sentence() {
+  const WrittenFiles files = written_files();
+  if (files.count == 0) return "interrupted: nothing was written";
+  const std::string last = files.last.string();
+  return files.count == 1 ? fmt::format("interrupted: {} is finished and kept", last)
+                          : fmt::format("interrupted: {} finished files are kept, the last is {}",
+                                        files.count, last);
+}
+
+// Runs a command whose options were parsed. The window gives its files new names and needs no
+// guard.
+int run_action(const CommandAction& action, const Options& options, Arguments arguments) {
+  std::optional<FileGuard> guard;
+  if (options.writes()) guard.emplace(options.overwrites());
+  const EndAtSignal end(interruption_sentence);
+  try {
+    const int code = action(arguments);
+    if (const std::size_t replaced = guard ? guard->replaced() : 0; replaced > 0)
+      fmt::print(stderr, "replaced {} file{} of an earlier run\n", replaced,
+                 replaced == 1 ? "" : "s");
+    return code;
+  } catch (const Cancelled&) {
+    fmt::print(stderr, "quadsplat: {}\n", interruption_sentence());
+    return kExitInterrupted;
+  }
+}
+
 }  // namespace
 
 std::span<const Command> commands() { return kCommands; }
@@ -127,15 +176,20 @@ int run_program(Arguments arguments) {
   if (first == kPluginHostCommand && arguments.size() == 2) return run_plugin_host(arguments[1]);
   const Command* command = std::find_if(std::begin(kCommands), std::end(kCommands),
                                         [&](const Command& row) { return first == row.name; });
-  if (command == std::end(kCommands)) {
+  const bool named = command != std::end(kCommands);
+  if (named) {
+    arguments = arguments.subspan(1);
+  } else {
     check_first_word(first);
     command = kCommands;  // view
-  } else {
-    arguments = arguments.subspan(1);
   }
   Options options(command->name, command->summary);
   const CommandAction action = command->declare(options);
-  return options.parse(arguments) ? action(arguments) : kExitOk;
+  if (!named) {
+    check_order(arguments, options);
+    options.may_mean({"--version", "--list-gpus", "--list-formats", "--man-page"});
+  }
+  return options.parse(arguments) ? run_action(action, options, arguments) : int{kExitOk};
 }
 
 }  // namespace qs

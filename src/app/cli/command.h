@@ -9,11 +9,13 @@
 #include <span>
 #include <string>
 
+#include "app/base/end_at_signal.h"
 #include "app/cli/options.h"
 
 namespace qs {
 
-/// The exit code of the process. Error(kind) ends the process with the kind's number.
+/// The exit code of the process. Error(kind) ends the process with the kind's number, and a signal
+/// with kExitInterrupted (app/base/end_at_signal.h).
 enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitInput = 2, kExitDevice = 3, kExitComparison = 4 };
 
 /// Words of a command line.
@@ -32,7 +34,7 @@ struct Command {
 
 std::span<const Command> commands();
 
-/// Runs the command named by the first argument, else `view`. Throws Error and Cancelled.
+/// Runs the command named by the first argument, else `view`. Throws Error.
 int run_program(Arguments arguments);
 
 }  // namespace qs

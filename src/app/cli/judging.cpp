@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text.h"
 #include "app/base/text_file.h"
 #include "app/inspect/contact_sheet.h"
 #include "app/measure/scene_facts.h"
@@ -15,6 +17,8 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/session/photographs.h"
+#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
@@ -24,48 +28,72 @@ namespace {
 
 constexpr int kSheetWidth = 480;  // pixels of a picture on the sheet
 
+// Finds pictures by the names of views.
+class PictureFolder {
+ public:
+  explicit PictureFolder(Photographs pictures) : pictures_(std::move(pictures)) {
+    for (const std::string& name : pictures_.names()) {
+      for (std::size_t at = name.find('_'); at != name.npos; at = name.find('_', at + 1)) {
+        const auto [entry, added] = by_ending_.try_emplace(name.substr(at + 1), name);
+        if (!added) entry->second.clear();
+      }
+    }
+  }
+
+  std::vector<std::string> names() const { return pictures_.names(); }
+
+  // The picture of a view: NAME, or the only picture that ends with _NAME, as render names its
+  // files.
+  std::optional<std::filesystem::path> find(const std::string& view) const {
+    if (const auto picture = pictures_.find(view)) return picture;
+    const auto found = by_ending_.find(safe_file_name(view));
+    if (found == by_ending_.end() || found->second.empty()) return std::nullopt;
+    return pictures_.find(found->second);
+  }
+
+ private:
+  Photographs pictures_;
+  std::unordered_map<std::string, std::string> by_ending_;  // a name; empty: of several pictures
+};
+
 // One of the two sides: a folder of pictures or a scene.
 struct Side {
   std::filesystem::path path;
-  std::optional<Photographs> pictures;  // set: a folder of pictures
-  Session session;                      // else the scene
+  std::optional<PictureFolder> pictures;  // set: a folder of pictures
+  Session session;                        // else the scene
 };
 
-// A folder that holds pictures and no model.
-bool is_picture_folder(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(path, error)) return false;
+bool holds_scene(const std::filesystem::path& path) {
   try {
     find_scene_file(path);
-    return false;
+    return true;
   } catch (const Error&) {
-    return !Photographs(path).names().empty();
+    return false;
   }
 }
 
+// The pictures of a folder with pictures and no model, else nothing.
+std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error) || holds_scene(path)) return std::nullopt;
+  ProgressBar bar("counting pictures");
+  const Progress progress = bar.progress();
+  const Photographs pictures(path, [&](std::size_t count) {
+    if (count % 100 != 0) return;
+    bar.relabel(fmt::format("counting pictures: {}", grouped(count)));
+    progress.update(0);
+  });
+  if (pictures.names().empty()) return std::nullopt;
+  return PictureFolder(pictures);
+}
+
 Side open_side(const JudgeOptions& options, const std::filesystem::path& path) {
-  Side side{path, {}, {}};
-  if (is_picture_folder(path)) {
-    side.pictures.emplace(path);
-    return side;
-  }
+  Side side{path, open_pictures(path), {}};
+  if (side.pictures) return side;
   FrameOptions frame = options.frame;
   frame.scene = path;
   side.session = open_session(frame);
   return side;
-}
-
-// The picture of a view: NAME, or the only picture that ends with _NAME, as render names its files.
-std::optional<std::filesystem::path> find_picture(const Photographs& pictures,
-                                                  const std::string& view) {
-  if (const auto picture = pictures.find(view)) return picture;
-  std::optional<std::filesystem::path> found;
-  for (const std::string& name : pictures.names()) {
-    if (!name.ends_with("_" + safe_file_name(view))) continue;
-    if (found) return std::nullopt;
-    found = pictures.find(name);
-  }
-  return found;
 }
 
 using File = std::optional<std::filesystem::path>;  // unset for a scene
@@ -103,8 +131,8 @@ class Judging {
     std::vector<JudgedView> views;
     std::size_t missing = 0;
     const auto take = [&](JudgedView view) {
-      if (truth_.pictures) view.truth = find_picture(*truth_.pictures, view.name);
-      if (judged_.pictures) view.judged = find_picture(*judged_.pictures, view.name);
+      if (truth_.pictures) view.truth = truth_.pictures->find(view.name);
+      if (judged_.pictures) view.judged = judged_.pictures->find(view.name);
       const bool found = view.truth.has_value() == truth_.pictures.has_value() &&
                          view.judged.has_value() == judged_.pictures.has_value();
       if (found) {
@@ -131,7 +159,7 @@ class Judging {
   std::vector<Shot> scene_shots(const Side& side) const {
     FrameOptions frame = options_.frame;
     CameraChoice choice = options_.cameras;
-    if (!choice.index && !choice.json && !choice.several())
+    if (choice.indices.empty() && !choice.json && !choice.several())
       choice.all = has_cameras(frame, *side.session.scene);
     return choose_shots(choice, frame, *side.session.scene, *side.session.pool);
   }
@@ -205,20 +233,28 @@ class Judging {
     fmt::print(to_stdout ? stderr : stdout, "{}", format_judgement_table(result_));
     if (options_.csv) write_text(*options_.csv, format_judgement_csv(result_));
     if (options_.json) write_text(*options_.json, format_judgement_json(result_));
-    if (options_.out_dir) write_judgement(result_, *options_.out_dir);
-    if (options_.out_dir) write_sheet(*options_.out_dir / "sheet.png");
     if (options_.sheet) write_sheet(*options_.sheet);
+    if (!options_.out_dir) return;
+    replace_folder(*options_.out_dir, [&](const std::filesystem::path& hidden) {
+      write_judgement(result_, hidden);
+      write_image(sheet(), hidden / "sheet.png");
+    });
+    fmt::print(stderr, "wrote {}\n", options_.out_dir->string());
   }
 
   void write_sheet(const std::filesystem::path& path) const {
+    write_image(sheet(), path);
+    fmt::print(stderr, "wrote {}\n", path.string());
+  }
+
+  Image sheet() const {
     const double scale = options_.flip_max > 0 ? options_.flip_max : flip_scale(sheet_);
     std::string truth = scene_name(truth_.path), judged = scene_name(judged_.path);
     if (truth == judged) {
       truth = truth_.path.filename().string();
       judged = judged_.path.filename().string();
     }
-    write_image(draw_contact_sheet(sheet_, truth, judged, scale), path);
-    fmt::print(stderr, "wrote {}\n", path.string());
+    return draw_contact_sheet(sheet_, truth, judged, scale);
   }
 
   const JudgeOptions& options_;
@@ -249,6 +285,9 @@ void run_judging(const JudgeOptions& options) {
     fail(ErrorKind::usage, "--csv and --json cannot both go to stdout");
   if (options.frame.modes.size() > 1)
     fail(ErrorKind::usage, "--cull: pictures are judged in one mode: choose one");
+  check_report(options.out_dir, kJudgeFiles);
+  for (const auto& file : {options.csv, options.json, options.sheet})
+    if (file) check_target(*file);
   Judging(options).run();
 }
 

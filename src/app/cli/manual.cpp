@@ -48,10 +48,11 @@ std::string options_of(const Options& options, bool common) {
 }
 
 constexpr const char* kExitCodes[][2] = {{"0", "success"},
-                                         {"1", "wrong command line, or cancelled"},
+                                         {"1", "wrong command line"},
                                          {"2", "bad input"},
                                          {"3", "no device or memory"},
-                                         {"4", "a comparison failed"}};
+                                         {"4", "a comparison failed"},
+                                         {"130", "interrupted"}};
 
 // ---- the completion -----------------------------------------------------------------------------
 

@@ -57,7 +57,8 @@ void Options::choice(const std::string& name, const std::vector<std::string>& na
   value(name, joined(names, "|"), help, names, [=](const std::string& given) {
     const auto found = std::find(names.begin(), names.end(), given);
     if (found == names.end())
-      fail(ErrorKind::usage, "{}: '{}' is none of {}", name, given, joined(names, ", "));
+      fail(ErrorKind::usage, "{}: '{}' is none of {}{}", name, given, joined(names, ", "),
+           suggestion(given, names));
     chosen(static_cast<int>(found - names.begin()));
   });
   offers(names);
@@ -67,6 +68,15 @@ void Options::common(const std::function<void()>& declare) {
   const std::size_t before = options_.size();
   declare();
   for (std::size_t i = before; i < options_.size(); ++i) options_[i].common = true;
+}
+
+void Options::overwrite(bool* target) {
+  writes_ = true;
+  options_.push_back({"--overwrite", "", "replaces existing files, but never an input", 0, 0,
+                      [target, overwrites = overwrites_](const auto&) {
+                        *overwrites = true;
+                        if (target != nullptr) *target = true;
+                      }});
 }
 
 void Options::example(std::string command_line, std::string what) {
@@ -92,7 +102,8 @@ bool Options::parse(std::span<const std::string> arguments) const try {
   for (const std::string& word : parser.remaining()) {
     if (word == "--") continue;
     if (!word.starts_with('-')) complain(fmt::format("unexpected argument '{}'", word));
-    std::vector<std::string> names = {"--help"};
+    std::vector<std::string> names = other_words_;
+    names.emplace_back("--help");
     for (const Option& option : options_)
       if (!option.positional()) names.push_back(option.name);
     complain(fmt::format("unknown option '{}'{}", word,

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -92,6 +93,16 @@ class Options {
   /// The option declared last must be given.
   void required() { options_.back().required = true; }
 
+  /// Declares --overwrite, for commands that write files. `target`, if there is one, is also set.
+  void overwrite(bool* target = nullptr);
+  /// True if --overwrite was declared.
+  bool writes() const { return writes_; }
+  /// True if --overwrite was given.
+  bool overwrites() const { return *overwrites_; }
+
+  /// Options that are none of this command's, but that a mistyped option may mean.
+  void may_mean(std::vector<std::string> words) { other_words_ = std::move(words); }
+
   /// Printed at the end of the help.
   void example(std::string command_line, std::string what);
 
@@ -118,6 +129,9 @@ class Options {
   std::string command_, summary_;
   std::vector<Option> options_;
   std::vector<Example> examples_;
+  std::vector<std::string> other_words_;
+  bool writes_ = false;
+  std::shared_ptr<bool> overwrites_ = std::make_shared<bool>(false);  // options_ refers to it
 };
 
 }  // namespace qs

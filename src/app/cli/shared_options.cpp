@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/cli/suggestion.h"
 #include "app/measure/measure_view.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
@@ -11,12 +12,6 @@
 
 namespace qs {
 namespace {
-
-std::vector<std::string> mode_list() {
-  std::vector<std::string> names;
-  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
-  return names;
-}
 
 std::string mode_names() { return joined(mode_list(), ", "); }
 
@@ -39,13 +34,22 @@ std::vector<CullMode> parse_modes(const std::string& text, const std::vector<Cul
     } else if (mode >= 0) {
       add({mode});
     } else {
-      fail(ErrorKind::usage, "--cull: '{}' is none of {}, all, +peers", name, mode_names());
+      std::vector<std::string> words = mode_list();
+      words.insert(words.end(), {"all", "+peers"});
+      fail(ErrorKind::usage, "--cull: '{}' is none of {}{}", name, joined(words, ", "),
+           suggestion(name, words));
     }
   }
   return modes;
 }
 
 }  // namespace
+
+std::vector<std::string> mode_list() {
+  std::vector<std::string> names;
+  for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
+  return names;
+}
 
 void declare_frame_options(Options& options, FrameOptions& frame) {
   options.positional("SCENE", frame.scene, kSceneHelp, kSceneSamples);
@@ -177,9 +181,9 @@ void declare_background_option(Options& options,
   Options::Samples samples = {"1,0.5,0"};
   if (random != nullptr) samples.emplace_back("random");
   options.value(
-      "--background", random != nullptr ? "R,G,B|random" : "R,G,B",
+      "--background", "R,G,B",
       fmt::format("behind the scene, each 0..1{} (default: {})",
-                  random != nullptr ? "; random = another colour in every iteration" : "", usual),
+                  random != nullptr ? ", or random: another colour in every iteration" : "", usual),
       samples, [chosen, random](const std::string& text) {
         if (random != nullptr) *random = text == "random";
         if (text != "random" || random == nullptr) chosen(parse_color("--background", text));

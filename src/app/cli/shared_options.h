@@ -23,6 +23,9 @@ struct ViewPlan;
 inline const Options::Samples kSceneSamples = {"scene.ply", "model"};
 inline constexpr const char* kSceneHelp = "splat file or model folder";
 
+/// The names of all modes, `reference` first.
+std::vector<std::string> mode_list();
+
 /// Declares SCENE and the options of declare_common_options().
 void declare_frame_options(Options& options, FrameOptions& frame);
 

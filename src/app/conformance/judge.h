@@ -39,7 +39,7 @@ Fit fit_of(const Picture8& picture, const Picture8& expected, int limit = 255);
 class Variants {
  public:
   /// All sets of at most `most` mistakes.
-  Variants(int most, ThreadPool& pool);
+  Variants(int most, ThreadPool& pool, const Progress& progress = {});
 
   const std::vector<MistakeSet>& sets() const { return sets_; }
   /// The index of a set, if it is one of sets().

@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/text_file.h"
-#include "app/report/write_report.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
@@ -57,8 +58,11 @@ Image truth_of(const KitView& view, ThreadPool& pool) {
   return renderer->render(view.camera, settings).color;
 }
 
-void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
-  make_folder(folder / "truth");
+namespace {
+
+void write_kit_files(const std::filesystem::path& folder, ThreadPool& pool,
+                     const Progress& progress) {
+  std::filesystem::create_directory(folder / "truth");
   Json scenes = Json::array();
   for (const KitScene& scene : kit_scenes()) {
     KitView view = scene.make();
@@ -70,6 +74,7 @@ void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
     write_image(truth, folder / "truth" / (name + ".png"));
     write_image(truth, folder / "truth" / (name + ".pfm"));
     scenes.push_back(scene_entry(scene, view));
+    progress.update(static_cast<float>(scenes.size()) / static_cast<float>(kit_scenes().size()));
   }
   const Json kit = {{"axes", "x right, y down, z forward"},
                     {"pixels",
@@ -78,6 +83,15 @@ void write_kit(const std::filesystem::path& folder, ThreadPool& pool) {
                     {"near_depth", Camera{}.near_depth},
                     {"scenes", std::move(scenes)}};
   write_text(folder / "kit.json", json_file_text(kit));
+}
+
+}  // namespace
+
+void write_kit(const std::filesystem::path& folder, ThreadPool& pool, const Progress& progress) {
+  require_new_folder(folder, may_overwrite());
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_kit_files(hidden, pool, progress);
+  });
 }
 
 }  // namespace qs

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 #include <utility>
 
 #include "app/conformance/judge.h"
@@ -23,13 +24,15 @@ Fit fit_of(const Picture8& picture, const Picture8& expected, int limit) {
   return fit;
 }
 
-Variants::Variants(int most, ThreadPool& pool) {
+Variants::Variants(int most, ThreadPool& pool, const Progress& progress) {
   for (int count = 0; count <= most; ++count) {
     for (MistakeSet& set : sets_of_mistakes(count)) sets_.push_back(std::move(set));
   }
   const std::size_t scenes = kit_scenes().size();
   which_.resize(scenes);
   pictures_.resize(scenes);
+  std::mutex mutex;
+  std::size_t done = 0;
   pool.for_chunks(scenes, 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t scene = begin; scene < end; ++scene) {
       const KitView view = kit_scenes()[scene].make();
@@ -40,6 +43,8 @@ Variants::Variants(int most, ThreadPool& pool) {
         if (added) pictures_[scene].push_back(entry->first);
         which_[scene].push_back(entry->second);
       }
+      const std::lock_guard lock(mutex);
+      progress.update(static_cast<float>(++done) / static_cast<float>(scenes));
     }
   });
 }

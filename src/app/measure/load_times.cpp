@@ -56,7 +56,8 @@ bool is_gzip_file(const std::filesystem::path& path) { return is_gzip(MappedFile
 
 }  // namespace
 
-LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds) {
+LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds,
+                          const Progress& progress) {
   LoadTimes times;
   std::vector<double> total, unpack, fill, copy, inflate;
   for (int round = 0; round <= rounds; ++round) {
@@ -69,6 +70,7 @@ LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, i
     const double copy_ms = milliseconds([&] { copy_file(scene.path); });
     const double inflate_ms =
         is_gzip_file(scene.path) ? milliseconds([&] { inflate_file(scene.path); }) : 0;
+    progress.update(static_cast<float>(round + 1) / static_cast<float>(rounds + 1));
     if (round == 0 && rounds > 0) continue;
     total.push_back(read_ms);
     fill.push_back(scene.fill_ms);
@@ -91,10 +93,10 @@ std::string format_load_times(const std::vector<LoadTimes>& rows) {
   for (const LoadTimes& row : rows) {
     const bool packed = row.inflate_ms > 0;
     text += fmt::format(
-        "| {} | {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {} | {} |\n", row.file,
-        row.format, bytes_text(row.file_bytes), grouped(row.gaussians), row.total_ms, row.unpack_ms,
-        row.fill_ms, row.copy_ms, row.total_ms / row.copy_ms,
-        packed ? fmt::format("{:.1f}", row.inflate_ms) : "-",
+        "| {} | {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {} | {} |\n",
+        markdown_text(row.file), markdown_text(row.format), bytes_text(row.file_bytes),
+        grouped(row.gaussians), row.total_ms, row.unpack_ms, row.fill_ms, row.copy_ms,
+        row.total_ms / row.copy_ms, packed ? fmt::format("{:.1f}", row.inflate_ms) : "-",
         packed ? fmt::format("{:.2f}", row.total_ms / row.inflate_ms) : "-");
   }
   return text;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "raster/base/parallel.h"
+#include "raster/base/progress.h"
 
 namespace qs {
 
@@ -25,7 +26,8 @@ struct LoadTimes {
 };
 
 /// Reads `path` rounds + 1 times; the first is a warm-up. Throws Error.
-LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds);
+LoadTimes measure_loading(const std::filesystem::path& path, ThreadPool& pool, int rounds,
+                          const Progress& progress = {});
 
 /// A Markdown table.
 std::string format_load_times(const std::vector<LoadTimes>& rows);

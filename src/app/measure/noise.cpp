@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "app/base/text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 
@@ -83,8 +84,9 @@ std::string noise_markdown(const std::vector<BenchRow>& rows) {
       "frames | drift | rounds differ by |\n|---|---|---|---:|---:|---:|\n",
       noise_sentence(rows));
   for (const BenchRow& row : bad) {
-    text += fmt::format("| {} | {} | `{}` | {:.0f} % | {:+.1f} % | {} |\n", row.scene, row.camera,
-                        row.mode, 200 * frame_noise(row), 100 * row.drift,
+    text += fmt::format("| {} | {} | {} | {:.0f} % | {:+.1f} % | {} |\n", markdown_text(row.scene),
+                        markdown_text(row.camera), markdown_code(row.mode), 200 * frame_noise(row),
+                        100 * row.drift,
                         row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
                                          : "one round has no spread");
   }

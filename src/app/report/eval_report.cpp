@@ -8,9 +8,9 @@
 #include "app/base/text.h"
 #include "app/base/text_file.h"
 #include "app/report/stats_file.h"
-#include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
+#include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -126,9 +126,10 @@ EvalReport parse_eval_report(const ordered_json& json) {
 }
 
 void write_eval_report(const EvalReport& report, const std::filesystem::path& folder) {
-  make_folder(folder);
-  write_text(folder / "eval.csv", format_eval_csv(report));
-  write_text(folder / "eval.json", format_eval_json(report));
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_text(hidden / "eval.csv", format_eval_csv(report));
+    write_text(hidden / "eval.json", format_eval_json(report));
+  });
 }
 
 }  // namespace qs

@@ -48,7 +48,8 @@ void HtmlPage::table(const std::vector<std::vector<std::string>>& rows) {
   // The first cell below the head decides whether a column holds words or numbers.
   const auto has_words = [&](std::size_t column) {
     if (column == 0 || rows.size() < 2) return column == 0;
-    return std::isalpha(static_cast<unsigned char>(rows[1].at(column).front())) != 0;
+    return !rows[1].at(column).empty() &&
+           std::isalpha(static_cast<unsigned char>(rows[1][column].front())) != 0;
   };
   body_ += "<table>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -82,6 +83,7 @@ void HtmlPage::figure(const char* type, const std::string& bytes, const std::str
 std::string HtmlPage::text() const {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"generator\" content=\"quadsplat\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{0}</title>\n<style>\n:root {{ color-scheme: light; --ink: {1}; --faint: {2}; "
       "--line: {3}; }}{4}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{5}</body>\n</html>\n",

@@ -17,8 +17,7 @@ class HtmlPage {
 
   void heading(const std::string& text);
   void paragraph(const std::string& text);
-  /// The first row is the head. Columns of words are aligned left, columns of numbers right. No
-  /// cell may be empty.
+  /// The first row is the head. Columns of words are aligned left, columns of numbers right.
   void table(const std::vector<std::vector<std::string>>& rows);
   /// A picture with a caption below it. `half`: two consecutive pictures fit side by side.
   void picture(const Image& image, const std::string& caption, bool half = false);

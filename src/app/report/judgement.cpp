@@ -9,7 +9,6 @@
 
 #include "app/base/text.h"
 #include "app/base/text_file.h"
-#include "app/report/write_report.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {
@@ -73,7 +72,6 @@ std::string format_judgement_json(const Judgement& judgement) {
 }
 
 void write_judgement(const Judgement& judgement, const std::filesystem::path& folder) {
-  make_folder(folder);
   write_text(folder / "judge.csv", format_judgement_csv(judgement));
   write_text(folder / "judge.json", format_judgement_json(judgement));
 }

@@ -30,7 +30,7 @@ std::string format_judgement_table(const Judgement& judgement);
 std::string format_judgement_csv(const Judgement& judgement);
 std::string format_judgement_json(const Judgement& judgement);
 
-/// Writes judge.csv and judge.json; creates the folder if needed.
+/// Writes judge.csv and judge.json to an existing folder.
 void write_judgement(const Judgement& judgement, const std::filesystem::path& folder);
 
 }  // namespace qs

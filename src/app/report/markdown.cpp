@@ -109,7 +109,7 @@ std::string table(const std::vector<ModeMean>& means, const std::string& baselin
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
     text +=
-        fmt::format("| `{}` | {} | {} | {}{} | {} | {} | {} | {} |\n", mean.label,
+        fmt::format("| {} | {} | {} | {}{} | {} | {} | {} | {} |\n", markdown_code(mean.label),
                     grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
                     mean.psnr ? decibels(*mean.psnr) : "-", time_text(mean.ms, mean.ms_spread),
                     mean.noisy ? " noisy" : "", rate_text(mean.ms, mean.ms_spread),
@@ -125,14 +125,15 @@ std::string quality_table(const std::vector<ModeMean>& means) {
   std::string lines;
   for (const ModeMean& mean : means) {
     if (!mean.psnr || !mean.ssim || !mean.flip) continue;
-    lines += fmt::format("| `{}` | {} | {:.5f} | {:.5f} | {} |\n", mean.label, decibels(*mean.psnr),
-                         *mean.ssim, *mean.flip, mean.repeats.value_or(false) ? "yes" : "no");
+    lines += fmt::format("| {} | {} | {:.5f} | {:.5f} | {} |\n", markdown_code(mean.label),
+                         decibels(*mean.psnr), *mean.ssim, *mean.flip,
+                         mean.repeats.value_or(false) ? "yes" : "no");
   }
   if (lines.empty()) return "";
   return fmt::format(
       "\n### {}: image quality against mode reference\n\n| mode | PSNR dB | SSIM | FLIP | two "
       "frames equal |\n|---|---:|---:|---:|---|\n{}",
-      means.front().scene, lines);
+      markdown_text(means.front().scene), lines);
 }
 
 // Arithmetic means over the scenes. The ratio is a geometric mean. It has no interval, because
@@ -187,15 +188,15 @@ std::string camera_table(const std::vector<PairedRatio>& ratios, const std::stri
     if (each.scene != scene || each.camera.empty()) continue;
     const std::string mode = several ? fmt::format("{}, {}", each.mode, each.pipeline) : each.mode;
     add_new(cameras, each.camera);
-    add_new(modes, mode);
-    cells[{each.camera, mode}] = ratio_text(each.ratio);
+    add_new(modes, markdown_code(mode));
+    cells[{each.camera, markdown_code(mode)}] = ratio_text(each.ratio);
   }
   if (modes.empty()) return "";
-  std::string text = fmt::format("\n### {}: ratios to `{}` per camera\n\n| camera | `{}` |\n|---|",
-                                 scene, baseline, joined(modes, "` | `"));
+  std::string text = fmt::format("\n### {}: ratios to `{}` per camera\n\n| camera | {} |\n|---|",
+                                 markdown_text(scene), baseline, joined(modes, " | "));
   for (std::size_t i = 0; i < modes.size(); ++i) text += "---:|";
   for (const std::string& camera : cameras) {
-    text += fmt::format("\n| {} |", camera);
+    text += fmt::format("\n| {} |", markdown_text(camera));
     for (const std::string& mode : modes) {
       const auto cell = cells.find({camera, mode});
       text += fmt::format(" {} |", cell == cells.end() ? "-" : cell->second);
@@ -268,9 +269,9 @@ std::string format_markdown(const BenchReport& report) {
       add_new(cameras, row.camera);
       add_new(sizes, fmt::format("{} x {}", row.width, row.height));
     }
-    text +=
-        fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", scene.front().scene, cameras.size(),
-                    cameras.size() == 1 ? "" : "s", joined(sizes, ", "), table(scene, baseline));
+    text += fmt::format("\n## {}\n\n{} camera{}, {}\n\n{}", markdown_text(scene.front().scene),
+                        cameras.size(), cameras.size() == 1 ? "" : "s", joined(sizes, ", "),
+                        table(scene, baseline));
     text += quality_table(scene);
     if (report.environment.contains("baseline"))
       text += camera_table(ratios, scene.front().scene, baseline);

@@ -58,7 +58,8 @@ std::string run_gnuplot(const std::filesystem::path& folder, const std::string& 
 
 }  // namespace
 
-std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot> plots) {
+std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot> plots,
+                       const std::filesystem::path& shown) {
   std::string sentence;
   for (const Plot& plot : plots) {
     const std::string file = plot.name + ".gp";
@@ -66,8 +67,8 @@ std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot
     if (!sentence.empty()) continue;
     const std::string problem = run_gnuplot(folder, file);
     if (!problem.empty()) {
-      sentence =
-          fmt::format("{}; draw the plots with 'cd {} && gnuplot *.gp'", problem, folder.string());
+      sentence = fmt::format("{}; draw the plots with 'cd {} && gnuplot *.gp'", problem,
+                             (shown.empty() ? folder : shown).string());
     }
   }
   return sentence;

@@ -19,8 +19,10 @@ struct Plot {
 };
 
 /// Writes the scripts and runs gnuplot. Returns "", or one sentence with instructions for drawing
-/// the plots if gnuplot is missing or fails. Throws Error when a script cannot be written.
-std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot> plots);
+/// the plots in `shown`, the folder's final name, if gnuplot is missing or fails. Throws Error when
+/// a script cannot be written.
+std::string draw_plots(const std::filesystem::path& folder, std::span<const Plot> plots,
+                       const std::filesystem::path& shown = {});
 
 /// A gnuplot string literal.
 std::string quoted(const std::string& text);

@@ -13,12 +13,7 @@ WorkFolder::WorkFolder() {
   std::string name = (all / "quadsplat-XXXXXX").string();
   if (error || !mkdtemp(name.data()))
     fail("{}: a temporary folder cannot be created in it", all.string());
-  path_ = name;
-}
-
-WorkFolder::~WorkFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
+  folder_ = std::make_unique<TemporaryPath>(name);
 }
 
 }  // namespace qs

@@ -4,6 +4,9 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+
+#include "io/bytes/temporaries.h"
 
 namespace qs {
 
@@ -11,14 +14,11 @@ class WorkFolder {
  public:
   /// Throws Error(input) if the folder cannot be created.
   WorkFolder();
-  ~WorkFolder();
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return folder_->path(); }
 
  private:
-  std::filesystem::path path_;
+  std::unique_ptr<const TemporaryPath> folder_;
 };
 
 }  // namespace qs

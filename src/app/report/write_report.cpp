@@ -7,6 +7,8 @@
 #include "app/measure/noise.h"
 #include "app/report/bench_plots.h"
 #include "app/report/markdown.h"
+#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -19,13 +21,23 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder) {
-  make_folder(folder);
-  write_text(folder / "bench.csv", format_csv(report.rows));
-  write_text(folder / "ratios.csv", format_ratios_csv(report));
-  write_text(folder / "bench.json", format_bench_json(report));
-  write_text(folder / "bench.md", format_markdown(report) + noise_markdown(report.rows));
-  if (report.rows.empty()) return "there are no rows to plot";
-  return draw_plots(folder, bench_plots(report, report.environment.value("scaling", false)));
+  std::string problem;
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_text(hidden / "bench.csv", format_csv(report.rows));
+    write_text(hidden / "ratios.csv", format_ratios_csv(report));
+    write_text(hidden / "bench.json", format_bench_json(report));
+    write_text(hidden / "bench.md", format_markdown(report) + noise_markdown(report.rows) +
+                                        "\n<!-- written by quadsplat bench -->\n");
+    problem =
+        draw_plots(hidden, bench_plots(report, report.environment.value("scaling", false)), folder);
+  });
+  return report.rows.empty() ? "there are no rows to plot" : problem;
+}
+
+void check_report(const std::optional<std::filesystem::path>& folder,
+                  std::span<const char* const> files) {
+  if (!folder) return;
+  for (const char* file : files) check_target(*folder / file);
 }
 
 }  // namespace qs

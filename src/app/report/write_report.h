@@ -4,13 +4,26 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <span>
 
 #include "app/report/bench_report.h"
 
 namespace qs {
 
-/// Creates the folder if needed. Returns one sentence if the plots could not be drawn, else "".
+/// Creates the folder if needed; all files appear in it or none. Returns one sentence if the plots
+/// could not be drawn, else "".
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder);
+
+/// Throws Error(usage) if a command may not write one of these files of a report to the folder,
+/// because it is another file or an input (io/bytes/file_guard.h). Long commands ask before they
+/// work.
+void check_report(const std::optional<std::filesystem::path>& folder,
+                  std::span<const char* const> files);
+inline constexpr const char* kBenchFiles[] = {"bench.csv", "ratios.csv", "bench.json", "bench.md"};
+inline constexpr const char* kZoomFiles[] = {"zoom.csv", "zoom.json"};
+inline constexpr const char* kEvalFiles[] = {"eval.csv", "eval.json"};
+inline constexpr const char* kJudgeFiles[] = {"judge.csv", "judge.json", "sheet.png"};
 
 /// Creates a folder and its parents. Throws Error(input).
 void make_folder(const std::filesystem::path& folder);

@@ -3,12 +3,13 @@
 
 #include <fmt/format.h>
 
+#include "app/base/progress_bar.h"
 #include "app/base/text_file.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/zoom_path.h"
 #include "app/report/stats_file.h"
-#include "app/report/write_report.h"
 #include "app/report/zoom_plots.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 
 namespace qs {
@@ -62,9 +63,12 @@ std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, co
   std::vector<BenchRow> rows;
   const auto steps = static_cast<std::size_t>(bundle.steps);
   for (std::size_t step = 0; step < steps; ++step) {
-    progress.update(static_cast<float>(step) / static_cast<float>(steps));
-    const std::vector<BenchRow> measured =
-        measure_zoom_step(session, bundle, step, plan, {{}, progress.stop});
+    const auto share = [&](std::size_t i) {
+      return static_cast<float>(i) / static_cast<float>(steps);
+    };
+    progress.update(share(step));
+    const std::vector<BenchRow> measured = measure_zoom_step(
+        session, bundle, step, plan, part_of(progress, share(step), share(step + 1)));
     rows.insert(rows.end(), measured.begin(), measured.end());
   }
   return rows;
@@ -72,11 +76,14 @@ std::vector<BenchRow> record_zoom(Session& session, const ZoomBundle& bundle, co
 
 std::string save_zoom(Session& session, const ZoomBundle& bundle,
                       const std::filesystem::path& folder) {
-  make_folder(folder);
-  write_text(folder / "zoom.csv", format_csv(bundle.rows));
-  write_text(folder / "zoom.json", format_zoom_json(bundle));
-  save_pictures(session, bundle, folder);
-  return draw_plots(folder, zoom_plots(bundle));
+  std::string problem;
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_text(hidden / "zoom.csv", format_csv(bundle.rows));
+    write_text(hidden / "zoom.json", format_zoom_json(bundle));
+    save_pictures(session, bundle, hidden);
+    problem = draw_plots(hidden, zoom_plots(bundle), folder);
+  });
+  return problem;
 }
 
 }  // namespace qs

@@ -29,7 +29,8 @@ Image as_rgb(const Image& image, glm::vec3 background) {
 
 }  // namespace
 
-Photographs::Photographs(const std::filesystem::path& folder) {
+Photographs::Photographs(const std::filesystem::path& folder,
+                         const std::function<void(std::size_t count)>& counted) {
   namespace fs = std::filesystem;
   std::error_code error;
   if (!fs::is_directory(folder, error)) fail("{}: not a folder of photographs", folder.string());
@@ -44,6 +45,7 @@ Photographs::Photographs(const std::filesystem::path& folder) {
     const auto [place, added] = files_.emplace(name, entry->path());
     // Of several endings the first in the alphabet, because folders are listed in any order.
     if (!added && entry->path() < place->second) place->second = entry->path();
+    if (counted) counted(files_.size());
   }
   if (error) fail("{}: cannot be listed: {}", folder.string(), error.message());
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,7 +24,9 @@ namespace qs {
 class Photographs {
  public:
   /// Lists the folder without reading pictures. Throws Error(input) if it is not a folder.
-  explicit Photographs(const std::filesystem::path& folder);
+  /// `counted` receives the number of pictures so far.
+  explicit Photographs(const std::filesystem::path& folder,
+                       const std::function<void(std::size_t count)>& counted = {});
 
   std::optional<std::filesystem::path> find(const std::string& camera_name) const;
 

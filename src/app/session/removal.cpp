@@ -135,7 +135,8 @@ struct Grid {
   }
 };
 
-Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neighbours) {
+Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neighbours,
+                 const Progress& progress) {
   Numbers found;
   if (of.empty() || fewest_neighbours <= 0) return found;
   // Lay a grid around the middle, with cells of a multiple of the median size.
@@ -171,6 +172,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
   for (int level = 0; level < kLevels; ++level) {
     if (level > 0)
       for (Cell& each : cells) each.key = coarser(each.key);
+    progress.update(static_cast<float>(level) / static_cast<float>(kLevels));
     cells = merged(std::move(cells));
     const Numbers& here = of_level[static_cast<std::size_t>(level)];
     if (here.empty()) continue;
@@ -188,7 +190,7 @@ Numbers isolated(const GaussianCloud& cloud, const Numbers& of, int fewest_neigh
 }  // namespace
 
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
-                     const std::optional<Floaters>& floaters) {
+                     const std::optional<Floaters>& floaters, const Progress& progress) {
   Removal removal;
   removal.marks.assign(cloud.size(), Removed::no);
   const auto staying = [&] {
@@ -218,7 +220,8 @@ Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& b
       }
     }
     if (floaters->isolated) {
-      for (const std::uint32_t i : isolated(cloud, staying(), floaters->fewest_neighbours))
+      for (const std::uint32_t i :
+           isolated(cloud, staying(), floaters->fewest_neighbours, progress))
         removal.marks[i] = Removed::isolated;
     }
   }

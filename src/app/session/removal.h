@@ -13,6 +13,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "raster/base/progress.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
@@ -57,9 +58,9 @@ struct Removal : RemovalCounts {
 };
 
 /// Floaters are searched among the Gaussians in the box, and sizes and neighbours refer to those
-/// Gaussians only. Values that are not numbers fail every criterion.
+/// Gaussians only. Values that are not numbers fail every criterion. Throws Cancelled.
 Removal find_removal(const GaussianCloud& cloud, const std::optional<CropBox>& box,
-                     const std::optional<Floaters>& floaters);
+                     const std::optional<Floaters>& floaters, const Progress& progress = {});
 
 /// The Gaussians that stay, in their order. `removal` is of this cloud.
 GaussianCloud keep_rest(const GaussianCloud& cloud, const Removal& removal);

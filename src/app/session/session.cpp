@@ -114,10 +114,14 @@ Renderer& renderer_on(Session& session, Backend backend, const std::optional<Pro
   return *session.second;
 }
 
-Image reference_image(Session& session, const Camera& camera) {
+Image reference_image(Session& session, const Camera& camera, const Progress& progress) {
   RenderSettings settings = session.settings;
   settings.mode = kReferenceMode;
-  return renderer_on(session, Backend::cpu).render(camera, settings).color;
+  Renderer& renderer = renderer_on(session, Backend::cpu);
+  renderer.report_frames_to(progress.report);
+  Image image = renderer.render(camera, settings, {}, HostImage{}, progress.stop).color;
+  renderer.report_frames_to({});
+  return image;
 }
 
 void warn(const std::string& sentence) {

@@ -70,7 +70,7 @@ Renderer& renderer_on(Session& session, Backend backend,
                       const std::optional<Progress>& progress = {});
 
 /// The fp64 reference image of a view, which the CPU renders. Takes seconds.
-Image reference_image(Session& session, const Camera& camera);
+Image reference_image(Session& session, const Camera& camera, const Progress& progress = {});
 
 /// The scene's cloud; keeps the scene alive.
 std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene);

@@ -9,6 +9,7 @@
 
 #include "app/train/hash.h"
 #include "io/bytes/byte_cursor.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "io/bytes/mapped_file.h"
@@ -92,6 +93,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const std::string where = path.string();
   const MappedFile file(path);
+  note_own(path);  // the run that continues replaces it
   const auto content = file.content();
   ByteCursor cursor(content, where);
   const auto magic = cursor.take(kMagic.size(), "the first bytes");

@@ -21,14 +21,28 @@ namespace {
 
 using nlohmann::ordered_json;
 
+// A string literal of Python, on one line.
+std::string python_text(const std::string& text) {
+  std::string literal = "'";
+  for (const char c : text) {
+    if (c == '\'' || c == '\\') literal += '\\';
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') {
+      literal += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      literal += c;
+    }
+  }
+  return literal + "'";
+}
+
 // The published trainer's arguments, as Python prints them.
 std::string cfg_args(const std::filesystem::path& folder, const TrainSettings& settings,
                      const DataSet& data) {
   return fmt::format(
-      "Namespace(sh_degree={}, source_path='{}', model_path='{}', images='{}', resolution=1, "
+      "Namespace(sh_degree={}, source_path={}, model_path={}, images={}, resolution=1, "
       "white_background={}, data_device='cpu', eval={})",
-      settings.sh_degree, data.folder.string(), folder.string(),
-      data.photographs.filename().string(), settings.white() ? "True" : "False",
+      settings.sh_degree, python_text(data.folder.string()), python_text(folder.string()),
+      python_text(data.photographs.filename().string()), settings.white() ? "True" : "False",
       data.test.empty() ? "False" : "True");
 }
 
@@ -97,10 +111,11 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
 
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data) {
-  make_folder(folder);
-  write_text(folder / "cameras.json", format_cameras(data.cameras()));
-  write_text(folder / "cfg_args", cfg_args(folder, settings, data));
-  write_points(data.points, folder / "input.ply");
+  replace_folder(folder, [&](const std::filesystem::path& hidden) {
+    write_text(hidden / "cameras.json", format_cameras(data.cameras()));
+    write_text(hidden / "cfg_args", cfg_args(folder, settings, data));
+    write_points(data.points, hidden / "input.ply");
+  });
 }
 
 std::filesystem::path write_gaussians(const std::filesystem::path& folder,

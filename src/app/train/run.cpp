@@ -14,6 +14,7 @@
 #include "app/train/model_folder.h"
 #include "app/train/train_page.h"
 #include "app/train/trainer.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -190,6 +191,7 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();
+  if (options.resume) note_own(options.out_dir);
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();
 }

@@ -8,6 +8,7 @@
 
 #include "app/base/text_file.h"
 #include "app/report/write_report.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 
 namespace qs {
@@ -31,7 +32,9 @@ std::string read_preferences(const std::filesystem::path& file, Viewer& viewer,
   std::error_code error;
   if (file.empty() || !std::filesystem::exists(file, error)) return "";
   try {
-    parse_preferences(read_text_file(file, kMaxBytes), viewer, window_size);
+    const std::string text = read_text_file(file, kMaxBytes);
+    note_own(file);  // the window replaces it
+    parse_preferences(text, viewer, window_size);
     return "";
   } catch (const std::exception& why) {
     return fmt::format("{}: the settings cannot be read and are ignored: {}", file.string(),

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
 
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -83,7 +83,19 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t max_by
     fail("{}: {} bytes are more than the {} that are read", path.string(), bytes, max_bytes);
   std::ifstream file(path, std::ios::binary);
   if (!file) fail("{}: cannot be opened", path.string());
-  return {std::istreambuf_iterator<char>(file), {}};
+  note_input(path);
+  std::string text(bytes + 1, '\0');
+  std::size_t size = 0;
+  // A file of /proc or a pipe has more bytes than its size says.
+  while (file.read(text.data() + size, static_cast<std::streamsize>(text.size() - size)) ||
+         file.gcount() > 0) {
+    size += static_cast<std::size_t>(file.gcount());
+    if (size > max_bytes)
+      fail("{}: more than the {} bytes that are read", path.string(), max_bytes);
+    if (size == text.size()) text.resize(2 * text.size());
+  }
+  text.resize(size);
+  return text;
 }
 
 }  // namespace qs

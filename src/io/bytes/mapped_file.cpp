@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 
 #include "io/bytes/descriptor.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -21,6 +22,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
     fail("{}: is not a regular file", path.string());
   }
+  note_input(path);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return;
   void* const memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);

@@ -4,23 +4,43 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include <unistd.h>
 
+#include "io/bytes/file_guard.h"
+#include "io/bytes/temporaries.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 namespace {
 
-// Removes the temporary file unless it was moved away.
-struct Temporary {
-  std::filesystem::path path;
-  ~Temporary() {
-    std::error_code ignored;
-    if (!path.empty()) std::filesystem::remove(path, ignored);
-  }
-};
+namespace fs = std::filesystem;
+
+// A hidden name in `folder` for the unfinished file or folder NAME.
+fs::path hidden_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
+  return folder / fmt::format(".{}.{}.tmp{}", stem, getpid(), ending);
+}
+
+// Runs work() and names `shown` instead of `hidden` in the message of its Error.
+void naming(const fs::path& shown, const fs::path& hidden, const std::function<void()>& work) try {
+  work();
+} catch (const Error& error) {
+  std::string message = error.what();
+  const std::string name = hidden.string();
+  for (std::size_t at = 0; (at = message.find(name, at)) != std::string::npos;)
+    message.replace(at, name.size(), shown.string());
+  throw Error(error.kind(), message);
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+    if (!entry.is_directory()) files.push_back(entry.path().lexically_relative(folder));
+  return files;
+}
 
 }  // namespace
 
@@ -38,12 +58,41 @@ void replace_file(const std::filesystem::path& path,
   if (std::filesystem::is_directory(path, error)) {
     fail("{}: cannot be written: it is a folder", path.string());
   }
-  Temporary temporary{folder / fmt::format(".{}.{}.tmp{}", path.stem().string(), getpid(),
-                                           path.extension().string())};
-  write(temporary.path);
-  std::filesystem::rename(temporary.path, path, error);
+  const bool replaces = check_target(path);
+  const TemporaryPath temporary(
+      hidden_name(folder, path.stem().string(), path.extension().string()));
+  write(temporary.path());
+  move_undisturbed([&] { fs::rename(temporary.path(), path, error); });
   if (error) fail("{}: cannot be written: {}", path.string(), error.message());
-  temporary.path.clear();
+  if (!is_in_temporary(path)) note_written(path, replaces);
+}
+
+void replace_folder(const fs::path& folder,
+                    const std::function<void(const fs::path& temporary)>& write) {
+  std::error_code error;
+  const fs::path target = fs::absolute(folder, error).lexically_normal();
+  if (error) fail("'{}': cannot be created: {}", folder.string(), error.message());
+  const fs::path place = target.has_filename() ? target : target.parent_path();
+  fs::path above = place.parent_path();
+  while (!fs::exists(above, error) && above.has_relative_path()) above = above.parent_path();
+  if (fs::exists(place, error) && !fs::is_directory(place, error))
+    fail("{}: cannot be created: it is a file", folder.string());
+  const TemporaryPath hidden(hidden_name(above, place.filename().string(), ""));
+  fs::create_directory(hidden.path(), error);
+  if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
+  naming(folder, hidden.path(), [&] { write(hidden.path()); });
+  const std::vector<fs::path> files = files_in(hidden.path());
+  std::vector<bool> replaced;
+  for (const fs::path& file : files) replaced.push_back(check_target(folder / file));
+  move_undisturbed([&] {
+    fs::create_directories(place, error);
+    for (std::size_t i = 0; i < files.size() && !error; ++i) {
+      fs::create_directories((place / files[i]).parent_path(), error);
+      if (!error) fs::rename(hidden.path() / files[i], place / files[i], error);
+    }
+  });
+  if (error) fail("{}: cannot be written: {}", folder.string(), error.message());
+  for (std::size_t i = 0; i < files.size(); ++i) note_written(folder / files[i], replaced[i]);
 }
 
 void write_file(const std::filesystem::path& path,

@@ -2,7 +2,7 @@
 //
 // Writes a file so that it appears whole or not at all: the content is written to a hidden
 // temporary file in the same folder with the same extension, which is renamed at the end, and
-// removed on failure.
+// removed on failure. file_guard.h has the rule that says which existing files may be replaced.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +18,15 @@ namespace qs {
 void replace_file(const std::filesystem::path& path,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// The same for a binary stream. Also throws Error(input) if it cannot be opened or the disk is
-/// full.
+/// Calls write(temporary) with an empty folder, and moves the files that it wrote there to
+/// `folder`, which is created with its parents if needed: all files or none. Other files of
+/// `folder` stay. Throws what `write` throws, with `folder` in the place of the temporary folder in
+/// messages, and as replace_file().
+void replace_folder(const std::filesystem::path& folder,
+                    const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// The same as replace_file() for a binary stream. Also throws Error(input) if it cannot be opened
+/// or the disk is full.
 void write_file(const std::filesystem::path& path,
                 const std::function<void(std::ostream& stream)>& write);
 

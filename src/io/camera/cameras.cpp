@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/bytes/json_entry.h"
+#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/camera_formats.h"
 #include "raster/base/fail.h"
@@ -87,8 +88,8 @@ json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 }  // namespace
 
 bool recognises_cameras_json(const std::filesystem::path&, std::string_view start) {
-  const std::size_t first = start.find_first_not_of(" \t\r\n");
-  return first != std::string_view::npos && start[first] == '[';
+  const JsonKind kind = json_kind(start);
+  return kind == JsonKind::cameras || kind == JsonKind::camera_path;
 }
 
 std::vector<LensCamera> read_cameras_json(const std::filesystem::path& path) {

@@ -34,6 +34,10 @@ void for_each_record(const std::filesystem::path& path, const char* record, F re
     read(cursor, where);
     rest = rest.subspan(cursor.offset());
   }
+  if (!rest.empty()) {
+    fail("{}: {} bytes follow the {} {}s that it announces", path.string(), rest.size(), count,
+         record);
+  }
 }
 
 void read_lens(ByteCursor& cursor, const std::string& where, ColmapLenses& lenses) {

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/bytes/json_entry.h"
+#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/camera_formats.h"
 #include "io/picture/image_file.h"
@@ -105,8 +106,9 @@ glm::ivec2 photograph_size(const JsonEntry& frame, const std::filesystem::path& 
 }  // namespace
 
 bool recognises_transforms_json(const std::filesystem::path&, std::string_view start) {
-  const std::size_t first = start.find_first_not_of(" \t\r\n");
-  return first != std::string_view::npos && start[first] == '{';
+  // "frames" may follow after the start; the reader's message names a wrong object's defect.
+  const JsonKind kind = json_kind(start);
+  return kind == JsonKind::transforms || kind == JsonKind::other;
 }
 
 std::vector<LensCamera> read_transforms_json(const std::filesystem::path& path) {

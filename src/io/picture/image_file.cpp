@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"
 #include "io/picture/picture_formats.h"
 #include "raster/base/fail.h"
@@ -44,6 +45,11 @@ std::string picture_extension(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension == ".jpeg" ? ".jpg" : extension;
+}
+
+ImageMetadata with_software(ImageMetadata metadata) {
+  metadata.emplace("Software", "quadsplat");
+  return metadata;
 }
 
 std::string read_picture_bytes(const std::filesystem::path& path) {
@@ -86,6 +92,7 @@ Image read_image(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) fail("{}: no such file", path.string());
   if (!std::filesystem::is_regular_file(path, error)) fail("{}: not a file", path.string());
+  note_input(path);
   return format_of(path).read(path);
 }
 
@@ -97,7 +104,7 @@ void write_image(const Image& image, const std::filesystem::path& path,
          path.string());
   }
   replace_file(path, [&](const std::filesystem::path& temporary) {
-    format_of(path).write(image, {temporary, path, progress}, metadata);
+    format_of(path).write(image, {temporary, path, progress}, with_software(metadata));
   });
 }
 
@@ -105,7 +112,7 @@ void write_16_bit_png(const Image& image, const std::filesystem::path& path,
                       const ImageMetadata& metadata, const Progress& progress) {
   assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
   replace_file(path, [&](const std::filesystem::path& temporary) {
-    write_png_16(image, {temporary, path, progress}, metadata);
+    write_png_16(image, {temporary, path, progress}, with_software(metadata));
   });
 }
 

@@ -127,6 +127,11 @@ Image read_pfm(const std::filesystem::path& path) {
   Image image = make_image(header, content, path, color ? 3 : 1, 4);
   const bool swap = (scale < 0) != kLittleEndian;
   const std::size_t row_bytes = static_cast<std::size_t>(image.width * image.channels) * 4;
+  const std::size_t needed = row_bytes * static_cast<std::size_t>(image.height);
+  if (content.size() - header.end != needed) {  // a PPM may hold several pictures, a PFM one
+    fail("{}: {} x {} pixels need {} bytes, {} are there", path.string(), image.width, image.height,
+         needed, content.size() - header.end);
+  }
   for (int y = 0; y < image.height; ++y) {
     const std::size_t stored_row = static_cast<std::size_t>(image.height - 1 - y);
     std::memcpy(image.row(y), content.data() + header.end + stored_row * row_bytes, row_bytes);

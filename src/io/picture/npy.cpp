@@ -71,6 +71,10 @@ Image read_npy(const std::filesystem::path& path) {
   check_picture_size(path, shape[1], shape[0], shape[2]);
   Image image(static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(shape[2]));
   const std::size_t needed = image.values.size() * sizeof(float);
+  if (content.size() - begin > needed) {
+    fail("{}: {} x {} pixels need {} bytes, {} are there", path.string(), shape[1], shape[0],
+         needed, content.size() - begin);
+  }
   if (content.size() - begin < needed) {
     fail("{}: truncated: {} x {} pixels need {} bytes, {} are there", path.string(), shape[1],
          shape[0], needed, content.size() - begin);

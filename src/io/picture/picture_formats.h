@@ -40,6 +40,9 @@ struct PictureFormat {
 
 std::span<const PictureFormat> picture_formats();
 
+/// Adds the text by which this program recognises its own pictures (io/bytes/file_guard.h).
+ImageMetadata with_software(ImageMetadata metadata);
+
 // For formats that are written through a stream.
 std::string read_picture_bytes(const std::filesystem::path& path);
 std::ofstream open_picture(const PictureTarget& target);

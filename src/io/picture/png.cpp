@@ -218,7 +218,7 @@ std::string encode_png(const Image& image, const ImageMetadata& metadata) {
   std::size_t size = 0;
   File memory(open_memstream(&bytes, &size));
   if (!memory) throw std::bad_alloc();
-  const std::string problem = encode(image, 8, memory.get(), metadata, {});
+  const std::string problem = encode(image, 8, memory.get(), with_software(metadata), {});
   memory.reset();  // completes `bytes` and `size`
   const std::unique_ptr<char, void (*)(void*)> owner(bytes, std::free);
   if (!problem.empty()) fail(ErrorKind::device, "a PNG cannot be encoded: {}", problem);

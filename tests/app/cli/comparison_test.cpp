@@ -65,7 +65,7 @@ TEST(CompareCommand, writes_a_sheet_and_a_table) {
   const TemporaryFolder folder;
   const test::ProgramRun good =
       test::run_quadsplat({"compare", kPlush, "--size", "320x240", "--cull", "dualbox,quadbox",
-                           "--crop", "auto", "--output", (folder / "sheet.png").string()});
+                           "--part", "auto", "--output", (folder / "sheet.png").string()});
   ASSERT_EQ(good.exit_code, 0) << good.err;
   EXPECT_THAT(good.out, HasSubstr("against reference"));
   EXPECT_THAT(good.out, HasSubstr("first pixel"));  // of dualbox
@@ -81,9 +81,9 @@ TEST(CompareCommand, writes_a_sheet_and_a_table) {
 TEST(CompareCommand, explains_a_wrong_crop) {
   for (const char* crop : {"1,2,3", "1,2,0,5", "300,200,40,50", "x"}) {
     const test::ProgramRun run = test::run_quadsplat(
-        {"compare", kPlush, "--size", "320x240", "--cull", "quadbox", "--crop", crop});
+        {"compare", kPlush, "--size", "320x240", "--cull", "quadbox", "--part", crop});
     EXPECT_EQ(run.exit_code, 1) << crop;
-    EXPECT_THAT(run.err, HasSubstr("--crop")) << crop;
+    EXPECT_THAT(run.err, HasSubstr("--part")) << crop;
   }
 }
 
@@ -92,7 +92,7 @@ TEST(InspectCommand, its_counts_are_those_of_render_s_statistics) {
   const std::string picture = (folder / "why.png").string();
   const test::ProgramRun run =
       test::run_quadsplat({"inspect", kPlush, "--camera-index", "0", "--size", "640x480", "--pixel",
-                           "320,240", "--json", "--picture", picture});
+                           "320,240", "--json", "-", "--output", picture});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto report = parse_json(run.out, "test");
   EXPECT_EQ(report["pixel"], nlohmann::json({320, 240}));

@@ -196,8 +196,8 @@ TEST_F(FilmProgram, an_interrupted_film_leaves_no_file) {
           kill(pid, signal);
         });
     EXPECT_TRUE(std::filesystem::exists(begun));
-    EXPECT_EQ(run.exit_code, 1);
-    EXPECT_EQ(run.err, "quadsplat: cancelled\n");
+    EXPECT_EQ(run.exit_code, 130);
+    EXPECT_EQ(run.err, "quadsplat: interrupted: nothing was written\n");
     EXPECT_THAT(written(), testing::IsEmpty());
   }
 }

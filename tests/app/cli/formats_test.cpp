@@ -59,7 +59,7 @@ TEST(Formats, convert_writes_every_format_and_keeps_the_largest) {
   const auto input = (committed_corpus() / "valid/spz_v4_sh3.spz").string();
   for (const WriterRow& row : writers()) {
     SCOPED_TRACE(row.name);
-    const auto output = folder / (std::string("a") + row.extension);
+    const auto output = folder / (std::string(row.name) + row.extension);
     const ProgramRun run = run_quadsplat({"convert", input, output.string(), "--format", row.name,
                                           "--keep-largest", "100", "--sh-degree", "1"});
     ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -3,11 +3,14 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/cli/command.h"
 #include "raster/base/error.h"
 
 namespace qs {
@@ -55,6 +58,42 @@ TEST(Options, fill_their_variables_in_any_order) {
   EXPECT_EQ(v.count, 7);
   EXPECT_EQ(v.scale, 2.5f);
   EXPECT_EQ(v.chosen, 1);
+}
+
+// A person who learned an option with one command knows it for all.
+TEST(Options, of_one_name_mean_one_thing_in_all_commands) {
+  std::map<std::string, std::pair<std::string, std::string>> placeholders;
+  for (const Command& command : commands()) {
+    Options options(command.name, command.summary);
+    command.declare(options);
+    for (const Option& option : options.table()) {
+      if (option.positional()) continue;
+      const std::string values = option.choices.empty() ? option.placeholder : "a name";
+      const auto [known, added] = placeholders.try_emplace(
+          option.name, fmt::format("{} {}", option.most, values), command.name);
+      EXPECT_EQ(known->second.first, fmt::format("{} {}", option.most, values))
+          << option.name << " of " << command.name << " and " << known->second.second;
+    }
+  }
+}
+
+TEST(Options, mistyped_names_and_values_get_a_suggestion) {
+  const auto sentence = [](const std::vector<std::string>& words) {
+    return usage_error([&] { run_program(words); });
+  };
+  EXPECT_THAT(sentence({"--verison"}), HasSubstr("did you mean '--version'?"));
+  EXPECT_THAT(sentence({"--list-gpu"}), HasSubstr("did you mean '--list-gpus'?"));
+  EXPECT_THAT(sentence({"info", "a.ply", "--jsom"}), HasSubstr("did you mean '--json'?"));
+  EXPECT_THAT(sentence({"render", "a.ply", "--cull", "quadboxx"}),
+              HasSubstr("did you mean 'quadbox'?"));
+  EXPECT_THAT(sentence({"render", "a.ply", "--pipeline", "clasic"}),
+              HasSubstr("did you mean 'classic'?"));
+  EXPECT_THAT(sentence({"bench", "a.ply", "--baseline", "quadbo"}),
+              HasSubstr("did you mean 'quadbox'?"));
+  EXPECT_THAT(sentence({"compare", "a.ply", "--against", "exactt"}),
+              HasSubstr("did you mean 'exact'?"));
+  EXPECT_THAT(sentence({"--threads", "2", "bench", "a.ply"}),
+              HasSubstr("the command comes before its options: 'quadsplat bench --threads ...'"));
 }
 
 TEST(Options, that_are_not_given_keep_their_variables) {

@@ -148,7 +148,8 @@ TEST_F(Program, wrong_command_lines_end_with_1) {
                  kExitUsage, "exclude");
   expect_failure(render({"--output", path("a.png"), "--reference-threshold", "50"}), kExitUsage,
                  "needs --reference");
-  expect_failure(render({"--output", path("a.png"), "--frames", "3"}), kExitUsage, "use --repeats");
+  expect_failure(render({"--output", path("a.png"), "--path-steps", "3"}), kExitUsage,
+                 "use --repeats");
   expect_failure(render({"--output", path("a.png"), "--shard", "1/2"}), kExitUsage,
                  "--all-cameras or --camera-path");
   expect_failure(
@@ -240,7 +241,7 @@ TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
     keys.push_back(camera);
   }
   test::write_cameras(keys, folder_ / "path.json");
-  const ProgramRun run = render({"--camera-path", path("path.json"), "--frames", "5", "--size",
+  const ProgramRun run = render({"--camera-path", path("path.json"), "--path-steps", "5", "--size",
                                  "32x24", "--output", path("p.ppm"), "--stats", path("s.json")});
   ASSERT_EQ(run.exit_code, kExitOk) << run.err;
   const json stats = parse_json(read_text_file(folder_ / "s.json", 1 << 26), "test");
@@ -380,7 +381,7 @@ TEST_F(Program, info_tells_facts_as_text_and_json) {
   const ProgramRun text = run_quadsplat({"info", scene_});
   EXPECT_EQ(text.exit_code, kExitOk);
   EXPECT_THAT(text.out, HasSubstr("Gaussians      500"));
-  const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json"});
+  const ProgramRun list = run_quadsplat({"info", scene_, scene_, "--json", "-"});
   ASSERT_EQ(list.exit_code, kExitOk) << list.err;
   const json facts = parse_json(list.out, "test");
   ASSERT_EQ(facts.size(), 2u);
@@ -441,10 +442,21 @@ TEST_F(Program, convert_refuses_boxes_that_leave_nothing_and_to_replace_the_scen
               HasSubstr("500 of 500 Gaussians would be dropped: 500 outside of the box; the "
                         "centres are in the box "));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.ply"));
-  EXPECT_THAT(refused(scene_, "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  EXPECT_THAT(refused(scene_, "-9,-9,-9,9,9,9"), HasSubstr("is an input of this command"));
   std::filesystem::create_symlink(scene_, folder_ / "link.ply");
-  EXPECT_THAT(refused(path("link.ply"), "-9,-9,-9,9,9,9"), HasSubstr("is the scene itself"));
+  EXPECT_THAT(refused(path("link.ply"), "-9,-9,-9,9,9,9"),
+              HasSubstr("is an input of this command"));
   EXPECT_EQ(read_text_file(scene_, 1 << 24), before);
+}
+
+TEST_F(Program, render_draws_the_cameras_of_a_list) {
+  const ProgramRun run = render({"--camera-index", "2,0", "--output", path("two.png")});
+  EXPECT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "two_0000_first.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "two_0002.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "two_0001_second_one.png"));
+  expect_failure(run_quadsplat({"inspect", scene_, "--camera-index", "0,1"}), kExitUsage,
+                 "choose one camera");
 }
 
 TEST_F(Program, without_cameras_the_scene_is_framed) {

@@ -152,6 +152,7 @@ class Sweep : public testing::TestWithParam<Command> {
       if (option.name == "--iterations") words.insert(words.end(), {"--iterations", "2"});
       if (option.name == "--random-points") words.insert(words.end(), {"--random-points", "50"});
       if (option.name == "--seconds") words.insert(words.end(), {"--seconds", "0.1"});
+      if (option.name == "--overwrite") words.emplace_back("--overwrite");
       if (option.name == "--steps") words.insert(words.end(), {"--steps", "2"});
     }
     // The first sample that a run without any setting can take.

@@ -101,7 +101,9 @@ TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     kill(process, SIGINT);
   });
-  EXPECT_EQ(stopped.exit_code, 1);
+  EXPECT_EQ(stopped.exit_code, 130);
+  EXPECT_THAT(stopped.err, HasSubstr("quadsplat: interrupted: "));
+  EXPECT_THAT(stopped.err, HasSubstr(" finished files are kept, the last is "));
   EXPECT_THAT(stopped.out, HasSubstr("interrupted; to continue: quadsplat train " +
                                      data().string() + " --out-dir "));
   EXPECT_THAT(stopped.out, HasSubstr(" --resume\n"));
@@ -158,10 +160,37 @@ TEST_F(TrainProgram, says_which_backend_trains_and_that_it_can_continue_on_anoth
   }
 }
 
+TEST_F(TrainProgram, never_writes_into_a_folder_with_files_unless_told_to) {
+  std::filesystem::create_directories(model("mine"));
+  std::ofstream(model("mine") / "cameras.json") << "mine";
+  const ProgramRun refused = train("mine", start(2));
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("mine: this folder exists already and is not empty"));
+  EXPECT_EQ(bytes_of(model("mine") / "cameras.json"), "mine");
+  EXPECT_EQ(train("data", start(2)).exit_code, 1);  // the data set
+  std::vector<std::string> words = start(2);
+  words.emplace_back("--overwrite");
+  const std::string cameras = bytes_of(data() / "cameras.json");
+  const ProgramRun onto_input = train("data", words);
+  EXPECT_EQ(onto_input.exit_code, 1);
+  EXPECT_THAT(onto_input.err, HasSubstr("cameras.json: is an input of this command"));
+  EXPECT_EQ(bytes_of(data() / "cameras.json"), cameras);
+  EXPECT_EQ(train("mine", words).exit_code, 0);
+  EXPECT_NE(bytes_of(model("mine") / "cameras.json"), "mine");
+}
+
+TEST_F(TrainProgram, paths_in_cfg_args_are_literals_of_python) {
+  const std::string name = "it's a \\ folder\n";
+  ASSERT_EQ(train(name, start(2)).exit_code, 0);
+  EXPECT_THAT(bytes_of(model(name) / "cfg_args"),
+              HasSubstr("model_path='" + folder_.path().string() +
+                        "/it\\'s a \\\\ folder\\x0a', images='images'"));
+}
+
 TEST_F(TrainProgram, starts_from_random_points_where_the_data_set_has_none) {
   const ProgramRun run =
       train("model", {"--iterations", "3", "--random-points", "500", "--strategy", "mcmc", "--cull",
-                      "3dgs", "--antialiased", "--background", "random"});
+                      "3dgs", "--antialiased", "on", "--background", "random"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(test::read_scene(model("model")).cloud.size(), 500u);
   EXPECT_TRUE(test::read_scene(model("model")).cloud.antialiased);

@@ -35,7 +35,7 @@ class Transcripts : public testing::Test {
 
 TEST_F(Transcripts, render_draws_pictures) {
   run({"render scene.ply --output out.png", "render scene.ply --all-cameras --output all.ppm",
-       "render scene.ply --camera-path cameras.json --frames 3 --size 20x30 --output path.ppm",
+       "render scene.ply --camera-path cameras.json --path-steps 3 --size 20x30 --output path.ppm",
        "render scene.ply --camera-path cameras.json --stats path.json --size 8x6",
        "render scene.ply --all-cameras --shard 2/2 --output shard.ppm",
        "render alone/deep/er/folder/scene.ply --size 60x40 --output framed.png",
@@ -93,7 +93,7 @@ TEST_F(Transcripts, render_refuses) {
        "render scene.ply --reference out.png --cull 3dgs,adr",
        "render scene.ply --reference out.png --all-cameras",
        "render scene.ply --output a.png --reference-threshold 0.5",
-       "render scene.ply --output a.png --frames 3",
+       "render scene.ply --output a.png --path-steps 3",
        "render scene.ply --output a.png --shard 1/2",
        "render scene.ply --output a.png --all-cameras --shard 1/2 --heatmap pairs",
        "render scene.ply --output a.png --all-cameras --camera-index 0",
@@ -115,9 +115,9 @@ TEST_F(Transcripts, render_refuses) {
        "inspect scene.ply --cull reference",
        "inspect scene.ply --gaussian 999",
        "compare scene.ply --all-cameras",
-       "compare scene.ply --crop 1,2,3",
-       "compare scene.ply --crop 40,0,9,9 --cull adr --against adr",
-       "compare scene.ply --crop 0,30,8,3 --cull adr --against adr",
+       "compare scene.ply --part 1,2,3",
+       "compare scene.ply --part 40,0,9,9 --cull adr --against adr",
+       "compare scene.ply --part 0,30,8,3 --cull adr --against adr",
        "compare scene.ply --against other",
        "report scene.ply --output no/page.html",
        "report scene.ply --output a.html --backend cuda",
@@ -146,9 +146,9 @@ TEST_F(Transcripts, render_refuses) {
 
 TEST_F(Transcripts, inspect_explains) {
   run({"inspect scene.ply", "inspect scene.ply --pixel 47,31",
-       "inspect scene.ply --camera-index 1 --pixel 5,50 --cull 3dgs --tile-size 8 --json",
-       "inspect scene.ply --gaussian 0 --picture why.png",
-       "inspect scene.ply --pixel 47,31 --picture none.png"});
+       "inspect scene.ply --camera-index 1 --pixel 5,50 --cull 3dgs --tile-size 8 --json -",
+       "inspect scene.ply --gaussian 0 --output why.png",
+       "inspect scene.ply --pixel 47,31 --output none.png"});
   show({"why.png"});
   // At the borders of the picture and beyond them.
   for (const char* gaussian : {"21", "33", "40", "55", "70", "128", "140"})
@@ -158,11 +158,11 @@ TEST_F(Transcripts, inspect_explains) {
 
 TEST_F(Transcripts, compare_draws_and_prints) {
   run({"compare scene.ply --output sheet.png",
-       "compare scene.ply --camera-index 1 --cull 3dgs,dualbox --crop 4,6,20,10 --amplify 8 "
+       "compare scene.ply --camera-index 1 --cull 3dgs,dualbox --part 4,6,20,10 --amplify 8 "
        "--against adr --output crop.png",
-       "compare scene.ply --cull dualbox,reference --crop 0,0,48,32 --amplify 16 --output "
+       "compare scene.ply --cull dualbox,reference --part 0,0,48,32 --amplify 16 --output "
        "all.png",
-       "compare scene.ply --cull dualbox,reference --crop 0,0,48,32 --output default.png"});
+       "compare scene.ply --cull dualbox,reference --part 0,0,48,32 --output default.png"});
   show({"sheet.png", "crop.png", "all.png", "default.png"});
   expect_golden("compare");
   // The output has more lines on a machine with a GPU, so it is not part of the transcript.
@@ -238,20 +238,20 @@ TEST_F(Transcripts, eval_measures_quality) {
 }
 
 TEST_F(Transcripts, scene_files_are_described_and_converted) {
-  run({"info scene.ply", "info scene.ply alone/deep/er/folder/scene.ply --json",
+  run({"info scene.ply", "info scene.ply alone/deep/er/folder/scene.ply --json -",
        "convert scene.ply small.ply --keep-largest 20 --sh-degree 0", "info small.ply",
        "convert scene.ply out.splat", "convert scene.ply any.name --format splat",
        "convert scene.ply turned.ply --axes LUB", "info turned.ply",
        "convert scene.ply part.ply --crop -1,-1,0,1,1,4", "convert scene.ply x.ply --drop-floaters",
-       "convert scene.ply part.ply --crop 90,90,90,91,91,91",
-       "convert scene.ply part.ply --crop 0,0,1,1,1,0",
+       "convert scene.ply nothing.ply --crop 90,90,90,91,91,91",
+       "convert scene.ply nothing.ply --crop 0,0,1,1,1,0",
        "convert scene.ply scene.ply --drop-floaters"});
   expect_golden("scenes");
 }
 
 TEST_F(Transcripts, report_writes_a_page) {
   run({"report scene.ply --views 2 --output page.html",
-       "report scene.ply --camera-path cameras.json --frames 9 --size 24x16 --output out"});
+       "report scene.ply --camera-path cameras.json --path-steps 9 --size 24x16 --output out"});
   show({"page.html", "out/report.html"});
   expect_golden("report");
 }

@@ -36,6 +36,7 @@ TEST(Html, shows_text_as_it_is_and_holds_its_pictures) {
   EXPECT_EQ(html_escaped("a < b & \"c\""), "a &lt; b &amp; &quot;c&quot;");
   HtmlPage page("<title>");
   page.table({{"a", "b"}, {"1", "2"}});
+  page.table({{"a", "b"}, {"1", ""}});  // the decisive cell is empty
   page.picture(Image(4, 4, 3), "four by four");
   EXPECT_THAT(page.text(), HasSubstr("<th class=\"words\">a</th><th>b</th>"));
   EXPECT_THAT(page.text(), HasSubstr("data:image/png;base64,iVBORw0KGgo"));

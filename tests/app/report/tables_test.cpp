@@ -12,6 +12,7 @@
 
 #include "app/base/text.h"
 #include "app/inspect/comparison_sheet.h"
+#include "app/measure/noise.h"
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"
@@ -123,6 +124,32 @@ TEST(BenchTable, has_the_means_over_the_cameras_of_a_scene) {
 
 // CUDA classic sorts pairs by (tile, depth); CUDA fast sorts pairs by tile and Gaussians by depth;
 // the CPU sorts Gaussians by depth. Values have 4 bytes.
+TEST(BenchTable, names_with_bars_stay_in_their_cells) {
+  BenchRow row;
+  row.scene = "a|scene";
+  row.camera = "left|right";
+  row.mode = "quadbox";
+  row.ms_median = 1;
+  row.drift = 0.5;  // noisy
+  BenchReport report;
+  report.environment = nlohmann::ordered_json::object();
+  report.rows = {row};
+  const auto bars = [](const std::string& line) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      count += line[i] == '|' && (i == 0 || line[i - 1] != '\\') ? 1 : 0;
+    return count;
+  };
+  std::istringstream lines(format_markdown(report) + noise_markdown(report.rows));
+  std::size_t columns = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("|")) columns = 0;
+    if (!line.starts_with("|")) continue;
+    if (columns == 0) columns = bars(line);
+    EXPECT_EQ(bars(line), columns) << line;
+  }
+}
+
 TEST(BenchTable, sort_bytes_are_those_that_the_pipeline_sorts) {
   constexpr std::uint64_t kPairs = 700'000'000, kVisible = 300'000'000;
   const auto sort_bytes = [](const char* backend, const char* pipeline, int width, int height) {

@@ -95,6 +95,11 @@ TEST(Text, lists_are_joined_and_separated) {
   EXPECT_EQ(csv_field("a\rb"), "\"a\rb\"");
 }
 
+TEST(Text, of_markdown_stays_in_its_cell) {
+  EXPECT_EQ(markdown_text("a|b\\c\nd<e"), "a\\|b\\\\c d\\<e");
+  EXPECT_EQ(markdown_code("a|b`c"), "`a\\|b'c`");
+}
+
 TEST(Text, words_reach_a_shell_whole) {
   for (const char* word : {"a/b-c_d.ply", "0.5,1", "--size"}) EXPECT_EQ(shell_word(word), word);
   EXPECT_EQ(shell_word(""), "''");

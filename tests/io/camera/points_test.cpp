@@ -93,6 +93,11 @@ TEST_F(Points, binary_that_is_cut_off_anywhere_is_an_error) {
     EXPECT_THAT(error_in(write("points3D.bin", whole.substr(0, size))), HasSubstr("cut off"));
 }
 
+TEST_F(Points, binary_with_more_bytes_than_its_records_is_an_error) {
+  EXPECT_THAT(error_in(write("points3D.bin", binary_points() + "xyz")),
+              HasSubstr("points3D.bin: 3 bytes follow the 2 points that it announces"));
+}
+
 TEST(PointsOfAScene, of_the_training_photographs_are_read) {
   QS_NEEDS_SHARED("scenes/plush_train");
   const auto file = find_points_file(test::shared_path("scenes/plush_train"));

@@ -125,6 +125,7 @@ TEST_F(ImageFile, other_npy_arrays_are_refused_with_the_reason) {
   EXPECT_THAT(error_with("(2, 2)", "(2)   "), HasSubstr("shape (height, width)"));
   EXPECT_THAT(error_with("(2, 2)", "(2, x)"), HasSubstr("shape (height, width)"));
   EXPECT_THAT(error_with("(2, 2)", "(9, 9)"), HasSubstr("truncated"));
+  EXPECT_THAT(error_with("(2, 2)", "(2, 1)"), HasSubstr("1 x 2 pixels need 8 bytes, 16 are there"));
   EXPECT_THAT(error_with("NUMPY", "NUMBY"), HasSubstr("not an NPY file"));
 }
 

@@ -70,8 +70,8 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
              form.more);
   ImGui::PushTextWrapPos(0);
   ImGui::TextColored(palette::kFaint,
-                     "The window shows the model while it is trained. Without --resume, a model in "
-                     "that folder is replaced.");
+                     "The window shows the model while it is trained. The folder is new or empty: "
+                     "--resume continues a run in it, --overwrite replaces its files.");
   ImGui::PopTextWrapPos();
   const bool entered = enter_pressed();
   const bool starts = (ImGui::Button("Train") || entered) && !form.data.empty();

@@ -9,8 +9,10 @@
 #include "app/framing/huge_gaussians.h"
 #include "app/viewer/render/stepped_progress.h"
 #include "app/viewer/render/view_facts.h"
+#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
@@ -21,14 +23,15 @@ using Report = std::function<void(ReadingReport)>;
 
 constexpr std::size_t kMaxCamerasBytes = std::size_t{256} << 20;
 
-// True for cameras and paths; meta.json and lod-meta.json are scenes.
-bool is_json(const fs::path& path) {
-  return path.extension() == ".json" && !path.filename().string().ends_with("meta.json");
-}
-
-// Only paths of keyframes hold times.
-bool is_camera_path(const fs::path& path) {
-  return read_text_file(path, kMaxCamerasBytes).find("\"time\"") != std::string::npos;
+// Scenes and other files are `none`.
+JsonKind kind_of_cameras(const fs::path& path) {
+  if (path.extension() != ".json") return JsonKind::none;
+  const JsonKind kind = json_kind(read_text_file(path, kMaxCamerasBytes));
+  // The name of an unknown object decides which reader names its defect.
+  const bool is_scene =
+      kind == JsonKind::sog || kind == JsonKind::streamed_sog || kind == JsonKind::gltf ||
+      (kind == JsonKind::other && path.filename().string().ends_with("meta.json"));
+  return is_scene ? JsonKind::none : kind;
 }
 
 template <class Read>
@@ -123,9 +126,11 @@ LoadedScene read_whole(const OpenRequest& request, int threads, ReadOptions opti
 ReadingReport read_any(const OpenRequest& request, int threads, Sampling sampling,
                        const Report& report, const std::stop_token& stop) {
   const fs::path& path = request.path;
-  if (is_json(path) && is_camera_path(path)) return OpenedPath{read_camera_path(path)};
-  if (is_json(path) || is_cameras_folder(path)) {
+  const JsonKind kind = kind_of_cameras(path);
+  if (kind == JsonKind::camera_path) return OpenedPath{read_camera_path(path)};
+  if (kind != JsonKind::none || is_cameras_folder(path)) {
     std::vector<Camera> cameras = read_cameras(path);
+    if (cameras.empty()) fail("{}: holds no camera", path.string());
     auto photographs = find_photographs(path, cameras);
     return OpenedCameras{std::move(cameras), path, std::move(photographs)};
   }

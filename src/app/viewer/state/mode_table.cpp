@@ -220,7 +220,8 @@ std::string latex_line(std::vector<std::string> cells) {
   return joined(cells, " & ") + " \\\\\n";
 }
 
-std::string markdown_line(const std::vector<std::string>& cells) {
+std::string markdown_line(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = markdown_text(cell);
   return "| " + joined(cells, " | ") + " |\n";
 }
 

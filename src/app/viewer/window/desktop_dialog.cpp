@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/window/desktop_dialog.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #ifdef QUADSPLAT_PORTAL
 #include <dbus/dbus.h>
@@ -36,8 +40,8 @@ void DesktopDialog::serve(const std::stop_token&) {}
 
 namespace {
 
-constexpr int kAnswerMs = 5000;  ///< a portal that is started answers in this time
-constexpr int kTurnMs = 50;      ///< between checks of the stop token
+constexpr std::chrono::seconds kAnswerTime{5};  // a portal that is started answers in this time
+constexpr int kTurnMs = 50;                     // between checks of the stop token
 constexpr const char* kPortal = "org.freedesktop.portal.Desktop";
 constexpr const char* kPortalPath = "/org/freedesktop/portal/desktop";
 constexpr const char* kChooser = "org.freedesktop.portal.FileChooser";
@@ -62,31 +66,92 @@ std::string session_bus() {
   return std::filesystem::exists(socket, error) ? "unix:path=" + socket : "";
 }
 
-Bus connect() {
-  const std::string address = session_bus();
-  if (address.empty()) return {};
-  Bus bus(dbus_connection_open_private(address.c_str(), nullptr));
-  if (!bus || dbus_bus_register(bus.get(), nullptr) == FALSE) return {};
-  dbus_connection_set_exit_on_disconnect(bus.get(), FALSE);  // registering sets it
-  return bus;
-}
+// The session bus. No call waits longer than kTurnMs after a stop was requested, because the window
+// may be closed at any time; libdbus's own calls with an answer do not return before it.
+class Connection {
+ public:
+  explicit Connection(std::stop_token stop) : stop_(std::move(stop)) {
+    const std::string address = session_bus();
+    if (address.empty()) return;
+    bus_.reset(dbus_connection_open_private(address.c_str(), nullptr));
+    if (!bus_) return;
+    dbus_connection_set_exit_on_disconnect(bus_.get(), FALSE);
+    const Message hello(dbus_message_new_method_call(DBUS_SERVICE_DBUS, DBUS_PATH_DBUS,
+                                                     DBUS_INTERFACE_DBUS, "Hello"));
+    const Message reply = answer(hello);
+    const char* name = nullptr;
+    if (reply && dbus_message_get_args(reply.get(), nullptr, DBUS_TYPE_STRING, &name,
+                                       DBUS_TYPE_INVALID) != FALSE)
+      is_registered_ = dbus_bus_set_unique_name(bus_.get(), name) != FALSE;
+  }
+
+  bool is_registered() const { return is_registered_; }
+
+  // Null if the portal answers with an error or not in time, or a stop was requested.
+  Message answer(const Message& call) {
+    dbus_uint32_t serial = 0;
+    if (dbus_connection_send(bus_.get(), call.get(), &serial) == FALSE) return {};
+    Message reply = first(Clock::now() + kAnswerTime, [&](DBusMessage* message) {
+      return dbus_message_get_reply_serial(message) == serial;
+    });
+    const bool good =
+        reply && dbus_message_get_type(reply.get()) == DBUS_MESSAGE_TYPE_METHOD_RETURN;
+    return good ? std::move(reply) : Message();
+  }
+
+  // The response of a request, which a person gives. Null if the connection broke or a stop was
+  // requested.
+  Message response(const std::string& request) {
+    return first(Clock::time_point::max(), [&](DBusMessage* message) {
+      return dbus_message_is_signal(message, kRequest, "Response") != FALSE &&
+             dbus_message_has_path(message, request.c_str()) != FALSE;
+    });
+  }
+
+  void send(const Message& message) {
+    dbus_connection_send(bus_.get(), message.get(), nullptr);
+    dbus_connection_flush(bus_.get());
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // The first message that is wanted. Others are kept: a response may come before its answer.
+  template <class F>
+  Message first(Clock::time_point end, F is_wanted) {
+    for (;;) {
+      const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Message& message) {
+        return is_wanted(message.get());
+      });
+      if (found != kept_.end()) {
+        Message message = std::move(*found);
+        kept_.erase(found);
+        return message;
+      }
+      if (stop_.stop_requested() || Clock::now() >= end) return {};
+      if (dbus_connection_read_write(bus_.get(), kTurnMs) == FALSE) return {};
+      while (Message message{dbus_connection_pop_message(bus_.get())})
+        kept_.push_back(std::move(message));
+    }
+  }
+
+  std::stop_token stop_;
+  Bus bus_;
+  std::vector<Message> kept_;
+  bool is_registered_ = false;
+};
 
 Message call_to(const char* path, const char* interface, const char* method) {
   return Message(dbus_message_new_method_call(kPortal, path, interface, method));
 }
 
-// Null if the portal answers with an error or not at all.
-Message answer(DBusConnection* bus, const Message& call) {
-  return Message(dbus_connection_send_with_reply_and_block(bus, call.get(), kAnswerMs, nullptr));
-}
-
 // Starts the portal if the bus can. True if it offers a file chooser.
-bool has_file_chooser(DBusConnection* bus) {
+bool has_file_chooser(Connection& bus) {
   const char* const property = "version";
   const Message call = call_to(kPortalPath, "org.freedesktop.DBus.Properties", "Get");
   dbus_message_append_args(call.get(), DBUS_TYPE_STRING, &kChooser, DBUS_TYPE_STRING, &property,
                            DBUS_TYPE_INVALID);
-  return answer(bus, call) != nullptr;
+  return bus.answer(call) != nullptr;
 }
 
 // {"current_folder": the bytes of the path with a 0 at their end}
@@ -110,7 +175,7 @@ void append_options(DBusMessageIter& arguments, const std::string& folder) {
 }
 
 // The path of the request object that will send the response; empty after an error.
-std::string open_file(DBusConnection* bus, const std::string& folder) {
+std::string open_file(Connection& bus, const std::string& folder) {
   const char *const parent = "", *const title = "Open a scene";
   const Message call = call_to(kPortalPath, kChooser, "OpenFile");
   DBusMessageIter arguments;
@@ -118,7 +183,7 @@ std::string open_file(DBusConnection* bus, const std::string& folder) {
   dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &parent);
   dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &title);
   append_options(arguments, folder);
-  const Message reply = answer(bus, call);
+  const Message reply = bus.answer(call);
   const char* request = nullptr;
   if (!reply || dbus_message_get_args(reply.get(), nullptr, DBUS_TYPE_OBJECT_PATH, &request,
                                       DBUS_TYPE_INVALID) == FALSE)
@@ -173,22 +238,8 @@ std::filesystem::path chosen_file(DBusMessage* response) {
   return {};
 }
 
-// Waits for the response of a request. Null if the connection broke or a stop was requested.
-Message response_of(DBusConnection* bus, const std::string& request, const std::stop_token& stop) {
-  while (!stop.stop_requested() && dbus_connection_read_write(bus, kTurnMs) != FALSE) {
-    while (Message message{dbus_connection_pop_message(bus)}) {
-      if (dbus_message_is_signal(message.get(), kRequest, "Response") != FALSE &&
-          dbus_message_has_path(message.get(), request.c_str()) != FALSE)
-        return message;
-    }
-  }
-  return {};
-}
-
-void close_request(DBusConnection* bus, const std::string& request) {
-  if (request.empty()) return;
-  dbus_connection_send(bus, call_to(request.c_str(), kRequest, "Close").get(), nullptr);
-  dbus_connection_flush(bus);
+void close_request(Connection& bus, const std::string& request) {
+  if (!request.empty()) bus.send(call_to(request.c_str(), kRequest, "Close"));
 }
 
 void show_own_dialog(Viewer& viewer) { viewer.panels.open = true; }
@@ -196,17 +247,17 @@ void show_own_dialog(Viewer& viewer) { viewer.panels.open = true; }
 }  // namespace
 
 void DesktopDialog::serve(const std::stop_token& stop) {
-  const Bus bus = connect();
-  if (!bus || !has_file_chooser(bus.get())) return;
+  Connection bus(stop);
+  if (!bus.is_registered() || !has_file_chooser(bus)) return;
   available_ = true;
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [&] { return wanted_.has_value(); })) {
     const std::string folder = wanted_->string();
     lock.unlock();
-    const std::string request = open_file(bus.get(), folder);
+    const std::string request = open_file(bus, folder);
     Message response;
-    if (!request.empty()) response = response_of(bus.get(), request, stop);
-    if (stop.stop_requested()) return close_request(bus.get(), request);
+    if (!request.empty()) response = bus.response(request);
+    if (stop.stop_requested()) return close_request(bus, request);
     if (response) {
       const std::filesystem::path file = chosen_file(response.get());
       if (!file.empty()) reports_.report(action::file_chosen, file);

@@ -194,7 +194,7 @@ void Window::set_scale(float scale) {
 
 void Window::add_fonts(float pixels) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
-  if (const auto file = find_asset("assets/fonts/Roboto-Regular.ttf")) {
+  if (const auto file = find_font()) {
     static const ImWchar kRanges[] = {0x20, 0xff, 0x2013, 0x2026, 0};  // Latin-1, dashes, ellipsis
     fonts.AddFontFromFileTTF(file->c_str(), pixels, nullptr, kRanges);
   } else {

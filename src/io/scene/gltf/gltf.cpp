@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/bytes/json_kind.h"
 #include "io/cloud/axes.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
@@ -299,9 +300,7 @@ class GltfScene {
 bool recognises_gltf(std::span<const std::byte> content, const std::filesystem::path&) {
   if (is_glb(content)) return true;
   const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
-  const std::size_t start = text.find_first_not_of(" \t\r\n");
-  return start != text.npos && text[start] == '{' && text.find("\"asset\"") != text.npos &&
-         text.find("\"meshes\"") != text.npos;
+  return json_kind(text) == JsonKind::gltf;
 }
 
 void read_gltf(std::span<const std::byte> content, const std::filesystem::path& path,

@@ -44,6 +44,8 @@ Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
   constexpr std::uint32_t kHeaderBytes = 12;
   if (length < kHeaderBytes) fail("{}: the header announces {} bytes", path, length);
   ByteCursor cursor(whole.take(length - kHeaderBytes, "the whole file"), path);
+  if (whole.left() > 0)
+    fail("{}: the header announces {} bytes, the file has {}", path, length, content.size());
 
   const auto description_bytes = cursor.read<std::uint32_t>("the first chunk");
   if (cursor.read<std::uint32_t>("the first chunk") != kJson) {
@@ -57,6 +59,7 @@ Chunks open_glb(std::span<const std::byte> content, const std::string& path) {
     const auto chunk = cursor.take(bytes, "a chunk");
     if (type == kBinary && chunks.binary.empty()) chunks.binary = chunk;
   }
+  if (cursor.left() > 0) fail("{}: {} bytes follow the last chunk", path, cursor.left());
   return chunks;
 }
 

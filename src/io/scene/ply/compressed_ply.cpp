@@ -124,7 +124,7 @@ struct PackedGaussians {
     scale = need(rows, "packed_scale", path);
     color = need(rows, "packed_color", path);
     const std::uint64_t needed = rows.count / kChunkSize + (rows.count % kChunkSize != 0);
-    if (chunk_rows.count < needed) {
+    if (chunk_rows.count != needed) {
       fail("{}: {} chunks for {} Gaussians, {} are needed", path, chunk_rows.count, rows.count,
            needed);
     }
@@ -132,8 +132,8 @@ struct PackedGaussians {
   }
 
   // Chooses the SH columns. Returns the degree that is kept.
-  int choose_sh(const PlyRows& sh_rows, Scene& scene) {
-    sh = sh_rows;
+  int choose_sh(PlyBody& body, bool has_sh, Scene& scene) {
+    if (has_sh) sh = body.rows("sh");
     int stored = sh_rest_per_channel(sh.columns.size());
     if (stored < 0) {
       scene.warnings.push_back(fmt::format(
@@ -141,7 +141,7 @@ struct PackedGaussians {
           sh.columns.size()));
       stored = 0;
     }
-    if (stored > 0 && sh.count != rows.count) {
+    if (has_sh && sh.count != rows.count) {
       fail("{}: {} rows of element sh for {} Gaussians", path, sh.count, rows.count);
     }
     const int degree = kept_sh_degree(stored, scene);
@@ -185,8 +185,7 @@ void read_compressed_ply(std::span<const std::byte> content, const std::filesyst
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, options.progress);
   PackedGaussians packed(path.string(), body);
-  const int degree =
-      packed.choose_sh(header.find("sh") != nullptr ? body.rows("sh") : PlyRows{}, scene);
+  const int degree = packed.choose_sh(body, header.find("sh") != nullptr, scene);
 
   scene.format = "compressed.ply, " + describe(header.format);
   scene.cloud = make_cloud(packed.rows.count, degree);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/bytes/json_entry.h"
+#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/cloud/cloud_memory.h"
 #include "io/cloud/cloud_parts.h"
@@ -62,11 +63,6 @@ void add_warnings(const SogDecoder& decoder, Scene& scene) {
                     "in the palette.",
                     decoder.unlabelled()));
   }
-}
-
-bool looks_like_json(std::string_view text) {
-  const std::size_t start = text.find_first_not_of(" \t\r\n");
-  return start != std::string_view::npos && text[start] == '{';
 }
 
 // The part of the finest level that a leaf refers to.
@@ -162,9 +158,7 @@ class SceneFiles {
 
 bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path&) {
   if (is_zip(content)) return true;
-  const std::string_view text = text_of(content).substr(0, kMaxMetaBytes);
-  return looks_like_json(text) && text.find("\"means\"") != text.npos &&
-         text.find("\"quats\"") != text.npos;
+  return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 
 void read_sog(std::span<const std::byte> content, const std::filesystem::path& path,
@@ -187,9 +181,7 @@ void read_sog(std::span<const std::byte> content, const std::filesystem::path& p
 }
 
 bool recognises_streamed_sog(std::span<const std::byte> content, const std::filesystem::path&) {
-  const std::string_view text = text_of(content).substr(0, kMaxTreeBytes);
-  return looks_like_json(text) && text.find("\"filenames\"") != text.npos &&
-         text.find("\"tree\"") != text.npos && text.find("\"lods\"") != text.npos;
+  return json_kind(text_of(content).substr(0, kMaxTreeBytes)) == JsonKind::streamed_sog;
 }
 
 void read_streamed_sog(std::span<const std::byte> content, const std::filesystem::path& path,

@@ -51,6 +51,17 @@ ByteTable codebook(const json& part, const std::string& where) {
   return table;
 }
 
+// Version 1 states the number of Gaussians in every part.
+void check_shape(const json& part, const char* name, std::uint64_t count,
+                 const std::string& source) {
+  const std::string where = fmt::format("{}: {}", source, name);
+  if (!part.is_object() || !JsonEntry{part, where}.has("shape")) return;
+  const json& shape = part["shape"];
+  if (!shape.is_array() || shape.empty()) fail("{}: shape is not a list of numbers", where);
+  if (const std::uint64_t own = whole_number(shape[0], "shape", where); own != count)
+    fail("{}: the shape has {} Gaussians, that of means {}", where, own, count);
+}
+
 // Version 1 has evenly spaced values instead of a codebook.
 ByteTable even_steps(double low, double high) {
   ByteTable table;
@@ -83,6 +94,10 @@ void parse_version_1(const json& root, const std::string& source, SogMeta& meta)
   const json& shape = JsonEntry{object_in(root, "means", source), means}.get("shape");
   if (!shape.is_array() || shape.empty()) fail("{}: shape is not a list of numbers", means);
   meta.count = whole_number(shape[0], "shape", means);
+
+  for (const char* part : {"scales", "quats", "sh0", "shN"}) {
+    if (JsonEntry{root, source}.has(part)) check_shape(root[part], part, meta.count, source);
+  }
 
   const JsonEntry scale{object_in(root, "scales", source), scales};
   const auto scale_low = scale.vector<3>(scale.get("mins"), "mins");

@@ -24,7 +24,7 @@ constexpr int kMaxDegree = 2, kMaxLevel = 2;
 
 struct Header {
   std::uint8_t major, minor;
-  std::uint32_t max_sections, sections, count;
+  std::uint32_t max_sections, sections, max_count, count;
   std::uint16_t level;
   float min_sh, max_sh;  // of level 2
 };
@@ -36,6 +36,7 @@ Header parse_header(std::span<const std::byte> bytes) {
   header.minor = load<std::uint8_t>(at + 1);
   header.max_sections = load<std::uint32_t>(at + 4);
   header.sections = load<std::uint32_t>(at + 8);
+  header.max_count = load<std::uint32_t>(at + 12);
   header.count = load<std::uint32_t>(at + 16);
   header.level = load<std::uint16_t>(at + 20);
   header.min_sh = load<float>(at + 36);
@@ -91,6 +92,10 @@ class KsplatFile {
       fail("{}: the header announces {} Gaussians, its sections {}", path_, header_.count, count);
     }
     if (count == 0) fail("{}: holds no Gaussians", path_);
+    if (count > header_.max_count) {
+      fail("{}: the header announces room for {} Gaussians, there are {}", path_, header_.max_count,
+           count);
+    }
   }
 
   const Header& header() const { return header_; }
@@ -138,6 +143,7 @@ class KsplatFile {
     const auto block_size = load<float>(at + 16);
     const auto bucket_bytes = load<std::uint16_t>(at + 20);
     const auto range = load<std::uint32_t>(at + 24);
+    const auto announced_bytes = load<std::uint32_t>(at + 28);
     section.full_buckets = load<std::uint32_t>(at + 32);
     const std::uint64_t partial_buckets = load<std::uint32_t>(at + 36);
     const auto degree = load<std::uint16_t>(at + 40);
@@ -148,6 +154,7 @@ class KsplatFile {
       fail("{}: a section has {} Gaussians and room for {}", path_, section.count, max_count);
     }
     section.degree = degree;
+    const std::uint64_t begin = cursor_.offset();
     const RowLayout& layout = kLayouts[header_.level];
     const auto rest = static_cast<std::size_t>(sh_coefficient_count(degree) - 1);
     section.row_bytes = layout.sh + 3 * rest * layout.sh_value_bytes;
@@ -165,16 +172,26 @@ class KsplatFile {
       section.centers = cursor_.take(kBucketBytes * buckets, "the centres of buckets");
       std::uint64_t end = section.full_buckets * section.bucket_size;  // both below 2^32
       for (std::uint64_t i = 0; i < partial_buckets; ++i) {
-        end += load<std::uint32_t>(lengths.data() + 4 * i);
+        const auto rows = load<std::uint32_t>(lengths.data() + 4 * i);
+        if (rows > section.bucket_size) {
+          fail("{}: a bucket of a section holds {} Gaussians and has room for {}", path_, rows,
+               section.bucket_size);
+        }
+        end += rows;
         section.partial_ends.push_back(end);
       }
-      if (end < section.count || section.full_buckets * section.bucket_size > section.count) {
+      if (end != section.count) {
         fail("{}: the buckets of a section hold {} of its {} Gaussians", path_, end, section.count);
       }
       section.range = static_cast<float>(range == 0 ? 32767 : range);
       section.step = block_size / 2 / section.range;
     }
     section.rows = cursor_.take(section.row_bytes * max_count, "a section");  // below 2^32 * 140
+    const std::uint64_t bytes = cursor_.offset() - begin;
+    // The field has 32 bits; old files have 0.
+    if (announced_bytes != 0 && announced_bytes != static_cast<std::uint32_t>(bytes)) {
+      fail("{}: a section announces {} bytes, its parts have {}", path_, announced_bytes, bytes);
+    }
     return section;
   }
 

@@ -408,6 +408,20 @@ TEST_F(Loader, a_list_of_cameras_with_times_is_a_path) {
   EXPECT_FALSE(viewer.loading);
 }
 
+TEST_F(Loader, the_times_of_a_data_set_do_not_make_it_a_path) {
+  start_.scene.emplace();
+  start_.camera = test::front_camera(64, 48);
+  write("transforms.json",
+        R"({"camera_angle_x": 0.7, "w": 8, "h": 6, "frames": [{"file_path": "./train/r_000",
+        "rotation": 0.1, "time": 0.0, "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]},
+        {"file_path": "./train/r_001", "rotation": 0.1, "time": 0.0, "transform_matrix":
+        [[1,0,0,1],[0,1,0,0],[0,0,1,2],[0,0,0,1]]}]})");
+  const Viewer viewer = load(folder_ / "transforms.json");
+  EXPECT_THAT(viewer.keyframes, testing::IsEmpty());
+  ASSERT_TRUE(viewer.scene);
+  EXPECT_THAT(viewer.scene->cameras, SizeIs(2));
+}
+
 TEST_F(Loader, a_scene_comes_with_its_facts) {
   test::write_scene(test::random_cloud(30, 2, 2), folder_ / "scene.ply");
   write("cameras.json", cameras({"0001"}));
@@ -529,8 +543,10 @@ TEST_F(Loader, what_cannot_be_read_becomes_a_sentence) {
   EXPECT_FALSE(viewer.loading);
   viewer = load(folder_ / "missing.ply");
   EXPECT_THAT(viewer.toasts.at(0).text, HasSubstr("does not exist"));
-  write("meta.json", "[]");  // the name of a scene
+  write("meta.json", "{}");  // the name of a scene
   EXPECT_THAT(load(folder_ / "meta.json").toasts.at(0).text, testing::Not(HasSubstr("camera")));
+  write("empty.json", "[]");
+  EXPECT_THAT(load(folder_ / "empty.json").toasts.at(0).text, HasSubstr("holds no camera"));
 }
 
 TEST_F(Loader, photographs_are_read_beside_scenes) {

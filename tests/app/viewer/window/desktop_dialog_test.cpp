@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <optional>
 
 #include <dbus/dbus.h>
 #include <fcntl.h>
@@ -89,8 +90,10 @@ class FakePortal {
   FakePortal(const FakePortal&) = delete;
   FakePortal& operator=(const FakePortal&) = delete;
 
-  std::string folder;    ///< in which the last dialog was asked to begin
-  bool refuses = false;  ///< OpenFile fails
+  std::string folder;              ///< in which the last dialog was asked to begin
+  bool refuses = false;            ///< OpenFile fails
+  std::atomic<bool> mute = false;  ///< nothing is answered
+  std::atomic<int> calls = 0;      ///< all
   std::atomic<int> shown = 0;
 
  private:
@@ -101,6 +104,8 @@ class FakePortal {
   }
 
   void answer(DBusMessage* call) {
+    if (dbus_message_get_type(call) == DBUS_MESSAGE_TYPE_METHOD_CALL) ++calls;
+    if (mute) return;
     if (dbus_message_is_method_call(call, "org.freedesktop.DBus.Properties", "Get") != FALSE) {
       DBusMessage* reply = dbus_message_new_method_return(call);
       DBusMessageIter arguments, value;
@@ -231,6 +236,28 @@ TEST(DesktopDialog, a_portal_that_fails_gives_way_to_the_viewer_s_own_dialog) {
   for (const Action& action : reports_of(dialog)) store.apply(action, host);
   EXPECT_TRUE(store.viewer().panels.open);
   EXPECT_FALSE(dialog.is_available());
+}
+
+TEST(DesktopDialog, ends_without_waiting_for_a_portal_that_does_not_answer) {
+  const SessionBus bus;
+  if (!bus.runs()) GTEST_SKIP() << "dbus-daemon is not installed";
+  for (const bool is_open : {false, true}) {
+    FakePortal portal(bus, "");
+    portal.mute = !is_open;
+    std::optional<DesktopDialog> dialog;
+    dialog.emplace([] {});
+    if (is_open) {
+      ASSERT_TRUE(becomes([&] { return dialog->is_available(); }));
+      portal.mute = true;
+      dialog->show("/tmp");
+    }
+    const int before = is_open ? 1 : 0;
+    ASSERT_TRUE(becomes([&] { return portal.calls > before; }));
+    const auto begin = std::chrono::steady_clock::now();
+    dialog.reset();
+    // The portal has 5 s to answer.
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 3s);
+  }
 }
 
 TEST(DesktopDialog, is_not_available_on_a_bus_without_a_portal_and_without_a_bus) {

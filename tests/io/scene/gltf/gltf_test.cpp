@@ -15,6 +15,7 @@
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/error_of.h"
 #include "support/glb.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -237,6 +238,22 @@ TEST(Gltf, compressed_gaussians_must_be_as_many_as_announced) {
                           .get<std::size_t>()];
   accessor["count"] = cloud.size() + 1;
   EXPECT_THAT(error_of(glb), HasSubstr("POSITION announces"));
+}
+
+TEST(Gltf, the_lengths_of_the_header_and_the_chunks_must_add_up) {
+  const auto error_with = [](std::size_t added, std::uint32_t announced) {
+    std::vector<std::byte> bytes = make_glb(written());
+    const auto length = static_cast<std::uint32_t>(bytes.size()) + announced;
+    std::memcpy(bytes.data() + 8, &length, sizeof length);
+    bytes.resize(bytes.size() + added);
+    Scene scene;
+    scene.path = "test.glb";
+    ThreadPool pool(1);
+    return test::error_of([&] { read_gltf(bytes, scene.path, pool, {}, scene); });
+  };
+  EXPECT_EQ(error_with(0, 0), "");
+  EXPECT_THAT(error_with(4, 0), HasSubstr("test.glb: the header announces "));
+  EXPECT_THAT(error_with(4, 4), HasSubstr("test.glb: 4 bytes follow the last chunk"));
 }
 
 TEST(Gltf, single_negative_scales_are_no_logarithms) {

@@ -10,6 +10,7 @@
 
 #include "io/scene/writer.h"
 #include "support/corpus.h"
+#include "support/error_of.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -58,6 +59,23 @@ TEST(CompressedPly, degree_4_is_cut_to_degree_3) {
   EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("degree 4 were cut")));
   EXPECT_EQ(scene.cloud.sh_degree, 3);
   EXPECT_EQ(scene.cloud.sh, read(bytes).cloud.sh);
+}
+
+// A count in the header is changed, and `added` bytes follow the rows of the chunks.
+std::string error_with(const std::string& count, const std::string& changed, std::size_t added) {
+  const auto bytes = written();
+  std::string file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  file.replace(file.find(count), count.size(), changed);
+  file.insert(file.find("end_header\n") + 11, std::string(added, '\0'));
+  return error_of([&] { read(to_bytes(file)); });
+}
+
+TEST(CompressedPly, the_counts_of_its_elements_must_agree) {
+  EXPECT_EQ(error_with("element chunk 1", "element chunk 1", 0), "");
+  EXPECT_THAT(error_with("element chunk 1", "element chunk 2", 18 * 4),
+              HasSubstr("2 chunks for 20 Gaussians, 1 are needed"));
+  EXPECT_THAT(error_with("element sh 20", "element sh 19", 0),
+              HasSubstr("19 rows of element sh for 20 Gaussians"));
 }
 
 }  // namespace

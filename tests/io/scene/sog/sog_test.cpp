@@ -274,6 +274,20 @@ TEST(Sog, a_description_at_a_limit_is_read_and_one_beyond_is_refused) {
        "/means/shape",
        {0.5},
        "meta.json: means: shape is 0.5, but must be a whole number from 1 up"},
+      {old, "/scales/shape", {20, 3}, ""},
+      {old,
+       "/scales/shape",
+       {21, 3},
+       "meta.json: scales: the shape has 21 Gaussians, that of means 20"},
+      {old,
+       "/sh0/shape",
+       {19, 1, 4},
+       "meta.json: sh0: the shape has 19 Gaussians, that of means 20"},
+      {old,
+       "/quats/shape",
+       {19, 4},
+       "meta.json: quats: the shape has 19 Gaussians, that of means 20"},
+      {old, "/shN/shape", {2, 24}, "meta.json: shN: the shape has 2 Gaussians, that of means 20"},
       {old, "/scales/mins", {1}, "meta.json: scales: mins is not a list of 3 numbers"},
       {old, "/scales/maxs", nullptr, "meta.json: scales: maxs is missing"},
       {old, "/sh0/mins", {1, 2, 3}, "meta.json: sh0: mins is not a list of 4 numbers"},
@@ -366,7 +380,8 @@ TEST(Sog, is_recognised_by_the_keys_of_its_description) {
     return recognises_streamed_sog(to_bytes(text), "");
   };
   EXPECT_TRUE(tree("{\"filenames\":1,\"tree\":2,\"lods\":3}"));
-  EXPECT_FALSE(tree("{\"filenames\":1,\"tree\":2}"));
+  EXPECT_TRUE(tree("{\"filenames\":1,\"tree\":2}"));
+  EXPECT_FALSE(tree("{\"a\":{\"filenames\":1,\"tree\":2}}"));
   EXPECT_FALSE(tree("{\"filenames\":1,\"lods\":2}"));
   EXPECT_FALSE(tree("{\"tree\":1,\"lods\":2}"));
   EXPECT_FALSE(tree("[\"filenames\",\"tree\",\"lods\"]"));

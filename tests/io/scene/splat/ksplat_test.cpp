@@ -223,6 +223,14 @@ TEST(Ksplat, what_is_at_a_limit_is_read_and_what_is_beyond_is_refused) {
       {set(section + 12, 3u), "a.ksplat: a section uses 4 buckets and has 3"},
       {set(section + 36, 1u), "a.ksplat: the buckets of a section hold 7 of its 9 Gaussians"},
       {set(section + 32, 4u), "a.ksplat: a section uses 6 buckets and has 5"},
+      // Counts that are stated twice: the lengths of partial buckets, the room, the bytes.
+      {set(kHeader + 3 * kSectionHeader, 2u),
+       "a.ksplat: the buckets of a section hold 10 of its 9 Gaussians"},
+      {set(kHeader + 3 * kSectionHeader, 4u),
+       "a.ksplat: a bucket of a section holds 4 Gaussians and has room for 3"},
+      {set(12, 12u), "a.ksplat: the header announces room for 12 Gaussians, there are 13"},
+      {set(section + 28, 488u), ""},
+      {set(section + 28, 489u), "a.ksplat: a section announces 489 bytes, its parts have 488"},
       {[](Ksplat& file) {
          file.set(kHeader + 32, 4u);
          file.set(kHeader + 36, 1u);

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "io/bytes/file_guard.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <sys/stat.h>
+
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A file under any name: a link, a hard link or another spelling.
+using FileId = std::pair<dev_t, ino_t>;
+
+std::optional<FileId> id_of(const fs::path& path) {
+  struct stat status = {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  return FileId{status.st_dev, status.st_ino};
+}
+
+struct GuardState {
+  bool overwrite = false;
+  std::map<FileId, fs::path> inputs;
+  std::map<FileId, fs::path> own;
+  std::vector<fs::path> own_folders;
+  std::size_t replaced = 0;
+  WrittenFiles written;
+};
+
+std::mutex guard_mutex;
+std::optional<GuardState> guard_state;
+
+// The number of a file that was deleted may belong to another file now.
+bool holds_file(const std::map<FileId, fs::path>& files, const FileId& id) {
+  const auto found = files.find(id);
+  return found != files.end() && id_of(found->second) == id;
+}
+
+bool is_own(const fs::path& path, const FileId& id) {
+  if (holds_file(guard_state->own, id)) return true;
+  std::error_code error;
+  const fs::path place = fs::weakly_canonical(path, error);
+  return std::any_of(guard_state->own_folders.begin(), guard_state->own_folders.end(),
+                     [&](const fs::path& folder) {
+                       const fs::path inside = place.lexically_relative(folder);
+                       return !inside.empty() && *inside.begin() != "..";
+                     });
+}
+
+// A text in the first or last bytes of a file by which this program recognises its own files.
+struct FileMark {
+  std::string_view ending, text;
+};
+using namespace std::string_view_literals;
+constexpr FileMark kFileMarks[] = {
+    {".png", "tEXtSoftware\0quadsplat"sv},
+    {".exr", "quadsplat"sv},
+    {".tif", "quadsplat"sv},
+    {".jpg", "quadsplat"sv},
+    {".html", "<meta name=\"generator\" content=\"quadsplat"sv},
+    {".md", "<!-- written by quadsplat bench -->"sv},
+    {".gp", ".gp` in this folder\nset encoding utf8\n"sv},
+    {".json", "\"build_type\": "sv},
+    {".json", "\"larger_than_the_scene\": "sv},
+    {".json", "\"transmittance\": "sv},
+    {".json", "LDR-FLIP at 67.02 pixels per degree"sv},
+    {".json", "\"tolerance\": {\n    \"largest_difference\": "sv},
+    {".csv", "scene,camera,mode,pipeline,"sv},
+    {".csv", "scene,camera,mode,backend,gaussians,"sv},
+    {".csv", "truth,judged,view,width,height,psnr,"sv},
+};
+
+bool holds(const fs::path& path, const std::string& ending) {
+  constexpr std::streamsize kBytes = 4096;
+  std::string text(2 * kBytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), kBytes);
+  std::streamsize bytes = file.gcount();
+  if (bytes == kBytes) {
+    file.seekg(-kBytes, std::ios::end);
+    file.read(text.data() + bytes, kBytes);
+    bytes += file.gcount();
+  }
+  text.resize(static_cast<std::size_t>(bytes));
+  return std::any_of(std::begin(kFileMarks), std::end(kFileMarks), [&](const FileMark& mark) {
+    return mark.ending == ending && text.find(mark.text) != std::string::npos;
+  });
+}
+
+}  // namespace
+
+FileGuard::FileGuard(bool overwrite) {
+  const std::lock_guard lock(guard_mutex);
+  guard_state.emplace().overwrite = overwrite;
+}
+
+FileGuard::~FileGuard() {
+  const std::lock_guard lock(guard_mutex);
+  guard_state.reset();
+}
+
+std::size_t FileGuard::replaced() const {
+  const std::lock_guard lock(guard_mutex);
+  return guard_state->replaced;
+}
+
+WrittenFiles written_files() {
+  const std::lock_guard lock(guard_mutex);
+  return guard_state ? guard_state->written : WrittenFiles();
+}
+
+bool may_overwrite() {
+  const std::lock_guard lock(guard_mutex);
+  return !guard_state || guard_state->overwrite;
+}
+
+void note_input(const fs::path& path) {
+  const std::lock_guard lock(guard_mutex);
+  if (!guard_state) return;
+  if (const auto id = id_of(path); id && !holds_file(guard_state->own, *id))
+    guard_state->inputs[*id] = fs::absolute(path);
+}
+
+void note_own(const fs::path& path) {
+  const std::lock_guard lock(guard_mutex);
+  std::error_code error;
+  if (!guard_state) return;
+  if (fs::is_directory(path, error)) {
+    guard_state->own_folders.push_back(fs::weakly_canonical(path, error));
+  } else if (const auto id = id_of(path)) {
+    guard_state->own[*id] = fs::absolute(path);
+  }
+}
+
+bool check_target(const fs::path& path) {
+  const std::lock_guard lock(guard_mutex);
+  std::error_code error;
+  if (!guard_state || path == "-" || !fs::is_regular_file(path, error)) return false;
+  const std::optional<FileId> id = id_of(path);
+  if (!id) return false;
+  const bool own = is_own(path, *id);
+  if (!holds_file(guard_state->own, *id) && holds_file(guard_state->inputs, *id)) {
+    fail(ErrorKind::usage, "{}: is an input of this command, which never writes onto its inputs",
+         path.string());
+  }
+  if (own) return false;
+  if (guard_state->overwrite || is_own_report(path)) return true;
+  fail(ErrorKind::usage, "{}: exists already: choose another name, or replace it with --overwrite",
+       path.string());
+}
+
+void note_written(const fs::path& path, bool replaced) {
+  const std::lock_guard lock(guard_mutex);
+  if (!guard_state) return;
+  if (const auto id = id_of(path)) guard_state->own[*id] = fs::absolute(path);
+  guard_state->replaced += replaced ? 1 : 0;
+  guard_state->written.count += 1;
+  guard_state->written.last = path;
+}
+
+void require_new_folder(const fs::path& folder, bool overwrite) {
+  std::error_code error;
+  if (overwrite || !fs::is_directory(folder, error) || fs::is_empty(folder, error)) return;
+  fail(ErrorKind::usage,
+       "{}: this folder exists already and is not empty: choose another name, or replace its files "
+       "with --overwrite",
+       folder.string());
+}
+
+bool is_own_report(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending == ".jpeg") ending = ".jpg";
+  if (ending == ".tiff") ending = ".tif";
+  if (holds(path, ending)) return true;
+  // gnuplot draws NAME.png and NAME.svg by NAME.gp.
+  if (ending != ".png" && ending != ".svg") return false;
+  fs::path script = path;
+  return holds(script.replace_extension(".gp"), ".gp");
+}
+
+}  // namespace qs

@@ -126,6 +126,7 @@ class Bench {
         view.number < 0 || command_.camera_path ? view.origin : fmt::format("{}", view.number);
     ViewPlan plan = command_.plan;
     plan.clock = &clock_;
+    plan.first_round = view_;
     plan.guests = plugins.guests();
     plan.guest_failed = [&](const Guest&, const std::string& problem) {
       plugins.note(camera, problem);

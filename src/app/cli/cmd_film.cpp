@@ -12,6 +12,7 @@
 #include "app/film/film_format.h"
 #include "app/framing/camera_rig.h"
 #include "app/inspect/heatmap_frame.h"
+#include "app/measure/number_text.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -112,11 +113,11 @@ int film(const FilmCommand& command) {
                grouped(plan.heatmap->scale.maximum), row.unit, row.cell);
   }
   if (plan.ways.size() > 1) {
-    fmt::print("{:16}{:>10}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");
+    fmt::print("{:16}{:>16}{:>10}{:>14}\n", "median of mode", "ms", "FPS", "pairs");
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      fmt::print("{:16}{:>10.3f}{:>10.1f}{:>14}\n", plan.ways[i].name, numbers[i].frame_ms,
-                 1000 / std::max(numbers[i].frame_ms, 1e-6),
-                 grouped(static_cast<std::uint64_t>(numbers[i].tile_pairs)));
+      const auto& [ms, pairs, spread] = numbers[i];
+      fmt::print("{:16}{:>16}{:>10}{:>14}\n", plan.ways[i].name, time_text(ms, spread),
+                 rate_text(ms, spread), grouped(static_cast<std::uint64_t>(pairs)));
     }
   }
   return kExitOk;

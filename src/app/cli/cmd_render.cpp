@@ -113,7 +113,8 @@ class RenderRun {
                         *session_.pool);
     }
     const Outputs outputs = heatmaps_ ? heatmaps_->outputs() : outputs_for(command_.quantity);
-    const int repeats = command_.repeats.value_or(command_.several_modes() ? 3 : 1);
+    const int repeats =
+        command_.repeats.value_or(command_.several_modes() ? int{kFewestFrames} : 1);
     MeasurePlan plan{command_.frame.modes, command_.measures() ? 1 : 0, repeats, {}, {}};
     if (command_.measures()) {
       plan.progress = part_of(progress_, command_.psnr ? kReference : 0, 0.95f);
@@ -249,8 +250,9 @@ CommandAction render_command(Options& options) {
   options.text("--stats", "FILE", command->stats,
                "writes the statistics of the frames as JSON; - = stdout", {"stats.json", "-"});
   options.integer("--repeats", "N", 1, 100000, command->repeats,
-                  "measured frames per picture, after one warm-up frame (default: 1, or 3 with "
-                  "several modes)");
+                  fmt::format("measured frames per picture, after one warm-up frame (default: 1, "
+                              "or {} with several modes)",
+                              kFewestFrames));
   options.overwrite();
   options.flag("--psnr", command->psnr,
                "adds each mode's PSNR against mode reference to the table (seconds per view)");

@@ -28,7 +28,7 @@ struct TrainCommand {
   bool in_window = false;
   std::optional<std::filesystem::path> init;
   std::optional<Backend> backend;  // unset: the best backend that works
-  int device = 0, threads = 0, max_gaussians = 0, random_points = 100'000;
+  int device = kFirstGpu, threads = 0, max_gaussians = 0, random_points = 100'000;
 };
 
 // The model's Gaussians with the SH degree of the settings.

@@ -161,7 +161,8 @@ void declare_backend_option(Options& options, std::optional<Backend>& backend,
 
 void declare_device_option(Options& options, int& device) {
   options.integer("--device", "N", 0, 1024, device,
-                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: 0)");
+                  "GPU of the CUDA backend, numbered as in quadsplat --list-gpus (default: the "
+                  "first that works)");
 }
 
 void declare_threads_option(Options& options, int& threads) {

@@ -12,6 +12,7 @@
 #include "app/film/split_screen.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/statistics.h"
+#include "app/measure/turn_order.h"
 #include "app/picture/palette.h"
 
 namespace qs {
@@ -145,12 +146,13 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
   const bool draws_colors = plan.quantity == Quantity::color && !plan.heatmap;
   std::vector<Numbers> numbers(plan.ways.size());
   SplitScreen screen(names_of(plan.ways), plan.size.x, plan.size.y);
+  TurnOrder order;
   write_film_file(path, plan.size, plan.fps, [&](const AddPicture& add) {
     if (plan.numbers)  // a renderer's first frame takes longer
       for (const FilmedBy& way : plan.ways) frame_of(plan, way, 0, progress.stop, Quantity::color);
     for (int i = 0; i < count; ++i) {
       std::optional<Legend> legend;
-      for (std::size_t k = 0; k < plan.ways.size(); ++k) {
+      for (const std::size_t k : order.next(plan.ways.size())) {
         ShownWay shown = show_way(screen, k, plan, i, progress.stop);
         legend = std::move(shown.legend);
         if (measures && !draws_colors)  // maps take time that the mode does not need
@@ -166,7 +168,8 @@ std::vector<FilmedNumbers> write_film(const std::filesystem::path& path, const F
   });
   std::vector<FilmedNumbers> medians;
   for (const Numbers& way : numbers)
-    medians.push_back({median(way.frame_ms), median(way.tile_pairs)});
+    medians.push_back(
+        {median(way.frame_ms), median(way.tile_pairs), quartile_spread(way.frame_ms)});
   return medians;
 }
 

@@ -48,6 +48,7 @@ struct FilmPlan {
 /// Medians over a film.
 struct FilmedNumbers {
   double frame_ms = 0, tile_pairs = 0;
+  std::optional<double> ms_spread;  ///< quartile_spread() of the frames; unset for one frame
 };
 
 /// The scale that fits the quantity of `plan` in pictures spread over the whole film. Throws Error

@@ -42,6 +42,8 @@ struct BenchRow {
   std::optional<double> round_spread;  ///< relative_spread() of round_ms; unset for one round
   /// half of the distance between the quartiles of the frame times; unset for one frame
   std::optional<double> ms_spread;
+  /// every timed frame, in order; unset for several rounds and in reports of earlier versions
+  std::optional<std::vector<double>> turn_ms;
 };
 
 /// Calls visit(name, member) for the columns of the CSV, in their order.
@@ -86,6 +88,7 @@ void for_each_detail(Row& row, Visit&& visit) {
   visit("round_ms", row.round_ms);
   visit("round_spread", row.round_spread);
   visit("ms_spread", row.ms_spread);
+  visit("turn_ms", row.turn_ms);
 }
 
 }  // namespace qs

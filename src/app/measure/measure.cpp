@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/measure/noise.h"
+#include "app/measure/number_text.h"
 #include "app/measure/paired_ratios.h"
 #include "app/measure/statistics.h"
 #include "raster/base/error.h"
@@ -33,6 +35,19 @@ const Frame* frame_of(Renderer& guest, const Camera& camera, const RenderSetting
   }
 }
 
+// The ratio of the times of frames of the same round; "-" for too few of them.
+std::string ratio_of_frames(const ModeResult& base, const ModeResult& row) {
+  const std::size_t frames = std::min(base.frame_ms.size(), row.frame_ms.size());
+  if (frames < kFewestFrames) return "-";
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < frames; ++i) {
+    if (base.frame_ms[i] > 0 && row.frame_ms[i] > 0)
+      ratios.push_back(base.frame_ms[i] / row.frame_ms[i]);
+  }
+  if (ratios.empty()) return "-";
+  return &base == &row ? ratio_text(Ratio()) : ratio_text(geometric_mean(ratios));
+}
+
 }  // namespace
 
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
@@ -45,11 +60,13 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
   std::vector<ModeResult> results(turns);
   for (std::size_t i = 0; i < modes; ++i) results[i].mode = plan.modes[i];
   // Render the modes and the guests in turns.
+  TurnOrder own_order;
+  TurnOrder& order = plan.order != nullptr ? *plan.order : own_order;
+  const float all_turns = static_cast<float>(turns) * static_cast<float>(plan.warmup + plan.frames);
+  float done = 0;
   for (int round = -plan.warmup; round < plan.frames; ++round) {
-    for (std::size_t i = 0; i < turns; ++i) {
-      plan.progress.update((static_cast<float>(round + plan.warmup) +
-                            static_cast<float>(i) / static_cast<float>(turns)) /
-                           static_cast<float>(plan.warmup + plan.frames));
+    for (const std::size_t i : order.next(turns)) {
+      plan.progress.update(done++ / all_turns);
       settings.mode = results[i].mode;
       const Frame* frame = nullptr;
       if (i < modes) {
@@ -61,7 +78,7 @@ std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
       if (frame == nullptr) continue;
       if (round >= 0) measured[i].push_back(frame->stats);
       if (round >= 0 && plan.clock != nullptr) plan.clock->sample();
-      if (round + 1 == plan.frames && i < modes) visit(settings.mode, *frame);
+      if (round == -plan.warmup && i < modes) visit(settings.mode, *frame);
     }
   }
   // Summarise.
@@ -103,19 +120,21 @@ std::string format_mode_table(std::span<const ModeResult> results) {
   const auto base = std::find_if(results.begin(), results.end(), [](const ModeResult& row) {
     return row.mode == find_culler(kUsualBaseline);
   });
-  std::string text = fmt::format("{:13}  {:>9}  {:>7}  {:>12}  {:>13}  {:>7}", "mode", "ms", "FPS",
-                                 "pairs", "pairs/visible", fmt::format("vs {}", kUsualBaseline));
+  std::string text =
+      fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:>13}  {:>18}", "mode", "ms", "FPS", "pairs",
+                  "pairs/visible", fmt::format("vs {}", kUsualBaseline));
   if (with_psnr) text += fmt::format("  {:>7}", "PSNR dB");
   text += "  what it is\n";
   for (const ModeResult& row : results) {
     const RenderStats& s = row.stats;
-    const auto ms = static_cast<double>(s.frame_ms);
+    const double ms = row.frame_ms.empty() ? 0 : median(row.frame_ms);
+    const std::optional<double> spread = quartile_spread(row.frame_ms);
     const CullerRow& culler = row_of(row.mode);
-    text += fmt::format("{:13}  {:9.2f}  {:7.1f}  {:>12}  {:13.2f}  ", culler.name, ms,
-                        1000 / std::max(ms, 1e-6), grouped(s.tile_pairs), pairs_per_visible(s));
-    text += base == results.end()
-                ? fmt::format("{:>7}", "-")
-                : fmt::format("{:6.2f}x", static_cast<double>(base->stats.frame_ms) / ms);
+    const bool noisy = spread && *spread > kNoisySpread * ms;
+    text += fmt::format("{:13}  {:>18}  {:>7}  {:>12}  {:13.2f}  {:>18}", culler.name,
+                        time_text(ms, spread) + (noisy ? " noisy" : ""), rate_text(ms, spread),
+                        grouped(s.tile_pairs), pairs_per_visible(s),
+                        base == results.end() ? "-" : ratio_of_frames(*base, row));
     if (with_psnr) text += fmt::format("  {:>7}", row.psnr ? decibels(*row.psnr) : "-");
     text += fmt::format("  {}\n", culler.summary);
   }

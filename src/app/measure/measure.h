@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Measures culling modes on one view, and other renderers beside them. All are interleaved (A B C A
-// B C ...), so that a drifting clock or a busy machine affects all of them equally.
+// Measures culling modes on one view, and other renderers beside them. All are interleaved: every
+// round has one frame of each, in the order of TurnOrder, so that a drifting clock, a busy machine
+// and the frame before affect all of them equally.
 #pragma once
 
 #include <functional>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/measure/turn_order.h"
 #include "raster/api/renderer.h"
 #include "raster/clock/gpu_clock.h"
 
@@ -36,11 +38,13 @@ struct MeasurePlan {
   Target target = HostImage{};
   Progress progress;
   GpuClock* clock = nullptr;           ///< takes readings between measured frames
-  std::span<const Guest> guests = {};  ///< after the modes in every round; draw into DeviceImage
+  std::span<const Guest> guests = {};  ///< behind the modes in `order`; draw into DeviceImage
+  TurnOrder* order = nullptr;          ///< is continued; null: begins with the order of `modes`
 };
 
-/// Renders all rounds and calls visit(mode, frame) with the modes' frames of the last round.
-/// Returns one result per mode and guest. Throws Cancelled if plan.progress.stop is triggered.
+/// Renders all rounds and calls visit(mode, frame) with the modes' frames of the first round: in
+/// the order of `modes`, and before the frames that are measured after a warm-up. Returns one
+/// result per mode and guest. Throws Cancelled if plan.progress.stop is triggered.
 std::vector<ModeResult> measure_modes(Renderer& renderer, const Camera& camera,
                                       RenderSettings settings, const Outputs& outputs,
                                       const MeasurePlan& plan,

@@ -40,8 +40,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   row.ms_mean = summary.mean;
   row.drift = summary.drift;
   row.frames = frame_ms.size();
-  if (frame_ms.size() > 1)
-    row.ms_spread = (percentile(frame_ms, 0.75) - percentile(frame_ms, 0.25)) / 2;
+  row.ms_spread = quartile_spread(frame_ms);
   row.frame_ms = static_cast<double>(result.marked_frame_ms);
   double* stages[kStageCount] = {&row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms};
   for (int stage = 0; stage < kStageCount; ++stage)
@@ -80,7 +79,8 @@ struct Measured {
 
 // Measures all modes and guests once. A guest with a problem is left out and keeps its first
 // problem.
-void measure_round(const MeasuredView& view, int round, std::vector<Measured>& all) {
+void measure_round(const MeasuredView& view, int round, TurnOrder& order,
+                   std::vector<Measured>& all) {
   const auto& [session, modes, camera, plan, progress] = view;
   std::vector<std::size_t> present;
   std::vector<Guest> guests;
@@ -95,7 +95,7 @@ void measure_round(const MeasuredView& view, int round, std::vector<Measured>& a
                          },
                          progress.stop};
   const MeasurePlan measuring{modes, plan.warmup, plan.frames, bench_target(session.backend),
-                              part,  plan.clock,  guests};
+                              part,  plan.clock,  guests,      &order};
   std::vector<ModeResult> results = measure_modes(*session.renderer, camera, session.settings, {},
                                                   measuring, [](CullMode, const Frame&) {});
   for (std::size_t i = 0; i < present.size(); ++i) {
@@ -126,7 +126,8 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
                                    const Progress& progress) {
   const MeasuredView view{session, modes, camera, plan, progress};
   std::vector<Measured> all(modes.size() + plan.guests.size());
-  for (int round = 0; round < plan.rounds; ++round) measure_round(view, round, all);
+  TurnOrder order(plan.first_round);
+  for (int round = 0; round < plan.rounds; ++round) measure_round(view, round, order, all);
   std::vector<BenchRow> rows;
   for (std::size_t i = 0; i < all.size(); ++i) {
     ModeResult& result = all[i].result;
@@ -145,7 +146,11 @@ std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>
     }
     BenchRow& row = rows.emplace_back(make_row(session, camera, result, all[i].frame_ms));
     row.round_ms = all[i].medians;
-    if (plan.rounds > 1) row.round_spread = relative_spread(row.round_ms);
+    if (plan.rounds > 1) {
+      row.round_spread = relative_spread(row.round_ms);
+    } else {
+      row.turn_ms = all[i].frame_ms;
+    }
     if (!own) {
       row.mode = plan.guests[i - modes.size()].name;
       row.backend = kPluginBackend;

@@ -4,6 +4,7 @@
 // images to the host. Stage times come from extra frames.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "app/measure/bench_row.h"
@@ -21,6 +22,8 @@ struct ViewPlan {
   std::vector<Guest> guests = {};
   /// Called with the Error of a guest; the guest gets no row.
   std::function<void(const Guest& guest, const std::string& problem)> guest_failed = {};
+  /// Of the view's TurnOrder: the number of the view, so that views of few frames differ.
+  std::uint64_t first_round = 0;
 };
 
 /// One row per mode, in the order of `modes`, and one per guest. The caller sets scene, camera and

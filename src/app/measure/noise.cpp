@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/measure/paired_ratios.h"
+#include "app/measure/statistics.h"
 
 namespace qs {
 namespace {
@@ -14,8 +16,36 @@ namespace {
 std::vector<BenchRow> noisy(const std::vector<BenchRow>& rows) {
   std::vector<BenchRow> result;
   std::copy_if(rows.begin(), rows.end(), std::back_inserter(result),
-               [](const BenchRow& row) { return noise(row) > kNoiseTolerance; });
+               [](const BenchRow& row) { return is_noisy(row); });
   return result;
+}
+
+// The spread of the frames, of the median.
+double frame_noise(const BenchRow& row) {
+  return row.ms_median > 0 ? spread_ms(row).value_or(0) / row.ms_median : 0;
+}
+
+// In units of the tolerances.
+double severity(const BenchRow& row) {
+  return std::max(noise(row) / kNoiseTolerance, frame_noise(row) / kNoisySpread);
+}
+
+std::string noise_cause(const BenchRow& row) {
+  const double spread = row.round_spread.value_or(0);
+  if (frame_noise(row) / kNoisySpread > noise(row) / kNoiseTolerance)
+    return fmt::format(
+        "the middle half of its frames spans {:.0f} % of the median, so the machine "
+        "was not at rest",
+        200 * frame_noise(row));
+  if (std::abs(row.drift) >= spread)
+    return fmt::format(
+        "its later frames took {:+.1f} % of the earlier ones' time, so the clock or "
+        "the load changed: warm up or measure longer",
+        100 * row.drift);
+  return fmt::format(
+      "the medians of its rounds differ by {:.1f} %, so the machine was not at rest "
+      "or the rounds are too short",
+      100 * spread);
 }
 
 }  // namespace
@@ -24,35 +54,39 @@ double noise(const BenchRow& row) {
   return std::max(std::abs(row.drift), row.round_spread.value_or(0));
 }
 
+std::optional<double> spread_ms(const BenchRow& row) {
+  return row.ms_spread ? row.ms_spread : quartile_spread(rounds_of(row));
+}
+
+bool has_noisy_time(const BenchRow& row) {
+  const std::optional<double> spread = spread_ms(row);
+  return spread && *spread > kNoisySpread * row.ms_median;
+}
+
+bool is_noisy(const BenchRow& row) { return noise(row) > kNoiseTolerance || has_noisy_time(row); }
+
 std::string noise_sentence(const std::vector<BenchRow>& rows) {
   const std::vector<BenchRow> bad = noisy(rows);
   if (bad.empty()) return "";
-  const BenchRow& worst =
-      *std::max_element(bad.begin(), bad.end(),
-                        [](const BenchRow& a, const BenchRow& b) { return noise(a) < noise(b); });
-  const double spread = worst.round_spread.value_or(0);
-  const bool drifted = std::abs(worst.drift) >= spread;
-  return fmt::format(
-      "{} of {} rows are noisy, beyond {:.0f} %: the worst is {}, camera {}, {}: {}", bad.size(),
-      rows.size(), 100 * kNoiseTolerance, worst.scene, worst.camera, worst.mode,
-      drifted ? fmt::format("its later frames took {:+.1f} % of the earlier ones' time, so the "
-                            "clock or the load changed: warm up or measure longer",
-                            100 * worst.drift)
-              : fmt::format("the medians of its rounds differ by {:.1f} %, so the machine was not "
-                            "at rest or the rounds are too short",
-                            100 * spread));
+  const BenchRow& worst = *std::max_element(
+      bad.begin(), bad.end(),
+      [](const BenchRow& a, const BenchRow& b) { return severity(a) < severity(b); });
+  return fmt::format("{} of {} rows are noisy: the worst is {}, camera {}, {}: {}", bad.size(),
+                     rows.size(), worst.scene, worst.camera, worst.mode, noise_cause(worst));
 }
 
 std::string noise_markdown(const std::vector<BenchRow>& rows) {
   const std::vector<BenchRow> bad = noisy(rows);
   if (bad.empty()) return "";
   std::string text = fmt::format(
-      "\n## Noisy rows\n\nDo not publish these: {}.\n\n| scene | camera | mode | drift | rounds "
-      "differ by |\n|---|---|---|---:|---:|\n",
+      "\n## Noisy rows\n\nDo not publish these: {}.\n\n| scene | camera | mode | middle half of "
+      "the "
+      "frames | drift | rounds differ by |\n|---|---|---|---:|---:|---:|\n",
       noise_sentence(rows));
   for (const BenchRow& row : bad) {
-    text += fmt::format("| {} | {} | {} | {:+.1f} % | {} |\n", markdown_text(row.scene),
-                        markdown_text(row.camera), markdown_code(row.mode), 100 * row.drift,
+    text += fmt::format("| {} | {} | {} | {:.0f} % | {:+.1f} % | {} |\n", markdown_text(row.scene),
+                        markdown_text(row.camera), markdown_code(row.mode), 200 * frame_noise(row),
+                        100 * row.drift,
                         row.round_spread ? fmt::format("{:.1f} %", 100 * *row.round_spread)
                                          : "one round has no spread");
   }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Finds rows of a benchmark that are too noisy to publish: their times drifted during the
-// measurement, or the medians of their rounds differ. A zoom has few frames per row, so its curves
-// have a rule of their own.
+// Finds rows of a benchmark that are too noisy to publish: their frames differ, their times drifted
+// during the measurement, or the medians of their rounds differ. A zoom has few frames per row, so
+// its curves have a rule of their own.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,9 +14,19 @@
 namespace qs {
 
 inline constexpr double kNoiseTolerance = 0.03;  ///< largest acceptable noise()
+inline constexpr double kNoisySpread = 0.1;      ///< largest acceptable spread_ms(), of the median
 
 /// The larger of the row's absolute drift and its round_spread, if it has one.
 double noise(const BenchRow& row);
+
+/// BenchRow::ms_spread; from the rounds if it is unset. Unset for one frame.
+std::optional<double> spread_ms(const BenchRow& row);
+
+/// True if the spread of the row is above kNoisySpread.
+bool has_noisy_time(const BenchRow& row);
+
+/// True if has_noisy_time() or if noise() is above its tolerance.
+bool is_noisy(const BenchRow& row);
 
 /// One sentence: the number of noisy rows, the noisiest row and its likely cause. Empty if no row
 /// is noisy.

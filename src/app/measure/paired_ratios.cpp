@@ -16,14 +16,29 @@ bool same_group(const PairedRatio& ratio, const BenchRow& row) {
   return ratio.scene == row.scene && ratio.mode == row.mode && ratio.pipeline == row.pipeline;
 }
 
-PairedRatio over_cameras(const std::vector<PairedRatio>& cameras) {
-  PairedRatio result = cameras.front();
+// A camera's ratio and the frames behind it.
+struct CameraRatio {
+  PairedRatio ratio;
+  std::optional<std::uint64_t> frames;
+};
+
+PairedRatio over_cameras(const std::vector<CameraRatio>& cameras) {
+  PairedRatio result = cameras.front().ratio;
   result.camera.clear();
   if (cameras.size() == 1) return result;
   std::vector<double> values;
-  for (const PairedRatio& camera : cameras) values.push_back(camera.ratio.value);
+  for (const CameraRatio& camera : cameras) values.push_back(camera.ratio.ratio.value);
   result.ratio = geometric_mean(values);
   return result;
+}
+
+std::optional<std::uint64_t> frames_of(const std::vector<CameraRatio>& cameras) {
+  std::uint64_t sum = 0;
+  for (const CameraRatio& camera : cameras) {
+    if (!camera.frames) return std::nullopt;
+    sum += *camera.frames;
+  }
+  return sum;
 }
 
 }  // namespace
@@ -33,7 +48,11 @@ std::vector<double> rounds_of(const BenchRow& row) {
 }
 
 std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row) {
-  const std::vector<double> base_ms = rounds_of(base), ms = rounds_of(row);
+  std::vector<double> base_ms = rounds_of(base), ms = rounds_of(row);
+  if (base.turn_ms && row.turn_ms && base.turn_ms->size() == row.turn_ms->size()) {
+    base_ms = *base.turn_ms;
+    ms = *row.turn_ms;
+  }
   std::vector<double> ratios;
   for (std::size_t round = 0; round < std::min(base_ms.size(), ms.size()); ++round) {
     if (base_ms[round] > 0 && ms[round] > 0) ratios.push_back(base_ms[round] / ms[round]);
@@ -48,22 +67,24 @@ std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
   for (const BenchRow& row : rows) {
     if (row.mode == baseline) bases.emplace(view_of(row), &row);
   }
-  std::vector<std::vector<PairedRatio>> groups;
+  std::vector<std::vector<CameraRatio>> groups;
   for (const BenchRow& row : rows) {
     const auto base = bases.find(view_of(row));
     if (row.mode == baseline || base == bases.end()) continue;
     const std::optional<Ratio> ratio = paired_ratio(*base->second, row);
     if (!ratio) continue;
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
-      return same_group(members.front(), row);
+      return same_group(members.front().ratio, row);
     });
     (group == groups.end() ? groups.emplace_back() : *group)
-        .push_back({row.scene, row.camera, row.mode, row.pipeline, *ratio});
+        .push_back({{row.scene, row.camera, row.mode, row.pipeline, *ratio}, row.frames});
   }
   std::vector<PairedRatio> ratios;
-  for (const std::vector<PairedRatio>& group : groups) {
-    ratios.insert(ratios.end(), group.begin(), group.end());
-    ratios.push_back(over_cameras(group));
+  for (const std::vector<CameraRatio>& group : groups) {
+    for (const CameraRatio& camera : group) {
+      if (are_enough_frames(camera.frames)) ratios.push_back(camera.ratio);
+    }
+    if (are_enough_frames(frames_of(group))) ratios.push_back(over_cameras(group));
   }
   return ratios;
 }

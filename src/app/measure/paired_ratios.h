@@ -14,6 +14,12 @@
 namespace qs {
 
 inline constexpr const char* kUsualBaseline = "3dgs";
+inline constexpr std::size_t kFewestFrames = 5;  ///< behind a ratio
+
+/// True if `frames`, of BenchRow::frames, suffice for a ratio. An unknown number does.
+inline bool are_enough_frames(std::optional<std::uint64_t> frames) {
+  return !frames || *frames >= kFewestFrames;
+}
 
 /// The ratio baseline time / time of a mode.
 struct PairedRatio {
@@ -25,12 +31,13 @@ struct PairedRatio {
 /// The medians of the row's rounds. A row without them counts as one round.
 std::vector<double> rounds_of(const BenchRow& row);
 
-/// The ratio of two rows of one view, over the rounds that both have. Unset without times.
+/// The ratio of two rows of one view, over the rounds that both have; if both have a single round,
+/// over its frames. Unset without times.
 std::optional<Ratio> paired_ratio(const BenchRow& base, const BenchRow& row);
 
 /// For each scene, pipeline and mode except the baseline, in the order of the rows: the ratios of
 /// the cameras, then their geometric mean. The mean over one camera is the ratio of that camera.
-/// Views that lack the baseline are left out.
+/// Views that lack the baseline are left out, and ratios of fewer than kFewestFrames frames.
 std::vector<PairedRatio> paired_ratios(const std::vector<BenchRow>& rows,
                                        const std::string& baseline);
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/measure/ratio.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
+
+#include "app/measure/number_text.h"
 
 namespace qs {
 namespace {
@@ -48,10 +51,19 @@ Ratio geometric_mean(std::span<const double> ratios) {
   return result;
 }
 
+double half_interval(const Ratio& ratio) {
+  return std::max(ratio.interval->high - ratio.value, ratio.value - ratio.interval->low);
+}
+
+bool is_undecided(const Ratio& ratio) {
+  return ratio.interval && ratio.interval->low <= 1 && ratio.interval->high >= 1;
+}
+
 std::string ratio_text(const Ratio& ratio) {
   if (!ratio.interval) return fmt::format("{:.2f}x", ratio.value);
-  return fmt::format("{:.2f}x [{:.2f}, {:.2f}]", ratio.value, ratio.interval->low,
-                     ratio.interval->high);
+  const double half = half_interval(ratio);
+  return fmt::format("{}x \u00b1{}{}", significant(ratio.value, half), significant(half, half),
+                     is_undecided(ratio) ? " noisy" : "");
 }
 
 }  // namespace qs

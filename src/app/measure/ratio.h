@@ -28,7 +28,14 @@ double student_t95(std::size_t degrees);
 /// their logarithms.
 Ratio geometric_mean(std::span<const double> ratios);
 
-/// "2.03x [1.98, 2.09]", or "2.03x" without an interval.
+/// Half of the interval, which must exist: the larger of its two sides.
+double half_interval(const Ratio& ratio);
+
+/// True if the measurement does not show a faster mode, because the interval contains 1.
+bool is_undecided(const Ratio& ratio);
+
+/// "2.03x \u00b10.06" with half_interval(), "1.02x \u00b10.05 noisy" if is_undecided(), "2.03x"
+/// without an interval.
 std::string ratio_text(const Ratio& ratio);
 
 }  // namespace qs

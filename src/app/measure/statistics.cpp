@@ -35,6 +35,11 @@ Summary summarise(std::span<const double> values) {
   return summary;
 }
 
+std::optional<double> quartile_spread(std::span<const double> values) {
+  if (values.size() < 2) return std::nullopt;
+  return (percentile(values, 0.75) - percentile(values, 0.25)) / 2;
+}
+
 double relative_spread(std::span<const double> values) {
   if (values.size() < 2) return 0;
   const auto [low, high] = std::minmax_element(values.begin(), values.end());

@@ -4,6 +4,7 @@
 // sorted values, so that they do not jump with the number of frames.
 #pragma once
 
+#include <optional>
 #include <span>
 
 namespace qs {
@@ -21,6 +22,9 @@ inline double median(std::span<const double> values) { return percentile(values,
 
 /// `values` are in the order of measurement.
 Summary summarise(std::span<const double> values);
+
+/// Half of the distance between the quartiles; unset for fewer than two values.
+std::optional<double> quartile_spread(std::span<const double> values);
 
 /// Largest minus smallest value, divided by the median; 0 for fewer than two values.
 double relative_spread(std::span<const double> values);

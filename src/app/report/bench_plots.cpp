@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/measure/number_text.h"
 #include "app/picture/palette.h"
 #include "app/report/markdown.h"
 #include "raster/api/renderer.h"
@@ -148,8 +149,13 @@ std::vector<Plot> bench_plots(const BenchReport& report, bool scaling) {
       static_cast<double>(different(means, &ModeMean::scene).size()) - 0.4);
   std::vector<Plot> plots;
   plots.push_back(fps_plot(means, where, bars));
-  plots.push_back({"stages", "Time of the stages per culling mode (measured in a separate pass)",
-                   where, stage_commands(means)});
+  const bool hides_bin = std::any_of(report.rows.begin(), report.rows.end(),
+                                     [](const BenchRow& row) { return !times_bin(row); });
+  plots.push_back(
+      {"stages",
+       fmt::format("Time of the stages per culling mode (measured in a separate pass{})",
+                   hides_bin ? "; fast bins in preprocess and sort" : ""),
+       where, stage_commands(means)});
   plots.push_back(
       {"pairs", "Tile pairs per culling mode", where,
        blocks_per_mode(means, [](const ModeMean& m) { return fmt::format("{}", m.pairs / 1e6); }) +

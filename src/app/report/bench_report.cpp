@@ -40,6 +40,9 @@ ordered_json to_json(const std::optional<std::uint64_t>& value) {
 ordered_json to_json(const std::optional<bool>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
+ordered_json to_json(const std::optional<std::vector<double>>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
 // The lower end of a ratio's interval; unset without an interval.
 std::optional<double> low_of(const Ratio& ratio) {
   return ratio.interval ? std::optional(ratio.interval->low) : std::nullopt;
@@ -62,6 +65,9 @@ void from_json(const ordered_json& json, std::optional<std::uint64_t>& value) {
 }
 void from_json(const ordered_json& json, std::optional<bool>& value) {
   if (json.is_boolean()) value = json.get<bool>();
+}
+void from_json(const ordered_json& json, std::optional<std::vector<double>>& value) {
+  if (json.is_array()) json_value(json, value.emplace());
 }
 template <class T>
 void from_json(const ordered_json& json, T& value) {

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/measure/noise.h"
+#include "app/measure/number_text.h"
 #include "app/report/clock_report.h"
 #include "app/report/plugin_report.h"
 #include "raster/api/renderer.h"
@@ -43,6 +45,29 @@ std::optional<double> mean_of_column(const std::vector<const BenchRow*>& rows,
   return sum / static_cast<double>(rows.size());
 }
 
+bool has_noisy_time(const ModeMean& mean) {
+  return mean.ms_spread && *mean.ms_spread > kNoisySpread * mean.ms;
+}
+
+// Needs the mean time.
+void set_trust(const std::vector<const BenchRow*>& rows, ModeMean& mean) {
+  const double weight = 1.0 / static_cast<double>(rows.size());
+  double spread = 0, mean_noise = 0;
+  bool all = true;
+  for (const BenchRow* row : rows) {
+    const std::optional<double> own = spread_ms(*row);
+    all = all && own;
+    spread += weight * own.value_or(0);
+    mean_noise += weight * noise(*row);
+  }
+  std::optional<std::uint64_t> frames = 0;
+  for (const BenchRow* row : rows)
+    frames = frames && row->frames ? std::optional(*frames + *row->frames) : std::nullopt;
+  mean.enough_frames = are_enough_frames(frames);
+  if (all) mean.ms_spread = spread;
+  mean.noisy = mean_noise > kNoiseTolerance || has_noisy_time(mean);
+}
+
 ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   ModeMean mean;
   mean.scene = rows.front()->scene;
@@ -64,6 +89,7 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
     for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
   }
+  set_trust(rows, mean);
   mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
   mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
   mean.flip = mean_of_column(rows, &BenchRow::flip_vs_reference);
@@ -82,13 +108,14 @@ std::string table(const std::vector<ModeMean>& means, const std::string& baselin
       baseline);
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
-    text += fmt::format(
-        "| {} | {} | {} | {:.3f} | {:.1f} | {} | {} | {} |\n", markdown_code(mean.label),
-        grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
-        mean.psnr ? decibels(*mean.psnr) : "-", mean.ms, mean.fps(),
-        mean.ratio ? ratio_text(*mean.ratio) : "-",
-        mean.plugin && pairs == 0 ? "-" : grouped(pairs),
-        mean.plugin ? "-" : bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
+    text +=
+        fmt::format("| {} | {} | {} | {}{} | {} | {} | {} | {} |\n", markdown_code(mean.label),
+                    grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
+                    mean.psnr ? decibels(*mean.psnr) : "-", time_text(mean.ms, mean.ms_spread),
+                    mean.noisy ? " noisy" : "", rate_text(mean.ms, mean.ms_spread),
+                    mean.ratio ? ratio_text(*mean.ratio) : "-",
+                    mean.plugin && pairs == 0 ? "-" : grouped(pairs),
+                    mean.plugin ? "-" : bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
   }
   return text;
 }
@@ -122,8 +149,8 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
     mean.scene = "mean";
     mean.label = first.label;
     mean.plugin = first.plugin;
-    double psnr = 0;
-    bool all_psnr = true;
+    double psnr = 0, spread = 0;
+    bool all_psnr = true, all_spreads = true;
     std::vector<double> ratios;
     for (const ModeMean& row : means) {
       if (!same(row)) continue;
@@ -131,11 +158,15 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
       mean.pairs += weight * row.pairs;
       mean.sort_bytes += weight * row.sort_bytes;
       mean.ms += weight * row.ms;
+      mean.noisy = mean.noisy || row.noisy;
+      all_spreads = all_spreads && row.ms_spread;
+      spread += weight * row.ms_spread.value_or(0);
       all_psnr = all_psnr && row.psnr;
       psnr += weight * row.psnr.value_or(0);
       if (row.ratio) ratios.push_back(row.ratio->value);
     }
     if (all_psnr) mean.psnr = psnr;
+    if (all_spreads) mean.ms_spread = spread;
     if (static_cast<std::ptrdiff_t>(ratios.size()) ==
         std::count_if(means.begin(), means.end(), same)) {
       mean.ratio = geometric_mean(ratios);
@@ -193,7 +224,7 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   const std::vector<PairedRatio> ratios = paired_ratios(rows, baseline);
   for (ModeMean& mean : means) {
     if (several) mean.label = fmt::format("{}, {}", mean.mode, mean.pipeline);
-    if (mean.mode == baseline) mean.ratio = Ratio();
+    if (mean.mode == baseline && mean.enough_frames) mean.ratio = Ratio();
     for (const PairedRatio& each : ratios) {
       if (each.camera.empty() && each.scene == mean.scene && each.mode == mean.mode &&
           each.pipeline == mean.pipeline)
@@ -209,17 +240,22 @@ std::string format_markdown(const BenchReport& report) {
   const std::vector<PairedRatio> ratios = paired_ratios(report.rows, baseline);
   std::string text = fmt::format(
       "# Benchmark\n\n{}, backend {}, commit {}, {}. Times are medians per camera, averaged over "
-      "the cameras. Sort bytes are the keys and values that a frame sorts: CUDA `classic` 12 bytes "
+      "the cameras, and half of the distance between the quartiles of the frames. Times are noisy "
+      "if this exceeds {:.0f} % or if they drifted or differ between rounds by more than {:.0f} %. "
+      "Sort bytes are the keys and values that a frame sorts: CUDA `classic` 12 bytes "
       "per pair; CUDA `fast` 6 per pair (8 beyond 65,536 tiles) and 8 per visible Gaussian; CPU 8 "
       "per visible Gaussian.\n",
       measured_on(report.environment), report.environment.value("backend", "?"),
-      report.environment.value("commit", "?"), report.environment.value("utc", "?"));
+      report.environment.value("commit", "?"), report.environment.value("utc", "?"),
+      100 * kNoisySpread, 100 * kNoiseTolerance);
   if (!ratios.empty()) {
     text += fmt::format(
         "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "
-        "round: the geometric mean over the cameras, and in brackets its 95 % interval. One camera "
-        "has the interval of its rounds; one round of one camera has none.\n",
-        baseline);
+        "round: the geometric mean over the cameras, and half of its 95 % interval. The interval "
+        "of one camera is that of its rounds, and of one round that of its frames. A noisy ratio "
+        "does not show a faster mode, because its interval contains 1. Fewer than {} frames have "
+        "no ratio.\n",
+        baseline, kFewestFrames);
   }
   std::size_t scenes = 0;
   for (std::size_t begin = 0; begin < means.size(); ++scenes) {

@@ -19,6 +19,9 @@ struct ModeMean {
   double gaussians = 0, pairs = 0, sort_bytes = 0;
   double ms = 0;                           ///< mean of the cameras' medians
   double ms_fastest = 0, ms_slowest = 0;   ///< means of the cameras' fastest and slowest rounds
+  std::optional<double> ms_spread;         ///< mean of the cameras' spread_ms(), if all have one
+  bool noisy = false;                      ///< is_noisy(), by the means of the cameras' values
+  bool enough_frames = true;               ///< for a ratio
   std::size_t rounds = 0;                  ///< smallest number of rounds of a camera
   double stage_ms[4] = {};                 ///< index = Stage
   std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have a value

@@ -35,6 +35,7 @@ ordered_json frame_json(const FrameRecord& record) {
                         {"max_pairs_in_a_tile", stats.max_pairs_in_a_tile},
                         {"frame_ms", rounded_ms(stats.frame_ms)},
                         {"stage_ms", stages},
+                        {"pipeline", kPipelineNames[static_cast<int>(stats.pipeline)]},
                         {"threads", stats.threads}};
   if (stats.used_pairs) frame["used_pairs"] = *stats.used_pairs;
   if (record.result.psnr) frame["psnr_vs_reference"] = finite_or_null(*record.result.psnr);
@@ -64,10 +65,9 @@ ordered_json environment_json(const Session& session) {
                        {"pipeline", pipeline_name(session)},
                        {"utc", environment.utc}};
   if (session.backend == Backend::cuda) {
-    const GpuReport report = gpu_report();
-    const auto index = static_cast<std::size_t>(session.device);
-    json["gpu"] = index < report.gpus.size() ? report.gpus[index].name : "unknown";
-    json["cuda_of_driver"] = report.driver;
+    const std::string name = inspect_gpu(session.device).name;
+    json["gpu"] = name.empty() ? "unknown" : name;
+    json["cuda_of_driver"] = cuda_versions().driver;
   }
   return json;
 }

@@ -47,7 +47,9 @@ std::vector<BenchRow> measure_zoom_step(Session& session, const ZoomBundle& bund
                                         const Progress& progress) {
   const Camera camera = zoom_camera(bundle.start, bundle.target, bundle.steps, bundle.closest,
                                     static_cast<int>(step));
-  std::vector<BenchRow> rows = measure_view(session, bundle.modes, camera, plan, progress);
+  ViewPlan turned = plan;
+  turned.first_round = step;
+  std::vector<BenchRow> rows = measure_view(session, bundle.modes, camera, turned, progress);
   for (BenchRow& row : rows) {
     row.scene = scene_name(session.scene->path);
     row.camera = fmt::format("{}", step);

@@ -30,6 +30,12 @@ Backend choose_backend(const FrameOptions& frame) {
   return *frame.backend;
 }
 
+// The CPU backend does not look for a GPU.
+int device_of(int device, Backend backend) {
+  if (device != kFirstGpu) return device;
+  return backend == Backend::cpu ? 0 : first_gpu();
+}
+
 std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
                                  const std::optional<Progress>& progress) {
   ProgressBar bar("uploading");
@@ -85,7 +91,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   Session session;
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
-  session.device = frame.device;
+  session.device = device_of(frame.device, session.backend);
   Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
   look_for_huge(scene, frame.skip_huge);
   if (change) change(scene);

@@ -30,7 +30,7 @@ struct FrameOptions {
   std::vector<CullMode> modes = {default_mode()};
   std::optional<Backend> backend;  ///< unset: the best backend that can render these modes
   int threads = 0;                 ///< of the session's pool; 0 = one per hardware thread
-  int device = 0;                  ///< index into GpuReport::gpus
+  int device = kFirstGpu;          ///< index into GpuReport::gpus, or kFirstGpu
   Pipeline pipeline = kDefaultPipeline;
   int sh_degree = kMaxShDegree;
   float splat_scale = 1;

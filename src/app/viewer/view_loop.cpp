@@ -35,7 +35,7 @@ namespace qs {
 namespace {
 
 constexpr double kLongestTurn = 0.1;  ///< seconds: a longer one does not make the camera jump
-constexpr double kMemorySeconds = 2;  ///< between two measurements of memory
+constexpr double kMemorySeconds = 1;  ///< between two measurements of memory
 
 glm::ivec2 size_of(const PixelBox& box) { return {box.x1 - box.x0, box.y1 - box.y0}; }
 
@@ -277,7 +277,8 @@ class ViewLoop final : public Host {
     memory_measured_ = viewer_.now;
     const bool cuda = viewer_.backend == Backend::cuda;
     turn_.process_bytes = process_bytes();
-    turn_.gpu_bytes = cuda ? gpu_bytes(options_.frame.device) : 0;
+    if (cuda) gpu_memory_.ask();
+    turn_.gpu_bytes = cuda ? gpu_memory_.bytes() : 0;
   }
 
   void take_frame() {
@@ -359,6 +360,7 @@ class ViewLoop final : public Host {
   bool training_shown_ = false;
   bool quit_ = false, vsync_ = true, dialog_open_ = false;
   double memory_measured_ = -10;
+  MemoryWatch gpu_memory_{[device = options_.frame.device] { return gpu_bytes(device); }};
 };
 
 }  // namespace

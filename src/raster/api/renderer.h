@@ -57,6 +57,12 @@ inline constexpr int kStageCount = 4;
 /// Index = Stage.
 inline constexpr const char* kStageNames[kStageCount] = {"preprocess", "bin", "sort", "blend"};
 
+/// False for a stage whose work and time are part of other stages, so that its own time is 0:
+/// CUDA's `fast` bins while it preprocesses and sorts.
+constexpr bool is_timed(Backend backend, Pipeline pipeline, Stage stage) {
+  return stage != Stage::bin || backend != Backend::cuda || pipeline != Pipeline::fast;
+}
+
 struct RenderSettings {
   CullMode mode = default_mode();  ///< 0 = reference (CPU only), else a row of table.h
   Pipeline pipeline = kDefaultPipeline;
@@ -64,10 +70,8 @@ struct RenderSettings {
   float splat_scale = 1;            ///< factor on every standard deviation, > 0
   glm::vec3 background{0.0f};       ///< RGB, weighted by the remaining transmittance
   std::optional<bool> antialiased;  ///< opacity compensation; unset = as the cloud was trained
-  /// px^2 added to both variances as a low-pass filter, >= 0. Below half of kDilation CUDA draws
-  /// with `classic` for both values of `pipeline`.
-  double dilation = kDilation;
-  int tile_px = kTileSize;  ///< side of a tile, one of kTileSizes; only the CPU has others
+  double dilation = kDilation;      ///< px^2 added to both variances as a low-pass filter, >= 0
+  int tile_px = kTileSize;          ///< side of a tile, one of kTileSizes; only the CPU has others
 };
 
 /// Pixels [x0, x1) x [y0, y1).
@@ -138,9 +142,11 @@ struct RenderStats {
   float frame_ms = 0;
   float present_ms = 0;  ///< the copy into a GlTexture after the frame; 0 for other targets
   float stage_ms[kStageCount] = {};  ///< index = Stage; CUDA: 0 without Outputs::stage_times
-  std::uint32_t gaussians = 0;       ///< in the cloud
-  std::uint32_t visible = 0;         ///< Gaussians with at least one tile
-  std::uint64_t tile_pairs = 0;      ///< (Gaussian, tile) pairs listed
+  /// The pipeline that drew the frame: `classic` also draws views that CUDA's `fast` cannot draw.
+  Pipeline pipeline = kDefaultPipeline;
+  std::uint32_t gaussians = 0;   ///< in the cloud
+  std::uint32_t visible = 0;     ///< Gaussians with at least one tile
+  std::uint64_t tile_pairs = 0;  ///< (Gaussian, tile) pairs listed
   std::uint32_t max_pairs_in_a_tile = 0;
   /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.
   /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
@@ -190,8 +196,9 @@ class Renderer {
   virtual ~Renderer() = default;
 
   /// Replaces the scene. `cloud` is not null and does not change afterwards; `progress` may be
-  /// empty. The renderer may keep `cloud` until the next upload. Throws Error (no memory) and
-  /// Cancelled.
+  /// empty. The renderer may keep `cloud` until the next upload. The old scene leaves the GPU
+  /// before the new scene comes. Throws Error (no memory) and Cancelled; then the old scene is
+  /// drawn again.
   virtual void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) = 0;
 
   /// The same for a cloud that the caller does not share.
@@ -221,10 +228,12 @@ class Renderer {
 /// Backends of this build that can run on this machine, best first. Always includes the CPU.
 std::span<const Backend> available_backends();
 
+inline constexpr int kFirstGpu = -1;  ///< stands for first_gpu()
+
 /// `pool` does the renderer's work on the CPU and must outlive it. `device` is an index into
-/// GpuReport::gpus; the CPU backend ignores it. Throws Error(device) with the reason when the
-/// backend cannot run on this machine.
-std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool, int device = 0);
+/// GpuReport::gpus, or kFirstGpu; the CPU backend ignores it. Throws Error(device) with the reason
+/// when the backend cannot run on this machine.
+std::unique_ptr<Renderer> make_renderer(Backend backend, ThreadPool& pool, int device = kFirstGpu);
 
 struct Gpu {
   std::string name;
@@ -242,7 +251,19 @@ struct GpuReport {
   std::string problem;
 };
 
-/// Queries the driver at every call. Does not throw.
+/// Queries the driver at every call, and every GPU, which opens a context on each: slow, and it
+/// takes memory there. Does not throw.
 GpuReport gpu_report();
+
+/// gpu_report() without GpuReport::gpus and their problems: opens no context. Does not throw.
+GpuReport cuda_versions();
+
+/// Queries one GPU at every call, and no other. If there is no such GPU, its problem says so. Does
+/// not throw.
+Gpu inspect_gpu(int device);
+
+/// The first GPU that this build can use, an index into GpuReport::gpus; 0 if there is none. It is
+/// searched once.
+int first_gpu();
 
 }  // namespace qs

@@ -88,10 +88,10 @@ class TrainingModel {
   virtual std::optional<std::uint64_t> gpu_memory_bytes() { return std::nullopt; }
 };
 
-/// `pool` must outlive the model. `device` is an index into GpuReport::gpus; the CPU backend
-/// ignores it. The model's passes throw Error(device) or std::bad_alloc if memory is short. Throws
-/// Error(device) with the reason when the backend cannot run on this machine.
+/// `pool` must outlive the model. `device` is an index into GpuReport::gpus, or kFirstGpu; the CPU
+/// backend ignores it. The model's passes throw Error(device) or std::bad_alloc if memory is short.
+/// Throws Error(device) with the reason when the backend cannot run on this machine.
 std::unique_ptr<TrainingModel> make_training_model(Backend backend, ThreadPool& pool,
-                                                   int device = 0);
+                                                   int device = kFirstGpu);
 
 }  // namespace qs::train

@@ -46,6 +46,19 @@ std::uint32_t with_headroom(std::uint64_t count, std::uint64_t max, std::uint64_
   return plenty ? more : static_cast<std::uint32_t>(count);
 }
 
+/// Calls `work`. If that throws an Error, memory may be short: calls `make_room`, which frees what
+/// can be copied or computed again, and then `work` once more. `make_room` returns false if it had
+/// nothing to free; then the Error is thrown on.
+template <class MakeRoom, class Work>
+auto making_room(const MakeRoom& make_room, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::device || !make_room()) throw;
+  }
+  return work();
+}
+
 template <class T>
 class DeviceBuffer {
  public:

@@ -59,45 +59,73 @@ std::string why_none(cudaError_t error, int driver, int runtime) {
   return std::string("the GPU cannot be used: ") + cudaGetErrorString(error);
 }
 
-}  // namespace
-
-GpuReport gpu_report() {
+/// The report without its GPUs, whose number is set. Opens no context on a GPU.
+GpuReport count_gpus(int& count) {
   GpuReport report;
-  int driver = 0, runtime = 0, count = 0;
+  int driver = 0, runtime = 0;
+  count = 0;
   cudaDriverGetVersion(&driver);
   cudaRuntimeGetVersion(&runtime);
   report.runtime = version_text(runtime);
   if (driver > 0) report.driver = version_text(driver);
   const cudaError_t error = cudaGetDeviceCount(&count);  // does not set the count if it fails
   cudaGetLastError();
-  if (error != cudaSuccess || count == 0) {
-    report.problem = why_none(error, driver, runtime);
-    return report;
-  }
-  int current = 0;
-  cudaGetDevice(&current);
-  for (int device = 0; device < count; ++device) report.gpus.push_back(inspect(device));
-  cudaSetDevice(current);
-  cudaGetLastError();
-  for (const Gpu& gpu : report.gpus) {
-    if (gpu.problem.empty()) return report;
-  }
-  report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
+  if (error != cudaSuccess) count = 0;
+  if (count == 0) report.problem = why_none(error, driver, runtime);
   return report;
 }
 
-void require_gpu(int device) {
-  const GpuReport report = gpu_report();
-  const auto refuse = [](const std::string& why) {
-    throw Error(ErrorKind::device, "backend cuda: " + why);
-  };
-  if (!report.problem.empty()) refuse(report.problem);
-  if (device < 0 || device >= static_cast<int>(report.gpus.size())) {
-    refuse("there is no GPU " + std::to_string(device) + ", they count from 0 to " +
-           std::to_string(report.gpus.size() - 1));
+}  // namespace
+
+GpuReport cuda_versions() {
+  int count = 0;
+  return count_gpus(count);
+}
+
+GpuReport gpu_report() {
+  int count = 0;
+  GpuReport report = count_gpus(count);
+  for (int device = 0; device < count; ++device) report.gpus.push_back(inspect_gpu(device));
+  for (const Gpu& gpu : report.gpus) {
+    if (gpu.problem.empty()) return report;
   }
-  const Gpu& gpu = report.gpus[static_cast<std::size_t>(device)];
-  if (!gpu.problem.empty()) refuse(gpu.name + ": " + gpu.problem);
+  if (count > 0)
+    report.problem = report.gpus[0].name + " cannot be used: " + report.gpus[0].problem;
+  return report;
+}
+
+Gpu inspect_gpu(int device) {
+  int count = 0;
+  const GpuReport report = count_gpus(count);
+  if (device < 0 || device >= count) {
+    Gpu none;
+    none.problem = count == 0 ? report.problem
+                              : "there is no GPU " + std::to_string(device) +
+                                    ", they count from 0 to " + std::to_string(count - 1);
+    return none;
+  }
+  int current = 0;
+  cudaGetDevice(&current);
+  Gpu gpu = inspect(device);
+  cudaSetDevice(current);
+  cudaGetLastError();
+  return gpu;
+}
+
+std::optional<int> find_gpu() {
+  int count = 0;
+  count_gpus(count);
+  for (int device = 0; device < count; ++device) {
+    if (inspect_gpu(device).problem.empty()) return device;
+  }
+  return std::nullopt;
+}
+
+void require_gpu(int device) {
+  const Gpu gpu = inspect_gpu(device);
+  if (gpu.problem.empty()) return;
+  throw Error(ErrorKind::device,
+              "backend cuda: " + (gpu.name.empty() ? "" : gpu.name + ": ") + gpu.problem);
 }
 
 std::string pci_bus_id(int device) {

@@ -3,12 +3,17 @@
 // Lists the GPUs, or gives the reason why none can be used; locates them on the bus. Plain C++.
 #pragma once
 
+#include <optional>
+
 #include "raster/api/renderer.h"
 
 namespace qs::cuda {
 
-/// See qs::gpu_report().
+/// See the functions of these names in namespace qs.
 GpuReport gpu_report();
+GpuReport cuda_versions();
+Gpu inspect_gpu(int device);
+std::optional<int> find_gpu();
 
 /// Throws Error(device) with the reason if a GPU, an index into GpuReport::gpus, cannot be used.
 void require_gpu(int device);

@@ -99,6 +99,7 @@ class CpuRenderer final : public Renderer {
     result_.stats = {};
     result_.stats.gaussians = static_cast<std::uint32_t>(cloud_->size());
     result_.stats.threads = pool_.size();
+    result_.stats.pipeline = frame.settings.pipeline;
     result_.pairs.clear();
     result_.used.clear();
     result_.mode_pairs.clear();

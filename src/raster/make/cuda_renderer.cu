@@ -15,10 +15,16 @@ namespace qs {
 namespace cuda {
 namespace {
 
+/// Frames that `classic` draws before `fast` is tried again, if both orders of the scene do not
+/// fit: each try uploads the scene twice.
+constexpr int kRestOfFast = 100;
+
 class CudaRenderer final : public Renderer {
  public:
   CudaRenderer(ThreadPool& pool, int device)
-      : pool_(pool), device_(device), stream_(device, true), gl_target_(device), fast_(device) {}
+      : pool_(pool), device_(device), stream_(device, true), gl_target_(device) {
+    free_buffers();
+  }
 
   ~CudaRenderer() override {
     cudaSetDevice(device_);
@@ -27,10 +33,10 @@ class CudaRenderer final : public Renderer {
 
   void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress& progress) override {
     select_device();
-    scene_ = std::make_shared<const GaussianCloud>();
-    clouds_ = {};
-    upload_in(Order::space, *cloud, progress);
+    clouds_ = {};  // the old scene is uploaded again if the new one does not fit
+    making_room([&] { return free_buffers(); }, [&] { upload_in(Order::space, *cloud, progress); });
     scene_ = std::move(cloud);
+    rest_of_fast_ = 0;
   }
 
   const Frame& render(const Camera& camera, const RenderSettings& settings, const Outputs& outputs,
@@ -57,16 +63,27 @@ class CudaRenderer final : public Renderer {
     prepare_result(grid);
     if (texture != nullptr) gl_target_.map(*texture);
     try {
-      bool is_drawn = false;
-      if (settings.pipeline == Pipeline::fast && fast::FastPipeline::can_draw(settings, grid)) {
+      const auto draw_by_fast = [&] {
         const FrameContext frame = frame_of(Order::space);
-        is_drawn = fast_.draw(frame, outputs, pixels_, clock_);
-        if (is_drawn) collect(fast_, frame, outputs, target);
+        if (!fast_->draw(frame, outputs, pixels_, clock_)) return false;
+        collect(*fast_, frame, outputs, target);
+        return true;
+      };
+      const auto draw_by_classic = [&] {
+        const FrameContext frame = frame_of(Order::file);
+        classic_->draw(frame, outputs, pixels_, clock_);
+        collect(*classic_, frame, outputs, target);
+      };
+      const bool tries_fast = fast_draws(settings, grid);
+      bool is_drawn = false;
+      if (tries_fast) {
+        is_drawn = making_room([&] { return free_all_but(Order::space); }, draw_by_fast);
+        result_.stats.pipeline = Pipeline::fast;
       }
       if (!is_drawn) {
-        const FrameContext frame = frame_of(Order::file);
-        classic_.draw(frame, outputs, pixels_, clock_);
-        collect(classic_, frame, outputs, target);
+        making_room([&] { return free_all_but(Order::file); }, draw_by_classic);
+        if (tries_fast && !cloud(Order::space)) rest_of_fast_ = kRestOfFast;
+        result_.stats.pipeline = Pipeline::classic;
       }
       if (texture != nullptr) result_.stats.present_ms = gl_target_.present_ms();
     } catch (...) {
@@ -107,6 +124,29 @@ class CudaRenderer final : public Renderer {
 
   void present(const Camera& camera) {
     gl_target_.present(pixels_.color.data(), camera.width, camera.height, stream_);
+  }
+
+  /// False while `classic` draws because `fast` could not, and both orders do not fit.
+  bool fast_draws(const RenderSettings& settings, TileGrid grid) {
+    if (settings.pipeline != Pipeline::fast || !fast::FastPipeline::can_draw(grid)) return false;
+    if (cloud(Order::space) || rest_of_fast_ == 0) return true;
+    return --rest_of_fast_ == 0;
+  }
+
+  /// Frees the buffers of both pipelines, which grow again. Returns true.
+  bool free_buffers() {
+    cudaStreamSynchronize(stream_);
+    fast_.emplace(device_);
+    classic_.emplace();
+    pixels_ = {};
+    return true;
+  }
+
+  /// Frees what a frame of this order can do without. Returns true.
+  bool free_all_but(Order order) {
+    free_buffers();
+    cloud(order == Order::space ? Order::file : Order::space).reset();
+    return true;
   }
 
   /// The scene in one order. It is uploaded when a pipeline first needs it, and stays beside the
@@ -171,8 +211,10 @@ class CudaRenderer final : public Renderer {
   Pixels pixels_;
   GlTarget gl_target_;
   ModeCounter mode_counter_;
-  classic::ClassicPipeline classic_;
-  fast::FastPipeline fast_;
+  // Optional, so that their buffers can be freed; never empty.
+  std::optional<classic::ClassicPipeline> classic_;
+  std::optional<fast::FastPipeline> fast_;
+  int rest_of_fast_ = 0;  // frames, see fast_draws()
   Frame result_;
 };
 

@@ -13,7 +13,7 @@ std::unique_ptr<TrainingModel> make_training_model(Backend backend, ThreadPool& 
                                                    [[maybe_unused]] int device) {
   if (backend == Backend::cpu) return std::make_unique<cpu::train::CpuModel>(pool);
 #ifdef QUADSPLAT_HAVE_CUDA
-  return std::make_unique<cuda::train::GpuModel>(device);
+  return std::make_unique<cuda::train::GpuModel>(device == kFirstGpu ? first_gpu() : device);
 #else
   fail(ErrorKind::device, "backend cuda: {}", gpu_report().problem);
 #endif

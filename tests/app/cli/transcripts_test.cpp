@@ -186,7 +186,7 @@ TEST_F(Transcripts, bench_writes_its_reports) {
        "bench scene.ply --camera-path cameras.json --frames 1 --warmup 0 --cull adr",
        "bench scene.ply --scaling 2 --size 30x20 --frames 1 --warmup 0 --cull adr --out-dir grid",
        "bench scene.ply --load --rounds 1",
-       "bench scene.ply --camera-index 0,1 --cull 3dgs,adr,exact --baseline adr --frames 1 "
+       "bench scene.ply --camera-index 0,1 --cull 3dgs,adr,exact --baseline adr --frames 3 "
        "--warmup 0 --rounds 2 --out-dir paired",
        "bench scene.ply --camera-index 0 --cull 3dgs,adr --baseline 3dgs --frames 1 --warmup 0 "
        "--out-dir single"});

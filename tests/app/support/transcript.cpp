@@ -90,7 +90,8 @@ std::string masked_cells(const std::string& line, const std::vector<std::string>
 
 /// Masks the columns ms, FPS and vs 3dgs of the table that render prints.
 std::string masked_mode_row(std::string line) {
-  for (const auto& [begin, end] : {std::pair{15u, 24u}, {26u, 33u}, {64u, 71u}}) {
+  for (std::size_t at = 0; (at = line.find("\u00b1", at)) != line.npos;) line.replace(at, 2, "+");
+  for (const auto& [begin, end] : {std::pair{15u, 33u}, {35u, 42u}, {73u, 91u}}) {
     if (line.substr(begin, end - begin).find('-') != line.npos) continue;
     line.replace(begin, end - begin, std::string(end - begin - 1, ' ') + "#");
   }
@@ -128,7 +129,7 @@ std::string masked_lines(const std::string& text) {
     } else if (line.starts_with("|") && separator != '|') {
       head = split(line, separator = '|');
     } else if (line.starts_with("|---")) {
-    } else if (separator == ' ' && line.size() > 72) {
+    } else if (separator == ' ' && line.size() > 92) {
       line = masked_mode_row(line);
     } else if (separator == '|' && line.starts_with("|")) {
       line = masked_cells(line, head, '|');

@@ -2,8 +2,11 @@
 //
 // The parts of the viewer's loop without a window: pacing, scripts, window grabs, options,
 // requests to the render thread, the facts of a scene.
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -305,6 +308,28 @@ TEST(MemoryUse, knows_this_process) {
   EXPECT_NEAR(static_cast<double>(process_bytes() - before), static_cast<double>(block.size()),
               static_cast<double>(block.size()) / 4);
   EXPECT_EQ(gpu_bytes(1000), 0u);
+}
+
+TEST(MemoryWatch, measures_on_its_own_thread_and_once_in_its_pause) {
+  std::atomic<int> calls = 0;
+  std::atomic<bool> elsewhere = false;
+  const auto measure = [&, here = std::this_thread::get_id()] {
+    elsewhere = std::this_thread::get_id() != here;
+    return static_cast<std::uint64_t>(++calls);
+  };
+  MemoryWatch watch(measure, std::chrono::hours(1));
+  EXPECT_EQ(watch.bytes(), 0u);
+  watch.ask();
+  while (watch.bytes() == 0) std::this_thread::yield();
+  for (int i = 0; i < 1000; ++i) watch.ask();
+  EXPECT_EQ(watch.bytes(), 1u);
+  EXPECT_TRUE(elsewhere);
+  MemoryWatch quick(measure, std::chrono::milliseconds(0));
+  quick.ask();
+  while (quick.bytes() == 0) std::this_thread::yield();
+  const std::uint64_t first = quick.bytes();
+  quick.ask();
+  while (quick.bytes() == first) std::this_thread::yield();
 }
 
 // ---- scripts and grabs --------------------------------------------------------------------------

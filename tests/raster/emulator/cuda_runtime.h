@@ -46,6 +46,9 @@ struct alignas(16) float4 {
 namespace emulator {
 
 inline constexpr std::size_t kTotalBytes = std::size_t{4} << 30;
+inline std::size_t total_bytes = kTotalBytes;  ///< smaller in tests of a small GPU
+inline int captured_graphs = 0;                ///< that were not destroyed
+inline bool fails_to_instantiate = false;      ///< the next graphs
 
 inline constexpr unsigned kWarpSize = 32;
 
@@ -175,7 +178,7 @@ struct cudaDeviceProp {
   int major, minor;
 };
 inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
-  *properties = {"emulator", emulator::kTotalBytes, 9, 0};
+  *properties = {"emulator", emulator::total_bytes, 9, 0};
   return cudaSuccess;
 }
 struct cudaFuncAttributes {};
@@ -192,8 +195,8 @@ cudaError_t cudaFuncSetAttribute(Kernel, int, int) {
 inline cudaError_t cudaFuncGetAttributes(cudaFuncAttributes*, void (*)()) { return cudaSuccess; }
 
 inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
-  *free = emulator::kTotalBytes - emulator::used_bytes;
-  *total = emulator::kTotalBytes;
+  *free = emulator::total_bytes - std::min(emulator::used_bytes, emulator::total_bytes);
+  *total = emulator::total_bytes;
   return cudaSuccess;
 }
 
@@ -202,7 +205,7 @@ inline cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
 template <class T>
 cudaError_t cudaMalloc(T** pointer, std::size_t bytes) {
   constexpr std::size_t kHeader = 256;
-  if (bytes > emulator::kTotalBytes - emulator::used_bytes) return cudaErrorMemoryAllocation;
+  if (emulator::used_bytes + bytes > emulator::total_bytes) return cudaErrorMemoryAllocation;
   const std::size_t whole = (kHeader + bytes + kHeader - 1) / kHeader * kHeader;
   auto* memory = static_cast<char*>(std::aligned_alloc(kHeader, whole));
   std::memcpy(memory, &bytes, sizeof bytes);
@@ -262,10 +265,12 @@ inline cudaError_t cudaStreamBeginCapture(cudaStream_t, cudaStreamCaptureMode) {
   return cudaSuccess;
 }
 inline cudaError_t cudaStreamEndCapture(cudaStream_t, cudaGraph_t* graph) {
+  ++emulator::captured_graphs;
   return *graph = graph, cudaSuccess;
 }
 enum { cudaGraphInstantiateFlagUseNodePriority = 8 };
 inline cudaError_t cudaGraphInstantiate(cudaGraphExec_t* exec, cudaGraph_t graph, unsigned) {
+  if (emulator::fails_to_instantiate) return cudaErrorMemoryAllocation;
   return *exec = graph, cudaSuccess;
 }
 inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t, cudaGraph_t,
@@ -274,7 +279,9 @@ inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t, cudaGraph_t,
 }
 inline cudaError_t cudaGraphUpload(cudaGraphExec_t, cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaGraphLaunch(cudaGraphExec_t, cudaStream_t) { return cudaSuccess; }
-inline cudaError_t cudaGraphDestroy(cudaGraph_t) { return cudaSuccess; }
+inline cudaError_t cudaGraphDestroy(cudaGraph_t) {
+  return --emulator::captured_graphs, cudaSuccess;
+}
 inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t) { return cudaSuccess; }
 
 struct cudaLaunchConfig_t {

@@ -4,9 +4,9 @@
 // sizes of golden/pairs.json. Also measures the time from a scene's file to its first frame, and
 // the time of render() with and without Outputs::mode_pairs.
 //   gpu_timings [SHARED_DIR [FRAMES [SET [PIPELINE]]]]     SET: generated, or a set of the file
-// Pipelines and modes alternate frame by frame, so that a drifting clock affects all of them
-// equally. Frame times come from frames without events between stages, whose images stay on the
-// device.
+// Pipelines and modes alternate frame by frame in the order of TurnOrder, so that a drifting clock
+// and the frame before affect all of them equally. Frame times come from frames without events
+// between stages, whose images stay on the device.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -17,6 +17,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/measure/turn_order.h"
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
 #include "raster/api/renderer.h"
@@ -76,10 +77,12 @@ std::vector<Variant> variants_of(const std::string& only) {
 
 void measure(Renderer& renderer, const Camera& camera, int frames, std::vector<Variant>& variants,
              GpuClock& clock) {
+  TurnOrder order;
   for (int round = -kWarmup; round < 2 * frames; ++round) {
     Outputs outputs;
     outputs.stage_times = round >= frames;
-    for (Variant& samples : variants) {
+    for (const std::size_t turn : order.next(variants.size())) {
+      Variant& samples = variants[turn];
       RenderSettings settings;
       settings.pipeline = samples.pipeline;
       settings.mode = samples.mode;
@@ -105,10 +108,13 @@ void print_table(const Limits& limits, std::size_t cameras, std::vector<Variant>
     const float frame = median(samples.frame);
     char limit_text[16] = "-";
     if (limit > 0) std::snprintf(limit_text, sizeof limit_text, "%.3f", static_cast<double>(limit));
-    std::printf("%-22s %9.3f %9s %10.3f %8.3f %8.3f %8.3f %10.3f%s\n", name.c_str(),
+    char bin_text[16] = "-";  // part of other stages
+    if (is_timed(Backend::cuda, samples.pipeline, Stage::bin))
+      std::snprintf(bin_text, sizeof bin_text, "%.3f",
+                    static_cast<double>(median(samples.stages[1])));
+    std::printf("%-22s %9.3f %9s %10.3f %8s %8.3f %8.3f %10.3f%s\n", name.c_str(),
                 static_cast<double>(frame), limit_text,
-                static_cast<double>(median(samples.stages[0])),
-                static_cast<double>(median(samples.stages[1])),
+                static_cast<double>(median(samples.stages[0])), bin_text,
                 static_cast<double>(median(samples.stages[2])),
                 static_cast<double>(median(samples.stages[3])),
                 samples.pairs / static_cast<double>(cameras) * 1e-6,

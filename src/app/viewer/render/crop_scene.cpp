@@ -30,12 +30,7 @@ void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
   if (scene == session.scene) return;
   session.second.reset();
   context.reference.reset();
-  try {
-    session.renderer->upload(cloud_of(scene), {});
-  } catch (...) {
-    session.renderer->upload(cloud_of(session.scene), {});
-    throw;
-  }
+  session.renderer->upload(cloud_of(scene), {});
   session.scene = scene;
 }
 

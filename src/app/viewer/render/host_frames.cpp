@@ -90,6 +90,7 @@ void draw_other(RenderContext& context, const FrameRequest& request, const Camer
   rendered.other = to_rgba(frame.color);
   ShownOther& other = rendered.shown.other.emplace();
   other.variant = *request.other;
+  other.variant.pipeline = frame.stats.pipeline;  // that drew it
   if (beside) other.scene = context.beside->facts;
   other.stats = frame.stats;
   other.region = {0, 0, rendered.width, rendered.height};

@@ -27,7 +27,6 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
                            GlFrames* frames)
     : wake_(wake),
       frames_(frames),
-      gl_works_(frames != nullptr),
       reports_(std::move(wake)),
       context_{reports_,
                [this](const FrameRequest& request) {
@@ -36,7 +35,7 @@ RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wa
                },
                [this](RenderedFrame frame) { publish(std::move(frame)); }} {
   context_.session.pool = std::make_unique<ThreadPool>(options.threads);
-  context_.session.device = options.device;
+  context_.session.device = options.device == kFirstGpu ? first_gpu() : options.device;
   thread_ = std::jthread([this](const std::stop_token& stop) { loop(stop); });
 }
 
@@ -152,10 +151,11 @@ void RenderThread::loop(const std::stop_token& stop) {
   if (frames_ != nullptr) frames_->unbind();
 }
 
-// Draws the frame into a GL texture. Returns empty if that fails, and it is not tried again.
+// Draws the frame into a GL texture. Returns empty if that fails or failed a short time ago.
 std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
                                                         const FrameRequest& request) {
-  if (!gl_works_ || context_.session.backend != Backend::cuda) return std::nullopt;
+  if (frames_ == nullptr || context_.session.backend != Backend::cuda) return std::nullopt;
+  if (!interop_.tries_next()) return std::nullopt;
   const HeldScale scale = heat_scale(context_, request, camera);
   GlTexture texture = std::exchange(next_texture_, {});
   if (texture.name != 0 && (camera.width != next_width_ || camera.height != next_height_)) {
@@ -170,15 +170,16 @@ std::optional<RenderedFrame> RenderThread::draw_into_gl(const Camera& camera,
                                                            texture, context_.stop);
     RenderedFrame rendered{shown_of(request, frame), camera.width, camera.height, {}, {}, texture};
     rendered.shown.interop = true;
+    interop_.note_success();
     if (request.heatmap)
       show_map(rendered.shown, make_heatmap(frame, *request.heatmap, camera.width, camera.height),
                scale);
     return rendered;
   } catch (const Error& error) {
     frames_->give_back(texture);
-    gl_works_ = false;
-    reports_.report(action::notify,
-                    std::string(error.what()) + "; frames go through host memory instead");
+    if (interop_.note_failure())
+      reports_.report(action::notify,
+                      std::string(error.what()) + "; frames go through host memory for a while");
     return std::nullopt;
   } catch (...) {
     frames_->give_back(texture);

@@ -15,6 +15,7 @@
 
 #include "app/measure/measure_view.h"
 #include "app/viewer/render/gl_frames.h"
+#include "app/viewer/render/interop_retry.h"
 #include "app/viewer/render/kept_frames.h"
 #include "app/viewer/render/render_context.h"
 
@@ -71,7 +72,7 @@ class RenderThread {
 
   std::function<void()> wake_;
   GlFrames* frames_;
-  bool gl_works_;
+  InteropRetry interop_;
   GlTexture next_texture_;  // for the next frame of the same size
   int next_width_ = 0, next_height_ = 0;
   KeptFrames kept_;

@@ -6,6 +6,7 @@
 
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
+#include "raster/base/error.h"
 
 namespace qs {
 Progress upload_progress(RenderContext& context, const Scene& scene) {
@@ -42,13 +43,45 @@ void draw_sample(RenderContext& context, const SampleOrder& order) {
       request, renderer->render(camera, request.settings, {}, HostImage{}, context.stop)));
 }
 
+namespace {
+
+// Frees the renderers that are made again when they are needed, except `kept`. False if there are
+// none.
+bool free_renderers(RenderContext& context, const Renderer* kept) {
+  bool any = false;
+  const auto free = [&](std::unique_ptr<Renderer>& renderer) {
+    if (renderer == nullptr || renderer.get() == kept) return;
+    renderer.reset();
+    any = true;
+  };
+  free(context.session.second);
+  if (context.beside) free(context.beside->renderer);
+  return any;
+}
+
+// Uploads a scene to a renderer, and again without the other renderers if memory is short.
+void upload_making_room(RenderContext& context, Renderer& renderer,
+                        const std::shared_ptr<const Scene>& scene, const Progress& progress) {
+  try {
+    renderer.upload(cloud_of(scene), progress);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::device || !free_renderers(context, &renderer)) throw;
+    renderer.upload(cloud_of(scene), progress);
+  }
+}
+
+}  // namespace
+
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
-  auto renderer = upload_to(context, order.scene, order.backend, progress);
   Session& session = context.session;
-  session.second.reset();
+  session.second.reset();  // is uploaded again when it is needed
+  if (session.renderer != nullptr && session.backend == order.backend) {
+    upload_making_room(context, *session.renderer, order.scene, progress);
+  } else {
+    session.renderer = upload_to(context, order.scene, order.backend, progress);
+  }
   context.reference.reset();
   context.cropped.reset();
-  session.renderer = std::move(renderer);
   session.scene = order.scene;
   session.backend = order.backend;
   session.settings = order.settings;
@@ -57,7 +90,11 @@ OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const P
 
 SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
                         const Progress& progress) {
-  auto renderer = upload_to(context, order.scene, order.backend, progress);
+  std::optional<RenderedBeside>& old = context.beside;
+  const bool reuses = old && old->renderer != nullptr && old->backend == order.backend;
+  if (reuses) upload_making_room(context, *old->renderer, order.scene, progress);
+  auto renderer =
+      reuses ? std::move(old->renderer) : upload_to(context, order.scene, order.backend, progress);
   const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
   context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
   return facts;

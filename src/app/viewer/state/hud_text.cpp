@@ -25,22 +25,9 @@
 
 namespace qs {
 
-std::string ms_text(double ms) { return fmt::format("{:.3f}", ms); }
-std::string fps_text(double fps) { return fmt::format("{:.{}f}", fps, fps < 1000 ? 1 : 0); }
-
 std::string signed_text(std::int64_t number) {
   const auto size = static_cast<std::uint64_t>(number < 0 ? -number : number);
   return fmt::format("{}{}", number < 0 ? '-' : '+', grouped(size));
-}
-
-std::string significant(double value, double uncertainty) {
-  constexpr int kMostDecimals = 3;
-  if (uncertainty <= 0) return fmt::format("{:.{}f}", value, kMostDecimals);
-  const int decimals =
-      std::min(kMostDecimals, -static_cast<int>(std::floor(std::log10(uncertainty))));
-  if (decimals >= 0) return fmt::format("{:.{}f}", value, decimals);
-  const double unit = std::pow(10.0, -decimals);
-  return fmt::format("{:.0f}", std::round(value / unit) * unit);
 }
 
 namespace {
@@ -96,6 +83,7 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"present",
        fmt::format("{} ms{}", ms_text(static_cast<double>(stats.present_ms + viewer.present_ms)),
                    viewer.shown.interop ? ", by interop" : ", through the host")},
+      {"drawn by", drawn_by({viewer.shown.mode, stats.pipeline, viewer.backend})},
       {"tile pairs", pairs_of_picture(viewer, "")},
       {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
@@ -206,7 +194,8 @@ std::array<double, kStageCount> stages_of(const BenchRow& row) {
 std::string stages_text(const BenchRow& row) {
   std::vector<std::string> lines;
   for (std::size_t stage = 0; stage < kStageCount; ++stage)
-    lines.push_back(fmt::format("{} {} ms", kStageNames[stage], ms_text(stages_of(row)[stage])));
+    lines.push_back(
+        fmt::format("{} {}", kStageNames[stage], stage_text(row, static_cast<Stage>(stage))));
   return joined(lines, "\n");
 }
 

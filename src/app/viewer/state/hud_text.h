@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/measure/number_text.h"
 #include "app/viewer/state/mode_table.h"
 #include "app/viewer/state/panel_text.h"
 
@@ -42,14 +43,6 @@ std::string stages_text(const BenchRow& row);
 
 /// The caption of the plot of Viewer::frame_ms, which must not be empty.
 std::string frame_plot_text(const Viewer& viewer);
-
-/// The value with the digits that its uncertainty leaves significant, at most three decimals:
-/// 12.3456 with 0.04 is "12.35", 1234 with 40 is "1230".
-std::string significant(double value, double uncertainty);
-
-/// Milliseconds with three decimals; FPS with one below 1000.
-std::string ms_text(double ms);
-std::string fps_text(double fps);
 
 /// "-1,234", "+5".
 std::string signed_text(std::int64_t number);

@@ -81,7 +81,7 @@ void add_frames(BenchRow& row, const BenchRow& added) {
   row.fps_median = summary.median > 0 ? 1000 / summary.median : 0;
   row.round_spread = relative_spread(row.round_ms);
   row.frames = row.round_ms.size();
-  row.ms_spread = spread_ms(row);
+  row.ms_spread = quartile_spread(row.round_ms);
 }
 
 std::size_t frames_behind(const ModeNumbers& numbers) {
@@ -90,27 +90,12 @@ std::size_t frames_behind(const ModeNumbers& numbers) {
   return fewest;
 }
 
-std::optional<double> spread_ms(const BenchRow& row) {
-  const std::vector<double> ms = rounds_of(row);
-  if (ms.size() < 2) return std::nullopt;
-  return (percentile(ms, 0.75) - percentile(ms, 0.25)) / 2;
-}
-
 std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row,
                                        Pipeline pipeline) {
   const BenchRow* base = measured_row(viewer, viewer.baseline, pipeline);
   if (row == nullptr || base == nullptr) return std::nullopt;
   if (row == base) return Ratio();
   return paired_ratio(*base, *row);
-}
-
-bool has_noisy_time(const BenchRow& row) {
-  const std::optional<double> spread = spread_ms(row);
-  return spread && *spread > kNoisySpread * row.ms_median;
-}
-
-bool is_undecided(const Ratio& ratio) {
-  return ratio.interval && ratio.interval->low <= 1 && ratio.interval->high >= 1;
 }
 
 }  // namespace qs

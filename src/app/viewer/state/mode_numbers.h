@@ -7,15 +7,14 @@
 #include <cstddef>
 #include <optional>
 
+#include "app/measure/noise.h"
 #include "app/measure/paired_ratios.h"
 #include "app/viewer/state/viewer.h"
 
 namespace qs {
 
-inline constexpr std::size_t kFewestFrames = 5;    ///< before a number is trusted
 inline constexpr std::size_t kEnoughFrames = 100;  ///< even if intervals are still large
 inline constexpr double kMostMeasuringMs = 20000;  ///< of frames for one view
-inline constexpr double kNoisySpread = 0.1;        ///< of the median
 inline constexpr double kSmallInterval = 0.02;  ///< half of the interval of a ratio, of the ratio
 
 /// The numbers of a mode in a pipeline; null if it was not measured.
@@ -38,17 +37,8 @@ void add_frames(BenchRow& row, const BenchRow& added);
 /// The smallest number of frames behind the rows of a table.
 std::size_t frames_behind(const ModeNumbers& numbers);
 
-/// Half of the distance between the quartiles of the frame times; unset for one frame.
-std::optional<double> spread_ms(const BenchRow& row);
-
 /// The ratio of Viewer::baseline to the row; unset if one of them was not measured.
 std::optional<Ratio> ratio_to_baseline(const Viewer& viewer, const BenchRow* row,
                                        Pipeline pipeline);
-
-/// True if the spread of the row is above kNoisySpread.
-bool has_noisy_time(const BenchRow& row);
-
-/// True if the measurement does not show a faster mode, because the interval contains 1.
-bool is_undecided(const Ratio& ratio);
 
 }  // namespace qs

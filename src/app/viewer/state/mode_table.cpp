@@ -19,26 +19,12 @@ std::optional<Pipeline> other_pipeline(const Viewer& viewer) {
 
 namespace {
 
-// "12.35 \u00b10.04", or three decimals if there is no spread.
-std::string time_text(const BenchRow* row) {
-  if (row == nullptr) return "-";
-  const std::optional<double> spread = spread_ms(*row);
-  if (!spread) return ms_text(row->ms_median);
-  return fmt::format("{} \u00b1{}", significant(row->ms_median, *spread),
-                     significant(*spread, *spread));
+std::string time_cell(const BenchRow* row) {
+  return row == nullptr ? "-" : time_text(row->ms_median, spread_ms(*row));
 }
 
-std::string rate_text(const BenchRow* row) {
-  if (row == nullptr) return "-";
-  const std::optional<double> spread = spread_ms(*row);
-  if (!spread || row->ms_median <= 0) return fps_text(row->fps_median);
-  const double uncertainty = row->fps_median * *spread / row->ms_median;
-  return significant(row->fps_median, std::max(uncertainty, row->fps_median < 1000 ? 0.1 : 1.0));
-}
-
-// Half of the interval: the larger of its two sides.
-double half_interval(const Ratio& ratio) {
-  return std::max(ratio.interval->high - ratio.value, ratio.value - ratio.interval->low);
+std::string rate_cell(const BenchRow* row) {
+  return row == nullptr ? "-" : rate_text(row->ms_median, spread_ms(*row));
 }
 
 bool is_noisy_row(const BenchRow* row) { return row != nullptr && has_noisy_time(*row); }
@@ -46,13 +32,8 @@ bool is_noisy_row(const BenchRow* row) { return row != nullptr && has_noisy_time
 // A ratio of interleaved frames can be certain although the times of a busy machine vary.
 bool is_undecided_ratio(const std::optional<Ratio>& ratio) { return ratio && is_undecided(*ratio); }
 
-std::string ratio_cell(const std::optional<Ratio>& ratio, bool noisy) {
-  if (!ratio) return "-";
-  const char* word = noisy ? " noisy" : "";
-  if (!ratio->interval) return fmt::format("{:.2f}x{}", ratio->value, word);
-  const double half = half_interval(*ratio);
-  return fmt::format("{}x \u00b1{}{}", significant(ratio->value, half), significant(half, half),
-                     word);
+std::string ratio_cell(const std::optional<Ratio>& ratio) {
+  return ratio ? ratio_text(*ratio) : "-";
 }
 
 // The numbers by which the table is sorted and bars are drawn.
@@ -113,8 +94,8 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     row.mode_value = mode;
     row.name = mode_name(mode);
     set_numbers(row, found);
-    row.ms = time_text(found);
-    row.fps = rate_text(found);
+    row.ms = time_cell(found);
+    row.fps = rate_cell(found);
     row.pairs = found == nullptr ? "-" : grouped(found->pairs);
     set_live_pairs(viewer, row);
     set_sample(viewer, row);
@@ -123,15 +104,15 @@ std::vector<HudRow> hud_rows(const Viewer& viewer) {
     const std::optional<Ratio> ratio = ratio_to_baseline(viewer, found, here);
     row.is_noisy = is_noisy_row(found);
     row.ratio_noisy = is_undecided_ratio(ratio);
-    row.ratio = ratio_cell(ratio, row.ratio_noisy);
+    row.ratio = ratio_cell(ratio);
     row.ratio_value = ratio ? ratio->value : 0;
     if (!other) continue;
     const BenchRow* beside = measured_row(viewer, mode, *other);
     const std::optional<Ratio> other_ratio = ratio_to_baseline(viewer, beside, *other);
-    row.other_ms = time_text(beside);
+    row.other_ms = time_cell(beside);
     row.other_noisy = is_noisy_row(beside);
     row.other_ratio_noisy = is_undecided_ratio(other_ratio);
-    row.other_ratio = ratio_cell(other_ratio, row.other_ratio_noisy);
+    row.other_ratio = ratio_cell(other_ratio);
     row.other_ms_value = beside == nullptr ? 0 : beside->ms_median;
     row.other_ratio_value = other_ratio ? other_ratio->value : 0;
   }

@@ -136,7 +136,7 @@ std::string totals_of_split(const Viewer& viewer) {
 }
 
 std::array<std::string, 2> split_names(const Viewer& viewer) {
-  const Variant first{viewer.shown.mode, viewer.settings.pipeline, viewer.backend};
+  const Variant first{viewer.shown.mode, viewer.shown.stats.pipeline, viewer.backend};
   const ShownOther& other = *viewer.shown.other;
   const Variant& second = other.variant;
   std::array<std::string, 2> names = {name_beside(first, second), name_beside(second, first)};

@@ -14,10 +14,10 @@ constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opa
 
 /// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
 /// BlendOutput::evaluated and used, which is slower.
-template <bool kMaps>
+template <bool kMaps, Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, std::uint32_t longest) {
-  constexpr Cut kCut = Walk<kMaps>::kCut;
+  constexpr Cut kCut = Walk<kMaps, kRows>::kCut;
   __shared__ Rings<kMaps> rings[kHalfTiles];
   const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
   const HalfTile half(tile, warp, in.columns);
@@ -33,7 +33,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
                         in.background.z};
     marks.evaluated[j] = range.size();
   }
-  Walk<kMaps>(in, half, rings[warp], column, marks).composite(range.begin, range.end);
+  Walk<kMaps, kRows>(in, half, rings[warp], column, marks).composite(range.begin, range.end);
 
   if (half.x >= in.width) return;
 #pragma unroll
@@ -88,7 +88,7 @@ __device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std
 
 /// Each warp composites half tiles of segments, one after the other. kAgain: the second time, see
 /// segments.cuh. The first segment of a list is exact the first time.
-template <bool kAgain>
+template <bool kAgain, Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
   constexpr Cut kCut = Cut::flush;
@@ -123,7 +123,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
 
     Marks unused{};
-    Walk<false>(in, half, rings[threadIdx.x / kWarp], column, unused)
+    Walk<false, kRows>(in, half, rings[threadIdx.x / kWarp], column, unused)
         .composite(list.begin(segment.number), list.end(segment.number));
 
     SegmentResult& result = view.results[index];
@@ -183,16 +183,32 @@ ListInput input_of(const FrameContext& frame, const ListedTiles& listed) {
                        listed.visible.splats);
 }
 
+template <Rows kRows>
+void blend_rows(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
+                Pixels& pixels, cudaStream_t stream) {
+  const Scratch& scratch = listed.scratch;
+  const auto tiles = static_cast<unsigned>(frame.grid.count());
+  launch("blend", cuts_long_lists(outputs) ? blend_tiles<false, kRows> : blend_tiles<true, kRows>,
+         Blocks(tiles, kBlendThreads), stream,
+         ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, input_of(frame, listed),
+         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
+}
+
+template <Rows kRows>
+void blend_segment_rows(const FrameContext& frame, const SegmentsView& segments,
+                        const ListInput& in) {
+  const Blocks blocks(kSegmentBlocks, kBlendThreads);
+  launch("blend", blend_segments<false, kRows>, blocks, frame.stream, segments, in);
+  launch("blend", blend_segments<true, kRows>, blocks, frame.stream, segments, in);
+}
+
 }  // namespace
 
 void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
            Pixels& pixels, cudaStream_t stream) {
-  const Scratch& scratch = listed.scratch;
-  const auto tiles = static_cast<unsigned>(frame.grid.count());
-  launch("blend", cuts_long_lists(outputs) ? blend_tiles<false> : blend_tiles<true>,
-         Blocks(tiles, kBlendThreads), stream,
-         ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, input_of(frame, listed),
-         BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
+  const auto of_rows =
+      has_thin_rows(frame.settings) ? blend_rows<Rows::exponents> : blend_rows<Rows::products>;
+  of_rows(frame, listed, outputs, pixels, stream);
 }
 
 void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
@@ -202,11 +218,11 @@ void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
 
 void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
                       Pixels& pixels) {
-  const auto& segments = listed.scratch.segments;
+  const SegmentsView segments = listed.scratch.segments;
   const ListInput in = input_of(frame, listed);
-  const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", blend_segments<false>, blocks, frame.stream, segments, in);
-  launch("blend", blend_segments<true>, blocks, frame.stream, segments, in);
+  const auto of_rows = has_thin_rows(frame.settings) ? blend_segment_rows<Rows::exponents>
+                                                     : blend_segment_rows<Rows::products>;
+  of_rows(frame, segments, in);
   launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream, segments,
          in, BlendOutput::of(pixels, outputs));
 }

@@ -15,6 +15,15 @@ inline bool cuts_long_lists(const Outputs& outputs) {
   return outputs.color && !outputs.evaluated && !outputs.used;
 }
 
+/// px^2. Products of exponentials have exponents that grow as footprints become thinner. With this
+/// dilation they stay above -90, and floats reach down to -126.
+inline constexpr double kLeastDilationOfProducts = kDilation / 2;
+
+/// True if alphas need Rows::exponents: in frames of reduced size, for example.
+inline bool has_thin_rows(const RenderSettings& settings) {
+  return settings.dilation < kLeastDilationOfProducts;
+}
+
 /// The results of stages 1 to 3.
 struct ListedTiles {
   const FastVisible& visible;

@@ -12,7 +12,8 @@ constexpr int kPixels = 4;  // of a lane, one above the other
 
 /// A Gaussian as it is composited onto one sub-tile. At column X, counted from the sub-tile's
 /// middle, log2 alpha in its first row is c0 + c1 X + c2 X^2. From there to the second row it grows
-/// by d0 + d1 X, and from row to row that growth itself grows by a constant, log2 of `bend`.
+/// by d0 + d1 X, and from row to row that growth itself grows by a constant: log2 of `bend` with
+/// Rows::products, `bend` with Rows::exponents.
 struct Staged {
   float4 shape;  // c0, c1, c2, d0
   float4 rest;   // d1, bend, red, green
@@ -23,6 +24,12 @@ struct Staged {
 enum class Cut {
   flush,  ///< alphas are scaled so that 1/255 is the smallest normal float: smaller alphas become 0
   compare  ///< alphas are compared, which costs an instruction and is as exact as on the CPU
+};
+
+/// The way in which the alphas of a column's rows are computed.
+enum class Rows {
+  products,  ///< products of two exponentials; they underflow if a Gaussian is thinner than a pixel
+  exponents  ///< an exponential each, which costs instructions
 };
 
 template <Cut kCut>
@@ -67,22 +74,45 @@ struct Column {
     return any;
   }
 
-  /// Alphas of the rows are products of two exponentials (Turkowski, GPU Gems 3, chapter 40).
   /// kClamps: limits alpha to kAlphaMax, which few Gaussians exceed.
-  template <bool kClamps>
+  template <bool kClamps, Rows kRows>
   __device__ void add(float4 shape, float4 rest, float more_blue) {
     static_assert(kPixels == 4);
-    const float first = exp2_flush(fmaf(fmaf(shape.z, x, shape.y), x, shape.x));
-    const float growth1 = exp2_flush(fmaf(rest.x, x, shape.w));
-    const float growth2 = mul_flush(growth1, rest.y), growth3 = mul_flush(growth2, rest.y);
-    const float second = mul_flush(growth1, kAlphaScale<kCut>);
-    const float third = mul_flush(second, growth2), fourth = mul_flush(third, growth3);
-    float alphas[kPixels] = {mul_flush(first, kAlphaScale<kCut>), mul_flush(first, second),
-                             mul_flush(first, third), mul_flush(first, fourth)};
+    const float first = fmaf(fmaf(shape.z, x, shape.y), x, shape.x);
+    const float growth = fmaf(rest.x, x, shape.w);
+    float alphas[kPixels];
+    if constexpr (kRows == Rows::products) {
+      multiply(exp2_flush(first), exp2_flush(growth), rest.y, alphas);
+    } else {
+      add_up(first, growth, rest.y, alphas);
+    }
 #pragma unroll
     for (int j = 0; j < kPixels; ++j) {
       if (kClamps) alphas[j] = fminf(alphas[j], kAlphaMax * kAlphaScale<kCut>);
       pixels[j].add(alphas[j], rest, more_blue);
+    }
+  }
+
+ private:
+  /// Rows::products (Turkowski, GPU Gems 3, chapter 40).
+  static __device__ void multiply(float first, float growth1, float bend, float* alphas) {
+    const float growth2 = mul_flush(growth1, bend), growth3 = mul_flush(growth2, bend);
+    const float second = mul_flush(growth1, kAlphaScale<kCut>);
+    const float third = mul_flush(second, growth2), fourth = mul_flush(third, growth3);
+    alphas[0] = mul_flush(first, kAlphaScale<kCut>);
+    alphas[1] = mul_flush(first, second);
+    alphas[2] = mul_flush(first, third);
+    alphas[3] = mul_flush(first, fourth);
+  }
+
+  /// Rows::exponents. Alpha exceeds 1 only if rounding broke the conic; such pixels are skipped.
+  static __device__ void add_up(float first, float growth, float bend, float* alphas) {
+#pragma unroll
+    for (int j = 0; j < kPixels; ++j) {
+      const auto row = static_cast<float>(j);
+      const float log2_alpha = fmaf(row, growth, fmaf(0.5f * row * (row - 1), bend, first));
+      const float valid = log2_alpha <= kLog2Slack ? log2_alpha : -INFINITY;
+      alphas[j] = mul_flush(exp2_flush(valid), kAlphaScale<kCut>);
     }
   }
 };

@@ -13,7 +13,7 @@ namespace qs::cuda::fast {
 class Graph {
  public:
   /// The values that determine a frame's kernels and the dependencies between them.
-  using Topology = std::array<int, 6>;
+  using Topology = std::array<int, 7>;
 
   Graph() = default;
   Graph(const Graph&) = delete;
@@ -36,14 +36,20 @@ class Graph {
       throw;
     }
     check(cudaStreamEndCapture(stream, &graph), "capture");
+    const Captured captured{graph};
     adopt(graph, topology);
-    cudaGraphDestroy(graph);
     check(cudaGraphUpload(instance_, stream), "cudaGraphUpload");
   }
 
   void launch(cudaStream_t stream) { check(cudaGraphLaunch(instance_, stream), "frame"); }
 
  private:
+  /// Is destroyed even if its instantiation throws, for example without memory.
+  struct Captured {
+    cudaGraph_t graph;
+    ~Captured() { cudaGraphDestroy(graph); }
+  };
+
   /// Updates the instance in place if only kernel functions and arguments changed.
   void adopt(cudaGraph_t graph, const Topology& topology) {
     if (instance_ != nullptr && topology == topology_) {

@@ -109,8 +109,8 @@ FastPipeline::FastPipeline(int device)
   size_.segment_capacity = 1 << 5;
 }
 
-bool FastPipeline::can_draw(const RenderSettings& settings, TileGrid grid) {
-  return settings.dilation >= kLeastDilation && MacroTiles::count_of(grid) <= MacroTiles::kMost;
+bool FastPipeline::can_draw(TileGrid grid) {
+  return MacroTiles::count_of(grid) <= MacroTiles::kMost;
 }
 
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
@@ -128,9 +128,13 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
       clock.begin(true, frame.stream);
       run(frame, size, outputs, pixels, clock, frame.stream);
     } else {
-      const Graph::Topology topology{size.macro.has_slices(), size.macro.keeps_whole(),
-                                     outputs.blends(),        outputs.used,
-                                     needs_color(outputs),    cuts_long_lists(outputs)};
+      const Graph::Topology topology{size.macro.has_slices(),
+                                     size.macro.keeps_whole(),
+                                     outputs.blends(),
+                                     outputs.used,
+                                     needs_color(outputs),
+                                     cuts_long_lists(outputs),
+                                     has_thin_rows(frame.settings)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
       clock.begin(false, frame.stream);

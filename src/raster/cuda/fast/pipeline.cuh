@@ -17,10 +17,6 @@
 
 namespace qs::cuda::fast {
 
-/// px^2. Blending multiplies exponentials whose exponents grow as footprints become thinner. With
-/// this dilation they stay above -90, and floats reach down to -126.
-inline constexpr double kLeastDilation = kDilation / 2;
-
 /// Chooses FrameSize::macro from the counters of the previous frame.
 class MacroSizePolicy {
  public:
@@ -44,8 +40,8 @@ class FastPipeline {
  public:
   explicit FastPipeline(int device);
 
-  /// False for pictures of more than MacroTiles::kMost macro-tiles, and below kLeastDilation.
-  static bool can_draw(const RenderSettings& settings, TileGrid grid);
+  /// False for pictures of more than MacroTiles::kMost macro-tiles.
+  static bool can_draw(TileGrid grid);
 
   /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if the
   /// slices of a macro-tile do not fit, because its samples were not representative. Throws Error

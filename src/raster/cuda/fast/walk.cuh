@@ -40,7 +40,7 @@ struct Marks {
 };
 
 /// kMaps: also fills Marks, and compares alphas with 1/255 as exactly as the CPU does.
-template <bool kMaps>
+template <bool kMaps, Rows kRows>
 class Walk {
  public:
   static constexpr Cut kCut = kMaps ? Cut::compare : Cut::flush;
@@ -132,7 +132,7 @@ class Walk {
     const Reach reach(splat.ellipse, x0, y0);
     const bool clamps = exists && y0 <= rows && y0 + (kHalfTileHeight - 1) >= -rows;
     const Stage stage(splat, x0, y0, in_.background);
-    if (__any_sync(kAllLanes, rows == INFINITY)) {
+    if (kRows == Rows::products && __any_sync(kAllLanes, rows == INFINITY)) {
 #pragma unroll
       for (unsigned s = 0; s < kSubTiles; ++s) {
         exists = exists && (rows < INFINITY || !reach.reached[s] || stage.is_finite(s));
@@ -167,7 +167,7 @@ class Walk {
           v{y0, y0 + kSubHeight},
           along{from.xx * u[0], from.xx * u[1]},
           down{from.yy * v[0], from.yy * v[1]},
-          rest{from.xy, exp2_flush(from.yy + from.yy), from.red - background.x,
+          rest{from.xy, bend_of(from.yy + from.yy), from.red - background.x,
                from.green - background.y},
           blue(from.blue - background.z) {}
 
@@ -179,6 +179,10 @@ class Walk {
                fmaf(2.0f, down[row], fmaf(splat.xy, u[column], splat.yy))},
               rest,
               blue};
+    }
+
+    static __device__ float bend_of(float log2_bend) {
+      return kRows == Rows::products ? exp2_flush(log2_bend) : log2_bend;
     }
 
     /// False if the products of a column could overflow. This happens only to a very thin Gaussian
@@ -202,10 +206,12 @@ class Walk {
 #pragma unroll
         for (unsigned k = 0; k < kUnroll; ++k) {
           if constexpr (!kMaps) {
-            column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
+            column_.template add<kClamps, kRows>(ring.shape[at + k], ring.rest[at + k],
+                                                 ring.blue[at + k]);
           } else {
             const Column<kCut> before = column_;
-            column_.template add<kClamps>(ring.shape[at + k], ring.rest[at + k], ring.blue[at + k]);
+            column_.template add<kClamps, kRows>(ring.shape[at + k], ring.rest[at + k],
+                                                 ring.blue[at + k]);
             mark(before, rings_.places[sub][at + k], begin);
           }
         }

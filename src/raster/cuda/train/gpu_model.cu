@@ -36,8 +36,7 @@ struct GpuModel::State {
   qs::train::GaussianFacts facts;  ///< the copy that facts() returns, in memory that is reused
 
   std::vector<DevicePhotograph> photographs;  ///< by number
-  std::uint64_t photograph_bytes = 0;
-  DevicePhotograph passing;  ///< the last photograph that is not kept
+  DevicePhotograph passing;                   ///< the last photograph that is not kept
 
   ForwardFrame frame;
   LossScratch loss;
@@ -53,6 +52,9 @@ struct GpuModel::State {
   Camera camera;
   RenderSettings settings;
   std::stop_token stop;
+
+  /// Fills `next` by the plan.
+  void gather_next(const qs::train::Plan& plan);
 
   StepView view() const { return {camera, settings, stream, stop}; }
   std::size_t pixels() const { return view().pixels(); }
@@ -73,11 +75,25 @@ struct GpuModel::State {
     if (number && *number >= photographs.size()) photographs.resize(*number + 1);
     if (number && photographs[*number].pixels > 0) return photographs[*number];
     const std::uint64_t bytes = DevicePhotograph::bytes_of(host_photograph);
-    const bool keeps = number && photograph_bytes + bytes < DeviceMemory::now().total / 2;
-    if (keeps) photograph_bytes += bytes;
+    const bool keeps = number && bytes < DeviceMemory::now().free / 2;
     DevicePhotograph& result = keeps ? photographs[*number] : passing;
     result.upload(host_photograph, stream);
     return result;
+  }
+
+  /// Frees the photographs, which are copied again when they are needed. False if there are none.
+  bool free_photographs() {
+    check(cudaStreamSynchronize(stream), "training");
+    const bool any = std::any_of(photographs.begin(), photographs.end(),
+                                 [](const DevicePhotograph& each) { return each.pixels > 0; });
+    photographs.clear();
+    return any;
+  }
+
+  /// Calls `work`, and again without photographs if memory is short.
+  template <class Work>
+  void with_memory(const Work& work) {
+    making_room([&] { return free_photographs(); }, work);
   }
 
   /// Waits for the copy, because the caller may free the host's memory.
@@ -105,7 +121,7 @@ GpuModel::State& GpuModel::gpu() const {
 
 std::string GpuModel::name() const {
   return std::string(kBackendNames[static_cast<int>(Backend::cuda)]) + ", " +
-         gpu_report().gpus[static_cast<std::size_t>(state_->device)].name;
+         inspect_gpu(state_->device).name;
 }
 
 std::size_t GpuModel::size() const { return state_->parameters.count; }
@@ -153,35 +169,36 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   return s.facts;
 }
 
-// Everything is gathered before anything is replaced.
+// Everything is gathered before anything is replaced, so it can be gathered again.
 void GpuModel::apply(const qs::train::Plan& plan) {
   State& s = gpu();
+  s.with_memory([&] { s.gather_next(plan); });
+  if (plan.resets_statistics) std::swap(s.density, s.next.density);
+  s.changed_before = plan.iteration;
+  std::swap(s.parameters, s.next.parameters);
+  std::swap(s.adam.first, s.next.first);
+  std::swap(s.adam.second, s.next.second);
+}
+
+void GpuModel::State::gather_next(const qs::train::Plan& plan) {
   const auto count = static_cast<std::uint32_t>(plan.size());
-  State::Next& next = s.next;
   next.sources.reserve("the model", with_room(count));
   next.moment_sources.reserve("the model", with_room(count));
-  copy_to_device(plan.sources.data(), next.sources, count, s.stream);
-  copy_to_device(plan.moment_sources.data(), next.moment_sources, count, s.stream);
-  gather(s.parameters, next.sources, count, s.stream, next.parameters);
-  gather(s.adam.first, next.moment_sources, count, s.stream, next.first);
-  gather(s.adam.second, next.moment_sources, count, s.stream, next.second);
-  copy_to_device(plan.means.data(), next.parameters.means, count, s.stream);
-  copy_to_device(plan.log_scales.data(), next.parameters.log_scales, count, s.stream);
-  copy_to_device(plan.opacity_logits.data(), next.parameters.opacity_logits, count, s.stream);
+  copy_to_device(plan.sources.data(), next.sources, count, stream);
+  copy_to_device(plan.moment_sources.data(), next.moment_sources, count, stream);
+  gather(parameters, next.sources, count, stream, next.parameters);
+  gather(adam.first, next.moment_sources, count, stream, next.first);
+  gather(adam.second, next.moment_sources, count, stream, next.second);
+  copy_to_device(plan.means.data(), next.parameters.means, count, stream);
+  copy_to_device(plan.log_scales.data(), next.parameters.log_scales, count, stream);
+  copy_to_device(plan.opacity_logits.data(), next.parameters.opacity_logits, count, stream);
   if (plan.clears_opacity_moments && count > 0) {
     for (Parameters* moments : {&next.first, &next.second}) {
-      check(cudaMemsetAsync(moments->opacity_logits.data(), 0, count * sizeof(float), s.stream),
+      check(cudaMemsetAsync(moments->opacity_logits.data(), 0, count * sizeof(float), stream),
             "clear moments");
     }
   }
-  if (plan.resets_statistics) {
-    next.density.reset(count, s.stream);
-    std::swap(s.density, next.density);
-  }
-  s.changed_before = plan.iteration;
-  std::swap(s.parameters, next.parameters);
-  std::swap(s.adam.first, next.first);
-  std::swap(s.adam.second, next.second);
+  if (plan.resets_statistics) next.density.reset(count, stream);
 }
 
 void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) {
@@ -190,7 +207,7 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   s.settings = settings;
   s.stop = std::move(stop);
   s.clock.begin(s.stream);
-  train::forward(s.view(), s.parameters, s.frame);
+  s.with_memory([&] { train::forward(s.view(), s.parameters, s.frame); });
   s.clock.end(0, s.stream);
 }
 
@@ -206,9 +223,11 @@ void GpuModel::compare_with(std::optional<std::size_t> number,
                             const qs::train::Photograph& photograph) {
   State& s = gpu();
   assert(photograph.rgb.size() == 3 * s.pixels());
-  const DevicePhotograph& uploaded = s.uploaded(number, photograph);
-  uploaded.over(s.settings.background, s.stream, s.target);
-  s.compare_with_target(uploaded.has_mask ? uploaded.mask.data() : nullptr, uploaded.counted);
+  s.with_memory([&] {
+    const DevicePhotograph& uploaded = s.uploaded(number, photograph);
+    uploaded.over(s.settings.background, s.stream, s.target);
+    s.compare_with_target(uploaded.has_mask ? uploaded.mask.data() : nullptr, uploaded.counted);
+  });
 }
 
 void GpuModel::compare(std::span<const glm::vec3> target, std::span<const std::uint8_t> mask) {
@@ -222,7 +241,9 @@ void GpuModel::compare(std::span<const glm::vec3> target, std::span<const std::u
 
 void GpuModel::backward() {
   State& s = gpu();
-  train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), s.backward, s.gradients);
+  s.with_memory([&] {
+    train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), s.backward, s.gradients);
+  });
   s.clock.end(2, s.stream);
 }
 

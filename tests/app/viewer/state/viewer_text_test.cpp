@@ -338,6 +338,32 @@ TEST(HudText, stages_stand_in_their_order) {
   EXPECT_EQ(stages_text(row), "preprocess 0.125 ms\nbin 0.250 ms\nsort 0.500 ms\nblend 1.000 ms");
 }
 
+TEST(HudText, a_stage_that_is_part_of_others_says_so) {
+  BenchRow row;
+  row.backend = "cuda";
+  row.pipeline = "fast";
+  row.preprocess_ms = 0.125;
+  EXPECT_EQ(stages_text(row),
+            "preprocess 0.125 ms\nbin in preprocess and sort\nsort 0.000 ms\nblend 0.000 ms");
+  row.pipeline = "classic";
+  EXPECT_THAT(stages_text(row), HasSubstr("\nbin 0.000 ms\n"));
+}
+
+TEST(HudText, the_panel_names_the_pipeline_that_drew_the_picture) {
+  Viewer viewer = known_viewer();
+  viewer.backend = Backend::cuda;
+  viewer.settings.pipeline = Pipeline::fast;
+  const auto drawn = [&] {
+    for (const Fact& fact : hud_facts(viewer)) {
+      if (fact.label == "drawn by") return fact.value;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(drawn(), "cuda fast");
+  viewer.shown.stats.pipeline = Pipeline::classic;
+  EXPECT_EQ(drawn(), "cuda classic");
+}
+
 TEST(HudText, the_plot_s_caption_names_its_longest_frame) {
   Viewer viewer;
   viewer.frame_ms = {1, 2.5f, 2};

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// Scenes in the memory of a small GPU, which is counted in Gaussians here: opening, a second scene,
+// and uploads that fail.
+#include "app/viewer/render/upload_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "raster/base/error.h"
+#include "support/pool.h"
+#include "support/scenes.h"
+
+namespace qs {
+namespace {
+
+struct SmallGpu {
+  std::size_t used = 0, total = 0;
+};
+
+// Keeps the contract of Renderer: the old scene goes first, and returns if the new one fails.
+class SmallRenderer : public Renderer {
+ public:
+  explicit SmallRenderer(SmallGpu& gpu) : gpu_(gpu) {}
+  ~SmallRenderer() override { gpu_.used -= size_; }
+  void upload(std::shared_ptr<const GaussianCloud> cloud, const Progress&) override {
+    gpu_.used -= size_;
+    size_ = 0;
+    if (gpu_.used + cloud->size() > gpu_.total) throw Error(ErrorKind::device, "no memory");
+    size_ = cloud->size();
+    gpu_.used += size_;
+    drawn = std::move(cloud);
+  }
+  const Frame& render(const Camera&, const RenderSettings&, const Outputs&, const Target&,
+                      std::stop_token) override {
+    return frame_;
+  }
+  std::shared_ptr<const GaussianCloud> drawn;
+
+ private:
+  SmallGpu& gpu_;
+  std::size_t size_ = 0;
+  Frame frame_;
+};
+
+class Uploads : public testing::Test {
+ protected:
+  Uploads() {
+    context_.session.pool = std::make_unique<ThreadPool>(1);
+    gpu_.total = 1000;
+    session().renderer = std::make_unique<SmallRenderer>(gpu_);
+    show(600);
+  }
+  Session& session() { return context_.session; }
+  SmallRenderer& renderer() { return dynamic_cast<SmallRenderer&>(*session().renderer); }
+  static std::shared_ptr<const Scene> scene_of(std::size_t gaussians) {
+    auto scene = std::make_shared<Scene>();
+    scene->cloud = test::random_cloud(gaussians, 0, 1);
+    return scene;
+  }
+  void show(std::size_t gaussians) {
+    show_scene(context_, {scene_of(gaussians), {}, {}, Backend::cpu}, {});
+  }
+  void set_beside(std::size_t gaussians) {
+    auto beside = std::make_unique<SmallRenderer>(gpu_);
+    const auto scene = scene_of(gaussians);
+    beside->upload(cloud_of(scene), {});
+    context_.beside = RenderedBeside{scene, {}, Backend::cpu, std::move(beside)};
+  }
+
+  SmallGpu gpu_;
+  ActionQueue reports_{[] {}};
+  RenderContext context_{reports_, {}};
+};
+
+TEST_F(Uploads, the_old_scene_goes_before_the_new_one_comes) {
+  show(900);
+  EXPECT_EQ(gpu_.used, 900u);
+  EXPECT_EQ(session().scene->cloud.size(), 900u);
+}
+
+TEST_F(Uploads, a_scene_that_does_not_fit_leaves_the_old_one_drawn) {
+  EXPECT_THROW(show(1001), Error);
+  EXPECT_EQ(session().scene->cloud.size(), 600u);
+  EXPECT_EQ(renderer().drawn->size(), 600u);
+}
+
+TEST_F(Uploads, the_second_scene_makes_room_and_is_uploaded_again_later) {
+  set_beside(300);
+  show(800);
+  EXPECT_EQ(session().scene->cloud.size(), 800u);
+  ASSERT_TRUE(context_.beside) << "only its copy on the GPU goes";
+  EXPECT_EQ(context_.beside->renderer, nullptr);
+  EXPECT_EQ(context_.beside->scene->cloud.size(), 300u);
+}
+
+TEST_F(Uploads, a_second_scene_takes_the_place_of_the_one_before) {
+  set_beside(300);
+  show_beside(context_, {scene_of(400), Backend::cpu}, {});
+  EXPECT_EQ(gpu_.used, 1000u);
+  EXPECT_EQ(context_.beside->scene->cloud.size(), 400u);
+  EXPECT_THROW(show_beside(context_, {scene_of(401), Backend::cpu}, {}), Error);
+  EXPECT_EQ(context_.beside->scene->cloud.size(), 400u) << "the old one stays";
+}
+
+}  // namespace
+}  // namespace qs

@@ -50,6 +50,11 @@ double number(std::string text) {
   return std::stod(text);
 }
 
+// Tables have the digits that the spread of the frames leaves.
+void expect_about(const std::string& cell, double value) {
+  EXPECT_NEAR(number(cell), value, 0.05 * value + 0.000501) << cell;
+}
+
 BenchReport report_of(std::vector<BenchRow> rows) {
   return {{{"cpu", "some CPU"}, {"backend", "cpu"}, {"commit", "abc"}},
           nlohmann::ordered_json::array(),
@@ -98,9 +103,9 @@ TEST(BenchTable, has_the_means_over_the_cameras_of_a_scene) {
       } else {
         EXPECT_NEAR(number(cells[2]), sum.frame_ms, 0.00501);
       }
-      EXPECT_NEAR(number(cells[3]), sum.ms_median, 0.000501);
-      EXPECT_NEAR(number(cells[4]), 1000 / sum.ms_median, 0.0501);
-      EXPECT_NEAR(number(cells[5]), ratio, 0.00501);
+      expect_about(cells[3], sum.ms_median);
+      expect_about(cells[4], 1000 / sum.ms_median);
+      expect_about(cells[5], ratio);
       EXPECT_NEAR(number(cells[6]), sum.bin_ms, 0.51);
       EXPECT_EQ(cells[7], bytes_text(static_cast<std::uint64_t>(sum.sort_ms)));
       if (cells[0] != "quadbox") continue;
@@ -112,8 +117,8 @@ TEST(BenchTable, has_the_means_over_the_cameras_of_a_scene) {
   EXPECT_EQ(mean[0], "quadbox");
   EXPECT_EQ(mean[1], "4,444,444");
   EXPECT_EQ(mean[2], "-");
-  EXPECT_NEAR(number(mean[3]), mean_ms, 0.000501);
-  EXPECT_NEAR(number(mean[4]), 1000 / mean_ms, 0.0501);
+  expect_about(mean[3], mean_ms);
+  expect_about(mean[4], 1000 / mean_ms);
   EXPECT_NEAR(number(mean[5]), std::exp(log_ratio), 0.00501);
 }
 

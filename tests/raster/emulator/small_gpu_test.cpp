@@ -45,7 +45,7 @@ TEST_F(SmallGpu, the_old_scene_goes_before_the_new_one_comes) {
   const auto renderer = make_renderer(Backend::cuda, test::pool());
   renderer->upload(test::random_cloud(50'000, 3, 1), {});
   drawn(*renderer);
-  leave(1 << 20);  // less than a scene
+  leave(6 << 20);  // less than a scene
   renderer->upload(test::random_cloud(50'000, 3, 2), {});
   const std::vector<float> small = drawn(*renderer);
   emulator::total_bytes = emulator::kTotalBytes;
@@ -70,7 +70,7 @@ TEST_F(SmallGpu, photographs_make_room_for_growth_and_are_copied_again) {
   using namespace cuda::train;
   constexpr std::size_t kPixels = test::kWidth * test::kHeight, kPhotographs = 200;
   GpuModel model;
-  test::start(model, test::small_scene<float>(3000, 1));
+  test::start(model, test::small_scene<float>(1000, 1));
   const std::vector<std::uint8_t> rgb(3 * kPixels, 100);
   const auto loss_of = [&](std::size_t number) {
     model.forward(test::front_camera(test::kWidth, test::kHeight),
@@ -85,7 +85,7 @@ TEST_F(SmallGpu, photographs_make_room_for_growth_and_are_copied_again) {
   plan.keep_all(model.facts(), 2);
   plan.resets_statistics = true;
   model.apply(plan);  // needs a second copy of the model
-  EXPECT_EQ(model.size(), 3000u);
+  EXPECT_EQ(model.size(), 1000u);
   emulator::total_bytes += 64 << 10;
   EXPECT_EQ(loss_of(0), loss);
 }

@@ -26,8 +26,8 @@ std::string write_report(const BenchReport& report, const std::filesystem::path&
     write_text(hidden / "bench.csv", format_csv(report.rows));
     write_text(hidden / "ratios.csv", format_ratios_csv(report));
     write_text(hidden / "bench.json", format_bench_json(report));
-    write_text(hidden / "bench.md", format_markdown(report) + noise_markdown(report.rows) +
-                                        "\n<!-- written by quadsplat bench -->\n");
+    write_text(hidden / "bench.md", "<!-- written by quadsplat bench -->\n" +
+                                        format_markdown(report) + noise_markdown(report.rows));
     problem =
         draw_plots(hidden, bench_plots(report, report.environment.value("scaling", false)), folder);
   });

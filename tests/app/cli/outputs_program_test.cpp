@@ -8,6 +8,7 @@
 #include <map>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -16,6 +17,7 @@
 #include "app/measure/camera_path.h"
 #include "app/support/run_program.h"
 #include "io/picture/image_file.h"
+#include "raster/kernel/cull/mode.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -199,7 +201,6 @@ TEST_F(Interrupted, commands_end_with_130_say_what_is_kept_and_leave_nothing_unf
   const std::string lines[] = {
       "bench @scene.ply --frames 100000 --backend cpu --out-dir @out",
       "zoom @scene.ply --steps 10000 --frames 1000 --backend cpu --out-dir @out",
-      "render @scene.ply --repeats 100000 --cull all --backend cpu --output @out.png",
       "report @scene.ply --views 100000 --camera-path @path.json --path-steps 1000000 --output "
       "@out",
       "judge @scene.ply @scene.ply --camera-path @path.json --path-steps 1000000 --out-dir @out",
@@ -215,6 +216,15 @@ TEST_F(Interrupted, commands_end_with_130_say_what_is_kept_and_leave_nothing_unf
   }
   fs::remove(folder_ / "path.json");
   EXPECT_EQ(files(), before);
+}
+
+// The pictures of all modes are drawn before the frames that are measured.
+TEST_F(Interrupted, pictures_of_an_unfinished_measurement_are_kept) {
+  const ProgramRun ended = interrupt(
+      "render @scene.ply --repeats 100000 --cull all --backend cpu --output @out.png", SIGINT);
+  EXPECT_EQ(ended.exit_code, 130);
+  EXPECT_THAT(ended.err,
+              HasSubstr(fmt::format(" {} finished files are kept, the last is ", culler_count())));
 }
 
 TEST_F(Interrupted, finished_pictures_are_kept_and_named) {

@@ -338,7 +338,7 @@ TEST_F(ViewerProgram, the_inspector_says_what_the_command_says) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const ProgramRun inspect =
       run_quadsplat({"inspect", path("scene.ply"), "--backend", "cpu", "--camera-index", "0",
-                     "--size", "320x240", "--pixel", "40,120", "--json"});
+                     "--size", "320x240", "--pixel", "40,120", "--json", "-"});
   ASSERT_EQ(inspect.exit_code, 0) << inspect.err;
   const json headless = parse_json(inspect.out, "test");
   const json window = state("a.json")["inspector"];

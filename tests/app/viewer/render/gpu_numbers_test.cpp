@@ -76,6 +76,35 @@ class GpuNumbers : public test::RenderingViewer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Wall time of frames alone, of samples between them, and of frames behind samples.
+TEST_F(GpuNumbers, of_frames_beside_samples) {
+  const auto renderer = make_renderer(Backend::cuda, test::pool());
+  renderer->upload(test::random_cloud(300'000, 3, 1), {});
+  const Camera camera = test::front_camera(1600, 1200);
+  const auto frame = [&](CullMode mode, const Target& target) {
+    RenderSettings settings;
+    settings.mode = mode;
+    start_ = std::chrono::steady_clock::now();
+    renderer->render(camera, settings, {}, target);
+    return ms();
+  };
+  for (const Target& target : {Target(HostImage{}), Target(DeviceImage{})}) {
+    for (const Target& other : {Target(HostImage{}), Target(DeviceImage{})}) {
+      for (int i = 0; i < 20; ++i) frame(default_mode(), target);
+      double alone = 0, sample = 0, behind = 0;
+      for (int i = 0; i < 20; ++i) {
+        alone += frame(default_mode(), target) / 20;
+        sample += frame(1 + i % 4, other) / 20;
+        behind += frame(default_mode(), target) / 20;
+        frame(default_mode(), target);
+      }
+      fmt::print(
+          "target {}, sample's {}: frame {:.2f} ms, sample {:.2f} ms, frame behind it {:.2f} ms\n",
+          target.index(), other.index(), alone, sample, behind);
+    }
+  }
+}
+
 TEST_F(GpuNumbers, of_a_small_scene) {
   QS_NEEDS_SHARED("scenes/plush_small.spz");
   measure(read_scene(test::shared_path("scenes/plush_small.spz"), test::pool()), "plush_small");

@@ -107,7 +107,7 @@ CommandAction inspect_command(Options& options) {
                   "the Gaussian to explain (default: the one that contributes most to the pixel)");
   options.overwrite();
   options.text("--json", "FILE", command->json,
-               "everything as JSON; - = stdout, instead of the tables", {"-", "why.json"});
+               "everything as JSON; - = stdout, instead of the tables", {"why.json"});
   options.text("--output", "FILE", command->output,
                "draws the ellipse, its boxes and the tiles of every mode to scale", {"why.png"});
   options.example("quadsplat inspect plush.spz --camera-index 0 --pixel 800,600 --output why.png",

@@ -62,9 +62,7 @@ void check(const FilmCommand& command) {
     fail(ErrorKind::usage, "film: --arc is the angle of a turntable, not of a --camera-path");
   if (command.loop && !command.path)
     fail(ErrorKind::usage, "film: --loop needs a --camera-path; a turntable is a loop already");
-  if (command.heat.quantity && command.quantity != Quantity::color)
-    fail(ErrorKind::usage, "film: --heatmap is drawn over colours, not over --picture {}",
-         row_of(command.quantity).name);
+  require_colors("film", command.heat, command.quantity);
   require_heatmaps("film", command.heat, command.frame.modes);
 }
 

@@ -74,8 +74,7 @@ void check_quantity(const RenderCommand& command) {
     fail(ErrorKind::usage, "render: --depth-step needs --picture depth or median-depth");
   if (quantity == Quantity::color) return;
   const char* name = row_of(quantity).name;
-  if (command.heat.quantity)
-    fail(ErrorKind::usage, "render: --heatmap is drawn over colours, not over --picture {}", name);
+  require_colors("render", command.heat, quantity);
   if (command.reference)
     fail(ErrorKind::usage, "render: --reference compares colours, not --picture {}", name);
   if (command.output) require_value_file("render", *command.output, quantity);

@@ -223,6 +223,12 @@ void require_heatmaps(const char* command, const HeatOptions& heat,
   }
 }
 
+void require_colors(const char* command, const HeatOptions& heat, Quantity quantity) {
+  if (heat.quantity && quantity != Quantity::color)
+    fail(ErrorKind::usage, "{}: --heatmap is drawn over colours, not over --picture {}", command,
+         row_of(quantity).name);
+}
+
 void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path) {
   options.text("--camera-path", "FILE", path,
                "views along the spline through the cameras of FILE, such as a path of the window",

@@ -74,6 +74,9 @@ void declare_heatmap_options(Options& options, HeatOptions& heat, const std::str
 void require_heatmaps(const char* command, const HeatOptions& heat,
                       const std::vector<CullMode>& modes);
 
+/// Throws Error if heat maps are wanted over another quantity than colours. `command`: its name.
+void require_colors(const char* command, const HeatOptions& heat, Quantity quantity);
+
 /// --camera-path.
 void declare_camera_path_option(Options& options, std::optional<std::filesystem::path>& path);
 

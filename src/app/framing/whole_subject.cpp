@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <glm/geometric.hpp>
 
@@ -75,25 +76,55 @@ Framing whole_subject(const Framing& framing, const SceneBox& box, const Arc& ar
   return whole;
 }
 
-bool is_in_fog(const GaussianCloud& cloud, glm::dvec3 point) {
-  constexpr float kFog = 0.1f, kReach = 3;  // standard deviations; alpha is below 0.012 beyond
-  const glm::vec3 at(point);
+namespace {
+
+constexpr float kFogReach = 3;  // standard deviations; alpha is below 0.012 beyond
+
+float fog_radius(const GaussianCloud& cloud, std::size_t i) {
+  const glm::vec3& logs = cloud.log_scales[i];
+  return kFogReach * std::exp(std::max({logs.x, logs.y, logs.z}));
+}
+
+bool is_in_fog_of(const GaussianCloud& cloud, std::size_t i, const glm::vec3& at) {
+  constexpr float kFog = 0.1f;
+  const glm::vec3 from = at - cloud.positions[i];
+  const float reach = fog_radius(cloud, i);
+  if (!(glm::dot(from, from) < reach * reach)) return false;
+  const glm::vec3 deviations =
+      glm::conjugate(cloud.rotations[i]) * from / glm::exp(cloud.log_scales[i]);
+  const float opacity = 1 / (1 + std::exp(-cloud.opacity_logits[i]));
+  return opacity * std::exp(-0.5f * glm::dot(deviations, deviations)) > kFog;
+}
+
+// The Gaussians that reach the sphere on which the eye turns.
+std::vector<std::size_t> near_eyes(const GaussianCloud& cloud, const Framing& framing) {
+  const glm::vec3 target(framing.target);
+  const auto radius = static_cast<float>(glm::distance(framing.eye, framing.target));
+  const float rounding = 1e-3f * radius;
+  std::vector<std::size_t> near;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const glm::vec3 from = at - cloud.positions[i], logs = cloud.log_scales[i];
-    const float reach = kReach * std::exp(std::max({logs.x, logs.y, logs.z}));
-    if (!(glm::dot(from, from) < reach * reach)) continue;
-    const glm::vec3 deviations = glm::conjugate(cloud.rotations[i]) * from / glm::exp(logs);
-    const float opacity = 1 / (1 + std::exp(-cloud.opacity_logits[i]));
-    if (opacity * std::exp(-0.5f * glm::dot(deviations, deviations)) > kFog) return true;
+    const float from_sphere = std::abs(glm::distance(cloud.positions[i], target) - radius);
+    if (from_sphere < fog_radius(cloud, i) + rounding) near.push_back(i);
   }
+  return near;
+}
+
+}  // namespace
+
+bool is_in_fog(const GaussianCloud& cloud, glm::dvec3 point) {
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (is_in_fog_of(cloud, i, glm::vec3(point))) return true;
   return false;
 }
 
 Arc clear_arc(const Arc& arc, const Framing& framing, const GaussianCloud& cloud) {
   constexpr double kStep = glm::radians(2.5);
   const Camera camera = look_at(framing.eye, framing.target, framing.up, 1, 16, 16);
+  const std::vector<std::size_t> near = near_eyes(cloud, framing);
   const auto clear = [&](double angle) {
-    return !is_in_fog(cloud, orbited(camera, framing.target, framing.up, angle, 0).position());
+    const glm::vec3 eye(orbited(camera, framing.target, framing.up, angle, 0).position());
+    return std::none_of(near.begin(), near.end(),
+                        [&](std::size_t i) { return is_in_fog_of(cloud, i, eye); });
   };
   if (!clear(0)) return arc;
   Arc result;

@@ -358,6 +358,16 @@ FilmPlan plan_of_three_pictures() {
   return plan;
 }
 
+// In modes 3dgs and quadbox side by side.
+FilmPlan plan_of_two_modes(Renderer& renderer) {
+  FilmPlan plan = plan_of_three_pictures();
+  for (const char* mode : {"3dgs", "quadbox"}) {
+    plan.ways.push_back({&renderer, {}, mode});
+    plan.ways.back().settings.mode = find_culler(mode);
+  }
+  return plan;
+}
+
 Outputs outputs_of_pairs() {
   Outputs outputs = outputs_for(HeatQuantity::pairs);
   outputs.color = true;
@@ -391,11 +401,7 @@ TEST(Film, of_heat_maps_has_one_scale_for_all_modes_and_pictures) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(200, 1, 3), {});
-  FilmPlan plan = plan_of_three_pictures();
-  for (const char* mode : {"3dgs", "quadbox"}) {
-    plan.ways.push_back({renderer.get(), {}, mode});
-    plan.ways.back().settings.mode = find_culler(mode);
-  }
+  FilmPlan plan = plan_of_two_modes(*renderer);
   plan.heatmap = FilmHeatmap{HeatQuantity::pairs, {}, {}, &test::pool()};
   const Scale scale = film_heat_scale(plan, find_culler("3dgs"), {});
   EXPECT_GT(scale.maximum, 1u);
@@ -424,11 +430,7 @@ TEST(Film, its_pictures_are_the_frames_of_its_cameras) {
   const TemporaryFolder folder;
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(200, 1, 3), {});
-  FilmPlan plan = plan_of_three_pictures();
-  for (const char* mode : {"3dgs", "quadbox"}) {
-    plan.ways.push_back({renderer.get(), {}, mode});
-    plan.ways.back().settings.mode = find_culler(mode);
-  }
+  FilmPlan plan = plan_of_two_modes(*renderer);
   std::vector<float> reported;
   const Progress progress{[&](float fraction) { reported.push_back(fraction); }, {}};
   const auto numbers = write_film(folder / "film", plan, progress);

@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/base/text.h"
 #include "app/support/program_in_window.h"
 #include "raster/kernel/cull/mode.h"
 #include "test_paths.h"
@@ -32,13 +33,6 @@ std::uint64_t number_of(std::string text) {
   return number;
 }
 
-std::vector<std::string> split_at(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream words(text);
-  for (std::string part; std::getline(words, part, separator);) parts.push_back(part);
-  return parts;
-}
-
 class ViewerSession : public test::ProgramInWindow {
  protected:
   const std::string scene_ =
@@ -51,14 +45,6 @@ class ViewerSession : public test::ProgramInWindow {
                        shown["camera"].dump(), "--cull", "all", "--size", size, "--stats", "-"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out)["frames"];
-  }
-  // The total of a heat map, from the metadata of a picture that a command writes.
-  std::uint64_t map_total(const json& shown, const std::string& mode) {
-    const ProgramRun run = run_quadsplat({"render", scene_, "--backend", "cpu", "--camera-json",
-                                          shown["camera"].dump(), "--cull", mode, "--size",
-                                          size_of_picture(shown), "--stats", "-"});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return json::parse(run.out)["frames"][0]["tile_pairs"];
   }
   static std::string size_of_picture(const json& shown) {
     return fmt::format("{}x{}", shown["camera"]["width"].get<int>(),
@@ -130,8 +116,13 @@ TEST_F(ViewerSession, shows_numbers_that_other_commands_confirm) {
 
   // Heat maps: the total of each mode, by one scale.
   const json map = state("map"), map_3dgs = state("map_3dgs");
-  EXPECT_EQ(map["heatmap"]["total"], map_total(map, map["mode"]));
-  EXPECT_EQ(map_3dgs["heatmap"]["total"], map_total(map_3dgs, "3dgs"));
+  const json frames_of_maps = rendered(map, size_of_picture(map));
+  const auto pairs_of = [&](const std::string& mode) {
+    return frames_of_maps[static_cast<std::size_t>(find_culler(mode) - 1)]["tile_pairs"];
+  };
+  EXPECT_EQ(map["camera"], map_3dgs["camera"]);
+  EXPECT_EQ(map["heatmap"]["total"], pairs_of(map["mode"]));
+  EXPECT_EQ(map_3dgs["heatmap"]["total"], pairs_of("3dgs"));
   EXPECT_LT(map["heatmap"]["total"], map_3dgs["heatmap"]["total"]);
   EXPECT_EQ(map["heatmap"]["max"], map_3dgs["heatmap"]["max"]);
 
@@ -151,13 +142,14 @@ TEST_F(ViewerSession, shows_numbers_that_other_commands_confirm) {
   const std::size_t rows = 2 * 12;  // modes and steps
   EXPECT_EQ(zoom["frames"], 20);
   EXPECT_EQ(zoom["rows"], rows);
-  const std::vector<std::string> lines =
-      split_at(read_text_file(folder / "zoom.csv", 1 << 24), '\n');
+  std::vector<std::string> lines = separated(read_text_file(folder / "zoom.csv", 1 << 24), '\n');
+  ASSERT_EQ(lines.back(), "") << "the file ends with a line break";
+  lines.pop_back();
   ASSERT_EQ(lines.size(), 1 + rows);
-  const std::vector<std::string> names = split_at(lines[0], ',');
+  const std::vector<std::string> names = separated(lines[0], ',');
   std::map<std::string, std::vector<double>> fps;
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    const std::vector<std::string> cells = split_at(lines[i], ',');
+    const std::vector<std::string> cells = separated(lines[i], ',');
     const auto cell = [&](const char* name) {
       return cells[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) -
                                             names.begin())];

@@ -34,13 +34,13 @@ namespace {
 
 // The row of the table that is of the picture in the window; null if there is none, or if the
 // picture shows more than the colours of one mode.
-const HudRow* row_of_picture(const Viewer& viewer, const std::vector<HudRow>& rows) {
+const BenchRow* row_of_picture(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
   if (!numbers_are_current(viewer) || shown.version != viewer.version || shown.divisor > 1 ||
-      shown.mode < 1 || shown.mode > culler_count() || !hud_caveat(viewer).empty())
+      !hud_caveat(viewer).empty())
     return nullptr;
-  const HudRow& row = rows[static_cast<std::size_t>(shown.mode - 1)];
-  return row.fps_value > 0 ? &row : nullptr;
+  const BenchRow* row = measured_row(viewer, shown.mode, viewer.settings.pipeline);
+  return row != nullptr && row->fps_median > 0 ? row : nullptr;
 }
 
 // " at 1280 x 720" if the modes were measured at another size than the picture's.
@@ -53,14 +53,15 @@ std::string measured_elsewhere(const Viewer& viewer) {
 // The time of the picture: the table's numbers if they are of it, else the time of its one frame.
 // Empty without a time.
 std::string time_of_picture(const Viewer& viewer) {
-  const std::vector<HudRow> rows = hud_rows(viewer);
-  if (const HudRow* row = row_of_picture(viewer, rows))
-    return fmt::format("{} ms, {} FPS{}", row->ms, row->fps, measured_elsewhere(viewer));
+  if (const BenchRow* row = row_of_picture(viewer)) {
+    const std::optional<double> spread = spread_ms(*row);
+    return fmt::format("{} ms, {} FPS{}", time_text(row->ms_median, spread),
+                       rate_text(row->ms_median, spread), measured_elsewhere(viewer));
+  }
   const double ms = static_cast<double>(viewer.shown.stats.frame_ms);
   if (ms <= 0) return "";
-  const int divisor = viewer.shown.divisor;
   return fmt::format("~{} ms, ~{} FPS{}", rough(ms), rough(1000 / ms),
-                     divisor > 1 ? fmt::format(" at 1/{}", divisor) : "");
+                     size_text(viewer.shown.divisor));
 }
 
 // The pairs of the picture at its full size, or the pairs of a reduced frame, which says so.
@@ -68,8 +69,7 @@ std::string time_of_picture(const Viewer& viewer) {
 std::string pairs_of_picture(const Viewer& viewer, const char* unit) {
   if (const std::optional<FullSizePairs> full = full_size_pairs(viewer))
     return (full->exact ? "" : "~") + grouped(full->pairs) + unit;
-  return fmt::format("{}{} at 1/{}", grouped(viewer.shown.stats.tile_pairs), unit,
-                     viewer.shown.divisor);
+  return grouped(viewer.shown.stats.tile_pairs) + unit + size_text(viewer.shown.divisor);
 }
 
 }  // namespace

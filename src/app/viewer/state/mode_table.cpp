@@ -50,10 +50,6 @@ void set_numbers(HudRow& row, const BenchRow* measured) {
   row.fps_high = 1000 / (measured->ms_median - *spread);
 }
 
-}  // namespace
-
-namespace {
-
 // Counts of this view, or of a recent view of a moving camera, in place of an earlier measurement.
 void set_live_pairs(const Viewer& viewer, HudRow& row) {
   if (numbers_are_current(viewer)) return;

@@ -25,15 +25,28 @@ const ModeSample* sample_of(const Viewer& viewer, CullMode mode) {
 double fps_of(const ModeSample& sample) { return sample.frame_ms > 0 ? 1000 / sample.frame_ms : 0; }
 
 std::string sample_text(const ModeSample& sample) {
-  const std::string at = sample.divisor > 1 ? fmt::format(" at 1/{}", sample.divisor) : "";
-  return "~" + rough(fps_of(sample)) + at;
+  return "~" + rough(fps_of(sample)) + size_text(sample.divisor);
 }
+
+std::string size_text(int divisor) { return divisor > 1 ? fmt::format(" at 1/{}", divisor) : ""; }
+
+namespace {
+
+// The value of one step in the second significant digit. `value` > 0.
+double second_digit(double value) { return std::pow(10.0, std::floor(std::log10(value)) - 1); }
+
+double rounded(double value) {
+  if (value <= 0) return 0;
+  const double unit = second_digit(value);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace
 
 std::string rough(double value) {
   if (value <= 0) return "0";
-  const auto unit_of = [](double v) { return std::pow(10.0, std::floor(std::log10(v)) - 1); };
-  const double rounded = std::round(value / unit_of(value)) * unit_of(value);
-  return significant(rounded, unit_of(rounded));
+  const double shown = rounded(value);
+  return significant(shown, second_digit(shown));
 }
 
 std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
@@ -47,8 +60,7 @@ std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
   const auto growth = viewer.pair_growth.factors.find(shown.divisor);
   if (growth == viewer.pair_growth.factors.end()) return std::nullopt;
   const double pairs = growth->second * static_cast<double>(shown.stats.tile_pairs);
-  const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(pairs + 1)) - 1));
-  return FullSizePairs{static_cast<std::uint64_t>(std::round(pairs / unit) * unit), false};
+  return FullSizePairs{static_cast<std::uint64_t>(std::round(rounded(pairs))), false};
 }
 
 namespace {

@@ -25,6 +25,9 @@ double fps_of(const ModeSample& sample);
 /// "~310", or "~52 at 1/2" for a frame of half the size along each side.
 std::string sample_text(const ModeSample& sample);
 
+/// " at 1/2" behind a number of a frame of half the size along each side; empty for the full size.
+std::string size_text(int divisor);
+
 /// Two significant digits, because one frame gives no more: 312.5 is "310", 0.834 is "0.83".
 std::string rough(double value);
 

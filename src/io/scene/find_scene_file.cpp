@@ -5,11 +5,11 @@
 // or one iteration's folder.
 #include <algorithm>
 #include <charconv>
-#include <map>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
+#include "io/scene/ply/ply_writer.h"
 #include "io/scene/reader.h"
 #include "raster/base/fail.h"
 
@@ -34,7 +34,8 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
-// Ordered by number: 30000 comes after 7000.
+}  // namespace
+
 std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder) {
   std::map<int, std::filesystem::path> found;
   std::error_code error;
@@ -47,7 +48,7 @@ std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path
   return found;
 }
 
-}  // namespace
+bool is_own_scene(const std::filesystem::path& path) { return is_own_ply(path); }
 
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration) {
   std::error_code error;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <random>
 #include <stop_token>
 #include <string>
@@ -213,10 +214,27 @@ TEST(Writer, properties_are_in_the_order_of_the_original_trainer) {
         "scale_2",  "rot_0",    "rot_1",    "rot_2",    "rot_3"}) {
     expected += std::string("property float ") + name + "\n";
   }
-  expected += "end_header\n";
+  expected += "comment written by quadsplat\nend_header\n";
   const std::string start(reinterpret_cast<const char*>(bytes.data()), expected.size());
   EXPECT_EQ(start, expected);
   EXPECT_EQ(bytes.size(), expected.size() + 2 * 26 * sizeof(float));
+}
+
+TEST(Writer, recognises_its_own_ply_files) {
+  const TemporaryFolder folder;
+  for (const int degree : {0, 3}) {
+    write_scene(random_cloud(2, degree, 3), folder / "cloud.ply");
+    EXPECT_TRUE(is_own_scene(folder / "cloud.ply")) << degree;
+  }
+  const auto bytes = file_bytes(folder / "cloud.ply");
+  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string comment = "comment written by quadsplat\n";
+  text.erase(text.find(comment), comment.size());
+  std::ofstream(folder / "foreign.ply", std::ios::binary) << text << comment;  // behind the header
+  EXPECT_FALSE(is_own_scene(folder / "foreign.ply"));
+  std::ofstream(folder / "empty.ply") << "";
+  EXPECT_FALSE(is_own_scene(folder / "empty.ply"));
+  EXPECT_FALSE(is_own_scene(folder / "missing.ply"));
 }
 
 TEST(Writer, unknown_endings_are_a_usage_error) {

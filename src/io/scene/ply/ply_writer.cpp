@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <fstream>
 #include <ostream>
 #include <string>
 
@@ -15,6 +16,9 @@ namespace {
 
 // Values of a row besides f_rest.
 constexpr std::size_t kFixedValues = 17;
+
+// By this line the program recognises its own files.
+constexpr const char* kOwnComment = "comment written by quadsplat\n";
 
 std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
   std::string names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2";
@@ -29,6 +33,7 @@ std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
     header += "property float " + names.substr(begin, end - begin) + "\n";
     begin = end + 1;
   }
+  header += kOwnComment;
   if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
@@ -78,6 +83,15 @@ void write_rows(const GaussianCloud& cloud, ThreadPool& pool, const Progress& pr
 }
 
 }  // namespace
+
+bool is_own_ply(const std::filesystem::path& path) {
+  std::string header(std::size_t{1} << 13, '\0');  // longer than any header of write_ply()
+  std::ifstream file(path, std::ios::binary);
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(static_cast<std::size_t>(file.gcount()));
+  header.resize(std::min(header.size(), header.find("end_header\n")));
+  return header.starts_with("ply\n") && header.find(kOwnComment) != std::string::npos;
+}
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {

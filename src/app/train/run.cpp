@@ -58,6 +58,30 @@ std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, 
   return model;
 }
 
+// "7,000, 30,000"
+std::string list_of(const std::vector<int>& iterations) {
+  std::string list;
+  for (const int iteration : iterations)
+    list += (list.empty() ? "" : ", ") + grouped(static_cast<std::uint64_t>(iteration));
+  return list;
+}
+
+// A later iteration of an earlier run would be opened in place of the new model.
+void make_room(const TrainSettings& settings, const RunOptions& options) {
+  const auto tell = [&](const std::string& sentence) {
+    options.tell ? options.tell(sentence) : void(fmt::print(stderr, "{}\n", sentence));
+  };
+  const auto [removed, foreign] = remove_old_iterations(options.out_dir);
+  if (!removed.empty())
+    tell(fmt::format("removed {} saved iteration{} of an earlier run: {}", removed.size(),
+                     removed.size() == 1 ? "" : "s", list_of(removed)));
+  if (!foreign.empty() && foreign.back() > settings.iterations)
+    tell(
+        fmt::format("{}: iteration {} is of another program and stays: commands open it without "
+                    "--iteration {}",
+                    options.out_dir.string(), list_of({foreign.back()}), settings.iterations));
+}
+
 class Run {
  public:
   Run(const DataSet& data, const RunOptions& options, Checkpoint checkpoint,
@@ -191,7 +215,11 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();
-  if (options.resume) note_own(options.out_dir);
+  if (options.resume) {
+    note_own(options.out_dir);
+  } else if (options.overwrite) {
+    make_room(settings, options);
+  }
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();
 }

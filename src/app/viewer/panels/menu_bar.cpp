@@ -35,6 +35,7 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   }
   if (menu == Menu::view) {
     ImGui::Separator();
+    draw_heat_scale_menu(viewer, actions);
     const auto option = [&](const char* name, bool Viewer::*which) {
       if (ImGui::MenuItem(name, nullptr, viewer.*which))
         actions.push_back(call(action::toggle_option, which));

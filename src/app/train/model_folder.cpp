@@ -126,7 +126,7 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
   const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
   make_folder(place);
   auto file = place / "point_cloud.ply";
-  write_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
   return file;
 }
 
@@ -138,7 +138,7 @@ OldIterations remove_old_iterations(const std::filesystem::path& folder) {
     const bool is_link = std::filesystem::is_symlink(file) ||
                          std::filesystem::is_symlink(file.parent_path()) ||
                          std::filesystem::is_symlink(place);
-    const bool is_own = !is_link && is_own_scene(file);
+    const bool is_own = !is_link && is_trained_scene(file);
     (is_own ? old.removed : old.foreign).push_back(iteration);
     if (is_own) own.push_back(file);
   }

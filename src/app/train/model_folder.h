@@ -34,10 +34,10 @@ std::filesystem::path write_model_state(const std::filesystem::path& folder,
 
 /// The iterations of earlier runs in a model folder, by number.
 struct OldIterations {
-  std::vector<int> removed, foreign;  ///< `foreign`: this program did not write them, so they stay
+  std::vector<int> removed, foreign;  ///< `foreign`: this program did not train them, so they stay
 };
 
-/// Removes the Gaussians of earlier runs that this program wrote, and their folders if these hold
+/// Removes the Gaussians of earlier runs that this program trained, and their folders if these hold
 /// nothing else. Throws Error(usage) if the command reads a file that would go.
 OldIterations remove_old_iterations(const std::filesystem::path& folder);
 

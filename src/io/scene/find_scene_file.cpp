@@ -9,7 +9,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "io/scene/ply/ply_writer.h"
 #include "io/scene/reader.h"
 #include "raster/base/fail.h"
 
@@ -47,8 +46,6 @@ std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path
   }
   return found;
 }
-
-bool is_own_scene(const std::filesystem::path& path) { return is_own_ply(path); }
 
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration) {
   std::error_code error;

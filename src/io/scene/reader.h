@@ -47,9 +47,6 @@ void assume_axes(Scene& scene, std::string_view axes);
 /// FOLDER/iteration_N/point_cloud.ply by N, in increasing order: 30000 comes after 7000.
 std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder);
 
-/// True if write_scene() wrote this .ply file. Other formats cannot say it.
-bool is_own_scene(const std::filesystem::path& path);
-
 /// The scene file for `path`: `path` itself, or the file inside a model directory.
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration = -1);
 

@@ -191,7 +191,7 @@ TEST_F(TrainProgram, overwriting_removes_the_iterations_of_the_earlier_run_and_n
   std::ofstream(place / "iteration_4/notes.txt") << "mine";
   std::filesystem::create_directories(place / "iteration_2000");
   std::string foreign = bytes_of(ply(2));
-  foreign.erase(foreign.find("comment written by quadsplat\n"), 29);
+  foreign.erase(foreign.find("comment trained by quadsplat\n"), 29);
   std::ofstream(ply(2000), std::ios::binary) << foreign;
   words = start(3);
   words.emplace_back("--overwrite");

@@ -19,6 +19,7 @@
 #include "io/scene/reader.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -214,27 +215,35 @@ TEST(Writer, properties_are_in_the_order_of_the_original_trainer) {
         "scale_2",  "rot_0",    "rot_1",    "rot_2",    "rot_3"}) {
     expected += std::string("property float ") + name + "\n";
   }
-  expected += "comment written by quadsplat\nend_header\n";
+  expected += "end_header\n";
   const std::string start(reinterpret_cast<const char*>(bytes.data()), expected.size());
   EXPECT_EQ(start, expected);
   EXPECT_EQ(bytes.size(), expected.size() + 2 * 26 * sizeof(float));
 }
 
-TEST(Writer, recognises_its_own_ply_files) {
+TEST(Writer, a_trained_scene_is_recognised_and_is_the_same_file_but_for_a_comment) {
   const TemporaryFolder folder;
+  const auto text_of = [&](const char* name) {
+    const auto bytes = file_bytes(folder / name);
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  const std::string comment = "comment trained by quadsplat\n";
   for (const int degree : {0, 3}) {
-    write_scene(random_cloud(2, degree, 3), folder / "cloud.ply");
-    EXPECT_TRUE(is_own_scene(folder / "cloud.ply")) << degree;
+    const GaussianCloud cloud = random_cloud(2, degree, 3);
+    write_scene(cloud, folder / "usual.ply");
+    EXPECT_FALSE(is_trained_scene(folder / "usual.ply"));
+    write_trained_scene(cloud, folder / "trained.ply", pool());
+    EXPECT_TRUE(is_trained_scene(folder / "trained.ply")) << degree;
+    std::string without = text_of("trained.ply");
+    without.erase(without.find(comment), comment.size());
+    EXPECT_EQ(without, text_of("usual.ply"));
   }
-  const auto bytes = file_bytes(folder / "cloud.ply");
-  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::string comment = "comment written by quadsplat\n";
-  text.erase(text.find(comment), comment.size());
-  std::ofstream(folder / "foreign.ply", std::ios::binary) << text << comment;  // behind the header
-  EXPECT_FALSE(is_own_scene(folder / "foreign.ply"));
+  std::ofstream(folder / "foreign.ply", std::ios::binary)
+      << text_of("usual.ply") << comment;  // behind the header
+  EXPECT_FALSE(is_trained_scene(folder / "foreign.ply"));
   std::ofstream(folder / "empty.ply") << "";
-  EXPECT_FALSE(is_own_scene(folder / "empty.ply"));
-  EXPECT_FALSE(is_own_scene(folder / "missing.ply"));
+  EXPECT_FALSE(is_trained_scene(folder / "empty.ply"));
+  EXPECT_FALSE(is_trained_scene(folder / "missing.ply"));
 }
 
 TEST(Writer, unknown_endings_are_a_usage_error) {

@@ -107,7 +107,6 @@ TEST(WrittenBytes, ply_has_one_row_of_floats_for_each_gaussian) {
     for (const char* name :
          {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
       property(name);
-    expected.text("comment written by quadsplat\n");
     if (cloud.antialiased) expected.text("comment SplatRenderMode: mip\n");
     expected.text("end_header\n");
     for (std::size_t i = 0; i < 70; ++i) {

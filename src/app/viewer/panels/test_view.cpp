@@ -15,7 +15,7 @@ namespace {
 // Both pictures have this size: half of the panel's width, and at most a part of the window's
 // height, so that portraits stay in view.
 ImVec2 picture_size(const Camera& camera) {
-  constexpr float kMostHeight = 0.55f;  // of the window's
+  constexpr float kMostHeight = 0.44f;  // of the window's
   const float gap = ImGui::GetStyle().ItemSpacing.x;
   const float width = std::max(1.0f, 0.5f * (ImGui::GetContentRegionAvail().x - gap));
   const float aspect = static_cast<float>(camera.width) / static_cast<float>(camera.height);
@@ -44,11 +44,9 @@ void draw_steps(const Training& training, Actions& actions) {
   ImGui::BeginDisabled(training.views->cameras.size() < 2);
   if (ImGui::ArrowButton("previous view", ImGuiDir_Left))
     actions.push_back(call(action::step_test_view, -1));
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("the previous view");
   ImGui::SameLine();
   if (ImGui::ArrowButton("next view", ImGuiDir_Right))
     actions.push_back(call(action::step_test_view, 1));
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("the next view");
   ImGui::EndDisabled();
 }
 

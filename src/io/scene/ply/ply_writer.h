@@ -2,7 +2,7 @@
 //
 // Writes the layout of INRIA's trainer, which every viewer reads: binary little endian floats x y z
 // nx ny nz f_dc_* f_rest_* opacity scale_* rot_*, normals zero, f_rest channel-major. Lossless:
-// reading the file returns the same cloud bit by bit. A comment says that this program wrote it.
+// reading the file returns the same cloud bit by bit.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,11 @@ namespace qs {
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
-/// True if write_ply() wrote the file.
-bool is_own_ply(const std::filesystem::path& path);
+/// The same file with a comment that says that this program trained the model.
+void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+                       ThreadPool& pool);
+
+/// True if the file has that comment.
+bool is_trained_ply(const std::filesystem::path& path);
 
 }  // namespace qs

@@ -170,6 +170,16 @@ TEST(UpsideDown, is_seen_in_trained_scenes) {
   }
 }
 
+TEST(UpsideDown, is_open_for_a_trained_object_without_a_floor) {
+  const char* const name = "scenes/wild/playcanvas_guitar.compressed.ply";
+  QS_NEEDS_SHARED(name);
+  const GaussianCloud cloud = read_scene(test::shared_path(name), test::pool()).cloud;
+  for (const GaussianCloud& guitar : {cloud, turned_over(cloud)}) {
+    EXPECT_FALSE(estimate_of(guitar).has_floor);
+    EXPECT_FALSE(estimate_of(guitar).upside_down) << "nothing is claimed";
+  }
+}
+
 TEST(PrincipalAxes, rebuild_the_matrix) {
   std::mt19937 random(9);
   std::normal_distribution<double> normal;

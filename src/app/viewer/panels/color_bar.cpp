@@ -30,6 +30,9 @@ void draw_color_bar(const Legend& legend) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const int width = std::max(1, static_cast<int>(ImGui::GetContentRegionAvail().x));
   draw_columns(draw, at, bar_colors(legend, width, static_cast<int>(height)), height);
+  // The colour of the value 0 is nearly that of the panel.
+  draw.AddRect(at, {at.x + static_cast<float>(width), at.y + height},
+               ImGui::GetColorU32(palette::with_opacity(on_dark::kFaint, 0.5f)));
   const auto text_width = [](const std::string& text) {
     return static_cast<int>(std::ceil(ImGui::CalcTextSize(text.c_str()).x));
   };

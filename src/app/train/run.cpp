@@ -58,28 +58,20 @@ std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, 
   return model;
 }
 
-// "7,000, 30,000"
-std::string list_of(const std::vector<int>& iterations) {
-  std::string list;
-  for (const int iteration : iterations)
-    list += (list.empty() ? "" : ", ") + grouped(static_cast<std::uint64_t>(iteration));
-  return list;
-}
-
 // A later iteration of an earlier run would be opened in place of the new model.
-void make_room(const TrainSettings& settings, const RunOptions& options) {
+void remove_earlier_iterations(const TrainSettings& settings, const RunOptions& options) {
   const auto tell = [&](const std::string& sentence) {
     options.tell ? options.tell(sentence) : void(fmt::print(stderr, "{}\n", sentence));
   };
   const auto [removed, foreign] = remove_old_iterations(options.out_dir);
   if (!removed.empty())
     tell(fmt::format("removed {} saved iteration{} of an earlier run: {}", removed.size(),
-                     removed.size() == 1 ? "" : "s", list_of(removed)));
+                     removed.size() == 1 ? "" : "s", fmt::join(removed, ", ")));
   if (!foreign.empty() && foreign.back() > settings.iterations)
-    tell(
-        fmt::format("{}: iteration {} is of another program and stays: commands open it without "
-                    "--iteration {}",
-                    options.out_dir.string(), list_of({foreign.back()}), settings.iterations));
+    tell(fmt::format(
+        "{}: iteration {} does not say that quadsplat trained it, so it stays: commands open it "
+        "without --iteration {}",
+        options.out_dir.string(), foreign.back(), settings.iterations));
 }
 
 class Run {
@@ -218,7 +210,7 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
   if (options.resume) {
     note_own(options.out_dir);
   } else if (options.overwrite) {
-    make_room(settings, options);
+    remove_earlier_iterations(settings, options);
   }
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();

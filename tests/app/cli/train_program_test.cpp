@@ -198,7 +198,7 @@ TEST_F(TrainProgram, overwriting_removes_the_iterations_of_the_earlier_run_and_n
   const ProgramRun run = train("model", words);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("removed 3 saved iterations of an earlier run: 2, 4, 6\n"));
-  EXPECT_THAT(run.err, HasSubstr("model: iteration 2,000 is of another program and stays"));
+  EXPECT_THAT(run.err, HasSubstr("model: iteration 2000 does not say that quadsplat trained it"));
   EXPECT_FALSE(std::filesystem::exists(place / "iteration_2"));
   EXPECT_FALSE(std::filesystem::exists(place / "iteration_6"));
   EXPECT_FALSE(std::filesystem::exists(ply(4)));

@@ -12,7 +12,8 @@ namespace qs {
 namespace {
 
 // Columns of equal colours are one rectangle.
-void draw_columns(ImDrawList& draw, ImVec2 at, const std::vector<glm::vec3>& colors, float height) {
+void draw_bar_columns(ImDrawList& draw, ImVec2 at, const std::vector<glm::vec3>& colors,
+                      float height) {
   for (std::size_t first = 0; first < colors.size();) {
     std::size_t end = first + 1;
     while (end < colors.size() && colors[end] == colors[first]) ++end;
@@ -29,8 +30,8 @@ void draw_color_bar(const Legend& legend) {
   const float letter = ImGui::GetFontSize(), height = std::round(0.9f * letter);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const int width = std::max(1, static_cast<int>(ImGui::GetContentRegionAvail().x));
-  draw_columns(draw, at, bar_colors(legend, width, static_cast<int>(height)), height);
-  // The colour of the value 0 is nearly that of the panel.
+  draw_bar_columns(draw, at, bar_colors(legend, width, static_cast<int>(height)), height);
+  // The value 0 has nearly the colour of the panel.
   draw.AddRect(at, {at.x + static_cast<float>(width), at.y + height},
                ImGui::GetColorU32(palette::with_opacity(on_dark::kFaint, 0.5f)));
   const auto text_width = [](const std::string& text) {

@@ -24,8 +24,8 @@ ImVec2 picture_size(const Camera& camera) {
   return {std::min(width, height * aspect), height};
 }
 
-// A dark area takes the place of a picture that is not there yet.
-void draw_picture(const char* title, unsigned texture, ImVec2 size) {
+// A dark area stands for a picture that is still missing.
+void draw_test_picture(const char* title, unsigned texture, ImVec2 size) {
   ImGui::BeginGroup();
   ImGui::TextColored(palette::kFaint, "%s", title);
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -59,9 +59,9 @@ void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& acti
   ImGui::SameLine();
   ImGui::TextWrapped("%s", test_view_title(training).c_str());
   const ImVec2 size = picture_size(training.views->cameras[training.test_view.view]);
-  draw_picture("photograph", state.test_photograph, size);
+  draw_test_picture("photograph", state.test_photograph, size);
   ImGui::SameLine();
-  draw_picture("render", state.test_picture, size);
+  draw_test_picture("render", state.test_picture, size);
   ImGui::TextWrapped("%s", test_view_text(viewer).c_str());
   if (training.views->held_out) return;
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kCaution);

@@ -12,13 +12,13 @@ namespace qs {
 namespace {
 
 // True if the panel may ask for pictures.
-bool is_open(const Viewer& viewer) {
+bool panel_asks(const Viewer& viewer) {
   return viewer.training && viewer.training->views && viewer.panels.all && viewer.panels.training &&
          viewer.training->test_view.problem.empty();
 }
 
 // True if the panel has no picture of this view and model, and the window has the model.
-bool is_outdated(const Viewer& viewer) {
+bool lacks_comparison(const Viewer& viewer) {
   const Training& training = *viewer.training;
   const TestComparison& comparison = training.test_view.comparison;
   if (!window_shows_model(viewer) || shows_part_of_model(viewer)) return false;
@@ -27,7 +27,8 @@ bool is_outdated(const Viewer& viewer) {
 
 bool comparison_is_due(const Viewer& viewer) {
   const TestView& shown = viewer.training->test_view;
-  if (!shown.photograph || shown.compares || !viewer.still() || !is_outdated(viewer)) return false;
+  if (!shown.photograph || shown.compares || !viewer.still() || !lacks_comparison(viewer))
+    return false;
   if (!shown.comparison.picture) return true;
   return may_draw(viewer) &&
          (!is_training(viewer) || viewer.now - shown.compared_at >= kTestViewSeconds);
@@ -96,13 +97,13 @@ Job compare_test_view(const Training& training) {
 }
 
 bool test_view_is_pending(const Viewer& viewer) {
-  if (!is_open(viewer)) return false;
+  if (!panel_asks(viewer)) return false;
   const TestView& shown = viewer.training->test_view;
-  return !shown.photograph || shown.compares || is_outdated(viewer);
+  return !shown.photograph || shown.compares || lacks_comparison(viewer);
 }
 
 void action::follow_test_view(Viewer& v, Host& host) {
-  if (!is_open(v)) return;
+  if (!panel_asks(v)) return;
   TestView& shown = v.training->test_view;
   if (!shown.asked) {
     shown.asked = true;

@@ -15,6 +15,17 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// Reads a value that another block of the same launch may have written: from the L2 cache, which
+/// all multiprocessors share.
+template <class T>
+__device__ T load_fresh(const T* value) {
+#ifdef __CUDA_ARCH__
+  return __ldcg(value);
+#else
+  return *value;
+#endif
+}
+
 /// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
 template <int kBits>
 __device__ unsigned peers_of(std::uint32_t digit, bool valid) {

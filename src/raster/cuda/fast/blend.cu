@@ -9,6 +9,7 @@ namespace {
 constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
 constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
 constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
+constexpr unsigned kCountBlocks = 1056;               // share the segments when they are counted
 constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
 
@@ -61,8 +62,57 @@ __global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, Li
     if (segment.tile == Segment::kNoTile) continue;
     LongList list(view, in.ranges[segment.tile], index - segment.number);
     list.count(in, segment.tile, segment.number);
+    if (lane_index() == 0) view.waves.append(segment.number, index);
   }
 }
+
+/// A warp's view of the results of its half of the tile, of the segments in front of segment
+/// `number` of a list.
+struct Front {
+  const Segment* segments;  // the list's
+  const SegmentResult* results;
+  std::uint32_t number;
+  unsigned half_index;
+
+  /// A mask of the finished ones among 32 segments from `first` on.
+  __device__ unsigned finished(std::uint32_t first) const {
+    const std::uint32_t own = first + lane_index();
+    const bool is_finished = own < number && load_fresh(&segments[own].finished[half_index]) != 0;
+    const unsigned all = __ballot_sync(kAllLanes, is_finished);
+    __threadfence();  // their results are read after this
+    return all;
+  }
+
+  /// Sets `before` to the products of the transmittances of the finished segments: no less than the
+  /// true ones. Returns false if all pixels have stopped.
+  __device__ bool bound(const HalfTile& half, float (&before)[kPixels]) const {
+    constexpr unsigned kBatch = 8;
+#pragma unroll
+    for (float& pixel : before) pixel = 1;
+    for (std::uint32_t first = 0; first < number; first += kWarp) {
+      const unsigned all = finished(first);
+      for (unsigned batch = 0; batch < kWarp && all >> batch != 0; batch += kBatch) {
+#pragma unroll
+        for (unsigned k = batch; k < batch + kBatch; ++k) {
+#pragma unroll
+          for (int j = 0; j < kPixels; ++j) {
+            const bool known = (all >> k & 1) != 0;
+            const float* const own = &results[first + k].transmittance[half.place(j)];
+            before[j] *= known ? load_fresh(own) : 1.0f;
+          }
+        }
+        if (!any_live(before)) return false;
+      }
+    }
+    return true;
+  }
+
+  static __device__ bool any_live(const float (&before)[kPixels]) {
+    bool any = false;
+    for (const float pixel : before) any = any || pixel >= kTransmittanceMin;
+    return __any_sync(kAllLanes, any);
+  }
+};
 
 /// Sets the pixels that stop in segment `index` to their transmittance in front of it, and the
 /// other pixels to 0. False if no pixel stops.
@@ -70,10 +120,16 @@ __device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std
                               const HalfTile& half, Column<Cut::flush>& column) {
   float before[kPixels] = {1, 1, 1, 1};
   const SegmentResult* const first = view.results + (index - number);
-#pragma unroll 8
-  for (std::uint32_t s = 0; s < number; ++s) {
+  constexpr std::uint32_t kBatch = 8;
+  for (std::uint32_t batch = 0; batch < number; batch += kBatch) {
 #pragma unroll
-    for (int j = 0; j < kPixels; ++j) before[j] *= first[s].transmittance[half.place(j)];
+    for (std::uint32_t s = batch; s < batch + kBatch; ++s) {
+#pragma unroll
+      for (int j = 0; j < kPixels; ++j) {
+        before[j] *= s < number ? first[s].transmittance[half.place(j)] : 1.0f;
+      }
+    }
+    if (!Front::any_live(before)) return false;
   }
   bool any = false;
 #pragma unroll
@@ -86,59 +142,78 @@ __device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std
   return __any_sync(kAllLanes, any);
 }
 
+/// Writes the result of compositing a segment, of the pixels `writes`.
+template <bool kAgain>
+__device__ void store_result(const HalfTile& half, const Column<Cut::flush>& column,
+                             const bool (&writes)[kPixels], SegmentResult& result) {
+#pragma unroll
+  for (int j = 0; j < kPixels; ++j) {
+    if (!writes[j]) continue;
+    const ColumnPixel<Cut::flush>& pixel = column.pixels[j];
+    const unsigned place = half.place(j);
+    result.red[place] = pixel.red;
+    result.green[place] = pixel.green;
+    result.blue[place] = pixel.blue;
+    const float left =
+        pixel.is_live() ? pixel.transmittance * kAlphaScale<Cut::flush> : kStopped;
+    result.transmittance[place] = kAgain ? 0.0f : left;
+  }
+}
+
 /// Each warp composites half tiles of segments, one after the other. kAgain: the second time, see
 /// segments.cuh. The first segment of a list is exact the first time.
 template <bool kAgain, Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
-  constexpr Cut kCut = Cut::flush;
   __shared__ Rings<false> rings[kHalfTiles];
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  __shared__ Waves::Shared shared;
+  Waves::prepare<kBlendThreads>(view.waves, shared);
+  const Waves waves(view.waves, shared);
   for (;;) {
-    std::uint32_t turn = 2 * count;
-    if (lane_index() == 0 && count > 0) turn = atomicAdd(&view.counters->turns[kAgain], 1u);
+    std::uint32_t turn = kHalfTiles * waves.segments();
+    if (lane_index() == 0 && turn > 0) turn = atomicAdd(&view.counters->turns[kAgain], 1u);
     turn = __shfl_sync(kAllLanes, turn, 0);
-    const std::uint32_t index = turn / 2;
-    if (index >= count) return;
-    const Segment segment = view.segments[index];
-    if (segment.tile == Segment::kNoTile) continue;
-    LongList list(view, in.ranges[segment.tile], index - segment.number);
+    if (turn >= kHalfTiles * waves.segments()) return;
+    const std::uint32_t index = waves.segment(turn / kHalfTiles);
+    Segment& segment = view.segments[index];
+    const std::uint32_t number = segment.number;
+    LongList list(view, in.ranges[segment.tile], index - number);
     list.cut();
-    if (segment.number >= list.segments()) continue;
-    const HalfTile half(segment.tile, turn % 2, in.columns);
-    Column<kCut> column;
+    if (number >= list.segments()) continue;
+    const unsigned half_index = turn % kHalfTiles;
+    const HalfTile half(segment.tile, half_index, in.columns);
+    SegmentResult& result = view.results[index];
+    Column<Cut::flush> column;
+    bool writes[kPixels];
+    bool composites = true;
     if constexpr (kAgain) {
-      if (segment.number == 0) continue;
-      if (!find_stopping(view, index, segment.number, half, column)) continue;
+      composites = number > 0 && find_stopping(view, index, number, half, column);
+#pragma unroll
+      for (int j = 0; j < kPixels; ++j) {
+        writes[j] = composites && column.pixels[j].transmittance > 0.0f;
+      }
     } else {
-      const glm::vec3 start = segment.number == 0 ? in.background : glm::vec3(0.0f);
+      const Front front{&segment - number, &result - number, number, half_index};
+      float before[kPixels];
+      composites = front.bound(half, before);
+      const glm::vec3 start = number == 0 ? in.background : glm::vec3(0.0f);
 #pragma unroll
       for (int j = 0; j < kPixels; ++j) {
         const bool exists = half.x < in.width && half.y + j < in.height;
-        column.pixels[j] = {exists ? kClear<kCut> : 0.0f, start.x, start.y, start.z};
+        const bool is_live = exists && before[j] >= kTransmittanceMin;
+        column.pixels[j] = {is_live ? kClear<Cut::flush> : 0.0f, start.x, start.y, start.z};
+        writes[j] = true;
       }
     }
-    bool stops[kPixels];
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
-
-    Marks unused{};
-    Walk<false, kRows>(in, half, rings[threadIdx.x / kWarp], column, unused)
-        .composite(list.begin(segment.number), list.end(segment.number));
-
-    SegmentResult& result = view.results[index];
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) {
-      const ColumnPixel<kCut>& pixel = column.pixels[j];
-      const unsigned place = half.place(j);
-      if (kAgain && !stops[j]) continue;
-      result.red[place] = pixel.red;
-      result.green[place] = pixel.green;
-      result.blue[place] = pixel.blue;
-      const float left = pixel.is_live() ? pixel.transmittance * kAlphaScale<kCut> : kStopped;
-      result.transmittance[place] = kAgain ? 0.0f : left;
+    if (composites) {
+      Marks unused{};
+      Walk<false, kRows>(in, half, rings[threadIdx.x / kWarp], column, unused)
+          .composite(list.begin(number), list.end(number));
     }
+    if (composites || !kAgain) store_result<kAgain>(half, column, writes, result);
+    __threadfence();
     __syncwarp();
+    if (!kAgain && lane_index() == 0) segment.finished[half_index] = 1;
   }
 }
 
@@ -212,7 +287,7 @@ void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& 
 }
 
 void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
-  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream,
+  launch("blend", count_segments, Blocks(kCountBlocks, kThreads), frame.stream,
          listed.scratch.segments, input_of(frame, listed));
 }
 

@@ -71,7 +71,7 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   out.scheduled[own * static_cast<unsigned>(out.grid.count()) + place] = tile_index;
   if (length > 0) atomicMax(&counters->max_pairs_in_a_tile, length);
   if (last - first > out.segments.longest_uncut)
-    out.segments.reserve(tile_index, segment_count(last - first));
+    out.segments.reserve(tile_index, reserved_segments(last - first));
   return begin;
 }
 

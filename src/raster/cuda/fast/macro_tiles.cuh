@@ -109,7 +109,6 @@ struct MacroTiles {
   static constexpr int kTiles = kColumns * kRows;
   static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
-  static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
   std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
   MacroEntry* entries;    ///< slicing.size.capacity for each

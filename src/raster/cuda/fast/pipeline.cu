@@ -41,8 +41,6 @@ std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 }  // namespace
 
-static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
-
 bool MacroSizePolicy::fits(const FastCounters& counters, const MacroSize& size) {
   if (size.has_slices()) {
     return counters.spilled <= size.spilled && counters.slices <= size.slices &&
@@ -107,10 +105,6 @@ FastPipeline::FastPipeline(int device)
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
   size_.segment_capacity = 1 << 5;
-}
-
-bool FastPipeline::can_draw(TileGrid grid) {
-  return MacroTiles::count_of(grid) <= MacroTiles::kMost;
 }
 
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,

@@ -6,6 +6,7 @@
 
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/pixels.cuh"
+#include "raster/cuda/reach.cuh"
 #include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
@@ -31,7 +32,8 @@ struct FastCounters {
 struct Segment {
   static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
   std::uint32_t tile, number;
-  std::uint32_t counted;  ///< Gaussians in this part of the list, see LongList
+  std::uint32_t samples;               ///< in this part of the list, see LongList
+  std::uint32_t finished[kHalfTiles];  ///< 1 if its result for that half of the tile is complete
 };
 
 /// The result of compositing a segment, per pixel of the tile. A pixel that stops in the segment
@@ -41,13 +43,28 @@ struct SegmentResult {
   float transmittance[kTileSize * kTileSize];
 };
 
+inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
+
+/// Wave n has the segments number n of all long lists.
+struct WavesView {
+  std::uint32_t* sizes;     ///< kMaxSegments
+  std::uint32_t* segments;  ///< kMaxSegments arrays of `capacity` entries each, in any order
+  std::uint32_t capacity;
+
+  __device__ void append(std::uint32_t number, std::uint32_t segment) const {
+    const std::uint32_t slot = atomicAdd(&sizes[number], 1u);
+    if (slot < capacity) segments[std::size_t{number} * capacity + slot] = segment;
+  }
+};
+
 struct SegmentsView {
   Segment* segments;
   std::uint32_t* first_segments;  ///< per long list
-  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is counted, see LongList
+  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is a sample, see LongList
   SegmentResult* results;
+  WavesView waves;
   std::uint32_t capacity;
-  std::uint32_t longest_uncut;  ///< in Gaussians; longer lists are cut
+  std::uint32_t longest_uncut;  ///< in pairs; longer lists have segments
   FastCounters* counters;
 
   /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
@@ -56,6 +73,9 @@ struct SegmentsView {
     constexpr int kSmall = 5000;  // tiles
     return grid.count() < kSmall ? 2048 : 4096;
   }
+  /// Of the lists with segments, as few have so few segments each.
+  static constexpr std::uint32_t kLeastSegments = 3;
+  static std::size_t most_lists(std::uint32_t segments) { return segments / kLeastSegments + 1; }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
   /// many bits, so long lists leave room behind their last word and share none.
@@ -66,7 +86,7 @@ struct SegmentsView {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
     for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
-      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0};
+      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0, {}};
     }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;
@@ -103,8 +123,14 @@ struct Scratch {
   ToClear begin_frame(const FrameSize& size) {
     const Layout layout = lay_out(size, memory_.data());
     schedule = schedule_.data();
-    segments = {segments_.data(), first_segments_.data(), marks_.data(),
-                results_.data(),  size.segment_capacity,  SegmentsView::longest_uncut_of(size.grid),
+    const std::size_t most_lists = SegmentsView::most_lists(size.segment_capacity);
+    segments = {segments_.data(),
+                first_segments_.data(),
+                marks_.data(),
+                results_.data(),
+                {wave_sizes_, waves_.data(), static_cast<std::uint32_t>(most_lists)},
+                size.segment_capacity,
+                SegmentsView::longest_uncut_of(size.grid),
                 counters};
     large = large_.data();
     macro_tiles.entries = entries_.data();
@@ -139,6 +165,7 @@ struct Scratch {
     first_segments_.reserve(kSegments, size.segment_capacity);
     marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve(kSegments, size.segment_capacity);
+    waves_.reserve(kSegments, kMaxSegments * SegmentsView::most_lists(size.segment_capacity));
     large_.reserve("the frame's Gaussians", size.gaussians);
     const MacroSize& macro = size.macro;
     entries_.reserve(kMacroTiles, macro_count * macro.capacity);
@@ -177,6 +204,7 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
+    place(wave_sizes_, kMaxSegments);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     const std::size_t cleared = used;
@@ -184,10 +212,11 @@ struct Scratch {
     return {cleared, used};
   }
 
+  std::uint32_t* wave_sizes_ = nullptr;  // set to zero, see WavesView
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
   DeviceBuffer<Segment> segments_;
-  DeviceBuffer<std::uint32_t> first_segments_, marks_;
+  DeviceBuffer<std::uint32_t> first_segments_, marks_, waves_;
   DeviceBuffer<SegmentResult> results_;
   DeviceBuffer<std::uint32_t> large_, order_;
   DeviceBuffer<MacroEntry> entries_, spilled_, samples_, slice_entries_;

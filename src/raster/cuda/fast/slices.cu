@@ -3,7 +3,8 @@
 // The kernels that list full macro-tiles:
 //   find_slices    sorts the samples of every full macro-tile and chooses its cuts by depth
 //   fill_slices    copies all its entries to the slices, in any order
-//   place_slices   counts the entries of the slices per tile, and reserves room for the lists
+//   count_slices   counts the entries of the slices per tile
+//   place_slices   reserves room for the lists
 //   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
 #include <type_traits>
@@ -15,12 +16,9 @@ namespace qs::cuda::fast {
 namespace {
 
 constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
-constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count large macro-tiles
-constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
-constexpr std::uint32_t kMoved = kMovedEach * kThreads;
-static_assert(kMoved >= MacroTiles::kUsual);
-constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
-constexpr std::uint32_t kCountedSlices = 8192;  // further slices are counted in global memory
+constexpr unsigned kPlaceThreads = MacroTiles::kTiles * kWarp;
+constexpr std::uint32_t kMoved = 4 * kThreads;  // entries that a block moves at a time
+constexpr unsigned kMoveBlocks = 16 * Slicing::kParts;
 
 /// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
 template <unsigned kBlock, bool kGlobal>
@@ -77,56 +75,43 @@ __device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
   return slice;
 }
 
-/// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
-/// it reserves room once per slice. All its threads call it together.
+/// Copies `count` entries to their slices; entry_at(i) returns them. The threads of a block share
+/// them, and each has several entries under way.
 template <class EntryAt>
-__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std::uint32_t slices,
-                             std::uint32_t count, const EntryAt& entry_at) {
-  const bool counts_here = slices <= kCountedSlices;
-  std::uint32_t* const places = counts_here ? counts : slicing.counts;
-  std::uint32_t chosen[kMovedEach], slots[kMovedEach];
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
+__device__ void move_entries(const Slicing& slicing, std::uint32_t count, const EntryAt& entry_at) {
+  constexpr unsigned kEach = 4;
+  for (std::uint32_t first = threadIdx.x; first < count; first += kEach * kThreads) {
+    Moved moved[kEach];
+    std::uint32_t chosen[kEach], slots[kEach];
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
-    const std::uint32_t i = k * kThreads + threadIdx.x;
-    chosen[k] = i < count ? slice_of(slicing, entry_at(i)) : kNoSlice;
-  }
-  __syncthreads();
+    for (unsigned k = 0; k < kEach; ++k) {
+      const std::uint32_t i = first + k * kThreads;
+      if (i < count) moved[k] = entry_at(i);
+      chosen[k] = i < count ? slice_of(slicing, moved[k]) : kNoSlice;
+    }
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
-    if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
-  }
-  __syncthreads();
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
-    if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
-  }
-  __syncthreads();
+    for (unsigned k = 0; k < kEach; ++k) {
+      slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&slicing.counts[chosen[k]], 1u);
+    }
 #pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
-    slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
+    for (unsigned k = 0; k < kEach; ++k) {
+      if (slots[k] >= slicing.size.slice_capacity) continue;
+      const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
+      slicing.entries[at] = moved[k].entry;
+      slicing.masks[at] = static_cast<std::uint8_t>(moved[k].mask);
+    }
   }
-#pragma unroll
-  for (unsigned k = 0; k < kMovedEach; ++k) {
-    if (slots[k] >= slicing.size.slice_capacity) continue;
-    const Moved moved = entry_at(k * kThreads + threadIdx.x);
-    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
-    slicing.entries[at] = moved.entry;
-    slicing.masks[at] = static_cast<std::uint8_t>(moved.mask);
-  }
-  __syncthreads();
 }
 
 /// Blocks take full macro-tiles in turns and copy their entries, then copy chunks of spilled
 /// entries.
 __global__ void __launch_bounds__(kThreads)
     fill_slices(MacroTiles tiles, const FastCounters* counters) {
-  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
   const Slicing& slicing = tiles.slicing;
-  const std::uint32_t slices = min(counters->slices, slicing.size.slices);
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(slicing, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(slicing, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
@@ -136,7 +121,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
     const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
-    move_entries(slicing, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+    move_entries(slicing, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
       const std::uint32_t where = slicing.spilled_tiles[first + i];
       return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
@@ -166,43 +151,50 @@ __device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
   }
 }
 
-/// Blocks take full macro-tiles in turns.
+/// Warps take slices in turns.
+__global__ void __launch_bounds__(kThreads)
+    count_slices(MacroTiles tiles, const FastCounters* counters) {
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t count = min(counters->slices, slicing.size.slices);
+  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
+  for (std::uint32_t slice = (blockIdx.x * kThreads + threadIdx.x) / kWarp; slice < count;
+       slice += warps) {
+    if (slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) count_slice(slicing, slice);
+  }
+}
+
+/// Blocks take full macro-tiles in turns, and their warps a tile each.
 __global__ void __launch_bounds__(kPlaceThreads)
     place_slices(MacroTiles tiles, Lists out, FastCounters* counters) {
-  constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
-  static_assert(kTiles <= kWarps);
+  constexpr unsigned kTiles = MacroTiles::kTiles;
   __shared__ std::uint64_t begins[kTiles];
   const Slicing& slicing = tiles.slicing;
-  const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
+  const unsigned tile = threadIdx.x / kWarp, lane = lane_index();
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     Slicing::Slices slices = slicing.slices[own];
     if (!slicing.holds(slices)) slices.count = 0;
-    for (std::uint32_t s = warp; s < slices.count; s += kWarps) {
-      count_slice(slicing, slices.first + s);
-    }
-    __syncthreads();
     const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
-      return slicing.list_begins[(slices.first + s) * kTiles + warp];
+      return slicing.list_begins[(slices.first + s) * kTiles + tile];
     };
     std::uint32_t length = 0, fullest = 0;
-    for (std::uint32_t s = lane; s < slices.count && warp < kTiles; s += kWarp) {
+    for (std::uint32_t s = lane; s < slices.count; s += kWarp) {
       length += static_cast<std::uint32_t>(begin_of(s));
       fullest = max(fullest, slicing.counts[slices.first + s]);
     }
     length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
-    if (warp < kTiles && lane == 0) begins[warp] = length;
+    if (lane == 0) begins[tile] = length;
     fullest = largest_of_warp(fullest);
-    if (lane == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
+    if (threadIdx.x == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
     __syncthreads();
-    if (warp == 0) {
+    if (tile == 0) {
       const auto whole = lane < kTiles ? static_cast<std::uint32_t>(begins[lane]) : 0u;
       const std::uint64_t begin = place_list(out, tiles_of(tiles, own, out.grid), whole);
       if (lane < kTiles) begins[lane] = begin;
     }
     __syncthreads();
-    std::uint64_t begin = warp < kTiles ? begins[warp] : 0;
-    for (std::uint32_t first = 0; first < slices.count && warp < kTiles; first += kWarp) {
+    std::uint64_t begin = begins[tile];
+    for (std::uint32_t first = 0; first < slices.count; first += kWarp) {
       const std::uint32_t s = first + lane;
       const std::uint64_t mine = s < slices.count ? begin_of(s) : 0;
       const std::uint64_t end = begin + inclusive_sum_of_warp(mine);
@@ -258,8 +250,8 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
     launch_for(size.macro.sample_capacity, find_slices<kUsualThreads, false>,
                find_slices<kLargeThreads, false>, tiles, counters);
   }
-  const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
-  launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
+  launch("sort", fill_slices, Blocks(kMoveBlocks), stream, tiles, counters);
+  launch("sort", count_slices, Blocks(kBlocks), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
   launch_for(size.macro.slice_capacity, sort_slices<kUsualThreads, kUsualBlocks>,
              sort_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);

@@ -11,10 +11,10 @@
 
 namespace qs::cuda::fast {
 
-// Threads of a block for a usual number of Gaussians and for a large one, and blocks per
+// Threads of a block for a usual number of Gaussians and for a larger one, and blocks per
 // multiprocessor.
 constexpr unsigned kUsualThreads = 256, kUsualBlocks = 6;
-constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1;
+constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1, kMediumBlocks = 2;
 
 /// The memory to which lists are written. A kernel parameter.
 struct Lists {

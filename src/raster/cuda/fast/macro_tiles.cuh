@@ -25,6 +25,9 @@ struct MacroEntry {
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
   static constexpr std::uint32_t kUsual = 3072;
+  /// The capacity of slices if smaller ones need more samples than a block can sort: two blocks
+  /// share a multiprocessor.
+  static constexpr std::uint32_t kMedium = 10240;
 
   std::uint32_t capacity = kUsual;      ///< Gaussians that a macro-tile keeps, at least kUsual
   std::uint32_t slice_capacity = 0;     ///< Gaussians in a slice; 0: the frame has no slices

@@ -80,8 +80,11 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
       counters.fullest_macro_tile >> before.log2_distance <= before.sample_capacity;
   MacroSize next = before;
   next.capacity = MacroTiles::kUsual;
-  const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
-  next.slice_capacity = usual_suffices ? MacroTiles::kUsual : most_;
+  next.slice_capacity = most_;
+  for (const std::uint32_t smaller : {MacroSize::kMedium, MacroSize::kUsual}) {
+    const bool suffices = smaller <= most_ && samples_of(smaller / 2) <= most_;
+    if (suffices) next.slice_capacity = smaller;
+  }
   if (next.slice_capacity != before.slice_capacity) {
     next.slice_target = next.slice_capacity / 2;
   } else if (counters.fullest_slice > before.slice_capacity && has_all_samples) {

@@ -28,12 +28,18 @@ struct FastCounters {
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
 };
 
-/// A part of a long list. The segments of a list are adjacent.
+/// A part of a long list. The segments of a list are adjacent. Arrays have an element for each half
+/// of the tile.
 struct Segment {
   static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
   std::uint32_t tile, number;
-  std::uint32_t samples;               ///< in this part of the list, see LongList
-  std::uint32_t finished[kHalfTiles];  ///< 1 if its result for that half of the tile is complete
+  std::uint32_t samples;     ///< in this part of the list, see LongList
+  std::uint32_t count;       ///< segments of the list; only the first segment has it
+  std::uint32_t begin, end;  ///< pairs
+  /// 1 if the segment's SegmentResult is complete.
+  std::uint32_t finished[kHalfTiles];
+  /// SegmentResult::front allows for the segments with lower numbers.
+  std::uint32_t front_end[kHalfTiles];
 };
 
 /// The result of compositing a segment, per pixel of the tile. A pixel that stops in the segment
@@ -41,6 +47,7 @@ struct Segment {
 struct SegmentResult {
   float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
   float transmittance[kTileSize * kTileSize];
+  float front[kTileSize * kTileSize];  ///< product of the transmittances of the first segments
 };
 
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
@@ -86,7 +93,7 @@ struct SegmentsView {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
     for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
-      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0, {}};
+      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0, 0, 0, 0, {}, {}};
     }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;

@@ -7,8 +7,7 @@
 // rule stays exact. Finally the segments of a tile are joined, front to back.
 //
 // Segments are begun in waves, the first ones of all lists first. A warp leaves out the pixels that
-// have stopped in the segments in front, as far as these are finished, so most of the segments
-// behind a tile that has stopped are never composited.
+// have stopped in the segments in front, as far as these are finished.
 //
 // Rounding depends on where a list is cut. All lossless modes must draw the same picture, although
 // they list different Gaussians: some list more that reach no pixel with alpha >= 1/255. So a list

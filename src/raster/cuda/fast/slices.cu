@@ -237,24 +237,31 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   const MacroTiles& tiles = scratch.macro_tiles;
   FastCounters* const counters = scratch.counters;
   const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
-  const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
-    const bool is_usual = capacity <= MacroTiles::kUsual;
-    launch("sort", is_usual ? usual : large,
-           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
-           stream, arguments...);
+  const auto launch_for = [&](std::uint32_t capacity, auto kernel, unsigned threads,
+                              auto... arguments) {
+    launch("sort", kernel, Blocks(kBlocks, threads, SharedArrays::bytes(capacity)), stream,
+           arguments...);
   };
   if (size.macro.sorts_in_global_memory) {
     launch("sort", find_slices<kLargeThreads, true>, Blocks(Slicing::kGlobalSorts, kLargeThreads),
            stream, tiles, counters);
   } else {
-    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads, false>,
-               find_slices<kLargeThreads, false>, tiles, counters);
+    const std::uint32_t capacity = size.macro.sample_capacity;
+    const bool is_usual = capacity <= MacroSize::kUsual;
+    launch_for(capacity,
+               is_usual ? find_slices<kUsualThreads, false> : find_slices<kLargeThreads, false>,
+               is_usual ? kUsualThreads : kLargeThreads, tiles, counters);
   }
   launch("sort", fill_slices, Blocks(kMoveBlocks), stream, tiles, counters);
   launch("sort", count_slices, Blocks(kBlocks), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
-  launch_for(size.macro.slice_capacity, sort_slices<kUsualThreads, kUsualBlocks>,
-             sort_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
+  const std::uint32_t capacity = size.macro.slice_capacity;
+  const bool is_usual = capacity <= MacroSize::kUsual;
+  launch_for(capacity,
+             is_usual                         ? sort_slices<kUsualThreads, kUsualBlocks>
+             : capacity <= MacroSize::kMedium ? sort_slices<kLargeThreads, kMediumBlocks>
+                                              : sort_slices<kLargeThreads, kLargeBlocks>,
+             is_usual ? kUsualThreads : kLargeThreads, tiles, out, counters);
 }
 
 }  // namespace qs::cuda::fast

@@ -96,12 +96,12 @@ class ListBlock {
         number_(threadIdx.x / kWarp / kTiles),
         part_(size, number_, kParts) {}
 
-  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks) {
-    MacroSort<kBlock>(arrays_, entries, size_).sort();
+  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks, EntryOrder order) {
+    MacroSort<kBlock>(arrays_, entries, order, size_).sort();
     __syncthreads();
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       const unsigned entry = arrays_.order[i];
-      arrays_.values[i] = entries[entry].gaussian;
+      arrays_.values[i] = entries[entry].place;
       arrays_.other[i] = masks[entry];
     }
     __syncthreads();

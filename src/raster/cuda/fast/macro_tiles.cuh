@@ -16,10 +16,17 @@ namespace qs::cuda::fast {
 
 /// A Gaussian in a macro-tile.
 struct MacroEntry {
-  std::uint32_t depth_key, gaussian;  ///< the index in the file
+  std::uint32_t depth_key, place;  ///< place: of the Gaussian in the scene's order in space
+};
 
-  /// Entries are sorted by this key: by depth, then by index.
-  QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
+/// Entries are sorted by depth, then by index in the file.
+struct EntryOrder {
+  const std::uint32_t* file_indices;  ///< per place
+
+  __device__ std::uint32_t file_index(MacroEntry entry) const { return file_indices[entry.place]; }
+  __device__ std::uint64_t key(MacroEntry entry) const {
+    return std::uint64_t{entry.depth_key} << 32 | file_index(entry);
+  }
 };
 
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
@@ -117,6 +124,7 @@ struct MacroTiles {
   MacroEntry* entries;    ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first
+  EntryOrder entry_order;
   int columns, rows;
   Slicing slicing;
 

@@ -18,16 +18,15 @@ bool needs_color(const Outputs& outputs) {
   return outputs.blends() || outputs.trace || outputs.depth;
 }
 
-/// Writes the depths of visible Gaussians by their index in the file, as lists have it.
+/// Writes the depths of visible Gaussians by their place, as lists have it.
 __global__ void __launch_bounds__(kBlockGaussians)
     store_depths(const FastCounters* counters, FastVisibleView visible,
-                 const std::uint32_t* file_indices, std::uint32_t count, std::uint32_t nearest,
-                 float* depths) {
+                 std::uint32_t count, std::uint32_t nearest, float* depths) {
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
   const std::uint32_t bits = visible.depth_keys[place] + nearest;
-  std::memcpy(&depths[file_indices[place]], &bits, sizeof bits);
+  std::memcpy(&depths[place], &bits, sizeof bits);
 }
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.
@@ -207,13 +206,16 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
                 FrameLists{[&] { return list_ranges(frame); }, pairs_.gaussians,
                            [&](Trace& trace) { append_gaussians(frame, trace); }},
                 result);
+  if (!outputs.trace) return;
+  const auto file_indices = copied(frame.cloud.file_indices.data(), frame.cloud.count, frame.stream);
+  for (std::uint32_t& listed : result.trace.listed) listed = file_indices[listed];
 }
 
 void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
   const std::uint32_t count = frame.cloud.count;
   depths_.reserve("the frame's Gaussians", count);
   launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
-         frame.stream, scratch_.counters, visible_.view(), frame.cloud.file_indices.data(), count,
+         frame.stream, scratch_.counters, visible_.view(), count,
          nearest_bits(frame.camera), depths_.data());
   const auto in = BlendInput<ListRange, BoundedSplat>::of(
       frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
@@ -244,7 +246,7 @@ void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) con
     const std::uint32_t place = places[i];
     if (place == count) continue;
     append_visible(trace, i, footprints[place].footprint(), depth_of_key(keys[place], frame.camera),
-                   splats[i].splat());
+                   splats[place].splat());
   }
 }
 

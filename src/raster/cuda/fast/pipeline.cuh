@@ -67,7 +67,7 @@ class FastPipeline {
   Scratch scratch_;
   FastVisible visible_;
   FastPairs pairs_;
-  DeviceBuffer<float> depths_;  // by index in the file, for draw_depth()
+  DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
 };

@@ -53,7 +53,6 @@ constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large
 template <class P>
 struct ProjectedBlock {
   Appended<P> appended[kThreads];
-  std::uint32_t file_indices[kThreads];
   std::uint32_t staged_count, staged[kStagedEntries];
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
@@ -74,7 +73,6 @@ struct ProjectedBlock {
     if (visible) {
       const Footprint& footprint = projected.footprint;
       out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
-      file_indices[threadIdx.x] = in.cloud.file_indices[i];
     }
     const std::uint32_t slot = reserve_slot(is_large, &counters->large);
     if (is_large) large[slot] = i;
@@ -98,7 +96,7 @@ struct ProjectedBlock {
             staged[at] = StagedEntry(counter, owner, tiles).word;
             atomicAdd(&counts[counter], 1u);
           } else {
-            macro_tiles.append(macro_tile, {appended[owner].depth_key, file_indices[owner]}, tiles);
+            macro_tiles.append(macro_tile, {appended[owner].depth_key, first + owner}, tiles);
           }
         });
   }
@@ -122,7 +120,7 @@ struct ProjectedBlock {
   }
 
   /// Stores the staged entries from the slots in `next` on.
-  __device__ __forceinline__ void store_entries(const MacroTiles& macro_tiles,
+  __device__ __forceinline__ void store_entries(std::uint32_t first, const MacroTiles& macro_tiles,
                                                 const BlockCounts& next) {
     const std::uint32_t staged_here = min(staged_count, kStagedEntries);
     for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
@@ -134,7 +132,7 @@ struct ProjectedBlock {
           reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
       if (!exists) continue;
       macro_tiles.store(next.macro_tile_of(counter), slot, place,
-                        {appended[owner].depth_key, file_indices[owner]}, entry.mask());
+                        {appended[owner].depth_key, first + owner}, entry.mask());
     }
   }
 };
@@ -163,7 +161,7 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
   __syncthreads();
   shared.reserve_room(macro_tiles, counts);
   __syncthreads();
-  shared.store_entries(macro_tiles, counts);
+  shared.store_entries(first, macro_tiles, counts);
   __syncthreads();
 }
 
@@ -282,7 +280,7 @@ __global__ void __launch_bounds__(kAppendThreads)
   const std::uint32_t count = counters->large;
   for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
     const std::uint32_t place = large[l];
-    const MacroEntry entry{visible.depth_keys[place], cloud.file_indices[place]};
+    const MacroEntry entry{visible.depth_keys[place], place};
     const Footprint footprint = visible.footprints[place].footprint();
     TileRect tiles_of_all;
     Span lines{0, 0};
@@ -386,7 +384,7 @@ __global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
       if constexpr (kHalves) return in.cloud.coefficient_of_halves(i, k);
       return in.cloud.coefficient(i, k);
     });
-    visible.splats[in.cloud.file_indices[i]] = splat_of(visible.footprints[i].footprint(), color);
+    visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
   }
 }
 
@@ -404,6 +402,7 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
              Scratch& scratch) {
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
+  scratch.macro_tiles.entry_order = {cloud.file_indices};
   const View<float> view = make_view<float>(frame.camera);
   const unsigned blocks = blocks_for(cloud.count);
   with_culler(frame.settings.mode, [&]<class P>(P) {

@@ -41,12 +41,13 @@ __global__ void __launch_bounds__(kBlock)
       memory = dynamic_shared();
     }
     Arrays arrays(memory, capacity);
-    MacroSort<kBlock, Arrays>(arrays, samples, count).sort();
+    MacroSort<kBlock, Arrays>(arrays, samples, tiles.entry_order, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
       const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
       const bool is_cut = s > 0 && count > 0;
-      slicing.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
+      slicing.least_keys[slices.first + s] =
+          is_cut ? tiles.entry_order.key(samples[arrays.order[sample]]) : 0;
       slicing.macro_tile_of[slices.first + s] = own;
       slicing.counts[slices.first + s] = 0;
     }
@@ -62,10 +63,11 @@ struct Moved {
 
 /// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
 constexpr std::uint32_t kNoSlice = 0xffffffffu;
-__device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
+__device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
+  const Slicing& slicing = tiles.slicing;
   const Slicing::Slices slices = slicing.slices[moved.macro_tile];
   if (!slicing.holds(slices)) return kNoSlice;
-  const std::uint64_t key = moved.entry.sort_key();
+  const std::uint64_t key = tiles.entry_order.key(moved.entry);
   std::uint32_t slice = slices.first;  // the last slice that begins before the entry
   for (std::uint32_t count = slices.count; count > 1;) {
     const std::uint32_t half = count / 2;
@@ -78,7 +80,9 @@ __device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
 /// Copies `count` entries to their slices; entry_at(i) returns them. The threads of a block share
 /// them, and each has several entries under way.
 template <class EntryAt>
-__device__ void move_entries(const Slicing& slicing, std::uint32_t count, const EntryAt& entry_at) {
+__device__ void move_entries(const MacroTiles& tiles, std::uint32_t count,
+                             const EntryAt& entry_at) {
+  const Slicing& slicing = tiles.slicing;
   constexpr unsigned kEach = 4;
   for (std::uint32_t first = threadIdx.x; first < count; first += kEach * kThreads) {
     Moved moved[kEach];
@@ -87,7 +91,7 @@ __device__ void move_entries(const Slicing& slicing, std::uint32_t count, const 
     for (unsigned k = 0; k < kEach; ++k) {
       const std::uint32_t i = first + k * kThreads;
       if (i < count) moved[k] = entry_at(i);
-      chosen[k] = i < count ? slice_of(slicing, moved[k]) : kNoSlice;
+      chosen[k] = i < count ? slice_of(tiles, moved[k]) : kNoSlice;
     }
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k) {
@@ -111,7 +115,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(slicing, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(tiles, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
@@ -121,7 +125,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
     const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
-    move_entries(slicing, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+    move_entries(tiles, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
       const std::uint32_t where = slicing.spilled_tiles[first + i];
       return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
@@ -219,7 +223,7 @@ __global__ void __launch_bounds__(kBlock, kResident)
     const std::size_t first = std::size_t{slice} * capacity;
     Block block(SharedArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
-    block.sort(slicing.entries + first, slicing.masks + first);
+    block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
     if (Block::kParts > 1) block.count();
     if (threadIdx.x < Block::kTiles) {
       shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];

@@ -2,7 +2,8 @@
 //
 // The kernels that composite long lists:
 //   count_segments    finds the samples of the lists
-//   cut_segments      finds the pairs of the segments, and appends the segments to their waves
+//   cut_segments      finds the pairs of the segments, and the sizes of the waves
+//   order_segments    orders the segments by waves
 //   blend_segments    composites the segments as if nothing were in front of them
 //   finish_segments   composites the pixels again that stop in a segment
 //   join_segments     joins the segments of a list, front to back
@@ -39,8 +40,28 @@ __global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, Li
   });
 }
 
+/// Turns the sizes of the waves into their first turns. All threads of one block call it together.
+__device__ void begin_waves(const WavesView& waves, FastCounters* counters) {
+  constexpr unsigned kEach = WavesView::kMost / kThreads;
+  std::uint32_t sizes[kEach], sum = 0;
+#pragma unroll
+  for (unsigned k = 0; k < kEach; ++k) {
+    sizes[k] = load_fresh(&waves.sizes[threadIdx.x * kEach + k]);
+    sum += sizes[k];
+  }
+  const BlockSum<std::uint32_t> all = sum_of_block<kThreads>(sum);
+  if (threadIdx.x == 0) counters->cut_segments = all.total;
+  std::uint32_t begin = all.before;
+#pragma unroll
+  for (unsigned k = 0; k < kEach; ++k) {
+    waves.sizes[threadIdx.x * kEach + k] = begin;
+    begin += sizes[k];
+  }
+}
+
 __global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, ListInput in) {
-  for_each_segment(view, in, [&](std::uint32_t index, Segment& segment, LongList& list) {
+  const auto tiles = static_cast<std::uint32_t>(in.columns * in.rows);
+  for_each_segment(view, in, [&](std::uint32_t, Segment& segment, LongList& list) {
     list.cut();
     if (segment.number >= list.segments()) return;
     const std::uint32_t begin = list.begin(segment.number), end = list.end(segment.number);
@@ -48,8 +69,28 @@ __global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, List
     segment.begin = begin;
     segment.end = end;
     segment.count = list.segments();
-    view.waves.append(segment.number, index);
+    segment.wave = view.waves.wave_of(segment.tile, tiles, segment.number);
+    segment.slot = atomicAdd(&view.waves.sizes[segment.wave], 1u);
   });
+  __shared__ bool is_last;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    __threadfence();
+    is_last = atomicAdd(&view.counters->cut_blocks_done, 1u) + 1 == gridDim.x;
+  }
+  __syncthreads();
+  if (is_last) begin_waves(view.waves, view.counters);
+}
+
+/// Launched with a thread per segment.
+__global__ void __launch_bounds__(kThreads) order_segments(SegmentsView view) {
+  const std::uint32_t count = min(view.counters->segments, view.capacity);
+  const std::uint32_t stride = gridDim.x * kThreads;
+  for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += stride) {
+    const Segment& segment = view.segments[i];
+    if (segment.count == 0) continue;
+    view.waves.order[view.waves.sizes[segment.wave] + segment.slot] = i;
+  }
 }
 
 /// One half of a segment, which a warp takes in its turn.
@@ -59,9 +100,9 @@ struct HalfSegment {
   std::uint32_t number, begin, end;
   unsigned half_index;
 
-  __device__ HalfSegment(const SegmentsView& view, const Waves& waves, std::uint32_t turn)
+  __device__ HalfSegment(const SegmentsView& view, std::uint32_t turn)
       : half_index(turn % kHalfTiles) {
-    const std::uint32_t index = waves.segment(turn / kHalfTiles);
+    const std::uint32_t index = view.waves.order[turn / kHalfTiles];
     segment = view.segments + index;
     result = view.results + index;
     number = segment->number;
@@ -96,7 +137,6 @@ struct Front {
     const Segment* const other = own.segment - distance;
     const bool is_finished =
         distance <= own.number && load_fresh(&other->finished[own.half_index]) != 0;
-    __threadfence();  // the result is read after this
     const std::uint32_t known =
         is_finished ? load_fresh(&other->front_end[own.half_index]) * kWarp + distance : 0;
     const std::uint32_t most = largest_of_warp(known);
@@ -150,9 +190,7 @@ struct Front {
     const Segment* const segment = own.segment - own.number + number;
     const bool is_finished =
         number < own.number && load_fresh(&segment->finished[own.half_index]) != 0;
-    const unsigned finished = __ballot_sync(kAllLanes, is_finished);
-    __threadfence();
-    return finished;
+    return __ballot_sync(kAllLanes, is_finished);
   }
 };
 
@@ -162,14 +200,11 @@ template <Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
   __shared__ Rings<false> rings[kHalfTiles];
-  __shared__ Waves::Shared shared;
-  Waves::prepare<kBlendThreads>(view.waves, shared);
-  const Waves waves(view.waves, shared);
-  const std::uint32_t turns = kHalfTiles * waves.segments();
-  while (turns > 0) {
+  const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
+  for (;;) {
     const std::uint32_t turn = next_turn(&view.counters->turns[0]);
     if (turn >= turns) return;
-    const HalfSegment own(view, waves, turn);
+    const HalfSegment own(view, turn);
     const HalfTile half = own.half(in);
     const glm::vec3 start = own.number == 0 ? in.background : glm::vec3(0.0f);
     Column<Cut::flush> column;
@@ -203,9 +238,8 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
       own.result->transmittance[place] =
           pixel.is_live() ? pixel.transmittance * kAlphaScale<Cut::flush> : kStopped;
     }
-    __threadfence();
     __syncwarp();
-    if (lane_index() == 0) own.segment->finished[own.half_index] = 1;
+    if (lane_index() == 0) publish(&own.segment->finished[own.half_index]);
   }
 }
 
@@ -252,14 +286,11 @@ template <Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     finish_segments(SegmentsView view, ListInput in) {
   __shared__ Rings<false> rings[kHalfTiles];
-  __shared__ Waves::Shared shared;
-  Waves::prepare<kBlendThreads>(view.waves, shared);
-  const Waves waves(view.waves, shared);
-  const std::uint32_t turns = kHalfTiles * waves.segments();
-  while (turns > 0) {
+  const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
+  for (;;) {
     const std::uint32_t turn = next_turn(&view.counters->turns[1]);
     if (turn >= turns) return;
-    const HalfSegment own(view, waves, turn);
+    const HalfSegment own(view, turn);
     if (own.number == 0) continue;
     const HalfTile half = own.half(in);
     WalkedPixel pixels[kPixels];
@@ -338,6 +369,7 @@ void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
   const ListInput in = input_of(frame, listed);
   launch("blend", count_segments, blocks, frame.stream, segments, in);
   launch("blend", cut_segments, blocks, frame.stream, segments, in);
+  launch("blend", order_segments, Blocks(kJoinBlocks), frame.stream, segments);
 }
 
 void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,

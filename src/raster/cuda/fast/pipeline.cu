@@ -36,6 +36,11 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
                        [](std::uint64_t pairs) { return pairs * sizeof(std::uint32_t); });
 }
 
+/// True if the frame has kernels for long lists.
+bool cuts(const FrameSize& size, const Outputs& outputs) {
+  return cuts_long_lists(outputs) && size.segment_capacity > 0;
+}
+
 std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 }  // namespace
@@ -106,7 +111,6 @@ FastPipeline::FastPipeline(int device)
       full_stream_(device, true),
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
-  size_.segment_capacity = 1 << 5;
 }
 
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
@@ -129,7 +133,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                                      outputs.blends(),
                                      outputs.used,
                                      needs_color(outputs),
-                                     cuts_long_lists(outputs),
+                                     cuts(size, outputs),
                                      has_thin_rows(frame.settings)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
@@ -142,6 +146,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool segments_fit =
         !cuts_long_lists(outputs) || counters_->segments <= size.segment_capacity;
+    if (cuts_long_lists(outputs) && counters_->segments == 0) size_.segment_capacity = 0;
     const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
     const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
     size_.macro = size.macro = macro.value_or(MacroSize{});
@@ -180,10 +185,10 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
     const ListedTiles listed{visible_, pairs_, scratch_};
-    if (cuts_long_lists(outputs)) count_long_lists(frame, listed);
+    if (cuts(size, outputs)) count_long_lists(frame, listed);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
-    if (cuts_long_lists(outputs)) blend_long_lists(frame, listed, outputs, pixels);
+    if (cuts(size, outputs)) blend_long_lists(frame, listed, outputs, pixels);
     blend(frame, listed, outputs, pixels, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);

@@ -4,6 +4,8 @@
 // when the frame begins is contiguous.
 #pragma once
 
+#include <cstdlib>
+
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/pixels.cuh"
 #include "raster/cuda/reach.cuh"
@@ -17,7 +19,8 @@ struct FastCounters {
   std::uint32_t visible_blocks;  ///< see FastVisibleView
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
-  std::uint32_t segments;            ///< of all long lists
+  std::uint32_t segments;            ///< of all long lists, as reserved
+  std::uint32_t cut_segments;        ///< as cut
   std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t full_macro_tiles;    ///< number of them
@@ -26,6 +29,7 @@ struct FastCounters {
   std::uint32_t fullest_slice;       ///< entries in it
   std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
+  std::uint32_t cut_blocks_done;     ///< blocks that have finished cutting segments
 };
 
 /// A part of a long list. The segments of a list are adjacent. Arrays have an element for each half
@@ -36,6 +40,7 @@ struct Segment {
   std::uint32_t samples;     ///< in this part of the list, see LongList
   std::uint32_t count;       ///< segments of the list; only the first segment has it
   std::uint32_t begin, end;  ///< pairs
+  std::uint32_t wave, slot;  ///< see WavesView; slot: in the wave
   /// 1 if the segment's SegmentResult is complete.
   std::uint32_t finished[kHalfTiles];
   /// SegmentResult::front allows for the segments with lower numbers.
@@ -52,15 +57,18 @@ struct SegmentResult {
 
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 
-/// Wave n has the segments number n of all long lists.
+/// Segments are composited wave by wave: wave n of a band of tiles has the segments number n of its
+/// long lists.
 struct WavesView {
-  std::uint32_t* sizes;     ///< kMaxSegments
-  std::uint32_t* segments;  ///< kMaxSegments arrays of `capacity` entries each, in any order
-  std::uint32_t capacity;
+  static constexpr std::uint32_t kMaxBands = 16, kMost = kMaxBands * kMaxSegments;
 
-  __device__ void append(std::uint32_t number, std::uint32_t segment) const {
-    const std::uint32_t slot = atomicAdd(&sizes[number], 1u);
-    if (slot < capacity) segments[std::size_t{number} * capacity + slot] = segment;
+  std::uint32_t bands;
+  std::uint32_t* sizes;  ///< kMost; later the first turns of the waves
+  std::uint32_t* order;  ///< per turn: a segment
+
+  __device__ std::uint32_t wave_of(std::uint32_t tile, std::uint32_t tiles,
+                                   std::uint32_t number) const {
+    return static_cast<std::uint32_t>(std::uint64_t{tile} * bands / tiles) * kMaxSegments + number;
   }
 };
 
@@ -80,9 +88,6 @@ struct SegmentsView {
     constexpr int kSmall = 5000;  // tiles
     return grid.count() < kSmall ? 2048 : 4096;
   }
-  /// Of the lists with segments, as few have so few segments each.
-  static constexpr std::uint32_t kLeastSegments = 3;
-  static std::size_t most_lists(std::uint32_t segments) { return segments / kLeastSegments + 1; }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
   /// many bits, so long lists leave room behind their last word and share none.
@@ -93,7 +98,7 @@ struct SegmentsView {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
     for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
-      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0, 0, 0, 0, {}, {}};
+      segments[first + i] = {fits ? tile : Segment::kNoTile, i};
     }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;
@@ -103,11 +108,15 @@ struct SegmentsView {
 struct FrameSize {
   std::uint32_t gaussians = 0;
   std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
-  std::uint32_t segment_capacity = 0;  ///< segments of long lists that they can hold
+  std::uint32_t segment_capacity = 0;  ///< segments that they can hold; 0: no list is cut
   MacroSize macro;
   TileGrid grid;
 
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
+  std::uint32_t bands() const {
+    if (const char* t = std::getenv("QS_BANDS")) return static_cast<std::uint32_t>(std::atoi(t));
+    return 1;
+  }
 };
 
 /// Memory that must be set to zero.
@@ -130,12 +139,11 @@ struct Scratch {
   ToClear begin_frame(const FrameSize& size) {
     const Layout layout = lay_out(size, memory_.data());
     schedule = schedule_.data();
-    const std::size_t most_lists = SegmentsView::most_lists(size.segment_capacity);
     segments = {segments_.data(),
                 first_segments_.data(),
                 marks_.data(),
                 results_.data(),
-                {wave_sizes_, waves_.data(), static_cast<std::uint32_t>(most_lists)},
+                {size.bands(), wave_sizes_, waves_.data()},
                 size.segment_capacity,
                 SegmentsView::longest_uncut_of(size.grid),
                 counters};
@@ -172,7 +180,7 @@ struct Scratch {
     first_segments_.reserve(kSegments, size.segment_capacity);
     marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve(kSegments, size.segment_capacity);
-    waves_.reserve(kSegments, kMaxSegments * SegmentsView::most_lists(size.segment_capacity));
+    waves_.reserve(kSegments, size.segment_capacity);
     large_.reserve("the frame's Gaussians", size.gaussians);
     const MacroSize& macro = size.macro;
     entries_.reserve(kMacroTiles, macro_count * macro.capacity);
@@ -211,7 +219,7 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
-    place(wave_sizes_, kMaxSegments);
+    place(wave_sizes_, size.segment_capacity > 0 ? WavesView::kMost : 0);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     const std::size_t cleared = used;

@@ -49,53 +49,6 @@ QS_HD std::uint32_t reserved_segments(std::uint32_t pairs) {
   return segment_count(most_samples(pairs));
 }
 
-/// The order in which warps take segments: wave by wave. The threads of a block construct it
-/// together.
-class Waves {
- public:
-  struct Shared {
-    std::uint32_t begins[kMaxSegments + 1];
-  };
-
-  template <unsigned kBlock>
-  static __device__ void prepare(const WavesView& view, Shared& shared) {
-    constexpr unsigned kEach = kMaxSegments / kBlock;
-    static_assert(kEach * kBlock == kMaxSegments);
-    std::uint32_t sizes[kEach], sum = 0;
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      sizes[k] = min(view.sizes[threadIdx.x * kEach + k], view.capacity);
-      sum += sizes[k];
-    }
-    const BlockSum<std::uint32_t> own = sum_of_block<kBlock>(sum);
-    std::uint32_t begin = own.before;
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      shared.begins[threadIdx.x * kEach + k] = begin;
-      begin += sizes[k];
-    }
-    if (threadIdx.x == 0) shared.begins[kMaxSegments] = own.total;
-    __syncthreads();
-  }
-
-  __device__ Waves(const WavesView& view, const Shared& shared) : view_(view), shared_(shared) {}
-
-  __device__ std::uint32_t segments() const { return shared_.begins[kMaxSegments]; }
-
-  /// The index of the segment that is taken at position `turn` < segments().
-  __device__ std::uint32_t segment(std::uint32_t turn) const {
-    unsigned wave = 0;  // the last one that begins at or before the turn
-    for (unsigned half = kMaxSegments / 2; half > 0; half /= 2) {
-      if (shared_.begins[wave + half] <= turn) wave += half;
-    }
-    return view_.segments[std::size_t{wave} * view_.capacity + turn - shared_.begins[wave]];
-  }
-
- private:
-  const WavesView& view_;
-  const Shared& shared_;
-};
-
 /// A long list. All lanes of a warp call its functions together.
 class LongList {
  public:

@@ -175,6 +175,26 @@ TEST_P(CudaLongLists, are_equal_bit_for_bit_in_lossless_modes) {
   }
 }
 
+TEST_P(CudaLongLists, of_more_gaussians_than_fit_into_usual_segments_are_drawn_as_on_the_cpu) {
+  // A list has 256 segments at most, so these hold more Gaussians, and the last ones can be empty.
+  constexpr std::size_t kCount = 131146;
+  const Camera camera = test::front_camera(kSide, kSide);
+  GaussianCloud cloud = crowd(kCount, 0.0045, 0.0045);
+  const auto onto_pixel = [](double along, double px, double center) {
+    return (std::round(along / px + center) - center) * px;
+  };
+  for (auto& position : cloud.positions) {  // to the nearest pixel, the only one that it reaches
+    const glm::dvec2 px = double{position.z} / camera.focal_px;
+    position.x = static_cast<float>(onto_pixel(position.x, px.x, camera.center_px.x));
+    position.y = static_cast<float>(onto_pixel(position.y, px.y, camera.center_px.y));
+  }
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  const Frame& expected = cpu->render(camera, settings_on(kWhite));
+  ASSERT_EQ(expected.stats.max_pairs_in_a_tile, kCount);
+  EXPECT_LE(largest_difference(gpu->render(camera, settings_on(kWhite)).color, expected.color),
+            1e-4);
+}
+
 TEST_P(CudaLongLists, of_several_tiles_beside_short_ones_are_drawn_as_on_the_cpu) {
   GaussianCloud cloud = test::random_cloud(2000, 0, 3);
   test::append(cloud, crowd(24000, 0.01, 0.2));

@@ -87,6 +87,7 @@ class LongList {
     // A list with more samples is longer than longest_uncut_ in every mode.
     count_ = total > most_samples(longest_uncut_) ? min(segment_count(total), parts_) : 1;
     each_ = (total + count_ - 1) / count_;
+    if (each_ > 0) count_ = (total + each_ - 1) / each_;  // rounding up may leave none for the last
   }
 
   __device__ std::uint32_t segments() const { return count_; }

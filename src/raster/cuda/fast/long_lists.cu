@@ -42,25 +42,14 @@ __global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, Li
 
 /// Turns the sizes of the waves into their first turns. All threads of one block call it together.
 __device__ void begin_waves(const WavesView& waves, FastCounters* counters) {
-  constexpr unsigned kEach = WavesView::kMost / kThreads;
-  std::uint32_t sizes[kEach], sum = 0;
-#pragma unroll
-  for (unsigned k = 0; k < kEach; ++k) {
-    sizes[k] = load_fresh(&waves.sizes[threadIdx.x * kEach + k]);
-    sum += sizes[k];
-  }
-  const BlockSum<std::uint32_t> all = sum_of_block<kThreads>(sum);
-  if (threadIdx.x == 0) counters->cut_segments = all.total;
-  std::uint32_t begin = all.before;
-#pragma unroll
-  for (unsigned k = 0; k < kEach; ++k) {
-    waves.sizes[threadIdx.x * kEach + k] = begin;
-    begin += sizes[k];
-  }
+  static_assert(kThreads == kMaxSegments);
+  const std::uint32_t size = load_fresh(&waves.sizes[threadIdx.x]);
+  const BlockSum<std::uint32_t> sizes = sum_of_block<kThreads>(size);
+  waves.sizes[threadIdx.x] = sizes.before;
+  if (threadIdx.x == 0) counters->cut_segments = sizes.total;
 }
 
 __global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, ListInput in) {
-  const auto tiles = static_cast<std::uint32_t>(in.columns * in.rows);
   for_each_segment(view, in, [&](std::uint32_t, Segment& segment, LongList& list) {
     list.cut();
     if (segment.number >= list.segments()) return;
@@ -69,8 +58,7 @@ __global__ void __launch_bounds__(kThreads) cut_segments(SegmentsView view, List
     segment.begin = begin;
     segment.end = end;
     segment.count = list.segments();
-    segment.wave = view.waves.wave_of(segment.tile, tiles, segment.number);
-    segment.slot = atomicAdd(&view.waves.sizes[segment.wave], 1u);
+    segment.slot = atomicAdd(&view.waves.sizes[segment.number], 1u);
   });
   __shared__ bool is_last;
   __syncthreads();
@@ -89,7 +77,7 @@ __global__ void __launch_bounds__(kThreads) order_segments(SegmentsView view) {
   for (std::uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += stride) {
     const Segment& segment = view.segments[i];
     if (segment.count == 0) continue;
-    view.waves.order[view.waves.sizes[segment.wave] + segment.slot] = i;
+    view.waves.order[view.waves.sizes[segment.number] + segment.slot] = i;
   }
 }
 

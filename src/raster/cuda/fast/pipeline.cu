@@ -90,7 +90,9 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
     if (suffices) next.slice_capacity = smaller;
   }
   if (next.slice_capacity != before.slice_capacity) {
-    next.slice_target = next.slice_capacity / 2;
+    // Medium slices have fewer samples, so their lengths vary more.
+    next.slice_target = next.slice_capacity == MacroSize::kMedium ? MacroSize::kMedium / 5 * 2
+                                                                  : next.slice_capacity / 2;
   } else if (counters.fullest_slice > before.slice_capacity && has_all_samples) {
     next.slice_target = before.slice_target / 2;
   }

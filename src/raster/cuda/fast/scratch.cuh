@@ -4,8 +4,6 @@
 // when the frame begins is contiguous.
 #pragma once
 
-#include <cstdlib>
-
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/pixels.cuh"
 #include "raster/cuda/reach.cuh"
@@ -40,7 +38,7 @@ struct Segment {
   std::uint32_t samples;     ///< in this part of the list, see LongList
   std::uint32_t count;       ///< segments of the list; only the first segment has it
   std::uint32_t begin, end;  ///< pairs
-  std::uint32_t wave, slot;  ///< see WavesView; slot: in the wave
+  std::uint32_t slot;        ///< in its wave, see WavesView
   /// 1 if the segment's SegmentResult is complete.
   std::uint32_t finished[kHalfTiles];
   /// SegmentResult::front allows for the segments with lower numbers.
@@ -57,19 +55,10 @@ struct SegmentResult {
 
 inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 
-/// Segments are composited wave by wave: wave n of a band of tiles has the segments number n of its
-/// long lists.
+/// Segments are composited wave by wave: wave n has the segments number n of all long lists.
 struct WavesView {
-  static constexpr std::uint32_t kMaxBands = 16, kMost = kMaxBands * kMaxSegments;
-
-  std::uint32_t bands;
-  std::uint32_t* sizes;  ///< kMost; later the first turns of the waves
+  std::uint32_t* sizes;  ///< kMaxSegments; later the first turns of the waves
   std::uint32_t* order;  ///< per turn: a segment
-
-  __device__ std::uint32_t wave_of(std::uint32_t tile, std::uint32_t tiles,
-                                   std::uint32_t number) const {
-    return static_cast<std::uint32_t>(std::uint64_t{tile} * bands / tiles) * kMaxSegments + number;
-  }
 };
 
 struct SegmentsView {
@@ -113,10 +102,6 @@ struct FrameSize {
   TileGrid grid;
 
   std::size_t macro_tiles() const { return MacroTiles::count_of(grid); }
-  std::uint32_t bands() const {
-    if (const char* t = std::getenv("QS_BANDS")) return static_cast<std::uint32_t>(std::atoi(t));
-    return 1;
-  }
 };
 
 /// Memory that must be set to zero.
@@ -143,7 +128,7 @@ struct Scratch {
                 first_segments_.data(),
                 marks_.data(),
                 results_.data(),
-                {size.bands(), wave_sizes_, waves_.data()},
+                {wave_sizes_, waves_.data()},
                 size.segment_capacity,
                 SegmentsView::longest_uncut_of(size.grid),
                 counters};
@@ -219,7 +204,7 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
-    place(wave_sizes_, size.segment_capacity > 0 ? WavesView::kMost : 0);
+    place(wave_sizes_, size.segment_capacity > 0 ? kMaxSegments : 0);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     const std::size_t cleared = used;

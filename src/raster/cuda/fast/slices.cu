@@ -17,8 +17,11 @@ namespace {
 
 constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
 constexpr unsigned kPlaceThreads = MacroTiles::kTiles * kWarp;
-constexpr std::uint32_t kMoved = 4 * kThreads;  // entries that a block moves at a time
-constexpr unsigned kMoveBlocks = 16 * Slicing::kParts;
+constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
+constexpr std::uint32_t kMoved = kMovedEach * kThreads;
+static_assert(kMoved >= MacroTiles::kUsual);
+constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
+constexpr std::uint32_t kCountedSlices = 8192;  // further slices are counted in global memory
 
 /// Blocks take full macro-tiles in turns. kGlobal: they sort in Slicing::sort_memory.
 template <unsigned kBlock, bool kGlobal>
@@ -77,45 +80,57 @@ __device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
   return slice;
 }
 
-/// Copies `count` entries to their slices; entry_at(i) returns them. The threads of a block share
-/// them, and each has several entries under way.
+/// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
+/// it reserves room once per slice. All its threads call it together.
 template <class EntryAt>
-__device__ void move_entries(const MacroTiles& tiles, std::uint32_t count,
-                             const EntryAt& entry_at) {
+__device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std::uint32_t slices,
+                             std::uint32_t count, const EntryAt& entry_at) {
   const Slicing& slicing = tiles.slicing;
-  constexpr unsigned kEach = 4;
-  for (std::uint32_t first = threadIdx.x; first < count; first += kEach * kThreads) {
-    Moved moved[kEach];
-    std::uint32_t chosen[kEach], slots[kEach];
+  const bool counts_here = slices <= kCountedSlices;
+  std::uint32_t* const places = counts_here ? counts : slicing.counts;
+  std::uint32_t chosen[kMovedEach], slots[kMovedEach];
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) counts[s] = 0;
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      const std::uint32_t i = first + k * kThreads;
-      if (i < count) moved[k] = entry_at(i);
-      chosen[k] = i < count ? slice_of(tiles, moved[k]) : kNoSlice;
-    }
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&slicing.counts[chosen[k]], 1u);
-    }
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      if (slots[k] >= slicing.size.slice_capacity) continue;
-      const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
-      slicing.entries[at] = moved[k].entry;
-      slicing.masks[at] = static_cast<std::uint8_t>(moved[k].mask);
-    }
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    const std::uint32_t i = k * kThreads + threadIdx.x;
+    chosen[k] = i < count ? slice_of(tiles, entry_at(i)) : kNoSlice;
   }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
+  }
+  __syncthreads();
+  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
+    if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
+  }
+  __syncthreads();
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    slots[k] = chosen[k] == kNoSlice ? kNoSlice : atomicAdd(&places[chosen[k]], 1u);
+  }
+#pragma unroll
+  for (unsigned k = 0; k < kMovedEach; ++k) {
+    if (slots[k] >= slicing.size.slice_capacity) continue;
+    const Moved moved = entry_at(k * kThreads + threadIdx.x);
+    const std::size_t at = std::size_t{chosen[k]} * slicing.size.slice_capacity + slots[k];
+    slicing.entries[at] = moved.entry;
+    slicing.masks[at] = static_cast<std::uint8_t>(moved.mask);
+  }
+  __syncthreads();
 }
 
 /// Blocks take full macro-tiles in turns and copy their entries, then copy chunks of spilled
 /// entries.
 __global__ void __launch_bounds__(kThreads)
     fill_slices(MacroTiles tiles, const FastCounters* counters) {
+  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());
   const Slicing& slicing = tiles.slicing;
+  const std::uint32_t slices = min(counters->slices, slicing.size.slices);
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(tiles, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(tiles, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
@@ -125,7 +140,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
     const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
-    move_entries(tiles, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+    move_entries(tiles, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
       const std::uint32_t where = slicing.spilled_tiles[first + i];
       return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
@@ -256,7 +271,8 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
                is_usual ? find_slices<kUsualThreads, false> : find_slices<kLargeThreads, false>,
                is_usual ? kUsualThreads : kLargeThreads, tiles, counters);
   }
-  launch("sort", fill_slices, Blocks(kMoveBlocks), stream, tiles, counters);
+  const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
+  launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
   launch("sort", count_slices, Blocks(kBlocks), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
   const std::uint32_t capacity = size.macro.slice_capacity;

@@ -66,6 +66,43 @@ TEST_F(SmallGpu, the_other_order_of_the_scene_and_old_buffers_make_room_for_a_fr
   EXPECT_EQ(small, renderer->render(camera).color.values);
 }
 
+// Gaussians of one depth cannot be cut into slices, so `fast` gives up. `classic` needs the scene
+// in the order of the file, which does not fit into memory beside the other order.
+TEST_F(SmallGpu, a_scene_that_fast_gave_up_is_not_uploaded_twice_for_each_frame) {
+  constexpr int kRest = 100;  // frames until `fast` is tried again
+  const GaussianCloud cloud = test::scattered_cloud(30'000, 32, [](std::size_t) { return 2.0; });
+  const auto renderer = make_renderer(Backend::cuda, test::pool());
+  const std::size_t before = emulator::uploaded_bytes;
+  renderer->upload(cloud, {});
+  const std::size_t scene = emulator::uploaded_bytes - before;
+  ASSERT_GT(scene, 100'000u);
+  const Camera camera = test::front_camera(32, 32);
+  const auto uploads_of_a_frame = [&] {
+    const std::size_t uploaded = emulator::uploaded_bytes;
+    EXPECT_EQ(renderer->render(camera).stats.pipeline, Pipeline::classic);
+    return static_cast<double>(emulator::uploaded_bytes - uploaded) / static_cast<double>(scene);
+  };
+  leave(scene * 3 / 2);
+  EXPECT_NEAR(uploads_of_a_frame(), 1, 0.5) << "the order of classic";
+  for (int frame = 1; frame < kRest; ++frame) EXPECT_LT(uploads_of_a_frame(), 0.1) << frame;
+  EXPECT_NEAR(uploads_of_a_frame(), 2, 0.5) << "fast is tried again";
+  EXPECT_LT(uploads_of_a_frame(), 0.1);
+}
+
+// A crop uploads another cloud to the same renderer, and the whole scene comes back after it.
+TEST_F(SmallGpu, a_crop_and_the_whole_scene_take_each_other_s_place) {
+  const GaussianCloud whole = test::random_cloud(50'000, 3, 1),
+                      part = test::random_cloud(40'000, 3, 2);
+  const auto renderer = make_renderer(Backend::cuda, test::pool());
+  renderer->upload(whole, {});
+  const std::vector<float> before = drawn(*renderer);
+  leave(6 << 20);  // less than either
+  renderer->upload(part, {});
+  EXPECT_NE(drawn(*renderer), before);
+  renderer->upload(whole, {});
+  EXPECT_EQ(drawn(*renderer), before);
+}
+
 TEST_F(SmallGpu, photographs_make_room_for_growth_and_are_copied_again) {
   using namespace cuda::train;
   constexpr std::size_t kPixels = test::kWidth * test::kHeight, kPhotographs = 200;

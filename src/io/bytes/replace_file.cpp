@@ -92,8 +92,8 @@ void replace_file(const std::filesystem::path& path,
 void replace_folder(const fs::path& folder,
                     const std::function<void(const fs::path& temporary)>& write) {
   check_folder(folder);
-  const auto [place, above] = place_of(folder);
-  const TemporaryPath hidden(hidden_name(above, place.filename().string(), ""));
+  const FolderPlace where = place_of(folder);
+  const TemporaryPath hidden(hidden_name(where.above, where.place.filename().string(), ""));
   std::error_code error;
   fs::create_directory(hidden.path(), error);
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
@@ -102,10 +102,10 @@ void replace_folder(const fs::path& folder,
   std::vector<bool> replaced;
   for (const fs::path& file : files) replaced.push_back(check_target(folder / file));
   move_undisturbed([&] {
-    fs::create_directories(place, error);
+    fs::create_directories(where.place, error);
     for (std::size_t i = 0; i < files.size() && !error; ++i) {
-      fs::create_directories((place / files[i]).parent_path(), error);
-      if (!error) fs::rename(hidden.path() / files[i], place / files[i], error);
+      fs::create_directories((where.place / files[i]).parent_path(), error);
+      if (!error) fs::rename(hidden.path() / files[i], where.place / files[i], error);
     }
   });
   if (error) fail("{}: cannot be written: {}", folder.string(), error.message());

@@ -58,7 +58,7 @@ struct Session {
 };
 
 /// The name of a pipeline in reports: "cpu" for the default pipeline of the CPU backend. The
-/// pipeline that drew a frame (RenderStats::pipeline) can differ from the one that was asked for.
+/// pipeline that drew a frame (RenderStats::pipeline) can differ from the requested pipeline.
 const char* pipeline_name(Backend backend, Pipeline pipeline);
 
 /// Reads and uploads a scene with progress bars; warnings about the file go to stderr.

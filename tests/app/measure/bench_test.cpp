@@ -295,6 +295,20 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
             1.001 * counted.frame_ms);
 }
 
+TEST(MeasureView, a_row_names_the_pipeline_that_drew) {
+  Session session;
+  session.renderer = make_renderer(Backend::cpu, test::pool());
+  session.renderer->upload(test::random_cloud(50, 1, 5), {});
+  const auto drawn_by = [&](int tile_px) {
+    session.settings.tile_px = tile_px;
+    return measure_view(session, {find_culler("3dgs")}, test::front_camera(64, 48), {1, 0, 1}, {})
+        .front()
+        .pipeline;
+  };
+  EXPECT_EQ(drawn_by(kTileSize), "cpu");
+  EXPECT_EQ(drawn_by(8), "classic") << "`fast` has tiles of 16 pixels only";
+}
+
 TEST(Noise, rounds_whose_medians_differ_by_more_than_three_per_cent_are_told) {
   const BenchRow calm = three_rounds({2.00f, 2.00f, 2.02f, 2.02f, 2.00f, 2.00f});
   EXPECT_NEAR(calm.round_spread.value(), 0.01, 1e-6);

@@ -295,7 +295,7 @@ TEST(SessionMessages, say_what_runs_on_the_cpu_only) {
             "--cull reference runs with --backend cpu only");
   frame.backend = Backend::cpu;
   const Session session = open_session(frame);
-  EXPECT_STREQ(pipeline_name(session), "cpu");
+  EXPECT_STREQ(pipeline_name(session.backend, session.settings.pipeline), "cpu");
   const std::vector<CullMode> modes = all_modes();
   ASSERT_EQ(modes.size(), static_cast<std::size_t>(culler_count()));
   for (std::size_t i = 0; i < modes.size(); ++i) EXPECT_EQ(modes[i], static_cast<CullMode>(i + 1));

@@ -5,7 +5,6 @@
 namespace qs::cuda::fast {
 namespace {
 
-
 /// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
 /// BlendOutput::evaluated and used, which is slower.
 template <bool kMaps, Rows kRows>

@@ -171,8 +171,8 @@ struct Front {
   }
 
  private:
-  /// A mask of the finished ones among the 32 segments from number `first` on, of those in front.
-  /// Their results may be read afterwards.
+  /// A mask of the finished segments among numbers `first` to `first` + 31, as far as they are in
+  /// front. Their results may be read afterwards.
   static __device__ unsigned finished_from(const HalfSegment& own, std::uint32_t first) {
     const std::uint32_t number = first + lane_index();
     const Segment* const segment = own.segment - own.number + number;

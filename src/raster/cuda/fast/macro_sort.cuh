@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sorts the Gaussians of a macro-tile by depth, then by index in the file, in the shared memory of a block.
-// Their order before is arbitrary, so the order after must be total.
+// Sorts the Gaussians of a macro-tile by depth, then by index in the file, in the shared memory of
+// a block. Their order before is arbitrary, so the order after must be total.
 #pragma once
 
 #include "raster/cuda/fast/scratch.cuh"
@@ -81,7 +81,8 @@ class MacroSort {
   template <class ValueOf>
   __device__ void load(const ValueOf& value_of) {
     __syncthreads();
-    for (unsigned i = threadIdx.x; i < size_; i += kBlock) arrays_.values[i] = value_of(entries_[i]);
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock)
+      arrays_.values[i] = value_of(entries_[i]);
     __syncthreads();
   }
 

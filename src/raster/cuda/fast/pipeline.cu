@@ -20,8 +20,8 @@ bool needs_color(const Outputs& outputs) {
 
 /// Writes the depths of visible Gaussians by their place, as lists have it.
 __global__ void __launch_bounds__(kBlockGaussians)
-    store_depths(const FastCounters* counters, FastVisibleView visible,
-                 std::uint32_t count, std::uint32_t nearest, float* depths) {
+    store_depths(const FastCounters* counters, FastVisibleView visible, std::uint32_t count,
+                 std::uint32_t nearest, float* depths) {
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
@@ -214,7 +214,8 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
                            [&](Trace& trace) { append_gaussians(frame, trace); }},
                 result);
   if (!outputs.trace) return;
-  const auto file_indices = copied(frame.cloud.file_indices.data(), frame.cloud.count, frame.stream);
+  const auto file_indices =
+      copied(frame.cloud.file_indices.data(), frame.cloud.count, frame.stream);
   for (std::uint32_t& listed : result.trace.listed) listed = file_indices[listed];
 }
 
@@ -222,8 +223,8 @@ void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
   const std::uint32_t count = frame.cloud.count;
   depths_.reserve("the frame's Gaussians", count);
   launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
-         frame.stream, scratch_.counters, visible_.view(), count,
-         nearest_bits(frame.camera), depths_.data());
+         frame.stream, scratch_.counters, visible_.view(), count, nearest_bits(frame.camera),
+         depths_.data());
   const auto in = BlendInput<ListRange, BoundedSplat>::of(
       frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
   cuda::draw_depth(frame, in, depths_.data(), pixels);

@@ -18,8 +18,8 @@ struct WalkedPixel {
   float red, green, blue;
 };
 
-/// All lanes of a warp call the functions together. `pixels` are those of HalfTile::x and y of the
-/// lane; all lanes have their own.
+/// All lanes of a warp call the functions together. `pixels` is the lane's column, which begins at
+/// HalfTile::x and y.
 class PixelWalk {
  public:
   __device__ PixelWalk(const ListInput& in, const HalfTile& half, WalkedPixel (&pixels)[kPixels])
@@ -62,10 +62,9 @@ class PixelWalk {
     const float alpha = exists ? alpha_at(splat, x, y) : 0.0f;
     unsigned left = __ballot_sync(kAllLanes, alpha >= kAlphaMin);
     if (left == 0) return true;
-    WalkedPixel pixel{__shfl_sync(kAllLanes, own.transmittance, owner),
-                      __shfl_sync(kAllLanes, own.red, owner),
-                      __shfl_sync(kAllLanes, own.green, owner),
-                      __shfl_sync(kAllLanes, own.blue, owner)};
+    WalkedPixel pixel{
+        __shfl_sync(kAllLanes, own.transmittance, owner), __shfl_sync(kAllLanes, own.red, owner),
+        __shfl_sync(kAllLanes, own.green, owner), __shfl_sync(kAllLanes, own.blue, owner)};
     for (; left != 0 && pixel.transmittance > 0.0f; left &= left - 1) {
       const unsigned from = static_cast<unsigned>(__ffs(static_cast<int>(left))) - 1;
       const float weight = __shfl_sync(kAllLanes, alpha, from) * pixel.transmittance;

@@ -15,9 +15,9 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
+constexpr unsigned kBlocks = 792;  // of the kernels that share the slices or entries
 constexpr unsigned kPlaceThreads = MacroTiles::kTiles * kWarp;
-constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
+constexpr unsigned kMovedEach = 12;  // entries that a thread moves at a time
 constexpr std::uint32_t kMoved = kMovedEach * kThreads;
 static_assert(kMoved >= MacroTiles::kUsual);
 constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;

@@ -160,12 +160,12 @@ TEST(BenchReport, every_number_stands_in_its_column) {
 
 TEST(BenchReport, rows_of_earlier_versions_lack_the_image_quality_and_the_frames) {
   nlohmann::ordered_json rows = rows_json({full_row()});
-  for (const char* column :
-       {"ssim_vs_reference", "flip_vs_reference", "repeats", "frames", "ms_spread", "turn_ms"})
+  for (const char* column : {"ssim_vs_reference", "flip_vs_reference", "repeats", "frames",
+                             "sort_bytes", "ms_spread", "turn_ms"})
     rows[0].erase(column);
   const BenchRow old = read_rows(rows)[0];
   EXPECT_FALSE(old.ssim_vs_reference || old.flip_vs_reference || old.repeats);
-  EXPECT_FALSE(old.frames || old.ms_spread);
+  EXPECT_FALSE(old.frames || old.sort_bytes || old.ms_spread);
   EXPECT_EQ(old.psnr_vs_reference, 51.5);
   rows[0].erase("pairs");
   EXPECT_THROW(read_rows(rows), nlohmann::json::exception);

@@ -57,6 +57,7 @@ BenchRow bench_row(const std::string& scene, const std::string& mode, std::uint6
   row.gaussians = 500'000 * static_cast<std::uint32_t>(seed % 3 + 1);
   row.visible = 1000 * static_cast<std::uint32_t>(seed) + 17;
   row.pairs = 123'457u * static_cast<std::uint64_t>(seed);
+  row.sort_bytes = 8 * row.pairs;
   double value = 0.5 + seed;
   for (double* member : {&row.ms_median, &row.ms_p05, &row.ms_p95, &row.fps_median, &row.frame_ms,
                          &row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms})

@@ -15,7 +15,11 @@ void FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Frame
   if (outputs.color || outputs.evaluated) {
     timed(Stage::blend, stats, [&] { blend(frame, visible_, lists_, queue_, outputs, result); });
   }
-  const auto splat_of = [&](std::uint32_t slot) { return visible_.records[slot].splat(); };
+  const auto splat_of = [&](std::uint32_t slot) {
+    const Record& record = visible_.records[slot];
+    return make_splat(visible_.footprints[slot], record.opacity(),
+                      {record.red, record.green, record.blue});
+  };
   collect(visible_, lists_, splat_of, outputs, result);
 }
 

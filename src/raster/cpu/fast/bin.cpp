@@ -31,20 +31,10 @@ void find_begins(const FrameContext& frame, const FastVisible& visible, TileList
   lists.begin[rows * columns] = sum;
 }
 
-/// First tile row of band `band`, so that all `bands` have about the same number of pairs.
-int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLists& lists) {
-  const std::uint64_t target = lists.pairs() * band / bands;
-  int row = 0;
-  while (row < grid.rows && lists.begin[static_cast<std::size_t>(row * grid.columns)] < target)
-    ++row;
-  return row;
-}
-
 }  // namespace
 
-// Every thread owns a band of tile rows. It visits all Gaussians front to back and lists each
-// Gaussian that overlaps its band. So one thread writes each list in order, and the result does not
-// depend on the number of bands.
+// Every thread lists the Gaussians of its band front to back. So one thread writes each list in
+// order, and the result does not depend on the number of bands.
 void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthOrder& order,
          TileLists& lists) {
   find_begins(frame, visible, lists);
@@ -52,16 +42,13 @@ void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthO
   lists.slots.resize(lists.pairs());
   lists.cursors.assign(lists.begin.begin(), lists.begin.end());
 
-  const auto bands = static_cast<std::size_t>(frame.pool.size());
-  const Array<std::uint32_t>& slots = order.slots();
-  const std::size_t count = slots.size();
-  frame.for_chunks(bands, 1, [&](std::size_t band, std::size_t, int) {
-    const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
-    const int bottom =
-        band + 1 == bands ? frame.grid.rows : band_begin(band + 1, bands, frame.grid, lists);
+  frame.for_chunks(order.size(), 1, [&](std::size_t b, std::size_t, int) {
+    const Band& band = *order[b];
+    const Array<std::uint32_t>& slots = band.slots();
+    const std::size_t count = slots.size();
     const auto add = [&](const PackedTileRect& rect, std::uint32_t slot) {
-      const int row_end = std::min<int>(rect.row_end, bottom);
-      for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
+      const int row_end = std::min<int>(rect.row_end, band.bottom);
+      for (int row = std::max<int>(rect.row_begin, band.top); row < row_end; ++row) {
         std::uint64_t* cursors = &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
         for (int column = rect.column_begin; column < rect.column_end; ++column)
           lists.slots[cursors[column]++] = slot;
@@ -77,7 +64,6 @@ void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthO
       if (i % 65536 == 0 && frame.stop.stop_requested()) throw Cancelled{};
       const std::uint32_t slot = slots[i];
       const Listing& listing = visible.listings[slot];
-      if (listing.bounds.row_begin >= bottom || listing.bounds.row_end <= top) continue;
       if (listing.count == 1) {
         add(listing.bounds, slot);
       } else {

@@ -8,36 +8,61 @@
 namespace qs::cpu::fast {
 namespace {
 
-/// Copies depth bits and slots without unused slots. Returns the range of the bits.
-KeyRange gather(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
-  const std::size_t chunks = visible.chunk_counts.size();
-  order.begins.resize(chunks);
-  std::exclusive_scan(visible.chunk_counts.begin(), visible.chunk_counts.end(),
-                      order.begins.begin(), 0u);
-  order.ranges.assign(static_cast<std::size_t>(frame.pool.size()), {});
-  frame.for_chunks(chunks, 8, [&](std::size_t begin, std::size_t end, int worker) {
-    KeyRange range;
-    for (std::size_t chunk = begin; chunk < end; ++chunk) {
-      std::size_t to = order.begins[chunk];
-      auto slot = static_cast<std::uint32_t>(chunk * VisibleSlots::kChunk);
-      for (std::uint32_t k = 0; k < visible.chunk_counts[chunk]; ++k, ++slot, ++to) {
-        const auto key = std::bit_cast<std::uint32_t>(visible.depths[slot]);
-        range.include(key);
-        order.items.keys[to] = key;
-        order.items.values[to] = slot;
-      }
+/// Sets the tile rows of the bands, so that all bands have about the same number of pairs.
+void find_bands(TileGrid grid, const FastVisible& visible, FastDepthOrder& order) {
+  // Pairs per row, from corner differences: a rectangle of c columns adds c to its first row.
+  const auto stride = static_cast<std::size_t>(grid.columns) + 1;
+  const auto pairs_more = [&](int row) {
+    std::int64_t more = 0;
+    for (const Array<std::int32_t>& corners : visible.corners) {
+      for (std::size_t column = 0; column < stride - 1; ++column)
+        more += corners[static_cast<std::size_t>(row) * stride + column] *
+                static_cast<std::int64_t>(stride - 1 - column);
     }
-    order.ranges[static_cast<std::size_t>(worker)].include(range);
+    return more;
+  };
+  std::int64_t all = 0, in_row = 0;
+  for (int row = 0; row < grid.rows; ++row) all += in_row += pairs_more(row);
+  std::int64_t above = 0;
+  int row = 0;
+  in_row = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    Band& band = *order[i];
+    band.top = row;
+    const auto target =
+        all * static_cast<std::int64_t>(i + 1) / static_cast<std::int64_t>(order.size());
+    for (; row < grid.rows && (above < target || i + 1 == order.size()); ++row)
+      above += in_row += pairs_more(row);
+    band.bottom = row;
+  }
+}
+
+/// Copies depth bits and slots of the Gaussians that reach a band. Returns the range of the bits.
+KeyRange gather(const FastVisible& visible, Band& band) {
+  const auto reaches = [&](std::uint32_t slot) {
+    return visible.rows[slot].begin < band.bottom && visible.rows[slot].end > band.top;
+  };
+  std::size_t count = 0;
+  visible.for_each([&](std::uint32_t slot) { count += reaches(slot) ? 1 : 0; });
+  band.items.resize(count + 1);  // one more, because every slot is stored first
+  KeyRange range;
+  std::size_t to = 0;
+  visible.for_each([&](std::uint32_t slot) {
+    const auto key = std::bit_cast<std::uint32_t>(visible.depths[slot]);
+    const bool kept = reaches(slot);
+    band.items.keys[to] = key;
+    band.items.values[to] = slot;
+    to += kept ? 1 : 0;
+    range.low = kept ? std::min(range.low, key) : range.low;
+    range.high = kept ? std::max(range.high, key) : range.high;
   });
-  KeyRange all;
-  for (const KeyRange& range : order.ranges) all.include(range);
-  return all;
+  band.items.resize(count);
+  return range;
 }
 
 /// Sorts runs of equal depth by index in the cloud, because the radix sort left them in order of
-/// slots, which is spatial. Ties are found without branches and their indices prefetched. The chunk
-/// that contains the begin of a run sorts the whole run.
-void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItems& items) {
+/// slots, which is spatial. Ties are found without branches and their indices prefetched.
+void order_ties(const VisibleSlots& visible, SortItems& items) {
   constexpr std::size_t kBatch = 512;
   const std::uint32_t* keys = items.keys.data();
   const std::uint32_t* gaussians = visible.gaussians.data();
@@ -45,10 +70,10 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
   const auto earlier = [&](std::uint32_t a, std::uint32_t b) {
     return gaussians[a] < gaussians[b];
   };
-  frame.for_chunks(size, kBatch, [&](std::size_t begin, std::size_t end, int) {
+  for (std::size_t begin = 0; begin + 1 < size; begin += kBatch) {
     // Find the items that have the depth of the next item.
     std::size_t ties[kBatch], count = 0;
-    end = std::min(end, size - 1);
+    const std::size_t end = std::min(begin + kBatch, size - 1);
     for (std::size_t i = begin; i < end; ++i) {
       ties[count] = i;
       count += static_cast<std::size_t>(keys[i] == keys[i + 1]);
@@ -74,17 +99,23 @@ void order_ties(const FrameContext& frame, const VisibleSlots& visible, SortItem
         std::swap(slots[0], slots[1]);
       }
     }
-  });
+  }
 }
 
 }  // namespace
 
 // Depths are positive floats; their bits order like unsigned integers.
-void sort(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order) {
-  order.items.resize(visible.count);
-  const KeyRange range = gather(frame, visible, order);
-  radix_sort(order.items, range, frame.pool, frame.stop);
-  order_ties(frame, visible, order.items);
+void sort(const FrameContext& frame, const FastVisible& visible, FastDepthOrder& order) {
+  while (order.size() < static_cast<std::size_t>(frame.pool.size()))
+    order.push_back(std::make_unique<Band>());
+  order.resize(static_cast<std::size_t>(frame.pool.size()));
+  find_bands(frame.grid, visible, order);
+  frame.for_chunks(order.size(), 1, [&](std::size_t i, std::size_t, int) {
+    Band& band = *order[i];
+    const KeyRange range = gather(visible, band);
+    radix_sort(band.items, range, band.alone, frame.stop);
+    order_ties(visible, band.items);
+  });
 }
 
 }  // namespace qs::cpu::fast

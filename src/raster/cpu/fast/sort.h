@@ -1,22 +1,30 @@
 // SPDX-License-Identifier: MIT
 //
-// Stage 2: sorts the visible Gaussians front to back on all threads.
+// Stage 2: sorts the visible Gaussians front to back. Every thread owns a band of tile rows and
+// sorts the Gaussians that reach it, so that threads never wait for each other. Few Gaussians reach
+// two bands.
 #pragma once
 
-#include "raster/cpu/visible.h"
+#include <memory>
+
+#include "raster/cpu/fast/preprocess.h"
 #include "raster/scene/radix_sort.h"
 
 namespace qs::cpu::fast {
 
-/// Slots by ascending (bits of the depth, index in the cloud).
-struct FastDepthOrder {
+/// The Gaussians of a band of tile rows.
+struct Band {
+  int top = 0, bottom = 0;  ///< tile rows [top, bottom)
+  SortItems items;          ///< keys: bits of the depths, values: slots
+
   const Array<std::uint32_t>& slots() const { return items.values; }
 
-  SortItems items;               ///< keys: bits of the depths, values: slots
-  Array<std::uint32_t> begins;   ///< scratch, per chunk: its first item
-  std::vector<KeyRange> ranges;  ///< scratch, per thread
+  ThreadPool alone{1};  ///< scratch: it runs the band's loops on the thread that calls it
 };
 
-void sort(const FrameContext& frame, const VisibleSlots& visible, FastDepthOrder& order);
+/// Slots by ascending (bits of the depth, index in the cloud) in every band, a band per thread.
+using FastDepthOrder = std::vector<std::unique_ptr<Band>>;
+
+void sort(const FrameContext& frame, const FastVisible& visible, FastDepthOrder& order);
 
 }  // namespace qs::cpu::fast

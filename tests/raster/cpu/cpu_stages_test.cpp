@@ -83,15 +83,15 @@ TEST(Blend, takes_tiles_by_descending_class_of_length_and_then_in_order) {
       cloud, camera, settings, TileGrid::of_image(camera.width, camera.height), test::pool(2), {}};
   const cpu::fast::SceneBlocks scene = cpu::fast::make_scene(cloud, test::pool(2));
   cpu::fast::FastVisible visible;
-  cpu::fast::FastDepthOrder order;
+  cpu::fast::Bands bands;
   cpu::TileLists lists;
   cpu::fast::TileQueue queue;
   Frame result;
   Outputs outputs;
   outputs.color = false;
   cpu::fast::preprocess(frame, scene, false, visible);
-  cpu::fast::sort(frame, visible, order);
-  cpu::fast::bin(frame, visible, order, lists);
+  cpu::fast::sort(frame, visible, bands);
+  cpu::fast::bin(frame, visible, bands, lists);
   cpu::fast::blend(frame, visible, lists, queue, outputs, result);
   std::vector<std::uint32_t> expected(static_cast<std::size_t>(frame.grid.count()));
   for (std::uint32_t tile = 0; tile < expected.size(); ++tile) expected[tile] = tile;

@@ -62,7 +62,7 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
           make_records(survivors, colors, &visible.records[slot]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
             const PackedTileRect& bounds = visible.listings[slot].bounds;
-            visible.rows[slot] = {bounds.row_begin, bounds.row_end};
+            visible.rows[slot] = bounds.row_begin + (std::uint32_t{bounds.row_end} << 16);
             visible.gaussians[slot] = block.gaussian[survivors.lane[k]];
             visible.depths[slot] = survivors.depth[k];
             if (traced) visible.footprints[slot] = survivors.footprint(k);

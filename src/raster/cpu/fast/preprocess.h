@@ -11,13 +11,8 @@
 
 namespace qs::cpu::fast {
 
-/// Tile rows [begin, end).
-struct TileRows {
-  std::uint16_t begin, end;
-};
-
 struct FastVisible : VisibleSlots {
-  Array<TileRows> rows;         ///< per slot: of the listing's bounds
+  Array<std::uint32_t> rows;    ///< per slot: tile rows of the listing, begin + (end << 16)
   Array<Listing> listings;      ///< per slot
   Array<Record> records;        ///< per slot
   std::vector<RectList> rects;  ///< per chunk

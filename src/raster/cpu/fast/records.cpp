@@ -13,6 +13,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
+/// Prefetch distance in records. They are written at the speed of the memory.
+constexpr std::size_t kPrefetch = 32;
+
 /// The members of records that need divisions and roots, one array per value.
 struct alignas(64) Shapes {
   float log2_256_opacity[Survivors::kRoom];
@@ -41,6 +44,7 @@ void make_all_records(const Survivors& s, const Colors& colors, Record* records)
   for (std::size_t k = 0; k < s.count; ++k) {
     const std::uint32_t lane = s.lane[k];
     Record& record = records[k];
+    __builtin_prefetch(records + k + kPrefetch, 1);
     record.mean_x = s.mean_x[k];
     record.mean_y = s.mean_y[k];
     record.log2_256_opacity = shapes.log2_256_opacity[k];

@@ -89,6 +89,15 @@ HWY_INLINE std::uint32_t stage(const Record& record, const Place& place, Batch::
   return static_cast<std::uint32_t>((reached | reached >> 30) & 0xffff);
 }
 
+/// Copies the factors of an entry. `background`: 0 and the background's colour.
+HWY_INLINE void stage(const Record& record, const float* background, Batch::Factors& factors) {
+  const hn::CappedTag<float, 4> d;
+  for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+    const auto values = hn::LoadU(d, &record.scale + i);
+    hn::Store(hn::Sub(values, hn::Load(d, background + i)), d, &factors.scale + i);
+  }
+}
+
 /// Lists the entries that reach a cell; `bit`: the cell's.
 HWY_INLINE std::uint32_t list_cell(const std::uint32_t* reached, std::uint32_t size, int bit,
                                    std::uint32_t* list) {
@@ -112,14 +121,14 @@ void load_batch(const TileJob& job, std::uint32_t first, std::uint32_t size, con
   const std::uint32_t* list = job.list + first;
   const std::uint32_t last = job.length - first - 1;
   const Place place(job);
+  alignas(16) const float background[4] = {0, job.background.x, job.background.y, job.background.z};
   float brightest = 0;
   alignas(64) std::uint32_t reached[Batch::kEntries + Batch::kVector];
   for (std::uint32_t k = 0; k < size; ++k) {
     __builtin_prefetch(&job.records[list[std::min(k + kPrefetch, last)]]);
     const Record& record = job.records[list[k]];
     reached[k] = stage(record, place, batch.columns[k]);
-    batch.factors[k] = {record.scale, record.red - job.background.x,
-                        record.green - job.background.y, record.blue - job.background.z};
+    stage(record, background, batch.factors[k]);
     brightest = std::max(brightest, record.log2_256_opacity);
   }
   batch.limited = brightest > kLog2Of256AlphaMax;

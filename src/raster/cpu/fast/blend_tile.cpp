@@ -251,9 +251,24 @@ namespace qs::cpu::fast {
 
 HWY_EXPORT(blend_onto);
 
+namespace {
+
+/// Requests the cache lines of the tile's pixels, which are written when the tile is done.
+void prefetch_pixels(const TileJob& job) {
+  constexpr int kFloats = 64 / sizeof(float);  // of a cache line
+  if (job.color == nullptr) return;
+  for (int row = 0; row < job.height; ++row) {
+    const float* pixels = job.color + 3 * job.stride * static_cast<std::size_t>(row);
+    for (int i = 0; i < 3 * job.width; i += kFloats) __builtin_prefetch(pixels + i, 1);
+  }
+}
+
+}  // namespace
+
 void blend_tile(const TileJob& job) {
   Tile tile(job);
   Batch batch;
+  prefetch_pixels(job);
   for (std::uint32_t first = 0; first < job.length && tile.live(); first += Batch::kEntries) {
     batch.load(job, first, std::min(Batch::kEntries, job.length - first), tile.open);
     HWY_DYNAMIC_DISPATCH(blend_onto)(batch, first, job.evaluated != nullptr, tile);

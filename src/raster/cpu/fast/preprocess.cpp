@@ -2,12 +2,29 @@
 #include "raster/cpu/fast/preprocess.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "raster/cpu/fast/color.h"
 #include "raster/cpu/fast/project.h"
 
 namespace qs::cpu::fast {
 namespace {
+
+Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
+  constexpr float kWider = 1.0005f;  // more than the error of a root in batch.cpp
+  Record record;
+  record.mean_x = s.mean_x[k];
+  record.mean_y = s.mean_y[k];
+  record.log2_256_opacity = s.log2_opacity[k] + 8;
+  record.along = -kLog2OfFalloff / s.xx[k];
+  record.slope = s.xy[k] / s.xx[k];
+  record.scale = std::sqrt(-kLog2OfFalloff * s.conic_c[k]);
+  record.height = kWider / record.scale;
+  record.red = colors.red[s.lane[k]];
+  record.green = colors.green[s.lane[k]];
+  record.blue = colors.blue[s.lane[k]];
+  return record;
+}
 
 /// Adds rects[begin...] to a table of corner differences.
 void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
@@ -55,16 +72,15 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
           const Block& block = scene.blocks[b];
           const std::size_t counted = rects.size();
           project(view, rules, frame.grid, block, survivors);
-          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
+          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot],
+                     &visible.rows[slot]);
           color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);
-          make_records(survivors, colors, &visible.records[slot]);
           for (std::size_t k = 0; k < survivors.count; ++k, ++slot) {
-            const PackedTileRect& bounds = visible.listings[slot].bounds;
-            visible.rows[slot] = bounds.row_begin + (std::uint32_t{bounds.row_end} << 16);
             visible.gaussians[slot] = block.gaussian[survivors.lane[k]];
             visible.depths[slot] = survivors.depth[k];
+            visible.records[slot] = record_of(survivors, k, colors);
             if (traced) visible.footprints[slot] = survivors.footprint(k);
           }
         }

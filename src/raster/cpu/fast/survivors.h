@@ -2,7 +2,7 @@
 //
 // The Gaussians of one block that preprocess has not dropped, packed to the front of every array.
 // It fits into the first-level cache. The steps are:
-//   project -> list_tiles (drops Gaussians without tiles) -> color -> make_records
+//   project -> list_tiles (drops Gaussians without tiles) -> color -> FastVisible::records
 #pragma once
 
 #include "raster/cpu/fast/blocks.h"

@@ -20,7 +20,8 @@ class RecordingHost : public Host {
   std::vector<Opened> opened;
   std::vector<std::filesystem::path> opened_beside, photographs, grabs, opened_outside;
   std::map<std::filesystem::path, std::string> written;
-  std::vector<Job> jobs;
+  std::vector<Job> jobs, jobs_behind;
+  std::vector<std::size_t> test_photographs;
   std::vector<TrainingCommand> training;
   std::vector<TrainingRequest> trained;
   int cancelled = 0, stopped = 0, fullscreens = 0, quits = 0;
@@ -31,9 +32,13 @@ class RecordingHost : public Host {
   }
   void open_beside(const std::filesystem::path& path) override { opened_beside.push_back(path); }
   void read_photograph(const std::filesystem::path& path) override { photographs.push_back(path); }
+  void read_test_photograph(const std::shared_ptr<const TestViews>&, std::size_t view) override {
+    test_photographs.push_back(view);
+  }
   void cancel_loading() override { ++cancelled; }
   void run(Job job) override { jobs.push_back(std::move(job)); }
   void stop_job() override { ++stopped; }
+  void run_behind(Job job) override { jobs_behind.push_back(std::move(job)); }
   void start_training(const TrainingRequest& request) override { trained.push_back(request); }
   void train(TrainingCommand command) override { training.push_back(command); }
   void write_file(const std::filesystem::path& path, const std::string& content) override {

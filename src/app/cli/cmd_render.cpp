@@ -11,6 +11,7 @@
 #include "app/cli/command.h"
 #include "app/inspect/heatmap_frame.h"
 #include "app/measure/measure.h"
+#include "app/measure/paired_ratios.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
 #include "app/picture/value_file.h"

@@ -27,6 +27,28 @@ TrainingProgress progress_of(const train::RunStatus& status, int iterations) {
   return progress;
 }
 
+// The views that the trainer evaluates; without these, the views that it trains from.
+std::shared_ptr<const TestViews> views_for_panel(const train::TrainSettings& settings,
+                                                 const train::DataSet& data) {
+  const auto views = std::make_shared<TestViews>();
+  views->held_out = !data.test.empty();
+  views->settings.mode = settings.mode;
+  views->settings.antialiased = settings.antialiased;
+  views->settings.background = settings.random_background ? glm::vec3(0) : settings.background;
+  std::vector<train::PhotographSource> sources;
+  for (const train::PhotographView& view : views->held_out ? data.test : data.training) {
+    views->cameras.push_back(view.camera);
+    sources.push_back(view.source);
+  }
+  // It may be called after the end of the run, when the data set is gone.
+  views->read = [sources = std::move(sources)](std::size_t view) {
+    ThreadPool pool(1);
+    const train::PhotographView photograph = train::read_view(sources[view], pool);
+    return TestPhotograph{photograph.image(), photograph.mask};
+  };
+  return views;
+}
+
 train::RunWish wish_of(TrainingWish wish) {
   return wish == TrainingWish::stop   ? train::RunWish::stop
          : wish == TrainingWish::save ? train::RunWish::save
@@ -46,7 +68,8 @@ std::string sentence_of(train::RunEnd end) {
 train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSettings& settings,
                                   const train::DataSet& data, train::RunOptions options,
                                   std::unique_ptr<train::TrainingModel> model, ThreadPool& pool) {
-  thread.began(options.out_dir, data.folder);
+  thread.began(options.out_dir, data.folder, views_for_panel(settings, data));
+  options.tell = [&thread](const std::string& sentence) { thread.tell(sentence); };
   options.watch = [&](const train::RunStatus& status) {
     return wish_of(thread.after_iteration(progress_of(status, settings.iterations),
                                           [&] { return status.trainer.cloud(); }));

@@ -169,10 +169,14 @@ std::vector<Framing> choose_framings(const CloudSample& sample, const std::optio
                                      ThreadPool& pool, std::size_t most) {
   const auto smallest = static_cast<double>(smallest_framing(sample.gaussians));
   const Subject whole = find_subject(sample, kSceneDensity);
-  const UpEstimate upward = up ? UpEstimate{*up} : estimate_up(sample, whole, {0, -1, 0});
+  const UpEstimate upward =
+      up ? UpEstimate{*up, false, true} : estimate_up(sample, whole, {0, -1, 0});
   const auto chosen = [&](const std::vector<Candidate>& candidates) {
     std::vector<Framing> framings = different_views(candidates, most);
-    for (Framing& framing : framings) framing.upside_down = upward.upside_down;
+    for (Framing& framing : framings) {
+      framing.upside_down = upward.upside_down;
+      framing.up_is_assumed = !upward.has_floor;
+    }
     return framings;
   };
   const Ground ground(whole, upward.up);

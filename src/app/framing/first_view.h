@@ -23,7 +23,8 @@ struct Framing {
   /// Farthest distance of the eye, for narrower pictures, as a factor on its distance.
   double farthest = 1;
   double near_depth = 0.2;
-  bool upside_down = false;  ///< UpEstimate::upside_down, where `up` was only estimated
+  bool upside_down = false;    ///< UpEstimate::upside_down, where `up` was only estimated
+  bool up_is_assumed = false;  ///< `up` was neither given nor seen: UpEstimate::has_floor is false
 };
 
 /// The camera of a framing. Pictures narrower than `aspect` are taken from farther away, up to

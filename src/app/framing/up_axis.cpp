@@ -283,7 +283,7 @@ UpEstimate estimate_up(const CloudSample& sample, const Subject& subject, glm::d
     below = find_floor(surfaces, up);
   }
   const std::optional<Floor> above = find_floor(surfaces, -up);
-  return {up, above && (!below || above->score > kUpsideDown * below->score)};
+  return {up, above && (!below || above->score > kUpsideDown * below->score), above || below};
 }
 
 }  // namespace qs

@@ -18,6 +18,9 @@ struct UpEstimate {
   /// True if the likeliest floor is above the subject when `up` points up, as in a file that
   /// declares the wrong axes.
   bool upside_down = false;
+  /// True if there is a floor, below or above. Without one the scene may also stand on its head,
+  /// and `up` follows the convention.
+  bool has_floor = false;
 };
 
 /// Up is the upward normal of the subject's floor: the plane that holds most of its Gaussians, if

@@ -24,7 +24,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   const Summary summary = summarise(frame_ms);
   BenchRow row;
   row.mode = mode_name(result.mode);
-  row.pipeline = pipeline_name(session);
+  row.pipeline = pipeline_name(session.backend, stats.pipeline);
   row.backend = kBackendNames[static_cast<int>(session.backend)];
   row.width = camera.width;
   row.height = camera.height;

@@ -33,27 +33,22 @@ LegendLayout layout_in(int width, const Legend& legend) {
 }
 
 void draw_bar(Image& image, PixelRect bar, const Legend& legend) {
-  for (int x = 0; x < bar.width; ++x) {
-    const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(bar.width);
-    const bool zero = legend.zero && 2 * x < bar.height;
-    fill_rect(image, {bar.x + x, bar.y, 1, bar.height}, zero ? *legend.zero : legend.color(t));
-  }
+  const std::vector<glm::vec3> colors = bar_colors(legend, bar.width, bar.height);
+  for (int x = 0; x < bar.width; ++x)
+    fill_rect(image, {bar.x + x, bar.y, 1, bar.height}, colors[static_cast<std::size_t>(x)]);
 }
 
-// Draws from the last label, which has the unit, to the left, and leaves out labels that would
-// touch their neighbour. `top`: of the ticks.
+// `top`: of the ticks.
 void draw_ticks(Image& image, int left, int right, int top, const LegendLayout& layout,
                 const std::vector<BarTick>& ticks) {
   const Font font(layout.text);
-  int free_until = image.width;
-  for (std::size_t i = ticks.size(); i-- > 0;) {
-    const int x = left + static_cast<int>(ticks[i].at * static_cast<float>(right - left - 1));
-    fill_rect(image, {x, top, 1, layout.tick}, kFaint);
-    const int width = font.width(ticks[i].text);
-    const int start = i + 1 == ticks.size() ? right - width : i == 0 ? x : x - width / 2;
-    if (start + width > free_until) continue;
-    draw_text(image, font, {start, top + 2 * layout.tick}, ticks[i].text, kText);
-    free_until = start - layout.padding / 2;
+  const auto placed = place_ticks(ticks, right - left, layout.padding / 2,
+                                  [&](const std::string& text) { return font.width(text); });
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    fill_rect(image, {left + placed[i].line, top, 1, layout.tick}, kFaint);
+    if (placed[i].has_text)
+      draw_text(image, font, {left + placed[i].text, top + 2 * layout.tick}, ticks[i].text, kText,
+                placed[i].align);
   }
 }
 
@@ -74,6 +69,34 @@ void draw_legend(Image& image, int top, const LegendLayout& layout, const Legend
 }
 
 }  // namespace
+
+std::vector<glm::vec3> bar_colors(const Legend& legend, int width, int height) {
+  std::vector<glm::vec3> colors;
+  for (int x = 0; x < width; ++x) {
+    const float t = (static_cast<float>(x) + 0.5f) / static_cast<float>(width);
+    const bool zero = legend.zero && 2 * x < height;
+    colors.push_back(zero ? *legend.zero : legend.color(t));
+  }
+  return colors;
+}
+
+std::vector<PlacedTick> place_ticks(const std::vector<BarTick>& ticks, int width, int gap,
+                                    const std::function<int(const std::string&)>& text_width) {
+  std::vector<PlacedTick> placed(ticks.size());
+  int free_until = width;
+  for (std::size_t i = ticks.size(); i-- > 0;) {
+    PlacedTick& tick = placed[i];
+    tick.line = static_cast<int>(ticks[i].at * static_cast<float>(width - 1));
+    const bool last = i + 1 == ticks.size();
+    tick.text = last ? width : tick.line;
+    tick.align = last ? Align::right : i == 0 ? Align::left : Align::center;
+    const int text = text_width(ticks[i].text);
+    const int start = last ? width - text : i == 0 ? tick.line : tick.line - text / 2;
+    tick.has_text = last || start + text <= free_until;
+    if (tick.has_text) free_until = start - gap;
+  }
+  return placed;
+}
 
 Image with_legend(const Image& picture, const Legend& legend) {
   const LegendLayout layout = layout_in(picture.width, legend);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The legend of a map: a title, a bar of colours with ticks, and facts. Pictures that are saved
-// have it below them, pictures of a fixed size over their top. The window draws its own.
+// have it below them, pictures of a fixed size over their top. Figures and the window draw the same
+// bar in their own sizes, by bar_colors() and place_ticks().
 #pragma once
 
 #include <functional>
@@ -11,6 +12,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "app/picture/canvas.h"
 #include "raster/scene/image.h"
 
 namespace qs {
@@ -27,6 +29,22 @@ struct Legend {
   std::function<glm::vec3(float)> color;  ///< of a place from 0 to 1
   std::optional<glm::vec3> zero = {};     ///< the bar begins with this colour, of the value 0
 };
+
+/// The colours of a bar that is `width` x `height` pixels large: one for each column of pixels. The
+/// value 0 has half as many columns as the bar is high.
+std::vector<glm::vec3> bar_colors(const Legend& legend, int width, int height);
+
+/// A tick of a bar of some width: the places of its line and of its text, in pixels from the left.
+struct PlacedTick {
+  int line = 0, text = 0;
+  Align align = Align::left;  ///< of the text at its place
+  bool has_text = true;       ///< false: the text would touch its neighbour
+};
+
+/// Places the ticks from the last text, which has the unit, to the left. The texts at both ends
+/// stay inside of the bar. `gap`: least distance between texts; `text_width`: of a text in pixels.
+std::vector<PlacedTick> place_ticks(const std::vector<BarTick>& ticks, int width, int gap,
+                                    const std::function<int(const std::string&)>& text_width);
 
 /// The picture with the legend below it. The width stays.
 Image with_legend(const Image& picture, const Legend& legend);

@@ -62,7 +62,7 @@ ordered_json environment_json(const Session& session) {
                        {"cpu", environment.cpu},
                        {"hardware_threads", environment.hardware_threads},
                        {"backend", kBackendNames[static_cast<int>(session.backend)]},
-                       {"pipeline", pipeline_name(session)},
+                       {"pipeline", pipeline_name(session.backend, session.settings.pipeline)},
                        {"utc", environment.utc}};
   if (session.backend == Backend::cuda) {
     const std::string name = inspect_gpu(session.device).name;

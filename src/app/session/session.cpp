@@ -65,10 +65,10 @@ std::vector<CullMode> modes_from(CullMode first, CullMode last) {
 std::vector<CullMode> all_modes() { return modes_from(1, culler_count()); }
 std::vector<CullMode> peer_modes() { return modes_from(culler_count() + 1, mode_count()); }
 
-const char* pipeline_name(const Session& session) {
-  if (session.backend == Backend::cpu && session.settings.pipeline == kDefaultPipeline)
+const char* pipeline_name(Backend backend, Pipeline pipeline) {
+  if (backend == Backend::cpu && pipeline == kDefaultPipeline)
     return kBackendNames[static_cast<int>(Backend::cpu)];
-  return kPipelineNames[static_cast<int>(session.settings.pipeline)];
+  return kPipelineNames[static_cast<int>(pipeline)];
 }
 
 std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>& scene) {

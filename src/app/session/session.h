@@ -57,8 +57,9 @@ struct Session {
   std::unique_ptr<Renderer> second;    ///< of another backend, see renderer_on()
 };
 
-/// The name of the pipeline in reports: "cpu" for the default pipeline of the CPU backend.
-const char* pipeline_name(const Session& session);
+/// The name of a pipeline in reports: "cpu" for the default pipeline of the CPU backend. The
+/// pipeline that drew a frame (RenderStats::pipeline) can differ from the requested pipeline.
+const char* pipeline_name(Backend backend, Pipeline pipeline);
 
 /// Reads and uploads a scene with progress bars; warnings about the file go to stderr.
 /// change(scene) may alter the scene before it is uploaded. Throws Error.

@@ -9,9 +9,11 @@
 #include "app/base/environment.h"
 #include "app/base/text_file.h"
 #include "app/report/write_report.h"
+#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image.h"
@@ -124,8 +126,30 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
   const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
   make_folder(place);
   auto file = place / "point_cloud.ply";
-  write_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
   return file;
+}
+
+OldIterations remove_old_iterations(const std::filesystem::path& folder) {
+  OldIterations old;
+  const std::filesystem::path place = folder / "point_cloud";
+  std::vector<std::filesystem::path> own;
+  for (const auto& [iteration, file] : find_iterations(place)) {
+    const bool is_link = std::filesystem::is_symlink(file) ||
+                         std::filesystem::is_symlink(file.parent_path()) ||
+                         std::filesystem::is_symlink(place);
+    const bool is_own = !is_link && is_trained_scene(file);
+    (is_own ? old.removed : old.foreign).push_back(iteration);
+    if (is_own) own.push_back(file);
+  }
+  for (const std::filesystem::path& file : own) check_target(file);
+  for (const std::filesystem::path& file : own) {
+    std::error_code error;
+    if (!std::filesystem::remove(file, error) || error)
+      fail("{}: cannot be removed: {}", file.string(), error.message());
+    std::filesystem::remove(file.parent_path(), error);  // it may hold files of others
+  }
+  return old;
 }
 
 std::filesystem::path write_model_state(const std::filesystem::path& folder,

@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
@@ -30,6 +31,15 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
                                         const std::string& backend, ThreadPool& pool);
+
+/// The iterations of earlier runs in a model folder, by number.
+struct OldIterations {
+  std::vector<int> removed, foreign;  ///< `foreign`: this program did not train them, so they stay
+};
+
+/// Removes the Gaussians of earlier runs that this program trained, and their folders if these hold
+/// nothing else. Throws Error(usage) if the command reads a file that would go.
+OldIterations remove_old_iterations(const std::filesystem::path& folder);
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& folder);
 

@@ -58,6 +58,22 @@ std::unique_ptr<TrainingModel> with_state(std::unique_ptr<TrainingModel> model, 
   return model;
 }
 
+// A later iteration of an earlier run would be opened in place of the new model.
+void remove_earlier_iterations(const TrainSettings& settings, const RunOptions& options) {
+  const auto tell = [&](const std::string& sentence) {
+    options.tell ? options.tell(sentence) : void(fmt::print(stderr, "{}\n", sentence));
+  };
+  const auto [removed, foreign] = remove_old_iterations(options.out_dir);
+  if (!removed.empty())
+    tell(fmt::format("removed {} saved iteration{} of an earlier run: {}", removed.size(),
+                     removed.size() == 1 ? "" : "s", fmt::join(removed, ", ")));
+  if (!foreign.empty() && foreign.back() > settings.iterations)
+    tell(fmt::format(
+        "{}: iteration {} does not say that quadsplat trained it, so it stays: commands open it "
+        "without --iteration {}",
+        options.out_dir.string(), foreign.back(), settings.iterations));
+}
+
 class Run {
  public:
   Run(const DataSet& data, const RunOptions& options, Checkpoint checkpoint,
@@ -191,7 +207,11 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();
-  if (options.resume) note_own(options.out_dir);
+  if (options.resume) {
+    note_own(options.out_dir);
+  } else if (options.overwrite) {
+    remove_earlier_iterations(settings, options);
+  }
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();
 }

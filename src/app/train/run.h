@@ -33,11 +33,15 @@ struct RunOptions {
   int save_every = 0;      ///< iterations; 0: only at the end
   bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
-  bool overwrite = false;  ///< out_dir may hold files; else it is new or empty, or `resume` is true
+  /// out_dir may hold files; else it is new or empty, or `resume` is true. Without `resume`,
+  /// remove_old_iterations() of it.
+  bool overwrite = false;
   std::optional<Parameters> initial;  ///< unset: from the data set's points
   /// Called before the first iteration, after every iteration, and after the last evaluation. It is
   /// called again after it returned `save`. A watched run does not handle signals.
   std::function<RunWish(const RunStatus&)> watch;
+  /// Shows a sentence about the model folder to the user; unset: printed to stderr.
+  std::function<void(const std::string& sentence)> tell;
 };
 
 enum class RunEnd { finished, interrupted };

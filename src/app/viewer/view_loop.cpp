@@ -17,6 +17,7 @@
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/photograph_reader.h"
 #include "app/viewer/render/scene_opening.h"
+#include "app/viewer/render/test_view.h"
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/state/camera_actions.h"
 #include "app/viewer/state/hud_text.h"
@@ -60,6 +61,7 @@ class ViewLoop final : public Host {
         store_(initial_viewer(options, first_size_)),
         opening_(Window::wake, options.frame.threads),
         photographs_(Window::wake),
+        test_photographs_(Window::wake),
         window_(begin_reading(), is_fixed(options) ? first_size_ : glm::ivec2(0)) {
     if (options.script) {
       script_ = ScriptPlayer(*options.script);
@@ -87,6 +89,7 @@ class ViewLoop final : public Host {
       render_->take_reports(actions);
       opening_.take_reports(actions);
       photographs_.take_reports(actions);
+      test_photographs_.take_reports(actions);
       if (training_) training_->take_reports(actions);
       if (desktop_dialog_) desktop_dialog_->take_reports(actions);
       desktop_programs_.take_reports(actions);
@@ -103,6 +106,7 @@ class ViewLoop final : public Host {
       follow_training();
       apply(action::follow_crop);
       apply(action::follow_view_choice);
+      apply(action::follow_test_view);
       begin_beside();
       take_frame();
       // The CPU draws the next frame while the window shows this frame, a GPU afterwards.
@@ -139,7 +143,13 @@ class ViewLoop final : public Host {
     request.beside = true;
     opening_.open(request);
   }
-  void read_photograph(const std::filesystem::path& path) override { photographs_.read(path); }
+  void read_photograph(const std::filesystem::path& path) override {
+    photographs_.read(read_camera_photograph(path));
+  }
+  void read_test_photograph(const std::shared_ptr<const TestViews>& views,
+                            std::size_t view) override {
+    test_photographs_.read(qs::read_test_photograph(views, view));
+  }
   void cancel_loading() override {
     opening_.cancel();
     render_->stop_job();
@@ -147,6 +157,7 @@ class ViewLoop final : public Host {
   }
   void run(Job job) override { render_->run(std::move(job)); }
   void stop_job() override { render_->stop_job(); }
+  void run_behind(Job job) override { render_->run_behind(std::move(job)); }
   void start_training(const TrainingRequest& request) override {
     stop_zoom();
     training_shown_ = false;
@@ -215,12 +226,14 @@ class ViewLoop final : public Host {
   // Shows the desktop's dialog instead of the viewer's own dialog, if it is available.
   void prefer_desktop_dialog() {
     const bool was_open = std::exchange(dialog_open_, viewer_.panels.open);
-    if (was_open || !dialog_open_ || !desktop_dialog_ || !desktop_dialog_->is_available()) return;
+    const Choosing choosing = viewer_.choosing;
+    if (was_open || !dialog_open_ || !desktop_dialog_ || !desktop_dialog_->is_available(choosing))
+      return;
     apply(action::toggle_panel, &Panels::open);
     dialog_open_ = false;
     std::error_code error;
     const std::filesystem::path beside = viewer_.scene ? viewer_.scene->path.parent_path() : ".";
-    desktop_dialog_->show(std::filesystem::absolute(beside, error));
+    desktop_dialog_->show(std::filesystem::absolute(beside, error), choosing);
   }
 
   void follow_scale() {
@@ -242,7 +255,8 @@ class ViewLoop final : public Host {
     if (grab_.requested()) return;
     const auto at_rest = [&] {
       return is_settled(viewer_) && !opening_.busy() && !photographs_.busy() && !render_->busy() &&
-             beside_.empty() && !(training_ && (training_->busy() || training_->reads()));
+             beside_.empty() && !test_photographs_.busy() && !test_view_is_pending(viewer_) &&
+             !(training_ && (training_->busy() || training_->reads()));
     };
     const auto step = script_.next(viewer_, *this, at_rest);
     if (step) window_.play(*step, viewer_.now, actions);
@@ -305,6 +319,11 @@ class ViewLoop final : public Host {
     if (viewer_.vsync != vsync_) window_.set_vsync(vsync_ = viewer_.vsync);
     window_.set_title(viewer_.scene ? viewer_.scene->name + " - quadsplat" : "quadsplat");
     panel_state_.photograph = photograph_.show(viewer_.photograph.image);
+    if (viewer_.training) {
+      const TestView& test_view = viewer_.training->test_view;
+      panel_state_.test_photograph = test_photograph_.show(test_view.shown);
+      panel_state_.test_picture = test_picture_.show(test_view.comparison.picture);
+    }
     panel_state_.candidates = candidates_.show(viewer_.view_choice.pictures);
     show_thumbnail();
     turn_.drawn_status = hud_status(viewer_);
@@ -342,11 +361,11 @@ class ViewLoop final : public Host {
   const Viewer& viewer_ = store_.viewer();
   Turn turn_;
   SceneOpening opening_;
-  PhotographReader photographs_;
+  PhotographReader photographs_, test_photographs_;
   Window window_;
   Presenter presenter_;
   std::shared_ptr<const Image> bundled_picture_;
-  PictureTexture photograph_, thumbnail_, candidates_;
+  PictureTexture photograph_, thumbnail_, candidates_, test_photograph_, test_picture_;
   std::optional<GlFrames> gl_frames_;
   std::optional<RenderThread> render_;
   PanelState panel_state_;

@@ -73,6 +73,7 @@ constexpr FileMark kFileMarks[] = {
     {".md", "<!-- written by quadsplat bench -->"sv},
     {".gp", ".gp` in this folder\nset encoding utf8\n"sv},
     {".json", "\"build_type\": "sv},
+    {".json", "\"written_by\": \"quadsplat\""sv},
     {".json", "\"larger_than_the_scene\": "sv},
     {".json", "\"transmittance\": "sv},
     {".json", "LDR-FLIP at 67.02 pixels per degree"sv},
@@ -177,6 +178,16 @@ void require_new_folder(const fs::path& folder, bool overwrite) {
        "{}: this folder exists already and is not empty: choose another name, or replace its files "
        "with --overwrite",
        folder.string());
+}
+
+fs::path own_name(const fs::path& path) {
+  std::error_code error;
+  fs::path name = path;
+  for (int n = 1; fs::exists(fs::symlink_status(name, error)) && !is_own_report(name); ++n) {
+    name = path.parent_path() /
+           fmt::format("{}_{:04}{}", path.stem().string(), n, path.extension().string());
+  }
+  return name;
 }
 
 bool is_own_report(const fs::path& path) {

@@ -54,6 +54,10 @@ void note_written(const std::filesystem::path& path, bool replaced);
 /// `overwrite` is true.
 void require_new_folder(const std::filesystem::path& folder, bool overwrite);
 
+/// The first of NAME.json, NAME_0001.json, NAME_0002.json, ... that does not exist or
+/// is_own_report().
+std::filesystem::path own_name(const std::filesystem::path& path);
+
 /// True if the file says that this program wrote it as a picture or a part of a report: pictures by
 /// the text `Software`, reports by their first lines. Scenes, films and formats that cannot say it
 /// (.ppm, .pfm, .npy) never do.

@@ -5,7 +5,6 @@
 // or one iteration's folder.
 #include <algorithm>
 #include <charconv>
-#include <map>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -34,7 +33,8 @@ std::optional<int> iteration_of(const std::string& name) {
   return iteration;
 }
 
-// Ordered by number: 30000 comes after 7000.
+}  // namespace
+
 std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder) {
   std::map<int, std::filesystem::path> found;
   std::error_code error;
@@ -46,8 +46,6 @@ std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path
   }
   return found;
 }
-
-}  // namespace
 
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration) {
   std::error_code error;

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string_view>
 
@@ -42,6 +43,9 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
 /// Reinterprets the scene as if its file had declared the frame `axes`, for files that declare no
 /// frame or a wrong one. Throws Error(usage) unless is_axes(axes).
 void assume_axes(Scene& scene, std::string_view axes);
+
+/// FOLDER/iteration_N/point_cloud.ply by N, in increasing order: 30000 comes after 7000.
+std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder);
 
 /// The scene file for `path`: `path` itself, or the file inside a model directory.
 std::filesystem::path find_scene_file(const std::filesystem::path& path, int iteration = -1);

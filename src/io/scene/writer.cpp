@@ -65,4 +65,11 @@ const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::
   return writer;
 }
 
+void write_trained_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                         ThreadPool& pool) {
+  write_trained_ply(cloud, path, pool);
+}
+
+bool is_trained_scene(const std::filesystem::path& path) { return is_trained_ply(path); }
+
 }  // namespace qs

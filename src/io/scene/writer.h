@@ -34,4 +34,11 @@ const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::
                              ThreadPool& pool, const Progress& progress = {},
                              std::string_view format = {});
 
+/// Writes a .ply file that says that this program trained the model. Throws Error(input).
+void write_trained_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
+                         ThreadPool& pool);
+
+/// True if write_trained_scene() wrote the file.
+bool is_trained_scene(const std::filesystem::path& path);
+
 }  // namespace qs

@@ -15,6 +15,29 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// Reads a value that another block of the same launch may have written: from the L2 cache, which
+/// all multiprocessors share. Compilers do not move later reads before it.
+template <class T>
+__device__ T load_fresh(const T* value) {
+#ifdef __CUDA_ARCH__
+  const T result = __ldcg(value);
+  asm volatile("" ::: "memory");
+  return result;
+#else
+  return *value;
+#endif
+}
+
+/// Sets a flag that load_fresh() reads, after all that the warp has written before __syncwarp().
+/// Unlike __threadfence(), it does not empty the L1 cache.
+__device__ inline void publish(std::uint32_t* flag) {
+#ifdef __CUDA_ARCH__
+  asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(flag), "r"(1u) : "memory");
+#else
+  *flag = 1;
+#endif
+}
+
 /// Mask of the lanes whose item is valid and has the same digit of `kBits` bits as this lane's.
 template <int kBits>
 __device__ unsigned peers_of(std::uint32_t digit, bool valid) {

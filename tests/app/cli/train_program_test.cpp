@@ -13,6 +13,7 @@
 #include "app/support/training.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
+#include "io/scene/reader.h"
 #include "raster/api/renderer.h"
 #include "support/scene_files.h"
 #include "support/temporary_folder.h"
@@ -177,6 +178,55 @@ TEST_F(TrainProgram, never_writes_into_a_folder_with_files_unless_told_to) {
   EXPECT_EQ(bytes_of(data() / "cameras.json"), cameras);
   EXPECT_EQ(train("mine", words).exit_code, 0);
   EXPECT_NE(bytes_of(model("mine") / "cameras.json"), "mine");
+}
+
+TEST_F(TrainProgram, overwriting_removes_the_iterations_of_the_earlier_run_and_nothing_else) {
+  std::vector<std::string> words = start(6);
+  words.insert(words.end(), {"--save-every", "2"});
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  const std::filesystem::path place = model("model") / "point_cloud";
+  const auto ply = [&](int iteration) {
+    return place / ("iteration_" + std::to_string(iteration)) / "point_cloud.ply";
+  };
+  std::ofstream(place / "iteration_4/notes.txt") << "mine";
+  std::filesystem::create_directories(place / "iteration_2000");
+  std::string foreign = bytes_of(ply(2));
+  foreign.erase(foreign.find("comment trained by quadsplat\n"), 29);
+  std::ofstream(ply(2000), std::ios::binary) << foreign;
+  words = start(3);
+  words.emplace_back("--overwrite");
+  const ProgramRun run = train("model", words);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("removed 3 saved iterations of an earlier run: 2, 4, 6\n"));
+  EXPECT_THAT(run.err, HasSubstr("model: iteration 2000 does not say that quadsplat trained it"));
+  EXPECT_FALSE(std::filesystem::exists(place / "iteration_2"));
+  EXPECT_FALSE(std::filesystem::exists(place / "iteration_6"));
+  EXPECT_FALSE(std::filesystem::exists(ply(4)));
+  EXPECT_EQ(bytes_of(place / "iteration_4/notes.txt"), "mine");
+  EXPECT_EQ(bytes_of(ply(2000)), foreign);
+  std::filesystem::remove_all(place / "iteration_2000");
+  EXPECT_EQ(find_scene_file(model("model")), ply(3)) << "the new model is opened";
+}
+
+TEST_F(TrainProgram, resuming_keeps_earlier_iterations_also_with_overwrite) {
+  ASSERT_EQ(train("model", start(4)).exit_code, 0);
+  std::vector<std::string> words = start(6);
+  words.insert(words.end(), {"--resume", "--overwrite"});
+  const ProgramRun run = train("model", words);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::Not(HasSubstr("removed")));
+  EXPECT_FALSE(gaussians("model", 4).empty());
+  EXPECT_FALSE(gaussians("model", 6).empty());
+}
+
+TEST_F(TrainProgram, overwriting_removes_no_model_that_it_starts_from) {
+  ASSERT_EQ(train("model", start(4)).exit_code, 0);
+  const std::string before = gaussians("model", 4);
+  const ProgramRun run =
+      train("model", {"--init", model("model").string(), "--iterations", "2", "--overwrite"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("iteration_4/point_cloud.ply: is an input of this command"));
+  EXPECT_EQ(gaussians("model", 4), before);
 }
 
 TEST_F(TrainProgram, paths_in_cfg_args_are_literals_of_python) {

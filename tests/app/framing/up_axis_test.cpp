@@ -9,6 +9,7 @@
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
+#include "app/framing/first_view.h"
 #include "app/framing/principal_axes.h"
 #include "io/cloud/axes.h"
 #include "io/scene/reader.h"
@@ -97,10 +98,12 @@ TEST(UpAxis, of_clouds_without_surfaces_is_the_convention_s) {
   EXPECT_EQ(up_of(equal), kConvention);
 }
 
-bool upside_down(const GaussianCloud& cloud) {
+UpEstimate estimate_of(const GaussianCloud& cloud) {
   const CloudSample sample = sample_of(cloud, 50'000);
-  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention).upside_down;
+  return estimate_up(sample, find_subject(sample, kSceneDensity), kConvention);
 }
+
+bool upside_down(const GaussianCloud& cloud) { return estimate_of(cloud).upside_down; }
 
 GaussianCloud turned_over(GaussianCloud cloud) {
   flip_axes(cloud, 0, cloud.size(), kTurnAboutX);
@@ -138,6 +141,22 @@ TEST(UpsideDown, is_not_said_of_rooms_walls_and_balls) {
   EXPECT_FALSE(upside_down(GaussianCloud()));
 }
 
+TEST(UpsideDown, is_open_without_a_floor_and_decided_with_one) {
+  test::SceneBuilder ball(5);
+  ball.ball(5000, {1, 2, 3}, 1);
+  EXPECT_FALSE(estimate_of(ball.cloud).has_floor);
+  EXPECT_FALSE(estimate_of(GaussianCloud()).has_floor);
+  test::SceneBuilder things(3);
+  things.disc(6000, {0, 0, 0}, {0, -1, 0}, 2);
+  things.ball(4000, {0, -0.5f, 0}, 0.5f);
+  EXPECT_TRUE(estimate_of(things.cloud).has_floor);
+  EXPECT_TRUE(estimate_of(turned_over(things.cloud)).has_floor);
+  const Framing open = choose_framing(ball.cloud, {}, test::pool());
+  EXPECT_TRUE(open.up_is_assumed);
+  EXPECT_FALSE(choose_framing(ball.cloud, glm::dvec3(0, 0, 1), test::pool()).up_is_assumed);
+  EXPECT_FALSE(choose_framing(things.cloud, {}, test::pool()).up_is_assumed);
+}
+
 TEST(UpsideDown, is_seen_in_trained_scenes) {
   const auto check = [](const std::filesystem::path& path) {
     const GaussianCloud cloud = read_scene(path, test::pool()).cloud;
@@ -148,6 +167,16 @@ TEST(UpsideDown, is_seen_in_trained_scenes) {
   for (const char* name : {"scenes/plush.spz", "scenes/plush_big.spz"}) {
     QS_NEEDS_SHARED(name);
     check(test::shared_path(name));
+  }
+}
+
+TEST(UpsideDown, is_open_for_a_trained_object_without_a_floor) {
+  const char* const name = "scenes/wild/playcanvas_guitar.compressed.ply";
+  QS_NEEDS_SHARED(name);
+  const GaussianCloud cloud = read_scene(test::shared_path(name), test::pool()).cloud;
+  for (const GaussianCloud& guitar : {cloud, turned_over(cloud)}) {
+    EXPECT_FALSE(estimate_of(guitar).has_floor);
+    EXPECT_FALSE(estimate_of(guitar).upside_down) << "nothing is claimed";
   }
 }
 

@@ -32,6 +32,43 @@ TEST(Heatmap, total_of_pairs_is_the_frame_s_statistics_and_stands_in_the_legend)
   }
 }
 
+TEST(Legend, every_bar_has_the_colours_of_the_map_also_for_small_scales) {
+  Heatmap map;
+  map.values = {0, 1, 3};
+  sum_up(map);
+  const Legend legend = make_legend(map, {1, 4}, "any");
+  const std::vector<glm::vec3> bar = bar_colors(legend, 800, 10);
+  for (int x = 0; x < 100; ++x)  // below half a pair
+    ASSERT_EQ(bar[static_cast<std::size_t>(x)], heat_of_zero(0.5f)) << x;
+  EXPECT_EQ(bar[100], heat(100.5f / 800));
+  const std::vector<glm::vec3> fine = bar_colors(make_legend(map, {500, 2000}, "any"), 800, 10);
+  EXPECT_EQ(fine[4], heat_of_zero(0.5f)) << "half as wide as high";
+  EXPECT_NE(fine[5], heat_of_zero(0.5f));
+}
+
+TEST(Legend, texts_of_ticks_never_touch_and_the_last_stays) {
+  const std::vector<BarTick> ticks = {{0, "0"},
+                                      {0.25f, "5,000"},
+                                      {0.5f, "10,000"},
+                                      {0.75f, "15,000"},
+                                      {1, "20,000+ contributions"}};
+  const auto text_width = [](const std::string& text) { return 8 * static_cast<int>(text.size()); };
+  for (const int width : {200, 340, 1000}) {
+    const std::vector<PlacedTick> placed = place_ticks(ticks, width, 8, text_width);
+    int end = -8;
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+      if (!placed[i].has_text) continue;
+      const int text = text_width(ticks[i].text);
+      const int start = placed[i].text - static_cast<int>(placed[i].align) * text / 2;
+      EXPECT_GE(start, end + 8) << width << ", tick " << i;
+      end = start + text;
+    }
+    EXPECT_TRUE(placed.back().has_text);
+    EXPECT_EQ(end, width);
+  }
+  EXPECT_TRUE(place_ticks(ticks, 1000, 8, text_width)[2].has_text);
+}
+
 TEST(Heatmap, evaluated_pairs_are_counted_per_pixel) {
   const auto renderer = make_renderer(Backend::cpu, test::pool());
   renderer->upload(test::random_cloud(3000, 0, 2), {});

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,9 @@
 #include "app/viewer/state/hud_text.h"
 #include "app/viewer/state/training_actions.h"
 #include "io/picture/image_file.h"
+#include "io/scene/reader.h"
+#include "raster/api/renderer.h"
+#include "support/pool.h"
 
 namespace qs {
 namespace {
@@ -49,7 +53,8 @@ TEST(DrawingBudget, work_that_waits_for_permission_takes_at_most_its_share) {
 // ---- state --------------------------------------------------------------------------------------
 struct DrivenTraining : DrivenScene {
   DrivenTraining() : DrivenScene(2) {
-    apply(action::training_began, std::filesystem::path("/data/model"));
+    apply(action::training_began, std::filesystem::path("/data/model"),
+          std::shared_ptr<const TestViews>());
   }
   TrainingProgress at(int iteration) const {
     TrainingProgress progress;
@@ -161,7 +166,7 @@ TEST(TrainingState, the_panel_says_how_far_training_is) {
 class CountingRun {
  public:
   std::string operator()(TrainingThread& thread) {
-    thread.began("/model", "/data");
+    thread.began("/model", "/data", {});
     TrainingProgress progress;
     progress.iterations = 1'000'000'000;
     for (;; ++progress.iteration) {
@@ -287,6 +292,90 @@ TEST(TrainingWindow, shows_pauses_steps_and_ends_with_the_bits_of_a_run_without_
     return read_text_file(folder / name / "point_cloud/iteration_100/point_cloud.ply", 1 << 26);
   };
   EXPECT_EQ(gaussians("window"), gaussians("terminal"));
+}
+
+// Photographs of a scene from two cameras: `first` and `second` are their sizes.
+void write_photographs(const std::filesystem::path& folder, glm::ivec2 first, glm::ivec2 second) {
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  renderer->upload(to_cloud(test::ball_of_gaussians(200, 1), false), {});
+  std::filesystem::create_directories(folder / "images");
+  std::vector<Camera> cameras;
+  for (const glm::ivec2 size : {first, second}) {
+    const double x = cameras.empty() ? 0 : 1;
+    cameras.push_back(look_at({x, -1, -3}, {0, 0, 0}, {0, -1, 0}, 0.6, size.x, size.y));
+    cameras.back().name = fmt::format("view{}", cameras.size());
+    write_image(renderer->render(cameras.back()).color,
+                folder / "images" / (cameras.back().name + ".png"));
+  }
+  test::write_cameras(cameras, folder / "cameras.json");
+}
+
+TEST(TrainingWindow, shows_a_test_view_with_the_numbers_of_the_evaluation) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  test::write_scene(to_cloud(test::perturbed(test::ball_of_gaussians(200, 1), 2), false),
+                    folder / "init.ply");
+  std::ofstream(folder / "script") << "wait\ndrag 40 30 left\nwait\nstate " << path("moved.json")
+                                   << "\nshot " << path("moved.png") << "\nquit\n";
+  struct Case {
+    glm::ivec2 test_view, training_view;
+  };
+  const Case cases[] = {{{400, 300}, {64, 48}},
+                        {{4000, 300}, {90, 160}},  // wider than photographs are trained from
+                        {{120, 400}, {64, 48}}};
+  for (const Case& each : cases) {
+    const std::string data = path("data") + std::to_string(each.test_view.x);
+    write_photographs(data, each.test_view, each.training_view);
+    for (const char* name : {"moved.json", "moved.png"}) std::filesystem::remove(folder / name);
+    const auto run =
+        test::run_quadsplat({"train", data, "--out-dir", data + "_model", "--holdout", "2",
+                             "--init", path("init.ply"), "--iterations", "8", "--threads", "2",
+                             "--view", "--settings", "-", "--input", path("script")});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const auto state = parse_json(read_text_file(folder / "moved.json", 1 << 20), "test");
+    const nlohmann::json training = state["training"];
+    EXPECT_EQ(training["state"], "finished and saved");
+    EXPECT_EQ(training["view"], "test view view1 (1 of 1)");
+    EXPECT_EQ(training["of this view"], "PSNR " + training["test PSNR"].get<std::string>());
+  }
+}
+
+TEST(TrainingWindow, shows_a_training_view_if_none_is_held_out) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  write_photographs(folder / "data", {64, 48}, {48, 64});
+  std::ofstream(folder / "script") << "wait\nstate " << path("end.json") << "\nquit\n";
+  const auto run =
+      test::run_quadsplat({"train", path("data"), "--out-dir", path("model"), "--holdout", "0",
+                           "--iterations", "3", "--random-points", "100", "--threads", "2",
+                           "--view", "--settings", "-", "--input", path("script")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto training =
+      parse_json(read_text_file(folder / "end.json", 1 << 20), "test")["training"];
+  EXPECT_EQ(training["view"], "training view view1 (1 of 2)");
+  EXPECT_THAT(training["of this view"].get<std::string>(), HasSubstr("at iteration 3"));
+}
+
+TEST(TrainingWindow, overwrites_an_earlier_run_and_opens_the_new_model) {
+  if (!test::display().runs()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  write_photographs(folder / "data", {64, 48}, {48, 64});
+  const std::vector<std::string> first = {"train",           path("data"),   "--out-dir",
+                                          path("model"),     "--iterations", "9",
+                                          "--random-points", "100"};
+  ASSERT_EQ(test::run_quadsplat(first).exit_code, 0);
+  std::ofstream(folder / "script") << "wait\nstate " << path("end.json") << "\nquit\n";
+  const auto run = test::run_quadsplat(
+      {"train", path("data"), "--out-dir", path("model"), "--iterations", "4", "--overwrite",
+       "--random-points", "100", "--view", "--settings", "-", "--input", path("script")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(find_scene_file(folder / "model"),
+            folder / "model/point_cloud/iteration_4/point_cloud.ply");
+  const auto state = parse_json(read_text_file(folder / "end.json", 1 << 20), "test");
+  EXPECT_THAT(state["toasts"].dump(), HasSubstr("removed 1 saved iteration of an earlier run: 9"));
 }
 
 TEST(TrainingWindow, prints_how_to_continue_if_it_was_closed_before_the_end) {

@@ -117,6 +117,21 @@ TEST_F(Guarded, what_a_run_owns_it_may_replace_but_not_its_inputs) {
   EXPECT_EQ(guard.replaced(), 0u);
 }
 
+TEST_F(Guarded, a_name_of_its_own_is_free_or_of_a_file_that_this_program_wrote) {
+  const fs::path path = folder_ / "garden_path.json";
+  EXPECT_EQ(own_name(path), path);
+  write("garden_path.json", "[{\"id\": 0, \"written_by\": \"quadsplat\"}]");
+  EXPECT_EQ(own_name(path), path);
+  write("garden_path.json", "[{\"id\": 0}]");
+  EXPECT_EQ(own_name(path), folder_ / "garden_path_0001.json");
+  write("garden_path_0001.json", "somebody's, too");
+  EXPECT_EQ(own_name(path), folder_ / "garden_path_0002.json");
+  write("garden_path_0002.json", "[{\"id\": 0, \"written_by\": \"quadsplat\"}]");
+  EXPECT_EQ(own_name(path), folder_ / "garden_path_0002.json");
+  fs::create_symlink(folder_ / "nowhere", folder_ / "link.json");
+  EXPECT_EQ(own_name(folder_ / "link.json"), folder_ / "link_0001.json");
+}
+
 TEST_F(Guarded, a_folder_appears_whole_or_not_at_all) {
   const fs::path target = folder_ / "new/report";
   const auto write_two = [](const fs::path& hidden) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <random>
 #include <stop_token>
 #include <string>
@@ -18,6 +19,7 @@
 #include "io/scene/reader.h"
 #include "raster/base/error.h"
 #include "support/corpus.h"
+#include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -217,6 +219,31 @@ TEST(Writer, properties_are_in_the_order_of_the_original_trainer) {
   const std::string start(reinterpret_cast<const char*>(bytes.data()), expected.size());
   EXPECT_EQ(start, expected);
   EXPECT_EQ(bytes.size(), expected.size() + 2 * 26 * sizeof(float));
+}
+
+TEST(Writer, a_trained_scene_is_recognised_and_is_the_same_file_but_for_a_comment) {
+  const TemporaryFolder folder;
+  const auto text_of = [&](const char* name) {
+    const auto bytes = file_bytes(folder / name);
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  const std::string comment = "comment trained by quadsplat\n";
+  for (const int degree : {0, 3}) {
+    const GaussianCloud cloud = random_cloud(2, degree, 3);
+    write_scene(cloud, folder / "usual.ply");
+    EXPECT_FALSE(is_trained_scene(folder / "usual.ply"));
+    write_trained_scene(cloud, folder / "trained.ply", pool());
+    EXPECT_TRUE(is_trained_scene(folder / "trained.ply")) << degree;
+    std::string without = text_of("trained.ply");
+    without.erase(without.find(comment), comment.size());
+    EXPECT_EQ(without, text_of("usual.ply"));
+  }
+  std::ofstream(folder / "foreign.ply", std::ios::binary)
+      << text_of("usual.ply") << comment;  // behind the header
+  EXPECT_FALSE(is_trained_scene(folder / "foreign.ply"));
+  std::ofstream(folder / "empty.ply") << "";
+  EXPECT_FALSE(is_trained_scene(folder / "empty.ply"));
+  EXPECT_FALSE(is_trained_scene(folder / "missing.ply"));
 }
 
 TEST(Writer, unknown_endings_are_a_usage_error) {

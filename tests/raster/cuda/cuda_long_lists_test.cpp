@@ -98,25 +98,42 @@ TEST_P(CudaLongLists, are_drawn_as_on_the_cpu_whether_pixels_stop_or_not) {
   }
 }
 
+/// Positions of the first segments' borders in a list of `count` Gaussians in the order of the file
+/// that all reach a pixel: as segments.cuh cuts it, at samples.
+std::vector<std::size_t> borders_of_segments(std::uint32_t count) {
+  std::vector<std::size_t> samples;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    std::uint32_t hash = (i ^ i >> 16) * 0x85ebca6bu;
+    hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
+    if ((hash ^ hash >> 16) % 8 == 0) samples.push_back(i);
+  }
+  const std::size_t segments = (samples.size() + 63) / 64;
+  const std::size_t each = (samples.size() + segments - 1) / segments;
+  return {samples.at(each), samples.at(2 * each)};
+}
+
 TEST_P(CudaLongLists, stop_exactly_at_and_beside_the_borders_of_segments) {
   const Camera camera = test::front_camera(kSide, kSide);
   Outputs maps;
   maps.evaluated = true;
-  for (const std::size_t in_front : {510u, 511u, 512u, 513u, 1023u, 1024u}) {
-    SCOPED_TRACE(in_front);
-    GaussianCloud cloud;
-    // Transmittance 1.5e-4 is left for a Gaussian that would leave less than 1e-4.
-    const double opacity = 1 - std::pow(1.5e-4, 1.0 / static_cast<double>(in_front));
-    append_layers(cloud, in_front, opacity, {0.2f, 0.4f, 0.6f});
-    append_layers(cloud, 1, 0.98, {1, 0, 1});
-    append_layers(cloud, kCut + 500, 0.02, {0, 1, 0});
-    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
-    for (const glm::vec3 background : {kBlack, kWhite}) {
-      const Frame& expected = cpu->render(camera, settings_on(background), maps);
-      ASSERT_EQ(expected.evaluated[0], in_front + 1);
-      EXPECT_LE(
-          largest_difference(gpu->render(camera, settings_on(background)).color, expected.color),
-          1e-5);
+  constexpr std::uint32_t kLength = kCut + 1500;
+  for (const std::size_t border : borders_of_segments(kLength)) {
+    for (const std::size_t in_front : {border - 2, border - 1, border, border + 1}) {
+      SCOPED_TRACE(in_front);
+      GaussianCloud cloud;
+      // Transmittance 1.5e-4 is left for a Gaussian that would leave less than 1e-4.
+      const double opacity = 1 - std::pow(1.5e-4, 1.0 / static_cast<double>(in_front));
+      append_layers(cloud, in_front, opacity, {0.2f, 0.4f, 0.6f});
+      append_layers(cloud, 1, 0.98, {1, 0, 1});
+      append_layers(cloud, kLength - in_front - 1, 0.02, {0, 1, 0});
+      const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+      for (const glm::vec3 background : {kBlack, kWhite}) {
+        const Frame& expected = cpu->render(camera, settings_on(background), maps);
+        ASSERT_EQ(expected.evaluated[0], in_front + 1);
+        EXPECT_LE(
+            largest_difference(gpu->render(camera, settings_on(background)).color, expected.color),
+            1e-5);
+      }
     }
   }
 }
@@ -173,6 +190,26 @@ TEST_P(CudaLongLists, are_equal_bit_for_bit_in_lossless_modes) {
     settings.mode = find_culler("quadbox");
     EXPECT_EQ(gpu->render(camera, settings).color.values, adr.color.values);
   }
+}
+
+TEST_P(CudaLongLists, of_more_gaussians_than_fit_into_usual_segments_are_drawn_as_on_the_cpu) {
+  // A list has 256 segments at most, so these hold more Gaussians, and the last ones can be empty.
+  constexpr std::size_t kCount = 131146;
+  const Camera camera = test::front_camera(kSide, kSide);
+  GaussianCloud cloud = crowd(kCount, 0.0045, 0.0045);
+  const auto onto_pixel = [](double along, double px, double center) {
+    return (std::round(along / px + center) - center) * px;
+  };
+  for (auto& position : cloud.positions) {  // to the nearest pixel, the only one that it reaches
+    const glm::dvec2 px = double{position.z} / camera.focal_px;
+    position.x = static_cast<float>(onto_pixel(position.x, px.x, camera.center_px.x));
+    position.y = static_cast<float>(onto_pixel(position.y, px.y, camera.center_px.y));
+  }
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  const Frame& expected = cpu->render(camera, settings_on(kWhite));
+  ASSERT_EQ(expected.stats.max_pairs_in_a_tile, kCount);
+  EXPECT_LE(largest_difference(gpu->render(camera, settings_on(kWhite)).color, expected.color),
+            1e-4);
 }
 
 TEST_P(CudaLongLists, of_several_tiles_beside_short_ones_are_drawn_as_on_the_cpu) {

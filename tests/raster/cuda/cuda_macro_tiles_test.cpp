@@ -71,6 +71,33 @@ TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
   }
 }
 
+// A block of Gaussians has a counter for each of 2,048 macro-tiles, and a hash table for more.
+TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_in_pictures_of_every_size) {
+  const GaussianCloud cloud =
+      test::scattered_cloud(1500, 4000, [](std::size_t i) { return 2 + 0.001 * double(i); });
+  const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+  for (const auto& [width, height] : {std::pair{16384, 256}, {16384, 288}, {80, 16384}}) {
+    SCOPED_TRACE(testing::Message() << width << "x" << height);
+    const Camera camera = test::front_camera(width, height);
+    const Frame& frame = gpu->render(camera, settings_of_pipeline(), test::decisions());
+    EXPECT_EQ(frame.stats.pipeline, Pipeline::fast);
+    test::expect_equal_decisions(frame,
+                                 cpu->render(camera, settings_of_pipeline(), test::decisions()));
+  }
+}
+
+TEST_P(CudaMacroTiles, draw_the_largest_picture) {
+  if (test::gpu_is_emulated()) GTEST_SKIP() << "needs gigabytes on a GPU";
+  const auto gpu = renderer_of(Backend::cuda, test::random_cloud(3000, 0, 3));
+  for (const int side : {8192, 16384}) {
+    SCOPED_TRACE(side);
+    const Frame& frame =
+        gpu->render(test::front_camera(side, side), settings_of_pipeline(), {}, DeviceImage{});
+    EXPECT_EQ(frame.stats.pipeline, Pipeline::fast);
+    EXPECT_GT(frame.stats.tile_pairs, 0u);
+  }
+}
+
 TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) {
   const GaussianCloud cloud =
       test::scattered_cloud(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });

@@ -91,6 +91,12 @@ inline std::uint32_t atomicMax(std::uint32_t* address, std::uint32_t value) {
   *address = std::max(old, value);
   return old;
 }
+inline std::uint32_t atomicCAS(std::uint32_t* address, std::uint32_t expected,
+                               std::uint32_t value) {
+  const std::uint32_t old = *address;
+  if (old == expected) *address = value;
+  return old;
+}
 inline std::uint32_t __float_as_uint(float value) {
   std::uint32_t bits;
   std::memcpy(&bits, &value, sizeof bits);

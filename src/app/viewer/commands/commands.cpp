@@ -154,8 +154,9 @@ KeyCommand mode_row(CullMode mode) {
 std::vector<KeyCommand> file_commands() {
   using enum Menu;
   return {
-      always(checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, false),
-                     [](const Viewer& v) { return v.panels.open && !v.opens_beside; })),
+      always(
+          checked(row(GLFW_KEY_O, kCtrl, file, "Open a file", toggle_open_dialog, Choosing::scene),
+                  [](const Viewer& v) { return v.panels.open && v.choosing == Choosing::scene; })),
       checked(row(GLFW_KEY_O, kCtrl | kShift, file, "Open or close a scene beside", toggle_beside),
               [](const Viewer& v) { return v.beside.has_value(); }),
       always(panel(GLFW_KEY_T, kCtrl | kShift, file, "Train from photographs", &Panels::train)),
@@ -190,6 +191,7 @@ std::vector<KeyCommand> view_commands() {
       row(GLFW_KEY_J, kShift, view, "Next of depth, median depth and alpha", next_quantity),
       row(GLFW_KEY_EQUAL, 0, view, "Larger splats", scale_splats, 1.1f),
       row(GLFW_KEY_MINUS, 0, view, "Smaller splats", scale_splats, 1 / 1.1f),
+      row(GLFW_KEY_Y, kShift, view, "Turn the scene over, and back", turn_over),
       always(row(GLFW_KEY_EQUAL, kCtrl, view, "Larger interface", step_interface_scale, 1)),
       always(row(GLFW_KEY_MINUS, kCtrl, view, "Smaller interface", step_interface_scale, -1)),
       always(row(GLFW_KEY_0, kCtrl, view, "Interface at 100 %", set_interface_scale, 1.0f)),

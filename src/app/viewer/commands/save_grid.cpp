@@ -34,21 +34,21 @@ void add_scale(Figure& figure, glm::ivec2 at, int width, const Viewer& viewer, c
                const Scale& scale) {
   const Legend legend = make_legend(map, scale, "", viewer.heat_view.style.colors);
   Image bar(width, kBar, 3);
+  const std::vector<glm::vec3> colors = bar_colors(legend, width, kBar);
   for (int x = 0; x < width; ++x)
-    fill_rect(bar, {x, 0, 1, kBar},
-              legend.color(static_cast<float>(x) / static_cast<float>(width)));
+    fill_rect(bar, {x, 0, 1, kBar}, colors[static_cast<std::size_t>(x)]);
   figure.texts.push_back({at, kText, legend.title});
   figure.pictures.push_back({{at.x, at.y + kText + 6}, std::move(bar)});
-  for (std::size_t i = 0; i < legend.ticks.size(); ++i) {
-    const int x = static_cast<int>(legend.ticks[i].at * static_cast<float>(width));
-    const Align align = i == 0                         ? Align::left
-                        : i + 1 == legend.ticks.size() ? Align::right
-                                                       : Align::center;
-    figure.texts.push_back({{at.x + x, at.y + kText + kBar + 10},
-                            kText,
-                            legend.ticks[i].text,
-                            on_white::kFaint,
-                            align});
+  const Font font(kText);
+  const auto placed = place_ticks(legend.ticks, width, kText / 2,
+                                  [&](const std::string& text) { return font.width(text); });
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    if (placed[i].has_text)
+      figure.texts.push_back({{at.x + placed[i].text, at.y + kText + kBar + 10},
+                              kText,
+                              legend.ticks[i].text,
+                              on_white::kFaint,
+                              placed[i].align});
   }
 }
 

@@ -7,7 +7,7 @@
 namespace qs {
 
 void action::toggle_beside(Viewer& viewer, Host& host) {
-  if (!viewer.beside) return toggle_open_dialog(viewer, true);
+  if (!viewer.beside) return toggle_open_dialog(viewer, Choosing::scene_beside);
   viewer.beside.reset();
   viewer.panels.split = false;
   picture_changed(viewer);

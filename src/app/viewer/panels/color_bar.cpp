@@ -1,42 +1,54 @@
 // SPDX-License-Identifier: MIT
 #include "app/viewer/panels/color_bar.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <imgui.h>
 
 #include "app/viewer/panels/style.h"
 
 namespace qs {
+namespace {
 
-void draw_color_bar(const std::function<glm::vec3(float)>& color,
-                    const std::vector<BarTick>& ticks) {
+// Columns of equal colours are one rectangle.
+void draw_bar_columns(ImDrawList& draw, ImVec2 at, const std::vector<glm::vec3>& colors,
+                      float height) {
+  for (std::size_t first = 0; first < colors.size();) {
+    std::size_t end = first + 1;
+    while (end < colors.size() && colors[end] == colors[first]) ++end;
+    draw.AddRectFilled({at.x + static_cast<float>(first), at.y},
+                       {at.x + static_cast<float>(end), at.y + height}, color_of(colors[first]));
+    first = end;
+  }
+}
+
+}  // namespace
+
+void draw_color_bar(const Legend& legend) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
-  const float width = ImGui::GetContentRegionAvail().x, height = 0.9f * ImGui::GetFontSize();
+  const float letter = ImGui::GetFontSize(), height = std::round(0.9f * letter);
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  constexpr int kSteps = 64;
-  const auto packed = [&](int step) {
-    const glm::vec3 c = color(static_cast<float>(step) / kSteps);
-    return ImGui::GetColorU32({c.x, c.y, c.z, 1});
+  const int width = std::max(1, static_cast<int>(ImGui::GetContentRegionAvail().x));
+  draw_bar_columns(draw, at, bar_colors(legend, width, static_cast<int>(height)), height);
+  // The value 0 has nearly the colour of the panel.
+  draw.AddRect(at, {at.x + static_cast<float>(width), at.y + height},
+               ImGui::GetColorU32(palette::with_opacity(on_dark::kFaint, 0.5f)));
+  const auto text_width = [](const std::string& text) {
+    return static_cast<int>(std::ceil(ImGui::CalcTextSize(text.c_str()).x));
   };
-  for (int i = 0; i < kSteps; ++i) {
-    const float left = at.x + width * static_cast<float>(i) / kSteps;
-    const float right = at.x + width * static_cast<float>(i + 1) / kSteps;
-    draw.AddRectFilledMultiColor({left, at.y}, {right, at.y + height}, packed(i), packed(i + 1),
-                                 packed(i + 1), packed(i));
-  }
-  // From the right, because the last text has the unit; a text that would touch it is left out.
-  float free_until = at.x + width;
-  for (std::size_t i = ticks.size(); i-- > 0;) {
-    const BarTick& tick = ticks[i];
-    const float x = at.x + width * tick.at;
-    const float text = ImGui::CalcTextSize(tick.text.c_str()).x;
-    const bool first = i == 0, last = i + 1 == ticks.size();
-    const float left = first ? x : last ? x - text : x - 0.5f * text;
+  const auto placed = place_ticks(legend.ticks, width, static_cast<int>(0.5f * letter), text_width);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const std::string& text = legend.ticks[i].text;
+    const float x = at.x + static_cast<float>(placed[i].line);
     draw.AddLine({x, at.y + height}, {x, at.y + height + 4}, ImGui::GetColorU32(palette::kFaint));
-    if (left + text > free_until && !last) continue;
-    draw.AddText({left, at.y + height + 5}, ImGui::GetColorU32(palette::kText), tick.text.c_str());
-    free_until = left - 0.5f * ImGui::GetFontSize();
+    if (!placed[i].has_text) continue;
+    const float share = 0.5f * static_cast<float>(placed[i].align);  // of the width, left of it
+    const float left = at.x + static_cast<float>(placed[i].text) -
+                       std::floor(share * static_cast<float>(text_width(text)));
+    draw.AddText({left, at.y + height + 5}, ImGui::GetColorU32(palette::kText), text.c_str());
   }
-  ImGui::Dummy({width, height + 6 + ImGui::GetTextLineHeight()});
+  ImGui::Dummy({static_cast<float>(width), height + 6 + ImGui::GetTextLineHeight()});
 }
 
 }  // namespace qs

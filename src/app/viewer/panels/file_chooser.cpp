@@ -71,8 +71,9 @@ std::string lower(std::string text) {
 
 }  // namespace
 
-void FileChooser::start(const fs::path& folder) {
+void FileChooser::start(const fs::path& folder, bool chooses_folder) {
   std::error_code error;
+  chooses_folder_ = chooses_folder;
   go_to(fs::absolute(folder, error));
 }
 
@@ -91,7 +92,7 @@ void FileChooser::list(const fs::path& folder) {
   for (const auto& entry :
        fs::directory_iterator(folder, fs::directory_options::skip_permission_denied, error)) {
     if (entry.path().filename().string().starts_with('.')) continue;
-    if (is_folder(entry.path()) || readable(entry.path()))
+    if (is_folder(entry.path()) || (!chooses_folder_ && readable(entry.path())))
       entries_.push_back(entry_of(entry.path()));
   }
   std::sort(entries_.begin(), entries_.end(), [](const FileEntry& a, const FileEntry& b) {
@@ -137,12 +138,17 @@ std::optional<fs::path> FileChooser::choose(const FileEntry& entry) {
 
 std::optional<fs::path> FileChooser::enter() {
   if (selected_ >= 0) return choose(FileEntry(rows_[static_cast<std::size_t>(selected_)]));
-  if (typed_.empty()) return std::nullopt;
+  if (typed_.empty()) return chooses_folder_ ? std::optional(listed_) : std::nullopt;
   const fs::path path = typed_path();
   std::error_code unreachable;
   if (!fs::exists(path, unreachable)) {
     if (rows_.size() == 1) return choose(FileEntry(rows_.front()));
     problem_ = fmt::format("{} does not exist", path.string());
+    return std::nullopt;
+  }
+  if (chooses_folder_) {
+    if (is_folder(path)) return path.has_filename() ? path : path.parent_path();
+    problem_ = fmt::format("{} is a file: choose the folder of the photographs", path.string());
     return std::nullopt;
   }
   if (!is_folder(path) || holds_scene(path)) return path;

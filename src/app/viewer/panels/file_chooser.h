@@ -21,8 +21,8 @@ struct FileEntry {
 
 class FileChooser {
  public:
-  /// Begins in a folder, with an empty text.
-  void start(const std::filesystem::path& folder);
+  /// Begins in a folder, with an empty text. If a folder is chosen, files are not listed.
+  void start(const std::filesystem::path& folder, bool chooses_folder = false);
 
   /// Lists another folder and clears the typed text.
   void go_to(const std::filesystem::path& folder);
@@ -34,7 +34,8 @@ class FileChooser {
   void select(int by);
 
   /// Carries out Enter: opens the selected row or the typed path, or lists it if it is a folder
-  /// without a scene. Returns the path to open.
+  /// without a scene. Returns the path to open. If a folder is chosen, a selected row is listed, a
+  /// typed folder is returned, and without both the listed folder.
   std::optional<std::filesystem::path> enter();
 
   /// Carries out a click on a row.
@@ -57,6 +58,7 @@ class FileChooser {
   std::filesystem::path listed_;
   std::vector<FileEntry> entries_, rows_;
   std::string typed_, problem_;
+  bool chooses_folder_ = false;
   int selected_ = -1, moves_ = 0;
 };
 

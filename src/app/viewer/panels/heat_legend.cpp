@@ -19,37 +19,24 @@ namespace {
 
 constexpr const char* kSettings = "settings of heat maps";
 
-/// The content of a legend.
-struct LegendText {
-  std::string title, facts;
-  std::string under;  ///< the value under the cursor
-  std::function<glm::vec3(float)> color;
-  std::vector<BarTick> ticks;
+// The legend of the picture, and the value under the cursor.
+struct LegendHere {
+  Legend legend;
+  std::string under;
 };
 
-std::optional<LegendText> legend_of(const Viewer& viewer) {
+std::optional<LegendHere> legend_here(const Viewer& viewer) {
   const ShownFrame& shown = viewer.shown;
-  LegendText legend;
   if (shown.heatmap) {
     const Heatmap& map = heatmap_at(viewer, viewer.cursor);
     const auto cell = cell_under_mouse(viewer, map.cell_px * shown.divisor, map.columns, map.rows);
-    const HeatColors colors = viewer.heat_view.style.colors;
-    legend.title = make_legend(map, shown.map_scale, mode_name(shown.mode)).title;
-    legend.under = cell && !shown.grid ? heat_text(shown, map, *cell) : "";
-    legend.color = [colors](float t) { return t > 0 ? heat(t, colors) : heat_of_zero(0.5f); };
-    legend.ticks = heat_ticks(shown);
-    legend.facts = heat_facts(viewer) + " \u00b7 " + scale_text(viewer);
-    return legend;
+    return LegendHere{heat_legend(viewer), cell && !shown.grid ? heat_text(shown, map, *cell) : ""};
   }
   if (!shown.values) return std::nullopt;
-  const ValueMap& map = *shown.values;
-  const auto pixel = cell_under_mouse(viewer, shown.divisor, map.width, map.height);
-  legend.title = row_of(map.quantity).title;
-  legend.under = pixel ? value_text(shown, *pixel) : "";
-  legend.color = viridis;
-  legend.ticks = value_ticks(shown);
-  legend.facts = value_facts(shown);
-  return legend;
+  const auto pixel =
+      cell_under_mouse(viewer, shown.divisor, shown.values->width, shown.values->height);
+  return LegendHere{make_legend(*shown.values, mode_name(shown.mode)),
+                    pixel ? value_text(shown, *pixel) : ""};
 }
 
 // The middle of the legend's lower edge, inside the picture. `size`: of the legend.
@@ -147,9 +134,24 @@ void draw_fold_button(const Viewer& viewer, Actions& actions) {
 
 }  // namespace
 
+void draw_heat_scale_menu(const Viewer& viewer, Actions& actions) {
+  if (!ImGui::BeginMenu("Scale of the heat map", viewer.shown.heatmap.has_value())) return;
+  HeatView view = viewer.heat_view;
+  choose_maximum(viewer, view);
+  ImGui::Separator();
+  for (std::size_t i = 0; i < std::size(kHeatColors); ++i) {
+    const auto colors = static_cast<HeatColors>(i);
+    if (ImGui::MenuItem(kHeatColors[i], nullptr, view.style.colors == colors))
+      view.style.colors = colors;
+  }
+  if (view != viewer.heat_view) actions.push_back(call(action::change_heat_view, view));
+  ImGui::EndMenu();
+}
+
 void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions) {
-  const std::optional<LegendText> legend = legend_of(viewer);
-  if (!legend) return state.legend_drag.reset();
+  const std::optional<LegendHere> here = legend_here(viewer);
+  if (!here) return state.legend_drag.reset();
+  const Legend& legend = here->legend;
   const Rect picture = current_layout(viewer).picture;
   const float width = std::min(picture.size().x - 20, 46 * ImGui::GetFontSize());
   const glm::vec2 place = legend_place(viewer, picture, state.legend_size);
@@ -160,14 +162,14 @@ void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions)
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
   const bool narrow = hides_grid_labels(viewer, picture);
   if (!narrow) draw_fold_button(viewer, actions);
-  ImGui::TextUnformatted(legend->title.c_str());
-  const float shift = ImGui::CalcTextSize(legend->under.c_str()).x;
+  ImGui::TextUnformatted(legend.title.c_str());
+  const float shift = ImGui::CalcTextSize(here->under.c_str()).x;
   ImGui::SameLine(width - shift - ImGui::GetStyle().WindowPadding.x);
-  ImGui::TextColored(palette::kAccent, "%s", legend->under.c_str());
+  ImGui::TextColored(palette::kAccent, "%s", here->under.c_str());
   if (!viewer.heat_view.folded && !narrow) {
-    draw_color_bar(legend->color, legend->ticks);
-    ImGui::TextColored(palette::kFaint, "%s", legend->facts.c_str());
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", legend->facts.c_str());
+    draw_color_bar(legend);
+    ImGui::TextColored(palette::kFaint, "%s", legend.facts.c_str());
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", legend.facts.c_str());
   }
   if (drag_legend(viewer, state, actions) && viewer.shown.heatmap) ImGui::OpenPopup(kSettings);
   if (viewer.shown.heatmap) draw_heat_settings(viewer, actions);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <string>
 #include <utility>
 
 #include <imgui.h>
@@ -7,6 +8,7 @@
 #include "app/viewer/commands/keys.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/message_text.h"
 
 namespace qs {
 namespace {
@@ -35,6 +37,7 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   }
   if (menu == Menu::view) {
     ImGui::Separator();
+    draw_heat_scale_menu(viewer, actions);
     const auto option = [&](const char* name, bool Viewer::*which) {
       if (ImGui::MenuItem(name, nullptr, viewer.*which))
         actions.push_back(call(action::toggle_option, which));
@@ -46,18 +49,25 @@ void draw_menu(Menu menu, const Viewer& viewer, Actions& actions) {
   ImGui::EndMenu();
 }
 
+// At the right end of the menu bar; a text that would reach the menus is shortened.
+void draw_summary(std::string text) {
+  const float right = ImGui::GetWindowWidth() - 2 * ImGui::GetStyle().WindowPadding.x;
+  const float room = right - ImGui::GetCursorPosX();
+  const auto width = [&] { return ImGui::CalcTextSize(text.c_str()).x; };
+  for (std::size_t most = letters_of(text); width() > room && most > 8; --most)
+    text = shortened_middle(text, most);
+  if (width() > room) return;
+  ImGui::SameLine(right - width());
+  ImGui::TextColored(palette::kFaint, "%s", text.c_str());
+}
+
 }  // namespace
 
 void draw_menu_bar(const Viewer& viewer, Actions& actions) {
   if (!ImGui::BeginMainMenuBar()) return;
   for (int menu = 0; menu < static_cast<int>(Menu::none); ++menu)
     draw_menu(static_cast<Menu>(menu), viewer, actions);
-  if (viewer.scene) {
-    const std::string text = scene_summary(viewer);
-    const float width = ImGui::CalcTextSize(text.c_str()).x;
-    ImGui::SameLine(ImGui::GetWindowWidth() - width - 2 * ImGui::GetStyle().WindowPadding.x);
-    ImGui::TextColored(palette::kFaint, "%s", text.c_str());
-  }
+  if (viewer.scene) draw_summary(scene_summary(viewer));
   ImGui::EndMainMenuBar();
 }
 

@@ -63,6 +63,8 @@ void draw_offer(ToastOffer offer, Actions& actions) {
     actions.push_back(call(action::skip_huge, true));
   if (offer == ToastOffer::next_axes && ImGui::Button("Turn it"))
     actions.push_back(call(action::next_axes));
+  if (offer == ToastOffer::turn_over && ImGui::Button("Turn it over"))
+    actions.push_back(call(action::turn_over));
 }
 
 // Draws a message, counted from the newest, with its lower right corner at `corner`, and moves the

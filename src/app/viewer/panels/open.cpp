@@ -17,10 +17,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOpenTitle = "Open";
+bool chooses_folder(const Viewer& viewer) { return viewer.choosing == Choosing::photographs; }
+
+const char* open_title(const Viewer& viewer) {
+  return chooses_folder(viewer) ? "Folder of the photographs" : "Open";
+}
 
 fs::path start_folder(const Viewer& viewer) {
   std::error_code error;
+  const fs::path typed = viewer.train_form.data;
+  if (chooses_folder(viewer) && fs::is_directory(typed, error)) return typed;
   return viewer.scene ? viewer.scene->path.parent_path() : fs::current_path(error);
 }
 
@@ -35,7 +41,7 @@ int insert_early(ImGuiInputTextCallbackData* data) {
   return 0;
 }
 
-void draw_path_field(PanelState& state) {
+void draw_path_field(const Viewer& viewer, PanelState& state) {
   FileChooser& chooser = state.chooser;
   // ImGui keeps the text of an active field, so a field with a new text needs another identity.
   ImGui::PushID(chooser.moves());
@@ -49,8 +55,10 @@ void draw_path_field(PanelState& state) {
   }
   ImGui::SetNextItemWidth(-1);
   std::string typed = chooser.typed();
-  ImGui::InputTextWithHint("##path", "path of a scene, a model folder or cameras", &typed,
-                           ImGuiInputTextFlags_CallbackAlways, insert_early, &state.typed_early);
+  ImGui::InputTextWithHint(
+      "##path",
+      chooses_folder(viewer) ? "path of the folder" : "path of a scene, a model folder or cameras",
+      &typed, ImGuiInputTextFlags_CallbackAlways, insert_early, &state.typed_early);
   if (ImGui::IsItemActive()) state.focus_path = false;
   ImGui::PopID();
   if (typed != chooser.typed()) chooser.type(typed);
@@ -100,14 +108,33 @@ std::optional<fs::path> use_keys(PanelState& state) {
   return chooser.enter();
 }
 
+// Lines below the rows: help or a problem, and the buttons. Returns the path to open.
+std::optional<fs::path> draw_end(const Viewer& viewer, const FileChooser& chooser, bool& open) {
+  std::optional<fs::path> chosen;
+  const bool folder = chooses_folder(viewer);
+  if (chooser.problem().empty()) {
+    ImGui::TextColored(palette::kFaint, "%s",
+                       folder ? "Enter takes this folder, arrow keys select, Escape closes"
+                              : "Enter opens, arrow keys select, Escape closes");
+  } else {
+    ImGui::TextColored(palette::kCaution, "%s", chooser.problem().c_str());
+  }
+  if (ImGui::Button(folder ? "Take this folder" : "Open this folder as a model"))
+    chosen = chooser.folder();
+  ImGui::SameLine();
+  if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
+  return chosen;
+}
+
 }  // namespace
 
 void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.panels.open) return;
   FileChooser& chooser = state.chooser;
-  if (!ImGui::IsPopupOpen(kOpenTitle)) {
-    ImGui::OpenPopup(kOpenTitle);
-    chooser.start(start_folder(viewer));
+  const char* const title = open_title(viewer);
+  if (!ImGui::IsPopupOpen(title)) {
+    ImGui::OpenPopup(title);
+    chooser.start(start_folder(viewer), chooses_folder(viewer));
     state.typed_early.clear();
     state.focus_path = true;
   }
@@ -117,22 +144,15 @@ void draw_open(const Viewer& viewer, PanelState& state, Actions& actions) {
   ImGui::SetNextWindowSize({std::min(44 * em, display.x - em), std::min(30 * em, display.y - em)});
   bool open = true;
   if (!ImGui::BeginPopupModal(
-          kOpenTitle, &open,
+          title, &open,
           ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
     return;
-  draw_path_field(state);
+  draw_path_field(viewer, state);
   ImGui::TextColored(palette::kFaint, "%s", chooser.folder().c_str());
   std::optional<fs::path> chosen = draw_rows(state);
   if (const auto path = use_keys(state)) chosen = path;
-  if (chooser.problem().empty()) {
-    ImGui::TextColored(palette::kFaint, "Enter opens, arrow keys select, Escape closes");
-  } else {
-    ImGui::TextColored(palette::kCaution, "%s", chooser.problem().c_str());
-  }
-  if (ImGui::Button("Open this folder as a model")) chosen = chooser.folder();
-  ImGui::SameLine();
-  if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
-  if (chosen) actions.push_back(call(action::file_chosen, *chosen));
+  if (const auto path = draw_end(viewer, chooser, open)) chosen = path;
+  if (chosen) actions.push_back(call(action::path_chosen, *chosen, viewer.choosing));
   if (chosen || !open) {
     actions.push_back(call(action::toggle_panel, &Panels::open));
     ImGui::CloseCurrentPopup();

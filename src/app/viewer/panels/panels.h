@@ -18,21 +18,21 @@
 #include "app/viewer/state/first_view_actions.h"
 #include "app/viewer/state/layout.h"
 #include "app/viewer/state/panel_text.h"
-#include "app/viewer/state/train_form.h"
 
 namespace qs {
 
 /// State of the panels themselves.
 struct PanelState {
-  FileChooser chooser;        ///< of the dialog Open
-  std::string typed_early;    ///< text that was typed before the path field had the keyboard
-  bool focus_path = false;    ///< the path field requests the keyboard
-  bool scroll_files = false;  ///< to the selected row
-  TrainForm train;
+  FileChooser chooser;               ///< of the dialog Open
+  std::string typed_early;           ///< text that was typed before the path field had the keyboard
+  bool focus_path = false;           ///< the path field requests the keyboard
+  bool scroll_files = false;         ///< to the selected row
   bool focus_train = false;          ///< the first field of the dialog Train requests the keyboard
   std::string crop_file;             ///< typed name of the cropped scene
   int inspections = 0;               ///< Viewer::inspections that the inspector scrolled to
   unsigned photograph = 0;           ///< GL texture of Viewer::photograph, 0 = none
+  unsigned test_photograph = 0;      ///< GL texture of TestView::shown, 0 = none
+  unsigned test_picture = 0;         ///< GL texture of TestComparison::picture, 0 = none
   unsigned candidates = 0;           ///< GL texture of ViewChoice::pictures, 0 = none
   unsigned thumbnail = 0;            ///< GL texture of the bundled scene's picture, 0 = none
   float thumbnail_aspect = 1;        ///< its width over its height
@@ -86,6 +86,9 @@ void draw_info(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_cameras(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_recorder(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_training(const Viewer& viewer, PanelState& state, Actions& actions);
+/// In the panel Training: a photograph beside the model's picture. Nothing before the run has read
+/// its photographs.
+void draw_test_view(const Viewer& viewer, const PanelState& state, Actions& actions);
 void draw_crop(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_split(const Viewer& viewer, PanelState& state, Actions& actions);
@@ -96,6 +99,7 @@ void draw_grid_labels(const Viewer& viewer);  ///< of the grid of all modes
 void draw_mode_plate(const Viewer& viewer);   ///< the mode over the picture
 void draw_menu_bar(const Viewer& viewer, Actions& actions);
 void draw_status_line(const Viewer& viewer, const Rect& area);
+void draw_heat_scale_menu(const Viewer& viewer, Actions& actions);  ///< a submenu of View
 void draw_heat_legend(const Viewer& viewer, PanelState& state, Actions& actions);
 void draw_help(const Viewer& viewer, Actions& actions);
 void draw_divider(const Viewer& viewer, Actions& actions);                  ///< of the split window

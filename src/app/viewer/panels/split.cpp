@@ -122,7 +122,7 @@ void choose_view(const Viewer& viewer, Actions& actions) {
 // The scale of the map of pair differences and its value under the cursor.
 void draw_pair_legend(const Viewer& viewer) {
   const PairDifference& pairs = *viewer.shown.other->pairs;
-  draw_color_bar([](float t) { return diverging(2 * t - 1); }, pair_ticks(viewer.shown));
+  draw_color_bar(pair_legend(viewer.shown));
   const auto tile = cell_under_mouse(viewer, pairs.grid.tile_px * viewer.shown.divisor,
                                      pairs.grid.columns, pairs.grid.rows);
   const std::string under = tile ? signed_text(pairs.values[*tile]) : "-";
@@ -154,8 +154,7 @@ void draw_split(const Viewer& viewer, PanelState&, Actions& actions) {
     if (viewer.split.view == SplitView::tile_pairs && viewer.shown.other->pairs)
       draw_pair_legend(viewer);
     if (viewer.split.view == SplitView::difference)
-      draw_color_bar([](float t) { return glm::vec3(t); },
-                     difference_ticks(shown_amplification(viewer)));
+      draw_color_bar(difference_legend(shown_amplification(viewer)));
     for (const Fact& fact : split_facts(viewer)) draw_fact(fact);
   } else if (viewer.split.other.mode == kReferenceMode) {
     ImGui::TextWrapped(

@@ -16,12 +16,24 @@ namespace {
 
 constexpr const char* kTrainTitle = "Train from photographs";
 
-void draw_field(const char* title, const char* hint, std::string& text) {
+// `right`: screen units that stay free at the end of the line.
+void draw_field(const char* title, const char* hint, std::string& text, float right = 0) {
   ImGui::TextUnformatted(title);
-  ImGui::SetNextItemWidth(-1);
+  ImGui::SetNextItemWidth(right > 0 ? -right : -1);
   ImGui::PushID(title);
   ImGui::InputTextWithHint("##text", hint, &text, ImGuiInputTextFlags_AutoSelectAll);
   ImGui::PopID();
+}
+
+// The field of the photographs' folder. Returns true if its button was pressed.
+bool draw_data_field(TrainForm& form) {
+  constexpr const char* kChoose = "Choose ...";
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float button = ImGui::CalcTextSize(kChoose).x + 2 * style.FramePadding.x;
+  draw_field("Photographs", "a COLMAP folder, or one with transforms.json or cameras.json",
+             form.data, button + style.ItemSpacing.x);
+  ImGui::SameLine();
+  return ImGui::Button(kChoose);
 }
 
 void choose(const char* title, std::span<const TrainChoice> choices, std::size_t& chosen) {
@@ -43,8 +55,9 @@ void draw_choices(TrainForm& form) {
 }  // namespace
 
 void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
-  if (!viewer.panels.train) return;
-  TrainForm& form = state.train;
+  // The dialog Open takes its place while a folder is chosen.
+  if (!viewer.panels.train || viewer.panels.open) return;
+  TrainForm form = viewer.train_form;
   bool& focus = state.focus_train;
   if (!ImGui::IsPopupOpen(kTrainTitle)) {
     ImGui::OpenPopup(kTrainTitle);
@@ -60,8 +73,7 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
           ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize))
     return;
   if (std::exchange(focus, false)) ImGui::SetKeyboardFocusHere();
-  draw_field("Photographs", "a COLMAP folder, or one with transforms.json or cameras.json",
-             form.data);
+  const bool chooses = draw_data_field(form);
   const std::string usual =
       form.data.empty() ? "folder of the trained model" : usual_model(form.data);
   draw_field("Model", usual.c_str(), form.model);
@@ -77,11 +89,11 @@ void draw_train(const Viewer& viewer, PanelState& state, Actions& actions) {
   const bool starts = (ImGui::Button("Train") || entered) && !form.data.empty();
   ImGui::SameLine();
   if (ImGui::Button("Cancel") || pressed(ImGuiKey_Escape)) open = false;
+  if (form != viewer.train_form) actions.push_back(call(action::change_train_form, form));
   if (starts) actions.push_back(call(action::start_training, request_of(form)));
-  if (starts || !open) {
-    actions.push_back(call(action::toggle_panel, &Panels::train));
-    ImGui::CloseCurrentPopup();
-  }
+  if (starts || !open) actions.push_back(call(action::toggle_panel, &Panels::train));
+  if (chooses) actions.push_back(call(action::toggle_open_dialog, Choosing::photographs));
+  if (starts || !open || chooses) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
 }
 

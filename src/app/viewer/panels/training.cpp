@@ -1,43 +1,46 @@
 // SPDX-License-Identifier: MIT
 //
-// Training in the window: its progress, the curve of the loss, and buttons.
-#include <algorithm>
+// Training in the window: its progress, buttons, a test view, and the curve of the loss.
+#include <cmath>
 #include <vector>
 
 #include <imgui.h>
 
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/plot_axes.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/loss_chart.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
 namespace {
 
-void draw_loss(const Training& training) {
-  if (training.losses.size() < 2) return;
-  const std::vector<float> losses(training.losses.begin(), training.losses.end());
-  const float largest = *std::max_element(losses.begin(), losses.end());
-  ImGui::PlotLines("##loss", losses.data(), static_cast<int>(losses.size()), 0, nullptr, 0, largest,
-                   {ImGui::GetContentRegionAvail().x, 6 * ImGui::GetFontSize()});
-  ImGui::TextColored(palette::kFaint, "%s", loss_plot_text(training).c_str());
+void draw_loss(const std::vector<LossPoint>& losses) {
+  if (losses.size() < 2) return;
+  const LossChart chart = loss_chart(losses);
+  PlotAxes axes{{}, {}, kIterationTitle};
+  for (const AxisTick& tick : chart.iteration_ticks)
+    axes.across.push_back({static_cast<float>(tick.value / chart.most_iteration), tick.text});
+  for (const AxisTick& tick : chart.loss_ticks)
+    axes.up.push_back({static_cast<float>(tick.value / chart.most_loss), tick.text});
+  ImGui::TextColored(palette::kFaint, "%s", kLossTitle);
+  const PlotArea area = draw_plot_axes("loss", axes, 10 * ImGui::GetFontSize());
+  if (ImGui::IsItemHovered()) {
+    const LossPoint& near = loss_near(losses, area.mouse_x() * chart.most_iteration);
+    ImGui::SetTooltip("iteration %d: loss %.4f", near.iteration, static_cast<double>(near.loss));
+  }
+  std::vector<ImVec2> points;
+  for (const LossPoint& point : losses) {
+    if (std::isfinite(point.loss))
+      points.push_back(area.at({point.iteration / chart.most_iteration,
+                                static_cast<double>(point.loss) / chart.most_loss}));
+  }
+  ImGui::GetWindowDrawList()->AddPolyline(points.data(), static_cast<int>(points.size()),
+                                          ImGui::GetColorU32(palette::kAccent), 0,
+                                          1.5f * drawing_scale());
 }
 
-}  // namespace
-
-void draw_training(const Viewer& viewer, PanelState&, Actions& actions) {
-  if (!viewer.training) {
-    ImGui::TextWrapped("Nothing is trained. File > Train from photographs starts a run.");
-    return;
-  }
-  const Training& training = *viewer.training;
-  const TrainingProgress& progress = training.progress;
-  if (progress.iterations > 0) {
-    ImGui::ProgressBar(
-        static_cast<float>(progress.iteration) / static_cast<float>(progress.iterations), {-1, 0});
-  }
-  for (const Fact& fact : training_facts(viewer)) draw_fact(fact);
-  draw_loss(training);
-  if (training.phase == TrainingPhase::ended) return;
+void draw_training_buttons(const Training& training, Actions& actions) {
   const bool paused = training.phase == TrainingPhase::paused;
   if (ImGui::Button(paused ? "Resume" : "Pause")) actions.push_back(call(action::toggle_training));
   command_tooltip("Pause or resume training");
@@ -49,6 +52,25 @@ void draw_training(const Viewer& viewer, PanelState&, Actions& actions) {
   button("Step", TrainingCommand::step, "Pauses, or trains one more iteration");
   button("Save", TrainingCommand::save, "Saves the model and goes on");
   button("Stop", TrainingCommand::stop, "Saves the model and ends the run; --resume continues it");
+}
+
+}  // namespace
+
+void draw_training(const Viewer& viewer, PanelState& state, Actions& actions) {
+  if (!viewer.training) {
+    ImGui::TextWrapped("Nothing is trained. File > Train from photographs starts a run.");
+    return;
+  }
+  const Training& training = *viewer.training;
+  const TrainingProgress& progress = training.progress;
+  if (progress.iterations > 0) {
+    ImGui::ProgressBar(
+        static_cast<float>(progress.iteration) / static_cast<float>(progress.iterations), {-1, 0});
+  }
+  if (training.phase != TrainingPhase::ended) draw_training_buttons(training, actions);
+  draw_test_view(viewer, state, actions);
+  for (const Fact& fact : training_facts(viewer)) draw_fact(fact);
+  draw_loss(training.losses);
 }
 
 }  // namespace qs

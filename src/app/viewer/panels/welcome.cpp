@@ -71,7 +71,8 @@ void draw_welcome(const Viewer& viewer, const PanelState& state, Actions& action
   ImGui::Spacing();
   draw_bundled_scene(state, actions);
   same_line_if_fits(8 * letter);
-  if (ImGui::Button("Open a file ...")) actions.push_back(call(action::toggle_open_dialog, false));
+  if (ImGui::Button("Open a file ..."))
+    actions.push_back(call(action::toggle_open_dialog, Choosing::scene));
   command_tooltip("Open a file");
   if (!viewer.recent.empty()) {
     ImGui::Spacing();

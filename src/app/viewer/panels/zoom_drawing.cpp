@@ -9,55 +9,20 @@
 #include <glm/geometric.hpp>
 
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/plot_axes.h"
 #include "app/viewer/panels/style.h"
 
 namespace qs {
 namespace {
 
 constexpr const char* kZoomTitle = "zoom (first distance / distance)";
-constexpr ImU32 kGridLine = IM_COL32(255, 255, 255, 28);
-
-// The area of the curves in the window, screen units.
-struct PlotArea {
-  ImVec2 low, high;
-
-  ImVec2 at(glm::dvec2 place) const {
-    return {low.x + static_cast<float>(place.x) * (high.x - low.x),
-            high.y - static_cast<float>(place.y) * (high.y - low.y)};
-  }
-};
-
-float text_width(const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; }
-
-PlotArea plot_area(const ZoomChart& chart, ImVec2 at, ImVec2 size) {
-  const float letter = ImGui::GetFontSize();
-  float widest = 0;
-  for (const AxisTick& tick : chart.value_ticks) widest = std::max(widest, text_width(tick.text));
-  return {{at.x + widest + 0.5f * letter, at.y + 0.6f * letter},
-          {at.x + size.x - 0.8f * letter, at.y + size.y - 2.5f * letter}};
-}
-
-// Labels that would touch the previous one are left out.
-void draw_axes(ImDrawList& draw, const ZoomChart& chart, const PlotArea& area) {
-  const float letter = ImGui::GetFontSize();
-  const ImU32 faint = ImGui::GetColorU32(palette::kFaint);
-  for (const AxisTick& tick : chart.value_ticks) {
-    const float y = area.at({0, tick.value / chart.most_value}).y;
-    draw.AddLine({area.low.x, y}, {area.high.x, y}, kGridLine);
-    draw.AddText({area.low.x - text_width(tick.text) - 0.4f * letter, y - 0.5f * letter}, faint,
-                 tick.text.c_str());
-  }
-  float free_from = -1e9f;
-  for (const AxisTick& tick : chart.zoom_ticks) {
-    const float x = area.at(chart.place(tick.value, 0)).x;
-    draw.AddLine({x, area.low.y}, {x, area.high.y}, kGridLine);
-    const float width = text_width(tick.text), left = x - 0.5f * width;
-    if (left < free_from) continue;
-    draw.AddText({left, area.high.y + 0.2f * letter}, faint, tick.text.c_str());
-    free_from = left + width + 0.4f * letter;
-  }
-  const float middle = 0.5f * (area.low.x + area.high.x) - 0.5f * text_width(kZoomTitle);
-  draw.AddText({middle, area.high.y + 1.3f * letter}, faint, kZoomTitle);
+PlotAxes axes_of(const ZoomChart& chart) {
+  PlotAxes axes{{}, {}, kZoomTitle};
+  for (const AxisTick& tick : chart.zoom_ticks)
+    axes.across.push_back({static_cast<float>(chart.place(tick.value, 0).x), tick.text});
+  for (const AxisTick& tick : chart.value_ticks)
+    axes.up.push_back({static_cast<float>(tick.value / chart.most_value), tick.text});
+  return axes;
 }
 
 // Dashes of 6 units with gaps of 4, continued from segment to segment.
@@ -134,20 +99,15 @@ ImVec4 zoom_color(CullMode mode, float opacity) {
 
 void draw_zoom_chart(const ZoomChart& chart) {
   if (chart.empty()) return;
-  const float letter = ImGui::GetFontSize();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x, 10 * letter), 14 * letter};
-  const PlotArea area = plot_area(chart, at, size);
+  const PlotArea area = draw_plot_axes("chart", axes_of(chart), 14 * ImGui::GetFontSize());
+  const bool hovered = ImGui::IsItemHovered();
   ImDrawList& draw = *ImGui::GetWindowDrawList();
-  draw_axes(draw, chart, area);
   for (const ZoomCurve& curve : chart.curves) {
     if (curve.is_banded) draw_band(draw, chart, curve, area);
   }
   for (const ZoomCurve& curve : chart.curves) draw_curve(draw, chart, curve, area);
-  ImGui::InvisibleButton("chart", size);
-  if (!ImGui::IsItemHovered()) return;
-  const double x = (ImGui::GetIO().MousePos.x - area.low.x) / (area.high.x - area.low.x);
-  const auto reading = read_zoom_chart(chart, x);
+  if (!hovered) return;
+  const auto reading = read_zoom_chart(chart, area.mouse_x());
   if (!reading) return;
   const float line = area.at(chart.place(reading->zoom, 0)).x;
   draw.AddLine({line, area.low.y}, {line, area.high.y}, IM_COL32(255, 255, 255, 120));

@@ -84,6 +84,7 @@ struct RenderContext {
   Session session = {};                      ///< scene and renderer are initially null
   std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};
+  int trained_iteration = 0;                     ///< of the last model that training gave
   std::optional<ReferenceImage> reference = {};  ///< the last computed image
   std::optional<HeldScale> heat_scale = {};      ///< of the last heat map at rest
   std::stop_token stop = {};                     ///< of the running job

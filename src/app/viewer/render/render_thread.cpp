@@ -53,7 +53,7 @@ void RenderThread::request(FrameRequest request) {
     const std::lock_guard lock(mutex_);
     frame_ = std::move(request);
     numbers_.reset();
-    if (task_ == Task::numbers || task_ == Task::refinement) running_.request_stop();
+    if (gives_way()) running_.request_stop();
   }
   changed_.notify_all();
 }
@@ -76,7 +76,15 @@ void RenderThread::run(Job job) {
   {
     const std::lock_guard lock(mutex_);
     jobs_.push_back(std::move(job));
-    if (task_ == Task::numbers || task_ == Task::refinement) running_.request_stop();
+    if (gives_way()) running_.request_stop();
+  }
+  changed_.notify_all();
+}
+
+void RenderThread::run_behind(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    behind_ = std::move(job);
   }
   changed_.notify_all();
 }
@@ -93,7 +101,7 @@ std::optional<RenderedFrame> RenderThread::take_frame() {
 
 bool RenderThread::busy() {
   const std::lock_guard lock(mutex_);
-  return task_ != Task::none || !jobs_.empty() || frame_ || numbers_ || rendered_ ||
+  return task_ != Task::none || !jobs_.empty() || frame_ || behind_ || numbers_ || rendered_ ||
          !reports_.empty();
 }
 
@@ -129,6 +137,11 @@ void RenderThread::loop(const std::stop_token& stop) {
       task_ = request.moving ? Task::frame : Task::refinement;
       lock.unlock();
       guarded([&] { answer(request); });
+    } else if (ready && behind_) {
+      const Job job = std::exchange(behind_, nullptr);
+      task_ = Task::behind;
+      lock.unlock();
+      guarded([&] { job(context_); });
     } else if (ready && numbers_) {
       const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
       task_ = Task::numbers;
@@ -138,7 +151,7 @@ void RenderThread::loop(const std::stop_token& stop) {
       task_ = Task::none;
       changed_.wait(lock, stop, [&] {
         const bool drawable = context_.session.renderer != nullptr;
-        return !jobs_.empty() || (drawable && (frame_ || numbers_));
+        return !jobs_.empty() || (drawable && (frame_ || behind_ || numbers_));
       });
       continue;
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The thread that owns the renderer and the scene, so that a slow frame never blocks the window.
-// Jobs come first, in the order of their requests; then the newest requested frame; then the
-// numbers of all modes. A new request cancels a measurement, and a frame that became outdated
-// unless the camera moves.
+// Jobs come first, in the order of their requests; then the newest requested frame; then the job
+// behind the frames; then the numbers of all modes. A new request cancels a measurement, the job
+// behind the frames, and a frame that became outdated unless the camera moves.
 #pragma once
 
 #include <condition_variable>
@@ -40,6 +40,9 @@ class RenderThread {
   void cancel_numbers();
   void run(Job job);
   void stop_job();  ///< the running job
+  /// Runs a job when no frame is wanted. A new frame or job cancels it while it runs. A job that
+  /// still waits is replaced.
+  void run_behind(Job job);
 
   void take_reports(Actions& actions) { reports_.take(actions); }
   std::optional<RenderedFrame> take_frame();
@@ -57,6 +60,9 @@ class RenderThread {
 
  private:
   void loop(const std::stop_token& stop);
+  bool gives_way() const {  // to a frame or a job
+    return task_ == Task::numbers || task_ == Task::behind || task_ == Task::refinement;
+  }
   void answer(const FrameRequest& request);
   RenderedFrame drawn(FrameRequest request);
   void show(RenderedFrame frame);
@@ -84,11 +90,12 @@ class RenderThread {
   std::mutex mutex_;  // guards everything below but the thread
   std::condition_variable_any changed_;
   std::deque<Job> jobs_;
+  Job behind_;  // empty: none
   std::optional<FrameRequest> frame_;
   std::optional<NumbersRequest> numbers_;
   std::optional<RenderedFrame> rendered_;
   std::stop_source running_;  // of the current task
-  enum class Task { none, job, frame, refinement, numbers } task_ = Task::none;
+  enum class Task { none, job, frame, refinement, behind, numbers } task_ = Task::none;
 
   std::jthread thread_;
 };

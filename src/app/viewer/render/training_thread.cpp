@@ -65,14 +65,15 @@ Progress TrainingThread::reading(const std::filesystem::path& data) {
   return progress;
 }
 
-void TrainingThread::began(const std::filesystem::path& folder, const std::filesystem::path& data) {
+void TrainingThread::began(const std::filesystem::path& folder, const std::filesystem::path& data,
+                           const std::shared_ptr<const TestViews>& views) {
   folder_ = folder;
   data_ = data;
   {
     const std::lock_guard lock(mutex_);
     began_ = true;
   }
-  reports_.report(action::training_began, folder);
+  reports_.report(action::training_began, folder, views);
   reports_.report(action::show_progress, Loading{folder, "preparing", 0});
 }
 
@@ -199,6 +200,7 @@ Job open_trained(const TrainedModel& model, Backend backend, const RenderSetting
     order.settings = settings_for(order.facts, settings, false);
     context.report(action::scene_opened,
                    show_scene(context, order, upload_progress(context, *model.scene)));
+    context.trained_iteration = model.iteration;
     context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
                    model.seconds);
   };
@@ -214,6 +216,7 @@ Job show_model(const TrainedModel& model) {
     context.cropped.reset();
     session.renderer->upload(cloud_of(model.scene), {});
     session.scene = model.scene;
+    context.trained_iteration = model.iteration;
     context.report(action::model_shown, model.iteration, std::uint64_t{model.scene->cloud.size()},
                    model.seconds + seconds_between(begin, std::chrono::steady_clock::now()));
   };

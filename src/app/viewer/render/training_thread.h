@@ -15,6 +15,7 @@
 
 #include "app/viewer/render/action_queue.h"
 #include "app/viewer/render/render_context.h"
+#include "app/viewer/state/actions.h"
 #include "app/viewer/state/training_actions.h"
 
 namespace qs {
@@ -44,8 +45,12 @@ class TrainingThread {
   /// Shows that photographs of `data` are read. Its reports throw Cancelled when the run is
   /// stopped.
   Progress reading(const std::filesystem::path& data);
-  /// Reports the start. `folder`: of the model; `data`: of the training data.
-  void began(const std::filesystem::path& folder, const std::filesystem::path& data);
+  /// Reports the start. `folder`: of the model; `data`: of the training data; `views`: for the
+  /// panel, may be null.
+  void began(const std::filesystem::path& folder, const std::filesystem::path& data,
+             const std::shared_ptr<const TestViews>& views);
+  /// Shows a sentence to the user.
+  void tell(const std::string& sentence) { reports_.report(action::notify, sentence); }
   /// Called before the first iteration, and then waits until the window takes the model, and after
   /// each iteration. Waits while the run is paused.
   /// `model` copies the model; it is called within this function only.

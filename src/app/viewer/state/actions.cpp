@@ -208,71 +208,27 @@ void skip_huge(Viewer& v, Host& host, bool skips) {
   if (v.scene) host.open(v.scene->path, v.scene->axes);
 }
 
-void toggle_open_dialog(Viewer& v, bool beside) {
-  v.opens_beside = beside;
+void toggle_open_dialog(Viewer& v, Choosing choosing) {
+  v.choosing = choosing;
   toggle_panel(v, &Panels::open);
 }
 
-void file_chosen(Viewer& v, Host& host, const std::filesystem::path& path) {
-  if (std::exchange(v.opens_beside, false)) return host.open_beside(path);
-  open(v, host, path);
+void path_chosen(Viewer& v, Host& host, const std::filesystem::path& path, Choosing choosing) {
+  switch (choosing) {
+    case Choosing::scene:
+      return open(v, host, path);
+    case Choosing::scene_beside:
+      return host.open_beside(path);
+    case Choosing::photographs:
+      v.train_form.data = path.string();
+  }
 }
+
+void change_train_form(Viewer& v, const TrainForm& form) { v.train_form = form; }
 
 void cancel_loading(Viewer& v, Host& host) {
   host.cancel_loading();
   end_progress(v);
-}
-
-void add_keyframe(Viewer& v) {
-  const double time = v.keyframes.empty() ? 0 : v.keyframes.back().time + 1;
-  v.keyframes.push_back({time, v.camera});
-  notify(v, fmt::format("keyframe {} set", v.keyframes.size()));
-}
-
-void remove_keyframe(Viewer& v, std::size_t index) {
-  if (index >= v.keyframes.size()) return;
-  v.keyframes.erase(v.keyframes.begin() + static_cast<std::ptrdiff_t>(index));
-  v.playback = {};
-}
-
-void ease_keyframe(Viewer& v, std::size_t index, bool eases) {
-  if (index < v.keyframes.size()) v.keyframes[index].eases = eases;
-}
-
-void delay_keyframe(Viewer& v, std::size_t index, double seconds) {
-  constexpr double kLeast = 0.05, kMost = 3600;
-  if (index == 0 || index >= v.keyframes.size()) return;
-  const double before = v.keyframes[index - 1].time;
-  const double later = before + std::clamp(seconds, kLeast, kMost) - v.keyframes[index].time;
-  for (std::size_t i = index; i < v.keyframes.size(); ++i) v.keyframes[i].time += later;
-  v.playback = {};
-}
-
-void set_keyframes(Viewer& v, const std::vector<Keyframe>& keyframes) {
-  v.keyframes = keyframes;
-  v.playback = {};
-  notify(v, fmt::format("opened a path of {} keyframes: Space plays it", v.keyframes.size()));
-}
-
-void toggle_playback(Viewer& v) {
-  if (v.keyframes.size() < 2) return notify(v, "a path needs two keyframes: set them with K");
-  v.playback.running = !v.playback.running;
-  if (v.playback.time >= v.path_end()) v.playback.time = v.keyframes.front().time;
-}
-
-void seek(Viewer& v, double time) {
-  if (v.keyframes.size() < 2) return;
-  v.playback.time = std::clamp(time, v.keyframes.front().time, v.path_end());
-  const Camera camera =
-      camera_at(v.loops_path ? closed_path(v.keyframes) : v.keyframes, v.playback.time);
-  move(v, camera.resized(v.camera.width, v.camera.height));
-}
-
-void save_keyframes(Viewer& v, Host& host) {
-  if (!v.scene || v.keyframes.size() < 2) return;
-  const std::filesystem::path path = v.out_dir / (v.scene->name + "_path.json");
-  host.write_file(path, format_camera_path(v.keyframes));
-  notify_file(v, path, "");
 }
 
 namespace {
@@ -306,10 +262,14 @@ void end_progress(Viewer& v) { v.loading.reset(); }
 namespace {
 
 // Messages about oddities that a user can correct with a key or a switch.
-void say_what_is_odd(Viewer& v) {
+// `is_new`: this file was never open before.
+void say_what_is_odd(Viewer& v, bool is_new) {
   if (v.scene->framing.upside_down) {
     notify(v, "The scene seems to be upside down: press Y to turn it");
     v.toasts.back().offer = ToastOffer::next_axes;
+  } else if (is_new && v.offers_views && v.scene->framing.up_is_assumed) {
+    notify(v, "Without a floor nothing shows which side is up: Shift+Y turns the scene over");
+    v.toasts.back().offer = ToastOffer::turn_over;
   }
   if (v.scene->huge > 0) {
     notify(v, huge_text(v.scene->huge) +
@@ -343,7 +303,7 @@ void scene_opened(Viewer& v, Host& host, const OpenedScene& opened) {
     v.inspected.reset();
     v.comparison.reset();
     set_first_view(v, host);
-    say_what_is_odd(v);
+    say_what_is_odd(v, is_new);
   }
   view_changed(v);
   if (!turned) restore_view(v);  // the last view of a turned scene looks elsewhere
@@ -419,7 +379,7 @@ void remember_seen(Viewer& v, const ShownFrame& frame) {
   RenderStats& seen = v.seen.stats[frame.mode];
   const float before = seen.frame_ms;
   seen = frame.stats;
-  if (frame.heatmap || frame.values || frame.other) seen.frame_ms = before;
+  if (!shows_colors_alone(frame)) seen.frame_ms = before;
 }
 
 }  // namespace

@@ -56,11 +56,13 @@ void set_photograph_wipe(Viewer& viewer, float share);
 
 // ---- files -------------------------------------------------------------------------------------
 void open(Viewer& viewer, Host& host, const std::filesystem::path& path);
-/// Opens or closes the dialog. The chosen file becomes the scene, or the second scene if `beside`.
-void toggle_open_dialog(Viewer& viewer, bool beside);
+/// Opens or closes the dialog.
+void toggle_open_dialog(Viewer& viewer, Choosing choosing);
 /// Reads the scene again, with FrameOptions::skip_huge or without.
 void skip_huge(Viewer& viewer, Host& host, bool skips);
-void file_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path);
+/// Opens the path as the scene or as the second scene, or enters it into the dialog Train.
+void path_chosen(Viewer& viewer, Host& host, const std::filesystem::path& path, Choosing choosing);
+void change_train_form(Viewer& viewer, const TrainForm& form);
 void cancel_loading(Viewer& viewer, Host& host);
 
 // ---- camera path -------------------------------------------------------------------------------
@@ -73,6 +75,8 @@ void delay_keyframe(Viewer& viewer, std::size_t index, double seconds);
 void set_keyframes(Viewer& viewer, const std::vector<Keyframe>& keyframes);
 void toggle_playback(Viewer& viewer);
 void seek(Viewer& viewer, double time);  ///< seconds on the path
+/// Writes SCENE_path.json, in place of a path that was saved before. A file of another program
+/// stays, and the path gets another name.
 void save_keyframes(Viewer& viewer, Host& host);
 
 // ---- reports of the loop and of threads --------------------------------------------------------

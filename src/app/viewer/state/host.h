@@ -7,12 +7,14 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace qs {
 
 struct RenderContext;
 enum class TrainingCommand;
+struct TestViews;
 struct TrainingRequest;
 
 /// Work for the render thread, which owns the renderer and the scene.
@@ -27,10 +29,14 @@ class Host {
   /// Starts reading a scene to show beside the scene in the window.
   virtual void open_beside(const std::filesystem::path& path) = 0;
   virtual void read_photograph(const std::filesystem::path& path) = 0;
+  virtual void read_test_photograph(const std::shared_ptr<const TestViews>& views,
+                                    std::size_t view) = 0;
   virtual void cancel_loading() = 0;  ///< stops reading and the running job
 
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
   virtual void stop_job() = 0;    ///< the running job
+  /// When no frame is wanted. A frame or a job cancels it; a job that still waits is replaced.
+  virtual void run_behind(Job job) = 0;
 
   virtual void start_training(const TrainingRequest& request) = 0;
   virtual void train(TrainingCommand command) = 0;  ///< for the training run, if there is one

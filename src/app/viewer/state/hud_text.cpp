@@ -358,6 +358,10 @@ std::string state_json(const Viewer& viewer) {
   if (viewer.training) {
     add_facts(json["training"], training_facts(viewer));
     json["training"]["shown"] = viewer.training->shown;
+    if (viewer.training->views) {
+      json["training"]["view"] = test_view_title(*viewer.training);
+      json["training"]["of this view"] = test_view_text(viewer);
+    }
   }
   json["open_dialog"] = viewer.panels.open;
   for (const HudRow& row : hud_rows(viewer)) json["modes"].push_back(mode_json(viewer, row));

@@ -32,6 +32,15 @@ std::vector<std::string> frames_to_try(const std::string& declared, bool upside_
   return frames;
 }
 
+// Reads the scene's file with these axes; empty: as the file declares them.
+void read_with_axes(Viewer& v, Host& host, const std::string& axes) {
+  const std::string path = v.scene->path.string();
+  v.axes.erase(path);
+  v.ups.erase(path);  // they were given in the previous axes
+  if (!axes.empty()) v.axes[path] = axes;
+  host.open(v.scene->path, axes);
+}
+
 }  // namespace
 
 void action::next_axes(Viewer& v, Host& host) {
@@ -46,13 +55,17 @@ void action::next_axes(Viewer& v, Host& host) {
     if (next != frames.end()) ++next;
   }
   const std::string axes(next == frames.end() ? "" : *next);
-  const std::string path = v.scene->path.string();
-  v.axes.erase(path);
-  v.ups.erase(path);  // they were given in the previous axes
-  if (!axes.empty()) v.axes[path] = axes;
   notify(v, axes.empty() ? "axes as the file declares them"
                          : fmt::format("read as if its axes were {}; Y again for others", axes));
-  host.open(v.scene->path, axes);
+  read_with_axes(v, host, axes);
+}
+
+void action::turn_over(Viewer& v, Host& host) {
+  if (!v.scene) return;
+  const std::string& declared = v.scene->declared_axes;
+  const std::string turned = qs::turned_over(v.scene->axes.empty() ? declared : v.scene->axes);
+  notify(v, fmt::format("turned over: read as if its axes were {}; Shift+Y turns it back", turned));
+  read_with_axes(v, host, turned == declared ? "" : turned);
 }
 
 }  // namespace qs

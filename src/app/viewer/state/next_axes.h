@@ -11,4 +11,8 @@ namespace qs::action {
 /// the last frame come the axes that the file declares.
 void next_axes(Viewer& viewer, Host& host);
 
+/// Reads the scene's file turned by 180 degrees about the view's right axis, and remembers that for
+/// this file. A second call turns it back.
+void turn_over(Viewer& viewer, Host& host);
+
 }  // namespace qs::action

@@ -66,8 +66,12 @@ std::string inspected_pixel_text(const PixelReport& pixel) {
                      pixel.pixel.y, pixel.contributions.size(), pixel.listed);
 }
 
-std::vector<BarTick> heat_ticks(const ShownFrame& shown) {
-  return make_legend(*shown.heatmap, shown.map_scale, mode_name(shown.mode)).ticks;
+Legend heat_legend(const Viewer& viewer) {
+  const ShownFrame& shown = viewer.shown;
+  Legend legend = make_legend(*shown.heatmap, shown.map_scale, mode_name(shown.mode),
+                              viewer.heat_view.style.colors);
+  legend.facts = heat_facts(viewer) + " \u00b7 " + scale_text(viewer);
+  return legend;
 }
 
 std::string scale_text(const Viewer& viewer) {
@@ -104,14 +108,6 @@ std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t c
   return text;
 }
 
-std::vector<BarTick> value_ticks(const ShownFrame& shown) {
-  return make_legend(*shown.values, mode_name(shown.mode)).ticks;
-}
-
-std::string value_facts(const ShownFrame& shown) {
-  return make_legend(*shown.values, mode_name(shown.mode)).facts;
-}
-
 std::string value_text(const ShownFrame& shown, std::size_t pixel) {
   const ValueMap& map = *shown.values;
   const float value = map.values[pixel];
@@ -145,9 +141,13 @@ std::array<std::string, 2> split_names(const Viewer& viewer) {
   return names;
 }
 
-std::vector<BarTick> pair_ticks(const ShownFrame& shown) {
+Legend pair_legend(const ShownFrame& shown) {
   const std::string end = grouped(shown.other->pairs_scale.maximum);
-  return {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
+  Legend legend;
+  legend.title = "Tile pairs of the first minus the second";
+  legend.ticks = {{0, "-" + end}, {0.5f, "0"}, {1, "+" + end + " pairs in a tile"}};
+  legend.color = [](float t) { return diverging(2 * t - 1); };
+  return legend;
 }
 
 int shown_amplification(const Viewer& viewer) {
@@ -161,8 +161,12 @@ Split shown_split(const Viewer& viewer) {
   return split;
 }
 
-std::vector<BarTick> difference_ticks(int amplification) {
-  return {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}};
+Legend difference_legend(int amplification) {
+  Legend legend;
+  legend.title = "Difference of the colours";
+  legend.ticks = {{0, "0"}, {1, fmt::format("{:.3g} / 255", 255.0 / amplification)}};
+  legend.color = [](float t) { return glm::vec3(t); };
+  return legend;
 }
 
 bool verdict_is_current(const Viewer& viewer) {

@@ -34,9 +34,10 @@ std::string keyframe_label(const Viewer& viewer, std::size_t index);
 std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops);
 std::string inspected_pixel_text(const PixelReport& pixel);
 
-/// For a window with a heat map: the ticks of the scale, and the mode with its total, or both
-/// totals of a split window.
-std::vector<BarTick> heat_ticks(const ShownFrame& shown);
+/// The legend of the heat map in the window. Its facts are heat_facts() and scale_text().
+Legend heat_legend(const Viewer& viewer);
+
+/// For a window with a heat map: the mode with its total, or both totals of a split window.
 std::string heat_facts(const Viewer& viewer);
 
 /// The origin of the scale: "scale of 3dgs", "fixed scale", or "scale of an earlier view" while the
@@ -49,18 +50,16 @@ const Heatmap& heatmap_at(const Viewer& viewer, glm::dvec2 pixel);
 /// The value in a cell of `map`, which is a map of `shown`.
 std::string heat_text(const ShownFrame& shown, const Heatmap& map, std::size_t cell);
 
-/// Ticks of ShownFrame::values, which must exist.
-std::vector<BarTick> value_ticks(const ShownFrame& shown);
-std::string value_facts(const ShownFrame& shown);
+/// The value at a pixel of ShownFrame::values, which must exist.
 std::string value_text(const ShownFrame& shown, std::size_t pixel);
 
 /// The names of the scene and of the second scene: their paths if the names are equal.
 std::array<std::string, 2> names_of_scenes(const Viewer& viewer, const SceneBeside& beside);
 
 /// For a split window with two frames: the names of the variants or scenes on the left and on the
-/// right, and the ticks of the map of pair differences.
+/// right, and the legend of the map of pair differences.
 std::array<std::string, 2> split_names(const Viewer& viewer);
-std::vector<BarTick> pair_ticks(const ShownFrame& shown);
+Legend pair_legend(const ShownFrame& shown);
 
 /// For a split window with heat maps: the names of both sides with the totals of their maps.
 std::string totals_of_split(const Viewer& viewer);
@@ -72,8 +71,9 @@ int shown_amplification(const Viewer& viewer);
 /// Viewer::split with shown_amplification().
 Split shown_split(const Viewer& viewer);
 
-/// Ticks of the map of differences: the 8-bit differences that are drawn black and white.
-std::vector<BarTick> difference_ticks(int amplification);
+/// The legend of the map of differences, from the 8-bit difference that is drawn black to the one
+/// that is drawn white.
+Legend difference_legend(int amplification);
 
 /// True if the last comparison with the reference is of the view and the mode in the window.
 bool verdict_is_current(const Viewer& viewer);

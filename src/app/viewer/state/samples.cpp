@@ -63,11 +63,11 @@ std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer) {
   return FullSizePairs{static_cast<std::uint64_t>(std::round(rounded(pairs))), false};
 }
 
-namespace {
-
 bool shows_colors_alone(const ShownFrame& frame) {
   return !frame.heatmap && !frame.values && !frame.other && !frame.grid;
 }
+
+namespace {
 
 // True if two frames of a moving camera show nearly the same Gaussians.
 bool are_near(const RenderStats& a, const RenderStats& b) {

@@ -40,6 +40,9 @@ struct FullSizePairs {
 /// Unset for a reduced frame if no frame of this scene was seen reduced and at full size.
 std::optional<FullSizePairs> full_size_pairs(const Viewer& viewer);
 
+/// True if the time of the frame is the time of its mode alone: it has no map and no second frame.
+bool shows_colors_alone(const ShownFrame& frame);
+
 namespace action {
 
 /// A frame that was drawn for the table alone.

@@ -35,6 +35,7 @@ struct TrainForm {
   int iterations = kTrainIterations;
   std::size_t size = 0, strategy = 0;  ///< indices into kTrainSizes and kTrainStrategies
   std::string more;                    ///< further options, as on the command line
+  bool operator==(const TrainForm&) const = default;
 };
 
 /// "garden/" -> "garden_model"

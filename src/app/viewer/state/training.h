@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/state/test_view.h"
+
 namespace qs {
 
 enum class TrainingPhase { running, paused, ended };
@@ -58,15 +60,24 @@ class DrawingBudget {
   std::deque<Piece> pieces_;
 };
 
+/// The loss that a report gave.
+struct LossPoint {
+  int iteration = 0;
+  float loss = 0;
+};
+
 struct Training {
-  static constexpr std::size_t kMostLosses = 400;
+  /// When there are more losses, every second one is dropped, so the rest are of the whole run.
+  static constexpr std::size_t kMostLosses = 600;
 
   std::filesystem::path folder;  ///< of the model; the path of its scene
   TrainingPhase phase = TrainingPhase::running;
   TrainingProgress progress;
-  std::deque<float> losses;  ///< of the last reports
-  int shown = 0;             ///< iteration of the model in the window
-  std::string outcome;       ///< one sentence after the end
+  std::vector<LossPoint> losses;           ///< by iteration
+  int shown = 0;                           ///< iteration of the model in the window
+  std::string outcome;                     ///< one sentence after the end
+  std::shared_ptr<const TestViews> views;  ///< null until the photographs are read
+  TestView test_view;
   DrawingBudget budget;
 };
 

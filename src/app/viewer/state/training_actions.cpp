@@ -44,9 +44,24 @@ std::optional<double> seconds_left(const Training& training) {
 
 }  // namespace
 
-std::string loss_plot_text(const Training& training) {
-  const float largest = *std::max_element(training.losses.begin(), training.losses.end());
-  return fmt::format("loss of the last {} reports, 0 to {:.3f}", training.losses.size(), largest);
+std::string test_view_title(const Training& training) {
+  const TestViews& views = *training.views;
+  const std::size_t view = training.test_view.view;
+  return fmt::format("{} view {} ({} of {})", views.held_out ? "test" : "training",
+                     views.cameras[view].name, view + 1, views.cameras.size());
+}
+
+std::string test_view_text(const Viewer& viewer) {
+  const Training& training = *viewer.training;
+  const TestView& shown = training.test_view;
+  if (!shown.problem.empty()) return shown.problem;
+  const TestComparison& comparison = shown.comparison;
+  if (comparison.picture)
+    return fmt::format("PSNR {} dB, SSIM {:.4f} at iteration {}", decibels(comparison.psnr),
+                       comparison.ssim, grouped(static_cast<std::uint64_t>(comparison.iteration)));
+  if (!shown.photograph) return "reading the photograph";
+  if (!window_shows_model(viewer)) return "the window shows another scene than the model";
+  return shows_part_of_model(viewer) ? "undo the crop to compare the model" : "drawing";
 }
 
 std::vector<Fact> training_facts(const Viewer& viewer) {
@@ -79,7 +94,34 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
   return facts;
 }
 
+bool window_shows_model(const Viewer& viewer) {
+  return viewer.training && viewer.scene && viewer.scene->path == viewer.training->folder;
+}
+
+bool shows_part_of_model(const Viewer& viewer) {
+  return viewer.crop.asked.view != CropView::whole || viewer.crop.busy;
+}
+
 namespace action {
+namespace {
+
+// The last loss stays, because it is the newest.
+void drop_every_second(std::vector<LossPoint>& losses) {
+  const std::size_t first = (losses.size() + 1) % 2;
+  std::size_t kept = 0;
+  for (std::size_t i = first; i < losses.size(); i += 2) losses[kept++] = losses[i];
+  losses.resize(kept);
+}
+
+// Null if the panel does not show this view of this run.
+TestView* shown_test_view(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                          std::size_t view) {
+  if (!v.training || v.training->views != views || v.training->test_view.view != view)
+    return nullptr;
+  return &v.training->test_view;
+}
+
+}  // namespace
 
 void start_training(Viewer& v, Host& host, const TrainingRequest& request) {
   if (v.training && v.training->phase != TrainingPhase::ended)
@@ -101,9 +143,22 @@ void toggle_training(Viewer& v, Host& host) {
   command_training(v, host, paused ? TrainingCommand::resume : TrainingCommand::pause);
 }
 
-void training_began(Viewer& v, const std::filesystem::path& folder) {
+void step_test_view(Viewer& v, int by) {
+  if (!v.training || !v.training->views) return;
+  const int count = static_cast<int>(v.training->views->cameras.size());
+  TestView& shown = v.training->test_view;
+  const int view = ((static_cast<int>(shown.view) + by) % count + count) % count;
+  if (static_cast<std::size_t>(view) == shown.view) return;
+  shown = {};
+  shown.view = static_cast<std::size_t>(view);
+}
+
+void training_began(Viewer& v, const std::filesystem::path& folder,
+                    const std::shared_ptr<const TestViews>& views) {
   if (!v.training || v.training->phase == TrainingPhase::ended) v.training = Training();
   v.training->folder = folder;
+  v.training->views = views;
+  v.training->test_view = {};
   v.panels.training = true;
 }
 
@@ -111,8 +166,8 @@ void training_progressed(Viewer& v, const TrainingProgress& progress) {
   if (!v.training) return;
   Training& training = *v.training;
   if (progress.iteration > training.progress.iteration) {
-    training.losses.push_back(static_cast<float>(progress.loss));
-    if (training.losses.size() > Training::kMostLosses) training.losses.pop_front();
+    training.losses.push_back({progress.iteration, static_cast<float>(progress.loss)});
+    if (training.losses.size() > Training::kMostLosses) drop_every_second(training.losses);
   }
   training.progress = progress;
 }
@@ -132,6 +187,34 @@ void training_ended(Viewer& v, const std::string& outcome, bool is_error) {
   } else {
     notify(v, outcome);
   }
+}
+
+void test_photograph_read(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                          std::size_t view, const std::shared_ptr<const TestPhotograph>& photograph,
+                          const std::shared_ptr<const Image>& shown) {
+  TestView* const test_view = shown_test_view(v, views, view);
+  if (test_view == nullptr) return;
+  test_view->photograph = photograph;
+  test_view->shown = shown;
+}
+
+void test_view_failed(Viewer& v, const std::shared_ptr<const TestViews>& views, std::size_t view,
+                      const std::string& problem) {
+  if (TestView* const test_view = shown_test_view(v, views, view)) test_view->problem = problem;
+}
+
+void test_view_compared(Viewer& v, const std::shared_ptr<const TestViews>& views,
+                        const TestComparison& comparison, double seconds) {
+  if (is_training(v)) v.training->budget.spent(v.now, seconds, DrawingBudget::kResting);
+  test_view_given_up(v);
+  TestView* const test_view = shown_test_view(v, views, comparison.view);
+  if (test_view == nullptr) return;
+  test_view->comparison = comparison;
+  test_view->compared_at = v.now;
+}
+
+void test_view_given_up(Viewer& v) {
+  if (v.training) v.training->test_view.compares = false;
 }
 
 void model_shown(Viewer& v, int iteration, std::uint64_t gaussians, double seconds) {

@@ -14,11 +14,21 @@ bool is_training(const Viewer& viewer);
 /// True if a frame or an upload may begin: nothing is trained, or the budget allows it.
 bool may_draw(const Viewer& viewer);
 
+/// True if the scene in the window is the model of the run.
+bool window_shows_model(const Viewer& viewer);
+
+/// True if the render thread has a part of the scene, or tints Gaussians in it: see crop.h.
+bool shows_part_of_model(const Viewer& viewer);
+
 /// The facts of the panel; empty without training.
 std::vector<Fact> training_facts(const Viewer& viewer);
 
-/// The caption of the plot of Training::losses, which must not be empty: its axes.
-std::string loss_plot_text(const Training& training);
+/// "test view view03 (1 of 3)", or the name of a training view, because no view is held out.
+std::string test_view_title(const Training& training);
+
+/// "PSNR 24.31 dB, SSIM 0.8412 at iteration 1,400", or the reason why there are no numbers yet.
+/// `training.views` is set.
+std::string test_view_text(const Viewer& viewer);
 
 namespace action {
 
@@ -30,11 +40,28 @@ void command_training(Viewer& viewer, Host& host, TrainingCommand command);
 /// Pauses or resumes.
 void toggle_training(Viewer& viewer, Host& host);
 
+/// Shows another test view, `by` places further in their list, which is a circle.
+void step_test_view(Viewer& viewer, int by);
+
 // ---- reports -----------------------------------------------------------------------------------
-void training_began(Viewer& viewer, const std::filesystem::path& folder);
+/// `views` may be null.
+void training_began(Viewer& viewer, const std::filesystem::path& folder,
+                    const std::shared_ptr<const TestViews>& views);
 void training_progressed(Viewer& viewer, const TrainingProgress& progress);
 void training_paused(Viewer& viewer, bool paused);
 void training_ended(Viewer& viewer, const std::string& outcome, bool is_error);
+/// `photograph` is of `view` of `views`; `shown`: for the panel. No effect if the panel shows
+/// another view by now, as of the next two.
+void test_photograph_read(Viewer& viewer, const std::shared_ptr<const TestViews>& views,
+                          std::size_t view, const std::shared_ptr<const TestPhotograph>& photograph,
+                          const std::shared_ptr<const Image>& shown);
+void test_view_failed(Viewer& viewer, const std::shared_ptr<const TestViews>& views,
+                      std::size_t view, const std::string& problem);
+/// `seconds`: of drawing and comparing.
+void test_view_compared(Viewer& viewer, const std::shared_ptr<const TestViews>& views,
+                        const TestComparison& comparison, double seconds);
+/// A comparison ended without a result.
+void test_view_given_up(Viewer& viewer);
 /// Notes that the window now draws another model. Making and uploading it took `seconds`.
 void model_shown(Viewer& viewer, int iteration, std::uint64_t gaussians, double seconds);
 

@@ -26,6 +26,7 @@
 #include "app/picture/value_map.h"
 #include "app/report/bench_report.h"
 #include "app/viewer/state/crop.h"
+#include "app/viewer/state/train_form.h"
 #include "app/viewer/state/training.h"
 #include "app/viewer/state/view_history.h"
 #include "app/viewer/state/zoom_recorder.h"
@@ -82,6 +83,9 @@ struct Panels {
   bool all = true;  ///< false hides all of them
 };
 
+/// The use of the path that the user chooses in the dialog Open, or in the desktop's dialog.
+enum class Choosing { scene, scene_beside, photographs };
+
 /// Widths of the bars of panels beside the picture, in heights of a letter; 0: not set by the user.
 struct Bars {
   float left = 0, right = 0;
@@ -99,7 +103,7 @@ struct Hints {
 inline constexpr double kHintSeconds = 90;
 
 /// The button of a toast that does what the toast advises.
-enum class ToastOffer { none, skip_huge, next_axes };
+enum class ToastOffer { none, skip_huge, next_axes, turn_over };
 
 struct Toast {
   std::string text;
@@ -321,8 +325,9 @@ struct Turn {
 struct Viewer : Turn {
   std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
   std::optional<ViewedScene> scene;
-  std::optional<SceneBeside> beside;  ///< the split window shows it instead of Split::other
-  bool opens_beside = false;          ///< the dialog Open opens the chosen file as the second scene
+  std::optional<SceneBeside> beside;    ///< the split window shows it instead of Split::other
+  Choosing choosing = Choosing::scene;  ///< in the dialog Open
+  TrainForm train_form;                 ///< of the dialog Train
 
   Camera camera;  ///< at the window's size
   Camera home;

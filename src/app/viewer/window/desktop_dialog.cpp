@@ -24,10 +24,10 @@ DesktopDialog::DesktopDialog(std::function<void()> wake) : reports_(std::move(wa
 
 DesktopDialog::~DesktopDialog() = default;
 
-void DesktopDialog::show(const std::filesystem::path& folder) {
+void DesktopDialog::show(const std::filesystem::path& folder, Choosing choosing) {
   {
     const std::lock_guard lock(mutex_);
-    if (!wanted_) wanted_ = folder;
+    if (!wanted_) wanted_ = Wanted{folder, choosing};
   }
   changed_.notify_all();
 }
@@ -145,17 +145,40 @@ Message call_to(const char* path, const char* interface, const char* method) {
   return Message(dbus_message_new_method_call(kPortal, path, interface, method));
 }
 
-// Starts the portal if the bus can. True if it offers a file chooser.
-bool has_file_chooser(Connection& bus) {
+// Starts the portal if the bus can. The version of its file chooser; 0: it offers none.
+unsigned file_chooser_version(Connection& bus) {
   const char* const property = "version";
   const Message call = call_to(kPortalPath, "org.freedesktop.DBus.Properties", "Get");
   dbus_message_append_args(call.get(), DBUS_TYPE_STRING, &kChooser, DBUS_TYPE_STRING, &property,
                            DBUS_TYPE_INVALID);
-  return bus.answer(call) != nullptr;
+  const Message reply = bus.answer(call);
+  if (!reply) return 0;
+  DBusMessageIter arguments, value;
+  dbus_uint32_t version = 1;
+  if (dbus_message_iter_init(reply.get(), &arguments) != FALSE &&
+      dbus_message_iter_get_arg_type(&arguments) == DBUS_TYPE_VARIANT) {
+    dbus_message_iter_recurse(&arguments, &value);
+    if (dbus_message_iter_get_arg_type(&value) == DBUS_TYPE_UINT32)
+      dbus_message_iter_get_basic(&value, &version);
+  }
+  return std::max(version, 1u);
 }
 
-// {"current_folder": the bytes of the path with a 0 at their end}
-void append_options(DBusMessageIter& arguments, const std::string& folder) {
+// {"directory": true}
+void append_directory(DBusMessageIter& options) {
+  const char* const key = "directory";
+  const dbus_bool_t is_wanted = TRUE;
+  DBusMessageIter entry, value;
+  dbus_message_iter_open_container(&options, DBUS_TYPE_DICT_ENTRY, nullptr, &entry);
+  dbus_message_iter_append_basic(&entry, DBUS_TYPE_STRING, &key);
+  dbus_message_iter_open_container(&entry, DBUS_TYPE_VARIANT, "b", &value);
+  dbus_message_iter_append_basic(&value, DBUS_TYPE_BOOLEAN, &is_wanted);
+  dbus_message_iter_close_container(&entry, &value);
+  dbus_message_iter_close_container(&options, &entry);
+}
+
+// {"current_folder": the bytes of the path with a 0 at their end}, and "directory" for a folder.
+void append_options(DBusMessageIter& arguments, const std::string& folder, bool is_folder) {
   const char* const key = "current_folder";
   const char* const bytes = folder.c_str();
   DBusMessageIter options, entry, value, array;
@@ -171,18 +194,20 @@ void append_options(DBusMessageIter& arguments, const std::string& folder) {
     dbus_message_iter_close_container(&entry, &value);
     dbus_message_iter_close_container(&options, &entry);
   }
+  if (is_folder) append_directory(options);
   dbus_message_iter_close_container(&arguments, &options);
 }
 
 // The path of the request object that will send the response; empty after an error.
-std::string open_file(Connection& bus, const std::string& folder) {
-  const char *const parent = "", *const title = "Open a scene";
+std::string open_file(Connection& bus, const std::string& folder, bool is_folder) {
+  const char *const parent = "", *const title =
+                                     is_folder ? "Folder of the photographs" : "Open a scene";
   const Message call = call_to(kPortalPath, kChooser, "OpenFile");
   DBusMessageIter arguments;
   dbus_message_iter_init_append(call.get(), &arguments);
   dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &parent);
   dbus_message_iter_append_basic(&arguments, DBUS_TYPE_STRING, &title);
-  append_options(arguments, folder);
+  append_options(arguments, folder, is_folder);
   const Message reply = bus.answer(call);
   const char* request = nullptr;
   if (!reply || dbus_message_get_args(reply.get(), nullptr, DBUS_TYPE_OBJECT_PATH, &request,
@@ -242,28 +267,34 @@ void close_request(Connection& bus, const std::string& request) {
   if (!request.empty()) bus.send(call_to(request.c_str(), kRequest, "Close"));
 }
 
-void show_own_dialog(Viewer& viewer) { viewer.panels.open = true; }
+void show_own_dialog(Viewer& viewer, Choosing choosing) {
+  viewer.panels.open = true;
+  viewer.choosing = choosing;
+}
 
 }  // namespace
 
 void DesktopDialog::serve(const std::stop_token& stop) {
   Connection bus(stop);
-  if (!bus.is_registered() || !has_file_chooser(bus)) return;
-  available_ = true;
+  if (!bus.is_registered()) return;
+  version_ = file_chooser_version(bus);
+  available_ = version_ > 0;
+  if (!available_) return;
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [&] { return wanted_.has_value(); })) {
-    const std::string folder = wanted_->string();
+    const Wanted wanted = *wanted_;
     lock.unlock();
-    const std::string request = open_file(bus, folder);
+    const std::string request =
+        open_file(bus, wanted.folder.string(), wanted.choosing == Choosing::photographs);
     Message response;
     if (!request.empty()) response = bus.response(request);
     if (stop.stop_requested()) return close_request(bus, request);
     if (response) {
       const std::filesystem::path file = chosen_file(response.get());
-      if (!file.empty()) reports_.report(action::file_chosen, file);
+      if (!file.empty()) reports_.report(action::path_chosen, file, wanted.choosing);
     } else {
       available_ = false;
-      reports_.report(show_own_dialog);
+      reports_.report(show_own_dialog, wanted.choosing);
     }
     lock.lock();
     wanted_.reset();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The desktop's own dialog for opening a file, which xdg-desktop-portal shows in a separate window.
-// A thread communicates with the portal over D-Bus, so that the viewer never waits. Without a
-// session bus, a portal or support in this build, the dialog is not available.
+// The desktop's own dialog for opening a file or a folder, which xdg-desktop-portal shows in a
+// separate window. A thread communicates with the portal over D-Bus, so that the viewer never
+// waits. Without a session bus, a portal or support in this build, the dialog is not available.
 #pragma once
 
 #include <atomic>
@@ -23,23 +23,34 @@ class DesktopDialog {
   explicit DesktopDialog(std::function<void()> wake);
   ~DesktopDialog();  ///< also closes the dialog
 
-  /// True once a portal was found, until it fails.
-  bool is_available() const { return available_; }
+  /// True once a portal was found that has the dialog for this choice, until it fails.
+  bool is_available(Choosing choosing) const { return available_ && portal_has(choosing); }
 
-  /// Shows the dialog in `folder` unless it is open. A chosen file is reported as
-  /// action::file_chosen, a failure of the portal by opening the viewer's own dialog.
-  void show(const std::filesystem::path& folder);
+  /// Shows the dialog in `folder` unless it is open. The chosen path is reported as
+  /// action::path_chosen, a failure of the portal by opening the viewer's own dialog.
+  void show(const std::filesystem::path& folder, Choosing choosing);
 
   void take_reports(Actions& actions) { reports_.take(actions); }
 
  private:
+  /// A dialog that is or will be open.
+  struct Wanted {
+    std::filesystem::path folder;
+    Choosing choosing;
+  };
+
   void serve(const std::stop_token& stop);
+  // Portals choose folders since version 3 of their interface.
+  bool portal_has(Choosing choosing) const {
+    return choosing != Choosing::photographs || version_ >= 3;
+  }
 
   ActionQueue reports_;
   std::atomic<bool> available_ = false;
+  std::atomic<unsigned> version_ = 0;  // of the portal's interface
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::optional<std::filesystem::path> wanted_;  // folder of the dialog that is or will be open
+  std::optional<Wanted> wanted_;
   std::jthread thread_;
 };
 

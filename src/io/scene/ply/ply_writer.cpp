@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <fstream>
 #include <ostream>
 #include <string>
 
@@ -16,7 +17,9 @@ namespace {
 // Values of a row besides f_rest.
 constexpr std::size_t kFixedValues = 17;
 
-std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
+constexpr const char* kTrainedComment = "comment trained by quadsplat\n";
+
+std::string header_of(const GaussianCloud& cloud, std::size_t rest, const char* comment) {
   std::string names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2";
   for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);
   names += " opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 ";
@@ -29,6 +32,7 @@ std::string header_of(const GaussianCloud& cloud, std::size_t rest) {
     header += "property float " + names.substr(begin, end - begin) + "\n";
     begin = end + 1;
   }
+  header += comment;
   if (cloud.antialiased) header += "comment SplatRenderMode: mip\n";
   return header + "end_header\n";
 }
@@ -53,13 +57,14 @@ void fill_row(const GaussianCloud& cloud, std::size_t i, std::size_t rest, float
   for (const float value : {q.w, q.x, q.y, q.z}) *row++ = value;
 }
 
-void write_rows(const GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
-                std::ostream& file) {
+// `comment`: a line of the header, or empty.
+void write_rows(const GaussianCloud& cloud, const char* comment, ThreadPool& pool,
+                const Progress& progress, std::ostream& file) {
   constexpr std::size_t kRowsPerWrite = 1 << 15;  // 8 MB with SH degree 3
   constexpr std::size_t kRowsPerChunk = 1 << 10;
   const auto rest = static_cast<std::size_t>(sh_coefficient_count(cloud.sh_degree) - 1);
   const std::size_t values = kFixedValues + 3 * rest;
-  const std::string header = header_of(cloud, rest);
+  const std::string header = header_of(cloud, rest, comment);
   file.write(header.data(), static_cast<std::streamsize>(header.size()));
 
   Array<float> buffer(std::min(kRowsPerWrite, cloud.size()) * values);
@@ -81,7 +86,21 @@ void write_rows(const GaussianCloud& cloud, ThreadPool& pool, const Progress& pr
 
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress) {
-  write_file(path, [&](std::ostream& file) { write_rows(cloud, pool, progress, file); });
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, "", pool, progress, file); });
+}
+
+void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+                       ThreadPool& pool) {
+  write_file(path, [&](std::ostream& file) { write_rows(cloud, kTrainedComment, pool, {}, file); });
+}
+
+bool is_trained_ply(const std::filesystem::path& path) {
+  std::string header(std::size_t{1} << 13, '\0');  // longer than any header of this file
+  std::ifstream file(path, std::ios::binary);
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(static_cast<std::size_t>(file.gcount()));
+  header.resize(std::min(header.size(), header.find("end_header\n")));
+  return header.starts_with("ply\n") && header.find(kTrainedComment) != std::string::npos;
 }
 
 }  // namespace qs

@@ -16,4 +16,11 @@ namespace qs {
 void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, ThreadPool& pool,
                const Progress& progress);
 
+/// The same file with a comment that says that this program trained the model.
+void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
+                       ThreadPool& pool);
+
+/// True if the file has that comment.
+bool is_trained_ply(const std::filesystem::path& path);
+
 }  // namespace qs

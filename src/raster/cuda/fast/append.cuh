@@ -156,20 +156,74 @@ struct Appended {
   }
 };
 
-/// An entry for a macro-tile, before its slot is known. The owner is a Gaussian of the block.
+/// An entry for a macro-tile, before its slot is known. It has the macro-tile's counter in
+/// BlockCounts. The owner is a Gaussian of the block.
 struct StagedEntry {
-  std::uint32_t word;  // macro-tile: 13 bits, owner: 11, mask: 8
+  std::uint32_t word;  // counter: 13 bits, owner: 11, mask: 8
 
-  static constexpr unsigned kOwners = 1u << 11, kMacroTiles = 1u << 13;
+  static constexpr unsigned kOwners = 1u << 11, kCounters = 1u << 13;
   static_assert(kThreads <= kOwners);
 
   __device__ explicit StagedEntry(std::uint32_t stored) : word(stored) {}
-  __device__ StagedEntry(unsigned macro_tile, unsigned owner, unsigned mask)
-      : word(macro_tile << 19 | owner << 8 | mask) {}
-  static __device__ StagedEntry none() { return {kMacroTiles - 1, 0, 0}; }
-  __device__ unsigned macro_tile() const { return word >> 19; }
+  __device__ StagedEntry(unsigned counter, unsigned owner, unsigned mask)
+      : word(counter << 19 | owner << 8 | mask) {}
+  static __device__ StagedEntry none() { return {kCounters - 1, 0, 0}; }
+  __device__ unsigned counter() const { return word >> 19; }
   __device__ unsigned owner() const { return word >> 8 & (kOwners - 1); }
   __device__ unsigned mask() const { return word & 255; }
+};
+
+/// The entries of one block per macro-tile, in its dynamic shared memory. A picture with few
+/// macro-tiles has a counter for each of them. In a larger picture a block reaches only a part of
+/// them, and the counters are a hash table, so that the cost of a block does not grow with the
+/// picture.
+class BlockCounts {
+ public:
+  static constexpr unsigned kLog2Most = 11, kMost = 1u << kLog2Most;  ///< counters
+  static_assert(kMost < StagedEntry::kCounters);
+
+  static std::size_t bytes(std::size_t macro_tiles) {
+    return (macro_tiles <= kMost ? macro_tiles : 2 * kMost) * sizeof(std::uint32_t);
+  }
+
+  __device__ BlockCounts(void* memory, unsigned macro_tiles)
+      : counts_(static_cast<std::uint32_t*>(memory)),
+        owners_(macro_tiles <= kMost ? nullptr : counts_ + kMost),
+        size_(min(macro_tiles, kMost)) {}
+
+  __device__ unsigned size() const { return size_; }
+  __device__ std::uint32_t* counts() const { return counts_; }
+  __device__ std::uint32_t& operator[](unsigned counter) const { return counts_[counter]; }
+
+  /// The threads of the block call it together.
+  __device__ void clear() const {
+    for (unsigned i = threadIdx.x; i < size_; i += kThreads) counts_[i] = 0;
+    for (unsigned i = threadIdx.x; i < size_ && owners_ != nullptr; i += kThreads)
+      owners_[i] = kNone;
+  }
+
+  /// The counter of a macro-tile. A block may ask for less than kMost different ones.
+  __device__ unsigned counter_of(unsigned macro_tile) const {
+    if (owners_ == nullptr) return macro_tile;
+    constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
+    unsigned counter = macro_tile * kHash >> (32 - kLog2Most);
+    for (;; counter = (counter + 1) % kMost) {
+      const std::uint32_t owner = atomicCAS(&owners_[counter], kNone, macro_tile);
+      if (owner == kNone || owner == macro_tile) return counter;
+    }
+  }
+
+  /// The inverse, for counters that are not 0.
+  __device__ unsigned macro_tile_of(unsigned counter) const {
+    return owners_ == nullptr ? counter : owners_[counter];
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  std::uint32_t* counts_;
+  std::uint32_t* owners_;  // per counter: its macro-tile; null: counter and macro-tile are equal
+  unsigned size_;
 };
 
 /// Calls visit(exists, macro-tile, owner, mask of tiles) for each macro-tile that one of 32

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cuda/fast/blend.cuh"
-#include "raster/cuda/fast/segments.cuh"
 #include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 namespace {
-
-constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
-constexpr unsigned kBlendBlocks = 14;                 // per multiprocessor, to hide latency
-constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
-constexpr unsigned kJoinBlocks = 256;                 // share the long lists
-constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
 
 /// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
 /// BlendOutput::evaluated and used, which is slower.
@@ -51,138 +44,6 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-/// Each warp counts parts of long lists, one after the other.
-__global__ void __launch_bounds__(kThreads) count_segments(SegmentsView view, ListInput in) {
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
-  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
-  for (std::uint32_t index = (blockIdx.x * kThreads + threadIdx.x) / kWarp; index < count;
-       index += warps) {
-    const Segment segment = view.segments[index];
-    if (segment.tile == Segment::kNoTile) continue;
-    LongList list(view, in.ranges[segment.tile], index - segment.number);
-    list.count(in, segment.tile, segment.number);
-  }
-}
-
-/// Sets the pixels that stop in segment `index` to their transmittance in front of it, and the
-/// other pixels to 0. False if no pixel stops.
-__device__ bool find_stopping(const SegmentsView& view, std::uint32_t index, std::uint32_t number,
-                              const HalfTile& half, Column<Cut::flush>& column) {
-  float before[kPixels] = {1, 1, 1, 1};
-  const SegmentResult* const first = view.results + (index - number);
-#pragma unroll 8
-  for (std::uint32_t s = 0; s < number; ++s) {
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) before[j] *= first[s].transmittance[half.place(j)];
-  }
-  bool any = false;
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    const float behind = before[j] * first[number].transmittance[half.place(j)];
-    const bool stops = before[j] >= kTransmittanceMin && behind < kTransmittanceMin;
-    column.pixels[j] = {stops ? before[j] * kClear<Cut::flush> : 0.0f, 0, 0, 0};
-    any = any || stops;
-  }
-  return __any_sync(kAllLanes, any);
-}
-
-/// Each warp composites half tiles of segments, one after the other. kAgain: the second time, see
-/// segments.cuh. The first segment of a list is exact the first time.
-template <bool kAgain, Rows kRows>
-__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blend_segments(SegmentsView view, ListInput in) {
-  constexpr Cut kCut = Cut::flush;
-  __shared__ Rings<false> rings[kHalfTiles];
-  const std::uint32_t count = min(view.counters->segments, view.capacity);
-  for (;;) {
-    std::uint32_t turn = 2 * count;
-    if (lane_index() == 0 && count > 0) turn = atomicAdd(&view.counters->turns[kAgain], 1u);
-    turn = __shfl_sync(kAllLanes, turn, 0);
-    const std::uint32_t index = turn / 2;
-    if (index >= count) return;
-    const Segment segment = view.segments[index];
-    if (segment.tile == Segment::kNoTile) continue;
-    LongList list(view, in.ranges[segment.tile], index - segment.number);
-    list.cut();
-    if (segment.number >= list.segments()) continue;
-    const HalfTile half(segment.tile, turn % 2, in.columns);
-    Column<kCut> column;
-    if constexpr (kAgain) {
-      if (segment.number == 0) continue;
-      if (!find_stopping(view, index, segment.number, half, column)) continue;
-    } else {
-      const glm::vec3 start = segment.number == 0 ? in.background : glm::vec3(0.0f);
-#pragma unroll
-      for (int j = 0; j < kPixels; ++j) {
-        const bool exists = half.x < in.width && half.y + j < in.height;
-        column.pixels[j] = {exists ? kClear<kCut> : 0.0f, start.x, start.y, start.z};
-      }
-    }
-    bool stops[kPixels];
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) stops[j] = column.pixels[j].transmittance > 0.0f;
-
-    Marks unused{};
-    Walk<false, kRows>(in, half, rings[threadIdx.x / kWarp], column, unused)
-        .composite(list.begin(segment.number), list.end(segment.number));
-
-    SegmentResult& result = view.results[index];
-#pragma unroll
-    for (int j = 0; j < kPixels; ++j) {
-      const ColumnPixel<kCut>& pixel = column.pixels[j];
-      const unsigned place = half.place(j);
-      if (kAgain && !stops[j]) continue;
-      result.red[place] = pixel.red;
-      result.green[place] = pixel.green;
-      result.blue[place] = pixel.blue;
-      const float left = pixel.is_live() ? pixel.transmittance * kAlphaScale<kCut> : kStopped;
-      result.transmittance[place] = kAgain ? 0.0f : left;
-    }
-    __syncwarp();
-  }
-}
-
-/// Each block joins the segments of long lists, one list after the other, a thread per pixel.
-__global__ void __launch_bounds__(kTileSize* kTileSize)
-    join_segments(SegmentsView view, ListInput in, BlendOutput out) {
-  const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
-  for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
-    const std::uint32_t index = view.first_segments[list];
-    if (index >= view.capacity) continue;
-    const std::uint32_t tile = view.segments[index].tile;
-    if (tile == Segment::kNoTile) continue;
-    LongList cut(view, in.ranges[tile], index);
-    cut.cut();
-    const std::uint32_t segments = cut.segments();
-    const unsigned place = threadIdx.x;
-    const SegmentResult* const first = view.results + index;
-    glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
-    float before = first->transmittance[place];
-#pragma unroll 8
-    for (std::uint32_t s = 1; s < segments; ++s) {
-      const float own = first[s].transmittance[place];
-      const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
-      if (!(before >= kTransmittanceMin)) continue;
-      const float share = own == 0.0f ? 1.0f : before;
-      color = glm::vec3(fmaf(share, more.x, color.x), fmaf(share, more.y, color.y),
-                        fmaf(share, more.z, color.z));
-      before *= own;
-    }
-    const int x = static_cast<int>(tile % in.columns * kTileSize + place % kTileSize);
-    const int y = static_cast<int>(tile / in.columns * kTileSize + place / kTileSize);
-    if (x >= in.width || y >= in.height) continue;
-    float* const pixel = out.color + 3 * (static_cast<std::size_t>(y) * in.width + x);
-    pixel[0] = color.x;
-    pixel[1] = color.y;
-    pixel[2] = color.z;
-  }
-}
-
-ListInput input_of(const FrameContext& frame, const ListedTiles& listed) {
-  return ListInput::of(frame, listed.pairs.gaussians, std::as_const(listed.scratch.ranges),
-                       listed.visible.splats);
-}
-
 template <Rows kRows>
 void blend_rows(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
                 Pixels& pixels, cudaStream_t stream) {
@@ -194,14 +55,6 @@ void blend_rows(const FrameContext& frame, const ListedTiles& listed, const Outp
          BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
 }
 
-template <Rows kRows>
-void blend_segment_rows(const FrameContext& frame, const SegmentsView& segments,
-                        const ListInput& in) {
-  const Blocks blocks(kSegmentBlocks, kBlendThreads);
-  launch("blend", blend_segments<false, kRows>, blocks, frame.stream, segments, in);
-  launch("blend", blend_segments<true, kRows>, blocks, frame.stream, segments, in);
-}
-
 }  // namespace
 
 void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
@@ -209,22 +62,6 @@ void blend(const FrameContext& frame, const ListedTiles& listed, const Outputs& 
   const auto of_rows =
       has_thin_rows(frame.settings) ? blend_rows<Rows::exponents> : blend_rows<Rows::products>;
   of_rows(frame, listed, outputs, pixels, stream);
-}
-
-void count_long_lists(const FrameContext& frame, const ListedTiles& listed) {
-  launch("blend", count_segments, Blocks(kJoinBlocks, kThreads), frame.stream,
-         listed.scratch.segments, input_of(frame, listed));
-}
-
-void blend_long_lists(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
-                      Pixels& pixels) {
-  const SegmentsView segments = listed.scratch.segments;
-  const ListInput in = input_of(frame, listed);
-  const auto of_rows = has_thin_rows(frame.settings) ? blend_segment_rows<Rows::exponents>
-                                                     : blend_segment_rows<Rows::products>;
-  of_rows(frame, segments, in);
-  launch("blend", join_segments, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream, segments,
-         in, BlendOutput::of(pixels, outputs));
 }
 
 }  // namespace qs::cuda::fast

@@ -4,7 +4,10 @@
 // (walk.cuh). Long lists are shared by many warps (segments.cuh).
 #pragma once
 
+#include <utility>
+
 #include "raster/cuda/fast/list.cuh"
+#include "raster/cuda/fast/walk.cuh"
 #include "raster/cuda/pixels.cuh"
 
 namespace qs::cuda::fast {
@@ -30,6 +33,14 @@ struct ListedTiles {
   const FastPairs& pairs;
   const Scratch& scratch;
 };
+
+inline ListInput input_of(const FrameContext& frame, const ListedTiles& listed) {
+  return ListInput::of(frame, listed.pairs.gaussians, std::as_const(listed.scratch.ranges),
+                       listed.visible.splats);
+}
+
+constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
+constexpr unsigned kBlendBlocks = 14;  ///< per multiprocessor, to hide latency
 
 /// Fills the parts of `pixels` that `outputs` requests, in tiles without long lists or in all.
 /// Runs in `stream`, not in the frame's.

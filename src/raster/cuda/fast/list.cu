@@ -17,7 +17,7 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
   __shared__ typename Block::Shared shared;
   const std::size_t first = std::size_t{own} * macro_tiles.slicing.size.capacity;
   Block block(SharedArrays(dynamic_shared(), capacity), shared, size);
-  block.sort(macro_tiles.entries + first, macro_tiles.masks + first);
+  block.sort(macro_tiles.entries + first, macro_tiles.masks + first, macro_tiles.entry_order);
   block.count();
   if (threadIdx.x < kWarp) {
     const unsigned lane = lane_index();

@@ -10,7 +10,7 @@
 namespace qs::cuda::fast {
 
 struct FastPairs {
-  DeviceBuffer<std::uint32_t> gaussians;  ///< the lists of all tiles, front to back
+  DeviceBuffer<std::uint32_t> gaussians;  ///< the lists of all tiles, front to back: places
 
   void reserve(const FrameSize& size) {
     gaussians.reserve("the frame's tile pairs", size.pair_capacity);
@@ -20,9 +20,9 @@ struct FastPairs {
 /// The largest number of Gaussians that a block can sort on the current device.
 std::uint32_t most_in_shared_memory();
 
-/// Sorts the Gaussians of macro-tiles by depth, then by index, and writes the lists of their tiles,
-/// the lists' ranges and schedule. Also counts the pairs. Pairs beyond size.pair_capacity are
-/// counted but not written. For macro-tiles with less than kUsual Gaussians.
+/// Sorts the Gaussians of macro-tiles by depth, then by index in the file, and writes the lists of
+/// their tiles, the lists' ranges and schedule. Also counts the pairs. Pairs beyond
+/// size.pair_capacity are counted but not written. For macro-tiles with less than kUsual Gaussians.
 void list_usual(const FrameContext& frame, const FrameSize& size, Scratch& scratch,
                 FastPairs& pairs);
 

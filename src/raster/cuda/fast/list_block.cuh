@@ -11,10 +11,10 @@
 
 namespace qs::cuda::fast {
 
-// Threads of a block for a usual number of Gaussians and for a large one, and blocks per
+// Threads of a block for a usual number of Gaussians and for a larger one, and blocks per
 // multiprocessor.
 constexpr unsigned kUsualThreads = 256, kUsualBlocks = 6;
-constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1;
+constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1, kMediumBlocks = 2;
 
 /// The memory to which lists are written. A kernel parameter.
 struct Lists {
@@ -71,7 +71,7 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   out.scheduled[own * static_cast<unsigned>(out.grid.count()) + place] = tile_index;
   if (length > 0) atomicMax(&counters->max_pairs_in_a_tile, length);
   if (last - first > out.segments.longest_uncut)
-    out.segments.reserve(tile_index, segment_count(last - first));
+    out.segments.reserve(tile_index, reserved_segments(last - first));
   return begin;
 }
 
@@ -96,12 +96,12 @@ class ListBlock {
         number_(threadIdx.x / kWarp / kTiles),
         part_(size, number_, kParts) {}
 
-  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks) {
-    MacroSort<kBlock>(arrays_, entries, size_).sort();
+  __device__ void sort(const MacroEntry* entries, const std::uint8_t* masks, EntryOrder order) {
+    MacroSort<kBlock>(arrays_, entries, order, size_).sort();
     __syncthreads();
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       const unsigned entry = arrays_.order[i];
-      arrays_.values[i] = entries[entry].gaussian;
+      arrays_.values[i] = entries[entry].place;
       arrays_.other[i] = masks[entry];
     }
     __syncthreads();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sorts the Gaussians of a macro-tile by depth, then by index, in the shared memory of a block.
-// Their order before is arbitrary, so the order after must be total.
+// Sorts the Gaussians of a macro-tile by depth, then by index in the file, in the shared memory of
+// a block. Their order before is arbitrary, so the order after must be total.
 #pragma once
 
 #include "raster/cuda/fast/scratch.cuh"
@@ -47,18 +47,24 @@ struct WarpPart {
 template <unsigned kBlock, class Arrays = SharedArrays>
 class MacroSort {
  public:
-  __device__ MacroSort(Arrays& arrays, const MacroEntry* entries, unsigned size)
-      : arrays_(arrays), entries_(entries), size_(size), part_(size, threadIdx.x / kWarp, kWarps) {}
+  __device__ MacroSort(Arrays& arrays, const MacroEntry* entries, EntryOrder entry_order,
+                       unsigned size)
+      : arrays_(arrays),
+        entries_(entries),
+        entry_order_(entry_order),
+        size_(size),
+        part_(size, threadIdx.x / kWarp, kWarps) {}
 
-  /// Sets arrays.order to the indices of the entries by depth, then by Gaussian.
+  /// Sets arrays.order to the indices of the entries by depth, then by index in the file.
   __device__ void sort() {
-    begin_with(&MacroEntry::depth_key);
+    const auto depth_key = [](MacroEntry entry) { return entry.depth_key; };
+    begin_with(depth_key);
     sort_by_values([](int bits) { return bits <= kFewBits ? 2 : 3; });
     if (exchange_neighbours()) return;
     const auto all = [](int bits) { return (bits + kDigitBits - 1) / kDigitBits; };
-    begin_with(&MacroEntry::gaussian);
+    begin_with([this](MacroEntry entry) { return entry_order_.file_index(entry); });
     sort_by_values(all);
-    load(&MacroEntry::depth_key);
+    load(depth_key);
     sort_by_values(all);
   }
 
@@ -72,14 +78,17 @@ class MacroSort {
   static constexpr unsigned kWarps = kBlock / kWarp;
   static constexpr unsigned kOwnDigits = kBlock < kDigits ? kDigits / kBlock : 1;
 
-  __device__ void load(std::uint32_t MacroEntry::*member) {
+  template <class ValueOf>
+  __device__ void load(const ValueOf& value_of) {
     __syncthreads();
-    for (unsigned i = threadIdx.x; i < size_; i += kBlock) arrays_.values[i] = entries_[i].*member;
+    for (unsigned i = threadIdx.x; i < size_; i += kBlock)
+      arrays_.values[i] = value_of(entries_[i]);
     __syncthreads();
   }
 
-  __device__ void begin_with(std::uint32_t MacroEntry::*member) {
-    load(member);
+  template <class ValueOf>
+  __device__ void begin_with(const ValueOf& value_of) {
+    load(value_of);
     for (unsigned i = threadIdx.x; i < size_; i += kBlock) {
       arrays_.order[i] = static_cast<Index>(i);
     }
@@ -171,7 +180,7 @@ class MacroSort {
   }
 
   /// Completes an order in which few neighbours are swapped: the result is by depth, then by
-  /// Gaussian. Returns false if it needs more than a few rounds.
+  /// index. Returns false if it needs more than a few rounds.
   __device__ bool exchange_neighbours() {
     constexpr int kRounds = 12;
     for (int round = 0; round < kRounds; ++round) {
@@ -194,11 +203,12 @@ class MacroSort {
   __device__ bool is_behind(unsigned a, unsigned b) const {
     const std::uint32_t depth_a = arrays_.values[a], depth_b = arrays_.values[b];
     if (depth_a != depth_b) return depth_a > depth_b;
-    return entries_[a].gaussian > entries_[b].gaussian;
+    return entry_order_.file_index(entries_[a]) > entry_order_.file_index(entries_[b]);
   }
 
   Arrays& arrays_;
   const MacroEntry* entries_;
+  EntryOrder entry_order_;
   unsigned size_;
   WarpPart part_;
 };

@@ -16,15 +16,25 @@ namespace qs::cuda::fast {
 
 /// A Gaussian in a macro-tile.
 struct MacroEntry {
-  std::uint32_t depth_key, gaussian;  ///< the index in the file
+  std::uint32_t depth_key, place;  ///< place: of the Gaussian in the scene's order in space
+};
 
-  /// Entries are sorted by this key: by depth, then by index.
-  QS_HD std::uint64_t sort_key() const { return std::uint64_t{depth_key} << 32 | gaussian; }
+/// Entries are sorted by depth, then by index in the file.
+struct EntryOrder {
+  const std::uint32_t* file_indices;  ///< per place
+
+  __device__ std::uint32_t file_index(MacroEntry entry) const { return file_indices[entry.place]; }
+  __device__ std::uint64_t key(MacroEntry entry) const {
+    return std::uint64_t{entry.depth_key} << 32 | file_index(entry);
+  }
 };
 
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
   static constexpr std::uint32_t kUsual = 3072;
+  /// The capacity of slices if smaller ones need more samples than a block can sort: two blocks
+  /// share a multiprocessor.
+  static constexpr std::uint32_t kMedium = 10240;
 
   std::uint32_t capacity = kUsual;      ///< Gaussians that a macro-tile keeps, at least kUsual
   std::uint32_t slice_capacity = 0;     ///< Gaussians in a slice; 0: the frame has no slices
@@ -109,12 +119,12 @@ struct MacroTiles {
   static constexpr int kTiles = kColumns * kRows;
   static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
-  static constexpr std::size_t kMost = 8160;  ///< of a picture of 7680 x 4352 pixels
 
   std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
   MacroEntry* entries;    ///< slicing.size.capacity for each
   std::uint8_t* masks;    ///< per entry: the tiles that it lists, see MacroMask
   std::uint32_t* order;   ///< all macro-tiles, the fullest first
+  EntryOrder entry_order;
   int columns, rows;
   Slicing slicing;
 

@@ -18,16 +18,15 @@ bool needs_color(const Outputs& outputs) {
   return outputs.blends() || outputs.trace || outputs.depth;
 }
 
-/// Writes the depths of visible Gaussians by their index in the file, as lists have it.
+/// Writes the depths of visible Gaussians by their place, as lists have it.
 __global__ void __launch_bounds__(kBlockGaussians)
-    store_depths(const FastCounters* counters, FastVisibleView visible,
-                 const std::uint32_t* file_indices, std::uint32_t count, std::uint32_t nearest,
-                 float* depths) {
+    store_depths(const FastCounters* counters, FastVisibleView visible, std::uint32_t count,
+                 std::uint32_t nearest, float* depths) {
   if (blockIdx.x >= counters->visible_blocks) return;
   const std::uint32_t place = visible.blocks[blockIdx.x] * kBlockGaussians + threadIdx.x;
   if (place >= count || visible.depth_keys[place] == kInvisibleKey) return;
   const std::uint32_t bits = visible.depth_keys[place] + nearest;
-  std::memcpy(&depths[file_indices[place]], &bits, sizeof bits);
+  std::memcpy(&depths[place], &bits, sizeof bits);
 }
 
 /// The capacity with which a frame that exceeded the buffers is redrawn.
@@ -37,11 +36,14 @@ std::uint32_t larger_capacity(std::uint64_t tile_pairs) {
                        [](std::uint64_t pairs) { return pairs * sizeof(std::uint32_t); });
 }
 
+/// True if the frame has kernels for long lists.
+bool cuts(const FrameSize& size, const Outputs& outputs) {
+  return cuts_long_lists(outputs) && size.segment_capacity > 0;
+}
+
 std::uint32_t with_half(std::uint32_t count) { return count + count / 2; }
 
 }  // namespace
-
-static_assert(MacroTiles::kMost < StagedEntry::kMacroTiles);
 
 bool MacroSizePolicy::fits(const FastCounters& counters, const MacroSize& size) {
   if (size.has_slices()) {
@@ -82,10 +84,15 @@ std::optional<MacroSize> MacroSizePolicy::sliced(const FastCounters& counters,
       counters.fullest_macro_tile >> before.log2_distance <= before.sample_capacity;
   MacroSize next = before;
   next.capacity = MacroTiles::kUsual;
-  const bool usual_suffices = samples_of(MacroTiles::kUsual / 2) <= most_;
-  next.slice_capacity = usual_suffices ? MacroTiles::kUsual : most_;
+  next.slice_capacity = most_;
+  for (const std::uint32_t smaller : {MacroSize::kMedium, MacroSize::kUsual}) {
+    const bool suffices = smaller <= most_ && samples_of(smaller / 2) <= most_;
+    if (suffices) next.slice_capacity = smaller;
+  }
   if (next.slice_capacity != before.slice_capacity) {
-    next.slice_target = next.slice_capacity / 2;
+    // Medium slices have fewer samples, so their lengths vary more.
+    next.slice_target = next.slice_capacity == MacroSize::kMedium ? MacroSize::kMedium / 5 * 2
+                                                                  : next.slice_capacity / 2;
   } else if (counters.fullest_slice > before.slice_capacity && has_all_samples) {
     next.slice_target = before.slice_target / 2;
   }
@@ -106,11 +113,6 @@ FastPipeline::FastPipeline(int device)
       full_stream_(device, true),
       macro_size_policy_(most_in_shared_memory()) {
   size_.pair_capacity = 1 << 16;
-  size_.segment_capacity = 1 << 5;
-}
-
-bool FastPipeline::can_draw(TileGrid grid) {
-  return MacroTiles::count_of(grid) <= MacroTiles::kMost;
 }
 
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
@@ -133,7 +135,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
                                      outputs.blends(),
                                      outputs.used,
                                      needs_color(outputs),
-                                     cuts_long_lists(outputs),
+                                     cuts(size, outputs),
                                      has_thin_rows(frame.settings)};
       graph_.capture(frame.stream, topology,
                      [&] { run(frame, size, outputs, pixels, clock, side_stream_); });
@@ -146,6 +148,7 @@ bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixel
     const bool pairs_fit = counters_->tile_pairs <= size.pair_capacity;
     const bool segments_fit =
         !cuts_long_lists(outputs) || counters_->segments <= size.segment_capacity;
+    if (cuts_long_lists(outputs) && counters_->segments == 0) size_.segment_capacity = 0;
     const bool macro_tiles_fit = MacroSizePolicy::fits(*counters_, size.macro);
     const std::optional<MacroSize> macro = macro_size_policy_.next(*counters_, size);
     size_.macro = size.macro = macro.value_or(MacroSize{});
@@ -184,10 +187,10 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   if (outputs.blends()) {
     pixels.clear_used(outputs, size.pair_capacity, frame.stream);
     const ListedTiles listed{visible_, pairs_, scratch_};
-    if (cuts_long_lists(outputs)) count_long_lists(frame, listed);
+    if (cuts(size, outputs)) count_long_lists(frame, listed);
     scheduled_.record(frame.stream);
     scheduled_.make_wait(side_stream);
-    if (cuts_long_lists(outputs)) blend_long_lists(frame, listed, outputs, pixels);
+    if (cuts(size, outputs)) blend_long_lists(frame, listed, outputs, pixels);
     blend(frame, listed, outputs, pixels, side_stream);
     blended_.record(side_stream);
     blended_.make_wait(frame.stream);
@@ -210,14 +213,18 @@ void FastPipeline::collect(const FrameContext& frame, const Outputs& outputs, co
                 FrameLists{[&] { return list_ranges(frame); }, pairs_.gaussians,
                            [&](Trace& trace) { append_gaussians(frame, trace); }},
                 result);
+  if (!outputs.trace) return;
+  const auto file_indices =
+      copied(frame.cloud.file_indices.data(), frame.cloud.count, frame.stream);
+  for (std::uint32_t& listed : result.trace.listed) listed = file_indices[listed];
 }
 
 void FastPipeline::draw_depth(const FrameContext& frame, Pixels& pixels) {
   const std::uint32_t count = frame.cloud.count;
   depths_.reserve("the frame's Gaussians", count);
   launch("depth", store_depths, Blocks(std::max(blocks_for(count), 1u), kBlockGaussians),
-         frame.stream, scratch_.counters, visible_.view(), frame.cloud.file_indices.data(), count,
-         nearest_bits(frame.camera), depths_.data());
+         frame.stream, scratch_.counters, visible_.view(), count, nearest_bits(frame.camera),
+         depths_.data());
   const auto in = BlendInput<ListRange, BoundedSplat>::of(
       frame, pairs_.gaussians, std::as_const(scratch_.ranges), visible_.splats);
   cuda::draw_depth(frame, in, depths_.data(), pixels);
@@ -247,7 +254,7 @@ void FastPipeline::append_gaussians(const FrameContext& frame, Trace& trace) con
     const std::uint32_t place = places[i];
     if (place == count) continue;
     append_visible(trace, i, footprints[place].footprint(), depth_of_key(keys[place], frame.camera),
-                   splats[i].splat());
+                   splats[place].splat());
   }
 }
 

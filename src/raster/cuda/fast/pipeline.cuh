@@ -40,9 +40,6 @@ class FastPipeline {
  public:
   explicit FastPipeline(int device);
 
-  /// False for pictures of more than MacroTiles::kMost macro-tiles.
-  static bool can_draw(TileGrid grid);
-
   /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if the
   /// slices of a macro-tile do not fit, because its samples were not representative. Throws Error
   /// and Cancelled.
@@ -70,7 +67,7 @@ class FastPipeline {
   Scratch scratch_;
   FastVisible visible_;
   FastPairs pairs_;
-  DeviceBuffer<float> depths_;  // by index in the file, for draw_depth()
+  DeviceBuffer<float> depths_;  // by place, for draw_depth()
   MacroSizePolicy macro_size_policy_;
   FrameSize size_;  // of the previous frame, with the capacities for the next
 };

@@ -44,15 +44,15 @@ constexpr unsigned kProjectGrid = 4096;         // blocks that share the Gaussia
 constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
 constexpr std::uint32_t kStagedEntries = 1280;  // of a block; others are appended one by one
+static_assert(kStagedEntries < BlockCounts::kMost);
 constexpr int kLargeLines = 512;  // of a walk in shared memory; longer walks are recomputed
 constexpr unsigned kAppendBlocks = 1056, kAppendThreads = 128;  // for the large Gaussians
 
-/// The Gaussians of a block of threads and their entries of macro-tiles, in shared memory. `counts`
-/// has a number per macro-tile. All threads of the block call each function together.
+/// The Gaussians of a block of threads and their entries of macro-tiles, in shared memory. All
+/// threads of the block call each function together.
 template <class P>
 struct ProjectedBlock {
   Appended<P> appended[kThreads];
-  std::uint32_t file_indices[kThreads];
   std::uint32_t staged_count, staged[kStagedEntries];
   std::uint32_t spilled, next_spilled;  // entries of the block; place of the next entry
 
@@ -73,7 +73,6 @@ struct ProjectedBlock {
     if (visible) {
       const Footprint& footprint = projected.footprint;
       out.footprints[i] = {footprint.mean_px, footprint.covariance, footprint.gamma, {0, 0}};
-      file_indices[threadIdx.x] = in.cloud.file_indices[i];
     }
     const std::uint32_t slot = reserve_slot(is_large, &counters->large);
     if (is_large) large[slot] = i;
@@ -84,7 +83,7 @@ struct ProjectedBlock {
   /// once.
   __device__ __forceinline__ void stage_entries(std::uint32_t first, const FastVisibleView& out,
                                                 const MacroTiles& macro_tiles, TileGrid grid,
-                                                std::uint32_t* counts) {
+                                                const BlockCounts& counts) {
     const unsigned first_owner = threadIdx.x / kWarp * kWarp;
     for_each_macro_tile(
         appended + first_owner, first + first_owner, out, macro_tiles, grid,
@@ -93,26 +92,26 @@ struct ProjectedBlock {
           if (!exists) return;
           owner += first_owner;
           if (at < kStagedEntries) {
-            staged[at] = StagedEntry(macro_tile, owner, tiles).word;
-            atomicAdd(&counts[macro_tile], 1u);
+            const unsigned counter = counts.counter_of(macro_tile);
+            staged[at] = StagedEntry(counter, owner, tiles).word;
+            atomicAdd(&counts[counter], 1u);
           } else {
-            macro_tiles.append(macro_tile, {appended[owner].depth_key, file_indices[owner]}, tiles);
+            macro_tiles.append(macro_tile, {appended[owner].depth_key, first + owner}, tiles);
           }
         });
   }
 
   /// Reserves room for the staged entries. The counts become the first slots in the macro-tiles.
   __device__ __forceinline__ void reserve_room(const MacroTiles& macro_tiles,
-                                               std::uint32_t* counts) {
-    const auto macro_count = static_cast<unsigned>(macro_tiles.count());
-    for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) {
-      const std::uint32_t here = counts[m];
+                                               const BlockCounts& counts) {
+    for (unsigned c = threadIdx.x; c < counts.size(); c += kThreads) {
+      const std::uint32_t here = counts[c];
       if (here == 0) continue;
-      const std::uint32_t begin = atomicAdd(&macro_tiles.counts[m], here);
+      const std::uint32_t begin = atomicAdd(&macro_tiles.counts[counts.macro_tile_of(c)], here);
       const std::uint32_t end = begin + here;
       const std::uint32_t beyond = end - min(end, max(begin, macro_tiles.slicing.size.capacity));
       if (beyond > 0) atomicAdd(&spilled, beyond);
-      counts[m] = begin;
+      counts[c] = begin;
     }
     __syncthreads();
     if (threadIdx.x == 0 && spilled > 0) {
@@ -120,20 +119,20 @@ struct ProjectedBlock {
     }
   }
 
-  /// Stores the staged entries from the slots `next` on.
-  __device__ __forceinline__ void store_entries(const MacroTiles& macro_tiles,
-                                                std::uint32_t* next) {
+  /// Stores the staged entries from the slots in `next` on.
+  __device__ __forceinline__ void store_entries(std::uint32_t first, const MacroTiles& macro_tiles,
+                                                const BlockCounts& next) {
     const std::uint32_t staged_here = min(staged_count, kStagedEntries);
     for (std::uint32_t s = threadIdx.x; s - lane_index() < staged_here; s += kThreads) {
       const bool exists = s < staged_here;
       const StagedEntry entry = exists ? StagedEntry(staged[s]) : StagedEntry::none();
-      const unsigned macro_tile = entry.macro_tile(), owner = entry.owner();
-      const std::uint32_t slot = reserve_slot_of(macro_tile, exists, next);
+      const unsigned counter = entry.counter(), owner = entry.owner();
+      const std::uint32_t slot = reserve_slot_of(counter, exists, next.counts());
       const std::uint32_t place =
           reserve_slot(exists && slot >= macro_tiles.slicing.size.capacity, &next_spilled);
       if (!exists) continue;
-      macro_tiles.store(macro_tile, slot, place, {appended[owner].depth_key, file_indices[owner]},
-                        entry.mask());
+      macro_tiles.store(next.macro_tile_of(counter), slot, place,
+                        {appended[owner].depth_key, first + owner}, entry.mask());
     }
   }
 };
@@ -147,10 +146,9 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
                               const MacroTiles& macro_tiles, std::uint32_t* large,
                               FastCounters* counters, std::uint32_t block) {
   __shared__ ProjectedBlock<P> shared;
-  auto* const counts = static_cast<std::uint32_t*>(dynamic_shared());  // per macro-tile
-  const auto macro_count = static_cast<unsigned>(macro_tiles.count());
+  const BlockCounts counts(dynamic_shared(), static_cast<unsigned>(macro_tiles.count()));
   const std::uint32_t first = block * kThreads;
-  for (unsigned m = threadIdx.x; m < macro_count; m += kThreads) counts[m] = 0;
+  counts.clear();
   if (threadIdx.x == 0) shared.staged_count = shared.spilled = 0;
 
   const bool visible = shared.project_own(in, out, first + threadIdx.x, large, counters);
@@ -163,7 +161,7 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
   __syncthreads();
   shared.reserve_room(macro_tiles, counts);
   __syncthreads();
-  shared.store_entries(macro_tiles, counts);
+  shared.store_entries(first, macro_tiles, counts);
   __syncthreads();
 }
 
@@ -208,23 +206,46 @@ __device__ void number_slices(const MacroTiles& tiles, std::uint32_t count,
   if (threadIdx.x == 0) counters->slices = sum;
 }
 
+/// Calls visit(exists, macro-tile, its Gaussians) for all macro-tiles; the Gaussians are 0 if the
+/// macro-tile does not exist. All threads of one block call it together, and call visit() together.
+/// One block reads the counts of a large picture, so a thread has several reads under way.
+template <class Visit>
+__device__ void for_each_count(const MacroTiles& tiles, const Visit& visit) {
+  constexpr unsigned kEach = 8;
+  const auto count = static_cast<unsigned>(tiles.count());
+  for (unsigned first = 0; first < count; first += kEach * kAppendThreads) {
+    std::uint32_t gaussians[kEach];
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k) {
+      const unsigned i = first + k * kAppendThreads + threadIdx.x;
+      gaussians[k] = i < count ? load_fresh(&tiles.counts[i]) : 0;
+    }
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k) {
+      if (first + k * kAppendThreads >= count) break;
+      const unsigned i = first + k * kAppendThreads + threadIdx.x;
+      visit(i < count, i, gaussians[k]);
+    }
+  }
+}
+
 /// Finds the order of the macro-tiles, and the counters that begin with the fullest one. All
 /// threads of one block call it together.
 __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
   __shared__ std::uint32_t fullest, full;
-  const auto count = static_cast<unsigned>(tiles.count());
-  const volatile std::uint32_t* const counts = tiles.counts;
+  const auto class_of = [](bool exists, std::uint32_t gaussians) {
+    return exists ? length_class(gaussians) : kLengthClasses;
+  };
   if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
   if (threadIdx.x == 0) fullest = full = 0;
   __syncthreads();
   std::uint32_t most = 0, full_here = 0;
-  for (unsigned i = threadIdx.x; i < count; i += kAppendThreads) {
-    const std::uint32_t gaussians = counts[i];
-    atomicAdd(&begins[length_class(gaussians)], 1u);
+  for_each_count(tiles, [&](bool exists, unsigned, std::uint32_t gaussians) {
+    reserve_slot_of(class_of(exists, gaussians), exists, begins);
     most = max(most, gaussians);
     full_here += gaussians >= MacroTiles::kUsual ? 1 : 0;
-  }
+  });
   atomicMax(&fullest, most);
   if (full_here > 0) atomicAdd(&full, full_here);
   __syncthreads();
@@ -237,9 +258,10 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counter
     counters->full_macro_tiles = full;
   }
   __syncthreads();
-  for (unsigned i = threadIdx.x; i < count; i += kAppendThreads) {
-    tiles.order[atomicAdd(&begins[length_class(counts[i])], 1u)] = i;
-  }
+  for_each_count(tiles, [&](bool exists, unsigned macro_tile, std::uint32_t gaussians) {
+    const std::uint32_t place = reserve_slot_of(class_of(exists, gaussians), exists, begins);
+    if (exists) tiles.order[place] = macro_tile;
+  });
   __syncthreads();
   if (full > 0 && threadIdx.x < Slicing::kParts) {
     const volatile std::uint32_t* const spilled = tiles.slicing.part_count(threadIdx.x);
@@ -258,7 +280,7 @@ __global__ void __launch_bounds__(kAppendThreads)
   const std::uint32_t count = counters->large;
   for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
     const std::uint32_t place = large[l];
-    const MacroEntry entry{visible.depth_keys[place], cloud.file_indices[place]};
+    const MacroEntry entry{visible.depth_keys[place], place};
     const Footprint footprint = visible.footprints[place].footprint();
     TileRect tiles_of_all;
     Span lines{0, 0};
@@ -362,7 +384,7 @@ __global__ void __launch_bounds__(kThreads, kHalves ? 6 : 8)
       if constexpr (kHalves) return in.cloud.coefficient_of_halves(i, k);
       return in.cloud.coefficient(i, k);
     });
-    visible.splats[in.cloud.file_indices[i]] = splat_of(visible.footprints[i].footprint(), color);
+    visible.splats[i] = splat_of(visible.footprints[i].footprint(), color);
   }
 }
 
@@ -380,6 +402,7 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
              Scratch& scratch) {
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
+  scratch.macro_tiles.entry_order = {cloud.file_indices};
   const View<float> view = make_view<float>(frame.camera);
   const unsigned blocks = blocks_for(cloud.count);
   with_culler(frame.settings.mode, [&]<class P>(P) {
@@ -389,7 +412,7 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
            to_clear.begin, to_clear.words);
     const ProjectInput in{cloud, view, rules, frame.grid, nearest_bits(frame.camera)};
     const Blocks with_counts(std::clamp(blocks, 1u, kProjectGrid), kThreads,
-                             size.macro_tiles() * sizeof(std::uint32_t));
+                             BlockCounts::bytes(size.macro_tiles()));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
     launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,

@@ -62,8 +62,8 @@ struct FastVisibleView {
   /// per place in these blocks; kInvisibleKey = not visible, and the other arrays are undefined
   /// there
   std::uint32_t* depth_keys;
-  PackedFootprint* footprints;  ///< per place
-  BoundedSplat* splats;         ///< by index in the file, as lists have it
+  PackedFootprint* footprints;
+  BoundedSplat* splats;
 };
 
 struct FastVisible {

@@ -6,6 +6,7 @@
 
 #include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/pixels.cuh"
+#include "raster/cuda/reach.cuh"
 #include "raster/cuda/warp.cuh"
 
 namespace qs::cuda::fast {
@@ -16,7 +17,8 @@ struct FastCounters {
   std::uint32_t visible_blocks;  ///< see FastVisibleView
   std::uint32_t max_pairs_in_a_tile;
   std::uint32_t long_lists;
-  std::uint32_t segments;            ///< of all long lists
+  std::uint32_t segments;            ///< of all long lists, as reserved
+  std::uint32_t cut_segments;        ///< as cut
   std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t full_macro_tiles;    ///< number of them
@@ -25,13 +27,22 @@ struct FastCounters {
   std::uint32_t fullest_slice;       ///< entries in it
   std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
+  std::uint32_t cut_blocks_done;     ///< blocks that have finished cutting segments
 };
 
-/// A part of a long list. The segments of a list are adjacent.
+/// A part of a long list. The segments of a list are adjacent. Arrays have an element for each half
+/// of the tile.
 struct Segment {
   static constexpr std::uint32_t kNoTile = 0xffffffffu;  ///< its list exceeds the buffers
   std::uint32_t tile, number;
-  std::uint32_t counted;  ///< Gaussians in this part of the list, see LongList
+  std::uint32_t samples;     ///< in this part of the list, see LongList
+  std::uint32_t count;       ///< segments of the list; only the first segment has it
+  std::uint32_t begin, end;  ///< pairs
+  std::uint32_t slot;        ///< in its wave, see WavesView
+  /// 1 if the segment's SegmentResult is complete.
+  std::uint32_t finished[kHalfTiles];
+  /// SegmentResult::front allows for the segments with lower numbers.
+  std::uint32_t front_end[kHalfTiles];
 };
 
 /// The result of compositing a segment, per pixel of the tile. A pixel that stops in the segment
@@ -39,15 +50,25 @@ struct Segment {
 struct SegmentResult {
   float red[kTileSize * kTileSize], green[kTileSize * kTileSize], blue[kTileSize * kTileSize];
   float transmittance[kTileSize * kTileSize];
+  float front[kTileSize * kTileSize];  ///< product of the transmittances of the first segments
+};
+
+inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
+
+/// Segments are composited wave by wave: wave n has the segments number n of all long lists.
+struct WavesView {
+  std::uint32_t* sizes;  ///< kMaxSegments; later the first turns of the waves
+  std::uint32_t* order;  ///< per turn: a segment
 };
 
 struct SegmentsView {
   Segment* segments;
   std::uint32_t* first_segments;  ///< per long list
-  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is counted, see LongList
+  std::uint32_t* marks;  ///< a bit per pair of the long lists: the pair is a sample, see LongList
   SegmentResult* results;
+  WavesView waves;
   std::uint32_t capacity;
-  std::uint32_t longest_uncut;  ///< in Gaussians; longer lists are cut
+  std::uint32_t longest_uncut;  ///< in pairs; longer lists have segments
   FastCounters* counters;
 
   /// Lists are cut earlier in a small picture, whose tiles are too few to occupy the GPU while one
@@ -66,7 +87,7 @@ struct SegmentsView {
     const std::uint32_t first = atomicAdd(&counters->segments, count);
     const bool fits = first + count <= capacity;
     for (std::uint32_t i = 0; i < count && first + i < capacity; ++i) {
-      segments[first + i] = {fits ? tile : Segment::kNoTile, i, 0};
+      segments[first + i] = {fits ? tile : Segment::kNoTile, i};
     }
     const std::uint32_t list = atomicAdd(&counters->long_lists, 1u);
     if (list < capacity) first_segments[list] = first;
@@ -76,7 +97,7 @@ struct SegmentsView {
 struct FrameSize {
   std::uint32_t gaussians = 0;
   std::uint32_t pair_capacity = 0;     ///< tile pairs that the buffers can hold
-  std::uint32_t segment_capacity = 0;  ///< segments of long lists that they can hold
+  std::uint32_t segment_capacity = 0;  ///< segments that they can hold; 0: no list is cut
   MacroSize macro;
   TileGrid grid;
 
@@ -103,8 +124,13 @@ struct Scratch {
   ToClear begin_frame(const FrameSize& size) {
     const Layout layout = lay_out(size, memory_.data());
     schedule = schedule_.data();
-    segments = {segments_.data(), first_segments_.data(), marks_.data(),
-                results_.data(),  size.segment_capacity,  SegmentsView::longest_uncut_of(size.grid),
+    segments = {segments_.data(),
+                first_segments_.data(),
+                marks_.data(),
+                results_.data(),
+                {wave_sizes_, waves_.data()},
+                size.segment_capacity,
+                SegmentsView::longest_uncut_of(size.grid),
                 counters};
     large = large_.data();
     macro_tiles.entries = entries_.data();
@@ -139,6 +165,7 @@ struct Scratch {
     first_segments_.reserve(kSegments, size.segment_capacity);
     marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve(kSegments, size.segment_capacity);
+    waves_.reserve(kSegments, size.segment_capacity);
     large_.reserve("the frame's Gaussians", size.gaussians);
     const MacroSize& macro = size.macro;
     entries_.reserve(kMacroTiles, macro_count * macro.capacity);
@@ -177,6 +204,7 @@ struct Scratch {
     };
     place(counters, 1);
     place(class_sizes, kWarp);
+    place(wave_sizes_, size.segment_capacity > 0 ? kMaxSegments : 0);
     place(macro_tiles.counts, size.macro_tiles());
     place(macro_tiles.slicing.part_counts, Slicing::counters());
     const std::size_t cleared = used;
@@ -184,10 +212,11 @@ struct Scratch {
     return {cleared, used};
   }
 
+  std::uint32_t* wave_sizes_ = nullptr;  // set to zero, see WavesView
   DeviceBuffer<std::uint64_t> memory_;
   DeviceBuffer<std::uint32_t> schedule_;
   DeviceBuffer<Segment> segments_;
-  DeviceBuffer<std::uint32_t> first_segments_, marks_;
+  DeviceBuffer<std::uint32_t> first_segments_, marks_, waves_;
   DeviceBuffer<SegmentResult> results_;
   DeviceBuffer<std::uint32_t> large_, order_;
   DeviceBuffer<MacroEntry> entries_, spilled_, samples_, slice_entries_;

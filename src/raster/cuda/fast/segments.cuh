@@ -6,9 +6,13 @@
 // Such segments are composited again for those pixels, from their true transmittance, so the stop
 // rule stays exact. Finally the segments of a tile are joined, front to back.
 //
+// Segments are begun in waves, the first ones of all lists first. A warp leaves out the pixels that
+// have stopped in the segments in front, as far as these are finished.
+//
 // Rounding depends on where a list is cut. All lossless modes must draw the same picture, although
-// they list different Gaussians: some list more that reach no pixel with alpha >= 1/255. So
-// segments are counted in Gaussians that certainly reach a pixel, which every lossless mode lists.
+// they list different Gaussians: some list more that reach no pixel with alpha >= 1/255. So a list
+// is cut at samples: one Gaussian in kSampled, if it certainly reaches a pixel, because every
+// lossless mode lists these.
 #pragma once
 
 #include "raster/cuda/fast/scratch.cuh"
@@ -16,13 +20,33 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr std::uint32_t kSegment = 512;      ///< Gaussians counted per segment, at least
-inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
+inline constexpr std::uint32_t kSampled = 8;
+inline constexpr std::uint32_t kSegment = 64;  ///< samples per segment, at least
 
-/// The number of segments of a list with `counted` Gaussians.
-QS_HD std::uint32_t segment_count(std::uint32_t counted) {
-  const std::uint32_t count = (counted + kSegment - 1) / kSegment;
+/// True for one Gaussian in kSampled, regardless of their order (Appleby, MurmurHash3: finalizer).
+QS_HD bool may_be_sample(std::uint32_t gaussian) {
+  std::uint32_t hash = gaussian;
+  hash = (hash ^ hash >> 16) * 0x85ebca6bu;
+  hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
+  return (hash ^ hash >> 16) % kSampled == 0;
+}
+
+/// The samples of a list with so many pairs: more are too improbable to happen (six standard
+/// deviations above the mean).
+QS_HD std::uint32_t most_samples(std::uint32_t pairs) {
+  const float mean = static_cast<float>(pairs / kSampled);
+  return static_cast<std::uint32_t>(mean + 6 * sqrtf(mean));
+}
+
+/// The number of segments of a list with `samples` samples.
+QS_HD std::uint32_t segment_count(std::uint32_t samples) {
+  const std::uint32_t count = (samples + kSegment - 1) / kSegment;
   return count < kMaxSegments ? count : kMaxSegments;
+}
+
+/// The segments that a list of `pairs` pairs reserves.
+QS_HD std::uint32_t reserved_segments(std::uint32_t pairs) {
+  return segment_count(most_samples(pairs));
 }
 
 /// A long list. All lanes of a warp call its functions together.
@@ -34,10 +58,10 @@ class LongList {
         marks_(view.marks + range.begin / SegmentsView::kPairsPerMark),
         range_(range),
         longest_uncut_(view.longest_uncut),
-        parts_(segment_count(range.size())),
+        parts_(reserved_segments(range.size())),
         part_((range.size() / parts_ + kWarp) / kWarp * kWarp) {}
 
-  /// Counts the Gaussians in part `number` of the list. The parts have equal lengths; there are as
+  /// Counts the samples in part `number` of the list. The parts have equal lengths; there are as
   /// many as reserved segments.
   __device__ void count(const ListInput& in, std::uint32_t tile, std::uint32_t number) {
     const std::uint32_t begin = number * part_, end = min(begin + part_, range_.size());
@@ -45,21 +69,25 @@ class LongList {
 #pragma unroll 4
     for (std::uint32_t at = begin; at < end; at += kWarp) {
       const std::uint32_t entry = range_.begin + min(at + lane_index(), range_.size() - 1);
-      const bool counts = at + lane_index() < end && reaches(in, tile, in.gaussians[entry]);
-      const unsigned mark = __ballot_sync(kAllLanes, counts);
+      const std::uint32_t gaussian = in.gaussians[entry];
+      const bool is_sample =
+          at + lane_index() < end && may_be_sample(gaussian) && reaches(in, tile, gaussian);
+      const unsigned mark = __ballot_sync(kAllLanes, is_sample);
       if (lane_index() == 0) marks_[at / kWarp] = mark;
       sum += __popc(mark);
     }
-    if (lane_index() == 0) segments_[number].counted = sum;
+    if (lane_index() == 0) segments_[number].samples = sum;
   }
 
   /// Must precede the functions below. Requires all parts to be counted.
   __device__ void cut() {
     std::uint32_t sum = 0;
-    for (std::uint32_t s = lane_index(); s < parts_; s += kWarp) sum += segments_[s].counted;
+    for (std::uint32_t s = lane_index(); s < parts_; s += kWarp) sum += segments_[s].samples;
     const std::uint32_t total = __shfl_sync(kAllLanes, inclusive_sum_of_warp(sum), kWarp - 1);
-    count_ = total > longest_uncut_ ? segment_count(total) : 1;
+    // A list with more samples is longer than longest_uncut_ in every mode.
+    count_ = total > most_samples(longest_uncut_) ? min(segment_count(total), parts_) : 1;
     each_ = (total + count_ - 1) / count_;
+    if (each_ > 0) count_ = (total + each_ - 1) / each_;  // rounding up may leave none for the last
   }
 
   __device__ std::uint32_t segments() const { return count_; }
@@ -110,9 +138,9 @@ class LongList {
     return {0, 0};  // the sum of all is too small
   }
 
-  /// Position in the list of the counted Gaussian number `rank`.
+  /// Position in the list of sample number `rank`.
   __device__ std::uint32_t position_of(std::uint32_t rank) const {
-    const Found part = find(parts_, rank, [&](std::uint32_t s) { return segments_[s].counted; });
+    const Found part = find(parts_, rank, [&](std::uint32_t s) { return segments_[s].samples; });
     const std::uint32_t words = part_ / kWarp, first = part.index * words;
     const Found word = find(words, rank - part.before, [&](std::uint32_t w) {
       const bool exists = (first + w) * kWarp < range_.size();

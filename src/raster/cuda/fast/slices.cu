@@ -3,7 +3,8 @@
 // The kernels that list full macro-tiles:
 //   find_slices    sorts the samples of every full macro-tile and chooses its cuts by depth
 //   fill_slices    copies all its entries to the slices, in any order
-//   place_slices   counts the entries of the slices per tile, and reserves room for the lists
+//   count_slices   counts the entries of the slices per tile
+//   place_slices   reserves room for the lists
 //   sort_slices    sorts every slice and writes its part of the lists
 #include <algorithm>
 #include <type_traits>
@@ -14,9 +15,9 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kBlocks = 792;        // of the kernels that share the slices or entries
-constexpr unsigned kPlaceThreads = 512;  // more warps than tiles, to count large macro-tiles
-constexpr unsigned kMovedEach = 12;      // entries that a thread moves at a time
+constexpr unsigned kBlocks = 792;  // of the kernels that share the slices or entries
+constexpr unsigned kPlaceThreads = MacroTiles::kTiles * kWarp;
+constexpr unsigned kMovedEach = 12;  // entries that a thread moves at a time
 constexpr std::uint32_t kMoved = kMovedEach * kThreads;
 static_assert(kMoved >= MacroTiles::kUsual);
 constexpr unsigned kMoveBlocks = 12 * Slicing::kParts;
@@ -43,12 +44,13 @@ __global__ void __launch_bounds__(kBlock)
       memory = dynamic_shared();
     }
     Arrays arrays(memory, capacity);
-    MacroSort<kBlock, Arrays>(arrays, samples, count).sort();
+    MacroSort<kBlock, Arrays>(arrays, samples, tiles.entry_order, count).sort();
     __syncthreads();
     for (std::uint32_t s = threadIdx.x; s < slices.count; s += kBlock) {
       const auto sample = static_cast<unsigned>(std::uint64_t{s} * count / slices.count);
       const bool is_cut = s > 0 && count > 0;
-      slicing.least_keys[slices.first + s] = is_cut ? samples[arrays.order[sample]].sort_key() : 0;
+      slicing.least_keys[slices.first + s] =
+          is_cut ? tiles.entry_order.key(samples[arrays.order[sample]]) : 0;
       slicing.macro_tile_of[slices.first + s] = own;
       slicing.counts[slices.first + s] = 0;
     }
@@ -64,10 +66,11 @@ struct Moved {
 
 /// The slice of an entry, kNoSlice if the memory has no room for the slices of its macro-tile.
 constexpr std::uint32_t kNoSlice = 0xffffffffu;
-__device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
+__device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
+  const Slicing& slicing = tiles.slicing;
   const Slicing::Slices slices = slicing.slices[moved.macro_tile];
   if (!slicing.holds(slices)) return kNoSlice;
-  const std::uint64_t key = moved.entry.sort_key();
+  const std::uint64_t key = tiles.entry_order.key(moved.entry);
   std::uint32_t slice = slices.first;  // the last slice that begins before the entry
   for (std::uint32_t count = slices.count; count > 1;) {
     const std::uint32_t half = count / 2;
@@ -80,8 +83,9 @@ __device__ std::uint32_t slice_of(const Slicing& slicing, const Moved& moved) {
 /// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
 /// it reserves room once per slice. All its threads call it together.
 template <class EntryAt>
-__device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std::uint32_t slices,
+__device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std::uint32_t slices,
                              std::uint32_t count, const EntryAt& entry_at) {
+  const Slicing& slicing = tiles.slicing;
   const bool counts_here = slices <= kCountedSlices;
   std::uint32_t* const places = counts_here ? counts : slicing.counts;
   std::uint32_t chosen[kMovedEach], slots[kMovedEach];
@@ -89,7 +93,7 @@ __device__ void move_entries(const Slicing& slicing, std::uint32_t* counts, std:
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {
     const std::uint32_t i = k * kThreads + threadIdx.x;
-    chosen[k] = i < count ? slice_of(slicing, entry_at(i)) : kNoSlice;
+    chosen[k] = i < count ? slice_of(tiles, entry_at(i)) : kNoSlice;
   }
   __syncthreads();
 #pragma unroll
@@ -126,7 +130,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     const std::size_t first = std::size_t{own} * MacroTiles::kUsual;
-    move_entries(slicing, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
+    move_entries(tiles, counts, slices, MacroTiles::kUsual, [&](std::uint32_t i) {
       return Moved{tiles.entries[first + i], own, tiles.masks[first + i]};
     });
   }
@@ -136,7 +140,7 @@ __global__ void __launch_bounds__(kThreads)
   for (std::uint32_t chunk = blockIdx.x / Slicing::kParts * kMoved; chunk < spilled;
        chunk += stride) {
     const std::size_t first = std::size_t{part} * slicing.size.spilled + chunk;
-    move_entries(slicing, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
+    move_entries(tiles, counts, slices, min(spilled - chunk, kMoved), [&](std::uint32_t i) {
       const std::uint32_t where = slicing.spilled_tiles[first + i];
       return Moved{slicing.spilled[first + i], where >> 8, where & 255};
     });
@@ -166,43 +170,50 @@ __device__ void count_slice(const Slicing& slicing, std::uint32_t slice) {
   }
 }
 
-/// Blocks take full macro-tiles in turns.
+/// Warps take slices in turns.
+__global__ void __launch_bounds__(kThreads)
+    count_slices(MacroTiles tiles, const FastCounters* counters) {
+  const Slicing& slicing = tiles.slicing;
+  const std::uint32_t count = min(counters->slices, slicing.size.slices);
+  const std::uint32_t warps = gridDim.x * (kThreads / kWarp);
+  for (std::uint32_t slice = (blockIdx.x * kThreads + threadIdx.x) / kWarp; slice < count;
+       slice += warps) {
+    if (slicing.holds(slicing.slices[slicing.macro_tile_of[slice]])) count_slice(slicing, slice);
+  }
+}
+
+/// Blocks take full macro-tiles in turns, and their warps a tile each.
 __global__ void __launch_bounds__(kPlaceThreads)
     place_slices(MacroTiles tiles, Lists out, FastCounters* counters) {
-  constexpr unsigned kTiles = MacroTiles::kTiles, kWarps = kPlaceThreads / kWarp;
-  static_assert(kTiles <= kWarps);
+  constexpr unsigned kTiles = MacroTiles::kTiles;
   __shared__ std::uint64_t begins[kTiles];
   const Slicing& slicing = tiles.slicing;
-  const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
+  const unsigned tile = threadIdx.x / kWarp, lane = lane_index();
   for (std::uint32_t place = blockIdx.x; place < counters->full_macro_tiles; place += gridDim.x) {
     const std::uint32_t own = tiles.order[place];
     Slicing::Slices slices = slicing.slices[own];
     if (!slicing.holds(slices)) slices.count = 0;
-    for (std::uint32_t s = warp; s < slices.count; s += kWarps) {
-      count_slice(slicing, slices.first + s);
-    }
-    __syncthreads();
     const auto begin_of = [&](std::uint32_t s) -> std::uint64_t& {
-      return slicing.list_begins[(slices.first + s) * kTiles + warp];
+      return slicing.list_begins[(slices.first + s) * kTiles + tile];
     };
     std::uint32_t length = 0, fullest = 0;
-    for (std::uint32_t s = lane; s < slices.count && warp < kTiles; s += kWarp) {
+    for (std::uint32_t s = lane; s < slices.count; s += kWarp) {
       length += static_cast<std::uint32_t>(begin_of(s));
       fullest = max(fullest, slicing.counts[slices.first + s]);
     }
     length = __shfl_sync(kAllLanes, inclusive_sum_of_warp(length), kWarp - 1);
-    if (warp < kTiles && lane == 0) begins[warp] = length;
+    if (lane == 0) begins[tile] = length;
     fullest = largest_of_warp(fullest);
-    if (lane == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
+    if (threadIdx.x == 0 && fullest > 0) atomicMax(&counters->fullest_slice, fullest);
     __syncthreads();
-    if (warp == 0) {
+    if (tile == 0) {
       const auto whole = lane < kTiles ? static_cast<std::uint32_t>(begins[lane]) : 0u;
       const std::uint64_t begin = place_list(out, tiles_of(tiles, own, out.grid), whole);
       if (lane < kTiles) begins[lane] = begin;
     }
     __syncthreads();
-    std::uint64_t begin = warp < kTiles ? begins[warp] : 0;
-    for (std::uint32_t first = 0; first < slices.count && warp < kTiles; first += kWarp) {
+    std::uint64_t begin = begins[tile];
+    for (std::uint32_t first = 0; first < slices.count; first += kWarp) {
       const std::uint32_t s = first + lane;
       const std::uint64_t mine = s < slices.count ? begin_of(s) : 0;
       const std::uint64_t end = begin + inclusive_sum_of_warp(mine);
@@ -227,7 +238,7 @@ __global__ void __launch_bounds__(kBlock, kResident)
     const std::size_t first = std::size_t{slice} * capacity;
     Block block(SharedArrays(dynamic_shared(), capacity), shared,
                 min(slicing.counts[slice], capacity));
-    block.sort(slicing.entries + first, slicing.masks + first);
+    block.sort(slicing.entries + first, slicing.masks + first, tiles.entry_order);
     if (Block::kParts > 1) block.count();
     if (threadIdx.x < Block::kTiles) {
       shared.begins[threadIdx.x] = slicing.list_begins[slice * Block::kTiles + threadIdx.x];
@@ -245,24 +256,32 @@ void list_sliced(const FrameContext& frame, const FrameSize& size, Scratch& scra
   const MacroTiles& tiles = scratch.macro_tiles;
   FastCounters* const counters = scratch.counters;
   const auto count = std::min(kBlocks, static_cast<unsigned>(tiles.count()));
-  const auto launch_for = [&](std::uint32_t capacity, auto usual, auto large, auto... arguments) {
-    const bool is_usual = capacity <= MacroTiles::kUsual;
-    launch("sort", is_usual ? usual : large,
-           Blocks(kBlocks, is_usual ? kUsualThreads : kLargeThreads, SharedArrays::bytes(capacity)),
-           stream, arguments...);
+  const auto launch_for = [&](std::uint32_t capacity, auto kernel, unsigned threads,
+                              auto... arguments) {
+    launch("sort", kernel, Blocks(kBlocks, threads, SharedArrays::bytes(capacity)), stream,
+           arguments...);
   };
   if (size.macro.sorts_in_global_memory) {
     launch("sort", find_slices<kLargeThreads, true>, Blocks(Slicing::kGlobalSorts, kLargeThreads),
            stream, tiles, counters);
   } else {
-    launch_for(size.macro.sample_capacity, find_slices<kUsualThreads, false>,
-               find_slices<kLargeThreads, false>, tiles, counters);
+    const std::uint32_t capacity = size.macro.sample_capacity;
+    const bool is_usual = capacity <= MacroSize::kUsual;
+    launch_for(capacity,
+               is_usual ? find_slices<kUsualThreads, false> : find_slices<kLargeThreads, false>,
+               is_usual ? kUsualThreads : kLargeThreads, tiles, counters);
   }
   const std::size_t counted = std::min(kCountedSlices, size.macro.slices) * sizeof(std::uint32_t);
   launch("sort", fill_slices, Blocks(kMoveBlocks, kThreads, counted), stream, tiles, counters);
+  launch("sort", count_slices, Blocks(kBlocks), stream, tiles, counters);
   launch("sort", place_slices, Blocks(count, kPlaceThreads), stream, tiles, out, counters);
-  launch_for(size.macro.slice_capacity, sort_slices<kUsualThreads, kUsualBlocks>,
-             sort_slices<kLargeThreads, kLargeBlocks>, tiles, out, counters);
+  const std::uint32_t capacity = size.macro.slice_capacity;
+  const bool is_usual = capacity <= MacroSize::kUsual;
+  launch_for(capacity,
+             is_usual                         ? sort_slices<kUsualThreads, kUsualBlocks>
+             : capacity <= MacroSize::kMedium ? sort_slices<kLargeThreads, kMediumBlocks>
+                                              : sort_slices<kLargeThreads, kLargeBlocks>,
+             is_usual ? kUsualThreads : kLargeThreads, tiles, out, counters);
 }
 
 }  // namespace qs::cuda::fast

@@ -92,6 +92,27 @@ TEST_F(FileChooserTest, enter_names_what_does_not_exist) {
   EXPECT_EQ(enter(""), std::nullopt);
 }
 
+TEST_F(FileChooserTest, for_a_folder_it_lists_folders_and_takes_the_typed_or_the_listed_one) {
+  chooser_.start(folder_.path(), true);
+  EXPECT_THAT(names(), testing::Each(testing::EndsWith("/")));
+  EXPECT_THAT(names(), testing::Contains("rooms/"));
+  EXPECT_EQ(enter(""), folder_.path()) << "the listed folder";
+  EXPECT_EQ(enter("rooms"), folder_ / "rooms");
+  EXPECT_EQ(enter("rooms/"), folder_ / "rooms");
+  EXPECT_EQ(enter("model"), folder_ / "model");
+  EXPECT_EQ(enter("b.ply"), std::nullopt);
+  EXPECT_THAT(chooser_.problem(), HasSubstr("b.ply is a file: choose the folder"));
+  EXPECT_EQ(enter("nothing/at/all"), std::nullopt);
+  EXPECT_THAT(chooser_.problem(), HasSubstr("does not exist"));
+  chooser_.type("rooms");
+  chooser_.select(1);
+  EXPECT_EQ(chooser_.enter(), std::nullopt) << "a row is entered";
+  EXPECT_EQ(chooser_.folder(), folder_ / "rooms");
+  EXPECT_EQ(enter(""), folder_ / "rooms");
+  chooser_.start(folder_.path());
+  EXPECT_THAT(names(), testing::Contains("b.ply"));
+}
+
 TEST_F(FileChooserTest, arrow_keys_select_rows_from_the_first_to_the_last) {
   EXPECT_EQ(chooser_.selected(), -1);
   chooser_.select(1);

@@ -19,6 +19,7 @@
 #include "app/support/driven_viewer.h"
 #include "app/viewer/commands/commands.h"
 #include "app/viewer/panels/style.h"
+#include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/zoom_actions.h"
 #include "io/bytes/json_text.h"
 #include "support/temporary_folder.h"
@@ -206,6 +207,46 @@ TEST_F(PanelsTest, a_handle_of_the_box_follows_the_mouse_until_it_is_let_go) {
   io.MousePos.x += 40;
   draw();
   EXPECT_EQ(driven_.viewer.crop.wish.box.high.x, after) << "once it was let go";
+}
+
+TEST_F(PanelsTest, a_folder_is_chosen_for_the_dialog_train_which_then_returns) {
+  std::filesystem::create_directory(folder_ / "photos");
+  driven_.press("Ctrl+Shift+T");
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_TRUE(shows("Train from photographs"));
+  driven_.apply(action::toggle_open_dialog, Choosing::photographs);
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_TRUE(shows("Folder of the photographs"));
+  EXPECT_FALSE(shows("Train from photographs"));
+  draw("photos", ImGuiKey_Enter);
+  EXPECT_FALSE(driven_.viewer.panels.open);
+  EXPECT_EQ(driven_.viewer.train_form.data, (folder_ / "photos").string());
+  for (int i = 0; i < 3; ++i) draw();
+  EXPECT_TRUE(shows("Train from photographs"));
+  EXPECT_THAT(driven_.opened, IsEmpty());
+  EXPECT_THAT(driven_.trained, IsEmpty()) << "Enter was the other dialog's";
+  draw("", ImGuiKey_Enter);
+  ASSERT_THAT(driven_.trained, SizeIs(1));
+  EXPECT_EQ(driven_.trained[0].data, folder_ / "photos");
+}
+
+TEST_F(PanelsTest, a_test_view_fits_its_panel_in_every_window_and_its_buttons_step) {
+  auto views = std::make_shared<TestViews>();
+  for (const glm::ivec2 size : {glm::ivec2(4000, 3000), glm::ivec2(300, 400), glm::ivec2(4000, 5)})
+    views->cameras.push_back(look_at({0, 0, -3}, {0, 0, 0}, {0, -1, 0}, 1, size.x, size.y));
+  driven_.apply(action::training_began, driven_.viewer.scene->path,
+                std::shared_ptr<const TestViews>(views));
+  for (const ImVec2 size : {ImVec2(320, 240), ImVec2(640, 400), ImVec2(3840, 2160)}) {
+    ImGui::GetIO().DisplaySize = size;
+    for (int view = 0; view < 3; ++view) {
+      for (int i = 0; i < 3; ++i) draw();
+      const ImGuiWindow* bar = ImGui::FindWindowByName("right bar");
+      ASSERT_TRUE(bar != nullptr && bar->Active);
+      EXPECT_LE(bar->ContentSize.x, bar->InnerRect.GetWidth() + 1) << size.x << ", view " << view;
+      driven_.apply(action::step_test_view, 1);
+    }
+  }
+  EXPECT_EQ(driven_.viewer.training->test_view.view, 0u);
 }
 
 TEST_F(PanelsTest, enter_right_after_the_text_opens_it) {

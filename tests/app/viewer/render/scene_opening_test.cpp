@@ -553,13 +553,13 @@ TEST_F(Loader, photographs_are_read_beside_scenes) {
   picture("a.png");
   start_.photograph.path = folder_ / "a.png";
   PhotographReader loader([] {});
-  loader.read(folder_ / "a.png");
+  loader.read(read_camera_photograph(folder_ / "a.png"));
   const Viewer viewer = finish(loader);
   ASSERT_NE(viewer.photograph.image, nullptr);
   EXPECT_EQ(viewer.photograph.image->width, 5);
   EXPECT_EQ(viewer.photograph.image->height, 3);
   PhotographReader other([] {});
-  other.read(folder_ / "b.png");
+  other.read(read_camera_photograph(folder_ / "b.png"));
   EXPECT_TRUE(finish(other).toasts.at(0).error);
   EXPECT_FALSE(other.busy());
 }

@@ -61,8 +61,6 @@ TEST(TrainingFacts, give_the_time_left_once_the_speed_is_known) {
   EXPECT_EQ(left(), "about 1 min");
   training.phase = TrainingPhase::ended;
   EXPECT_EQ(left(), "-");
-  training.losses = {0.25f, 0.125f};
-  EXPECT_EQ(loss_plot_text(training), "loss of the last 2 reports, 0 to 0.250");
 }
 
 }  // namespace

@@ -316,6 +316,27 @@ TEST(State, ten_recent_scenes_and_120_times_are_kept) {
   EXPECT_EQ(driven.viewer.shown.divisor, 2);
 }
 
+TEST(State, only_frames_of_colours_alone_give_the_time_of_their_mode) {
+  DrivenScene driven(0);
+  ShownFrame frame;
+  frame.mode = find_culler("exact");
+  frame.view_version = driven.viewer.view_version;
+  frame.stats.frame_ms = 7;
+  driven.apply(frame_shown, frame);
+  frame.stats.frame_ms = 100;
+  const auto shown_with = [&](const std::function<void(ShownFrame&)>& edit) {
+    ShownFrame edited = frame;
+    edit(edited);
+    driven.apply(frame_shown, edited);
+    EXPECT_EQ(driven.viewer.seen.stats.at(frame.mode).frame_ms, 7);
+    EXPECT_EQ(driven.viewer.samples.at(frame.mode).frame_ms, 7);
+  };
+  shown_with([](ShownFrame& edited) { edited.heatmap.emplace(); });
+  shown_with([](ShownFrame& edited) { edited.values.emplace(); });
+  shown_with([](ShownFrame& edited) { edited.other.emplace(); });
+  shown_with([](ShownFrame& edited) { edited.grid.emplace(); });
+}
+
 TEST(State, turned_scenes_are_remembered_and_start_at_their_first_view) {
   DrivenScene driven(0);
   const std::string path = driven.viewer.scene->path.string();
@@ -362,6 +383,36 @@ TEST(State, a_scene_that_seems_upside_down_is_turned_over_first) {
   }
   EXPECT_THAT(
       tried, ElementsAre("RUB", "RFU", "RBD", "LUF", "LDB", "LDF", "RUF", "RDB", "LUB", "", "RUB"));
+}
+
+TEST(State, a_scene_without_a_floor_can_be_turned_over_and_back_and_nothing_is_claimed) {
+  Driven driven;
+  driven.apply(resize, 640, 480);
+  ViewedScene scene = some_scene(0);
+  scene.framing.up_is_assumed = true;
+  const auto open = [&](const char* path) {
+    scene.path = path;
+    driven.apply(scene_opened, OpenedScene{scene, RenderSettings(), Backend::cpu});
+  };
+  open("/data/script.ply");
+  EXPECT_TRUE(driven.viewer.toasts.empty()) << "scripts are offered nothing";
+  driven.apply([](Viewer& viewer) { viewer.offers_views = true; });
+  open("/data/bouquet.ply");
+  const Toast toast = driven.viewer.toasts.back();
+  EXPECT_THAT(toast.text, HasSubstr("Shift+Y turns the scene over"));
+  EXPECT_THAT(toast.text, testing::Not(HasSubstr("upside down")));
+  EXPECT_EQ(toast.offer, ToastOffer::turn_over);
+  driven.press("Shift+Y");
+  EXPECT_EQ(driven.opened.back().axes, "RUB");
+  EXPECT_EQ(remembered_axes(driven.viewer, "/data/bouquet.ply"), "RUB");
+  driven.apply([](Viewer& viewer) { viewer.scene->axes = "RUB"; });
+  driven.press("Shift+Y");
+  EXPECT_EQ(driven.opened.back().axes, "") << "as the file declares them";
+  EXPECT_EQ(remembered_axes(driven.viewer, "/data/bouquet.ply"), "");
+  driven.apply([](Viewer& viewer) { viewer.toasts.clear(); });
+  scene.framing.up_is_assumed = false;
+  open("/data/table.ply");
+  EXPECT_TRUE(driven.viewer.toasts.empty()) << "a floor shows which side is up";
 }
 
 TEST(State, what_is_larger_than_the_scene_is_said_and_left_out_on_request) {
@@ -536,6 +587,30 @@ TEST(State, keyframes_are_a_second_apart_and_removed_by_their_index) {
   const std::filesystem::path path = std::filesystem::current_path() / "garden_path.json";
   EXPECT_EQ(driven.viewer.toasts.back().text, "wrote " + path.string());
   EXPECT_EQ(driven.viewer.toasts.back().path, path);
+}
+
+TEST(Keyframes, are_saved_in_place_of_their_own_file_and_never_of_another) {
+  const TemporaryFolder folder;
+  DrivenScene driven(1);
+  driven.apply([&](Viewer& viewer) { viewer.out_dir = folder.path(); });
+  driven.press("K");
+  driven.press("K");
+  const std::filesystem::path path = folder / "garden_path.json";
+  driven.apply(save_keyframes);
+  EXPECT_EQ(driven.viewer.toasts.back().text, "wrote " + path.string());
+  ASSERT_EQ(driven.written.count(path), 1u);
+  std::ofstream(path) << driven.written[path];
+  driven.apply(save_keyframes);
+  EXPECT_EQ(driven.viewer.toasts.back().text,
+            "wrote " + path.string() + ", in place of the path that was saved before");
+  driven.written.clear();
+  std::ofstream(path) << "[{\"time\": 0}, {\"time\": 1}]";
+  driven.apply(save_keyframes);
+  EXPECT_EQ(driven.written.count(path), 0u) << "it is somebody's";
+  EXPECT_EQ(driven.written.count(folder / "garden_path_0001.json"), 1u);
+  EXPECT_EQ(driven.viewer.toasts.back().text,
+            "wrote " + (folder / "garden_path_0001.json").string() +
+                "; garden_path.json is not a path of this program and stays");
 }
 
 // Keyframes at 2, 3 and 5 seconds, each of another view.

@@ -120,7 +120,7 @@ TEST(Viewer, opens_a_scene_beside_and_closes_it_with_the_same_key) {
   const Viewer& viewer = driven.viewer;
   driven.press("Ctrl+Shift+O");
   EXPECT_TRUE(viewer.panels.open);
-  driven.apply(file_chosen, std::filesystem::path("/data/other.ply"));
+  driven.apply(path_chosen, std::filesystem::path("/data/other.ply"), viewer.choosing);
   EXPECT_EQ(driven.opened_beside, std::vector<std::filesystem::path>{"/data/other.ply"});
   EXPECT_TRUE(driven.opened.empty());
   const int version = viewer.version;
@@ -141,7 +141,7 @@ TEST(Viewer, opens_dropped_files_and_those_of_the_usual_dialog_as_the_scene) {
   driven.apply(open, std::filesystem::path("/data/dropped.ply"));  // the dialog is still open
   driven.press("Ctrl+Shift+O");                                    // closes it
   driven.press("Ctrl+O");
-  driven.apply(file_chosen, std::filesystem::path("/data/chosen.ply"));
+  driven.apply(path_chosen, std::filesystem::path("/data/chosen.ply"), driven.viewer.choosing);
   ASSERT_EQ(driven.opened.size(), 2u);
   EXPECT_EQ(driven.opened[0].path, "/data/dropped.ply");
   EXPECT_EQ(driven.opened[1].path, "/data/chosen.ply");

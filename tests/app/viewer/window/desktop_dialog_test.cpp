@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <optional>
+#include <string_view>
 
 #include <dbus/dbus.h>
 #include <fcntl.h>
@@ -68,7 +69,8 @@ class SessionBus {
 /// Answers OpenFile at once with `uri`; without one, as if the user had closed the dialog.
 class FakePortal {
  public:
-  FakePortal(const SessionBus& bus, std::string uri) : uri_(std::move(uri)) {
+  FakePortal(const SessionBus& bus, std::string uri, dbus_uint32_t version = 3)
+      : uri_(std::move(uri)), version_(version) {
     bus_ = dbus_connection_open_private(bus.address().c_str(), nullptr);
     dbus_bus_register(bus_, nullptr);
     dbus_connection_set_exit_on_disconnect(bus_, FALSE);
@@ -91,6 +93,7 @@ class FakePortal {
   FakePortal& operator=(const FakePortal&) = delete;
 
   std::string folder;              ///< in which the last dialog was asked to begin
+  bool directory = false;          ///< the last dialog was asked to choose a folder
   bool refuses = false;            ///< OpenFile fails
   std::atomic<bool> mute = false;  ///< nothing is answered
   std::atomic<int> calls = 0;      ///< all
@@ -109,10 +112,9 @@ class FakePortal {
     if (dbus_message_is_method_call(call, "org.freedesktop.DBus.Properties", "Get") != FALSE) {
       DBusMessage* reply = dbus_message_new_method_return(call);
       DBusMessageIter arguments, value;
-      const dbus_uint32_t version = 3;
       dbus_message_iter_init_append(reply, &arguments);
       dbus_message_iter_open_container(&arguments, DBUS_TYPE_VARIANT, "u", &value);
-      dbus_message_iter_append_basic(&value, DBUS_TYPE_UINT32, &version);
+      dbus_message_iter_append_basic(&value, DBUS_TYPE_UINT32, &version_);
       dbus_message_iter_close_container(&arguments, &value);
       send(reply);
     }
@@ -120,7 +122,7 @@ class FakePortal {
         FALSE)
       return;
     if (refuses) return send(dbus_message_new_error(call, DBUS_ERROR_FAILED, "no"));
-    read_folder(call);
+    read_options(call);
     const char* request = "/org/freedesktop/portal/desktop/request/1";
     DBusMessage* reply = dbus_message_new_method_return(call);
     dbus_message_append_args(reply, DBUS_TYPE_OBJECT_PATH, &request, DBUS_TYPE_INVALID);
@@ -129,21 +131,33 @@ class FakePortal {
     ++shown;
   }
 
-  void read_folder(DBusMessage* call) {
+  void read_options(DBusMessage* call) {
     ASSERT_STREQ(dbus_message_get_signature(call), "ssa{sv}");
-    DBusMessageIter at, options, entry, value, bytes;
+    DBusMessageIter at, options;
     dbus_message_iter_init(call, &at);
     dbus_message_iter_next(&at);
     dbus_message_iter_next(&at);
     dbus_message_iter_recurse(&at, &options);
-    dbus_message_iter_recurse(&options, &entry);
-    dbus_message_iter_next(&entry);
-    dbus_message_iter_recurse(&entry, &value);
-    dbus_message_iter_recurse(&value, &bytes);
-    const char* text = nullptr;
-    int count = 0;
-    dbus_message_iter_get_fixed_array(&bytes, &text, &count);
-    folder.assign(text, static_cast<std::size_t>(count));
+    directory = false;
+    for (; dbus_message_iter_get_arg_type(&options) == DBUS_TYPE_DICT_ENTRY;
+         dbus_message_iter_next(&options)) {
+      DBusMessageIter entry, value, bytes;
+      const char *key = nullptr, *text = nullptr;
+      dbus_message_iter_recurse(&options, &entry);
+      dbus_message_iter_get_basic(&entry, &key);
+      dbus_message_iter_next(&entry);
+      dbus_message_iter_recurse(&entry, &value);
+      if (std::string_view(key) == "directory") {
+        dbus_bool_t is_wanted = FALSE;
+        dbus_message_iter_get_basic(&value, &is_wanted);
+        directory = is_wanted != FALSE;
+        continue;
+      }
+      int count = 0;
+      dbus_message_iter_recurse(&value, &bytes);
+      dbus_message_iter_get_fixed_array(&bytes, &text, &count);
+      folder.assign(text, static_cast<std::size_t>(count));
+    }
   }
 
   void respond(const char* request, const char* receiver) {
@@ -171,6 +185,7 @@ class FakePortal {
   }
 
   std::string uri_;
+  dbus_uint32_t version_;
   DBusConnection* bus_;
   std::jthread thread_;
 };
@@ -193,9 +208,9 @@ TEST(DesktopDialog, opens_the_file_that_the_portal_s_dialog_returns_every_time) 
   const FakePortal portal(bus, "file:///tmp/my%20scenes/%C3%A4.ply");
   std::atomic<int> woken = 0;
   DesktopDialog dialog([&] { ++woken; });
-  ASSERT_TRUE(becomes([&] { return dialog.is_available(); }));
+  ASSERT_TRUE(becomes([&] { return dialog.is_available(Choosing::scene); }));
   for (int time = 1; time <= 2; ++time) {
-    dialog.show("/tmp/my scenes");
+    dialog.show("/tmp/my scenes", Choosing::scene);
     ViewerStore store{Viewer()};
     test::RecordingHost host;
     for (const Action& action : reports_of(dialog)) store.apply(action, host);
@@ -206,21 +221,43 @@ TEST(DesktopDialog, opens_the_file_that_the_portal_s_dialog_returns_every_time) 
   }
 }
 
+TEST(DesktopDialog, chooses_the_folder_of_the_photographs_if_the_portal_can) {
+  const SessionBus bus;
+  if (!bus.runs()) GTEST_SKIP() << "dbus-daemon is not installed";
+  {
+    const FakePortal portal(bus, "file:///data/photos");
+    DesktopDialog dialog([] {});
+    ASSERT_TRUE(becomes([&] { return dialog.is_available(Choosing::photographs); }));
+    dialog.show("/data", Choosing::photographs);
+    ViewerStore store{Viewer()};
+    test::RecordingHost host;
+    for (const Action& action : reports_of(dialog)) store.apply(action, host);
+    EXPECT_TRUE(portal.directory);
+    EXPECT_EQ(portal.folder, std::string("/data") + '\0');
+    EXPECT_EQ(store.viewer().train_form.data, "/data/photos");
+    EXPECT_TRUE(host.opened.empty());
+  }
+  const FakePortal old(bus, "file:///data/photos", 2);
+  DesktopDialog dialog([] {});
+  ASSERT_TRUE(becomes([&] { return dialog.is_available(Choosing::scene); }));
+  EXPECT_FALSE(dialog.is_available(Choosing::photographs)) << "the viewer's own dialog opens";
+}
+
 TEST(DesktopDialog, closing_the_portal_s_dialog_opens_nothing) {
   const SessionBus bus;
   if (!bus.runs()) GTEST_SKIP() << "dbus-daemon is not installed";
   const FakePortal portal(bus, "");
   DesktopDialog dialog([] {});
-  ASSERT_TRUE(becomes([&] { return dialog.is_available(); }));
-  dialog.show("/tmp");
+  ASSERT_TRUE(becomes([&] { return dialog.is_available(Choosing::scene); }));
+  dialog.show("/tmp", Choosing::scene);
   ASSERT_TRUE(becomes([&] { return portal.shown == 1; }));
   // It can be shown again. While the first dialog closes, show() does nothing, so it is called
   // until the portal has shown another dialog. The portal may have shown more than two by then.
-  EXPECT_TRUE(becomes([&] { return dialog.show("/tmp"), portal.shown >= 2; }));
+  EXPECT_TRUE(becomes([&] { return dialog.show("/tmp", Choosing::scene), portal.shown >= 2; }));
   Actions actions;
   dialog.take_reports(actions);
   EXPECT_TRUE(actions.empty());
-  EXPECT_TRUE(dialog.is_available());
+  EXPECT_TRUE(dialog.is_available(Choosing::scene));
 }
 
 TEST(DesktopDialog, a_portal_that_fails_gives_way_to_the_viewer_s_own_dialog) {
@@ -229,13 +266,14 @@ TEST(DesktopDialog, a_portal_that_fails_gives_way_to_the_viewer_s_own_dialog) {
   FakePortal portal(bus, "");
   portal.refuses = true;
   DesktopDialog dialog([] {});
-  ASSERT_TRUE(becomes([&] { return dialog.is_available(); }));
-  dialog.show("/tmp");
+  ASSERT_TRUE(becomes([&] { return dialog.is_available(Choosing::scene); }));
+  dialog.show("/tmp", Choosing::scene);
   ViewerStore store{Viewer()};
   test::RecordingHost host;
   for (const Action& action : reports_of(dialog)) store.apply(action, host);
   EXPECT_TRUE(store.viewer().panels.open);
-  EXPECT_FALSE(dialog.is_available());
+  EXPECT_EQ(store.viewer().choosing, Choosing::scene);
+  EXPECT_FALSE(dialog.is_available(Choosing::scene));
 }
 
 TEST(DesktopDialog, ends_without_waiting_for_a_portal_that_does_not_answer) {
@@ -247,9 +285,9 @@ TEST(DesktopDialog, ends_without_waiting_for_a_portal_that_does_not_answer) {
     std::optional<DesktopDialog> dialog;
     dialog.emplace([] {});
     if (is_open) {
-      ASSERT_TRUE(becomes([&] { return dialog->is_available(); }));
+      ASSERT_TRUE(becomes([&] { return dialog->is_available(Choosing::scene); }));
       portal.mute = true;
-      dialog->show("/tmp");
+      dialog->show("/tmp", Choosing::scene);
     }
     const int before = is_open ? 1 : 0;
     ASSERT_TRUE(becomes([&] { return portal.calls > before; }));
@@ -265,10 +303,10 @@ TEST(DesktopDialog, is_not_available_on_a_bus_without_a_portal_and_without_a_bus
     const SessionBus bus;
     if (!bus.runs()) GTEST_SKIP() << "dbus-daemon is not installed";
     const DesktopDialog dialog([] {});
-    EXPECT_FALSE(becomes([&] { return dialog.is_available(); }, 300ms));
+    EXPECT_FALSE(becomes([&] { return dialog.is_available(Choosing::scene); }, 300ms));
   }
   const DesktopDialog dialog([] {});
-  EXPECT_FALSE(becomes([&] { return dialog.is_available(); }, 100ms));
+  EXPECT_FALSE(becomes([&] { return dialog.is_available(Choosing::scene); }, 100ms));
 }
 
 }  // namespace

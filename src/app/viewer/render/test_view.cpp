@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/render/test_view.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "app/viewer/render/render_context.h"
+#include "raster/scene/image_metrics.h"
+
+namespace qs {
+namespace {
+
+// True if the panel may ask for pictures.
+bool panel_asks(const Viewer& viewer) {
+  return viewer.training && viewer.training->views && viewer.panels.all && viewer.panels.training &&
+         viewer.training->test_view.problem.empty();
+}
+
+// True if the panel has no picture of this view and model, and the window has the model.
+bool lacks_comparison(const Viewer& viewer) {
+  const Training& training = *viewer.training;
+  const TestComparison& comparison = training.test_view.comparison;
+  if (!window_shows_model(viewer) || shows_part_of_model(viewer)) return false;
+  return !comparison.picture || comparison.iteration != training.shown;
+}
+
+bool comparison_is_due(const Viewer& viewer) {
+  const TestView& shown = viewer.training->test_view;
+  if (!shown.photograph || shown.compares || !viewer.still() || !lacks_comparison(viewer))
+    return false;
+  if (!shown.comparison.picture) return true;
+  return may_draw(viewer) &&
+         (!is_training(viewer) || viewer.now - shown.compared_at >= kTestViewSeconds);
+}
+
+}  // namespace
+
+std::shared_ptr<const Image> shown_in_panel(const Image& picture, ThreadPool& pool) {
+  const int longest = std::max(picture.width, picture.height);
+  if (longest <= kTestPictureSide) return std::make_shared<Image>(picture);
+  const auto side = [&](int pixels) {
+    return std::max(
+        1, static_cast<int>(std::lround(static_cast<double>(pixels) * kTestPictureSide / longest)));
+  };
+  return std::make_shared<Image>(
+      area_average(picture, side(picture.width), side(picture.height), pool));
+}
+
+PhotographReader::Work read_test_photograph(const std::shared_ptr<const TestViews>& views,
+                                            std::size_t view) {
+  return [=](ActionQueue& reports) {
+    try {
+      const auto photograph = std::make_shared<const TestPhotograph>(views->read(view));
+      ThreadPool pool(1);
+      reports.report(action::test_photograph_read, views, view, photograph,
+                     shown_in_panel(photograph->image, pool));
+    } catch (const std::bad_alloc&) {
+      reports.report(action::test_view_failed, views, view, std::string("not enough memory"));
+    } catch (const std::exception& error) {
+      reports.report(action::test_view_failed, views, view, std::string(error.what()));
+    }
+  };
+}
+
+Job compare_test_view(const Training& training) {
+  const std::size_t view = training.test_view.view;
+  return [folder = training.folder, views = training.views, view,
+          photograph = training.test_view.photograph](RenderContext& context) {
+    using Clock = std::chrono::steady_clock;
+    bool compared = false;
+    const AtEnd end{[&] {
+      if (!compared) context.report(action::test_view_given_up);
+    }};
+    const Session& session = context.session;
+    if (!session.scene || session.scene->path != folder || context.cropped) return;
+    const Clock::time_point begin = Clock::now();
+    try {
+      const Frame& frame = session.renderer->render(views->cameras[view], views->settings, {},
+                                                    HostImage{}, context.stop);
+      Image picture = frame.color;
+      clamp_to_unit(picture);
+      TestComparison comparison{view, context.trained_iteration, {}, 0, 0};
+      comparison.psnr = psnr(picture, photograph->image, *session.pool, photograph->mask);
+      comparison.ssim =
+          ssim(picture, photograph->image, *session.pool, SsimBorder::zeros, photograph->mask);
+      comparison.picture = shown_in_panel(picture, *session.pool);
+      const std::chrono::duration<double> seconds = Clock::now() - begin;
+      context.report(action::test_view_compared, views, comparison, seconds.count());
+      compared = true;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const std::exception& error) {
+      context.report(action::test_view_failed, views, view, std::string(error.what()));
+    }
+  };
+}
+
+bool test_view_is_pending(const Viewer& viewer) {
+  if (!panel_asks(viewer)) return false;
+  const TestView& shown = viewer.training->test_view;
+  return !shown.photograph || shown.compares || lacks_comparison(viewer);
+}
+
+void action::follow_test_view(Viewer& v, Host& host) {
+  if (!panel_asks(v)) return;
+  TestView& shown = v.training->test_view;
+  if (!shown.asked) {
+    shown.asked = true;
+    return host.read_test_photograph(v.training->views, shown.view);
+  }
+  if (!comparison_is_due(v)) return;
+  shown.compares = true;
+  host.run_behind(compare_test_view(*v.training));
+}
+
+}  // namespace qs

@@ -30,6 +30,7 @@ inline BenchRow random_row(const std::string& scene, const std::string& mode, st
                         &row.preprocess_ms, &row.bin_ms, &row.sort_ms, &row.blend_ms})
     *value = any(random);
   row.round_ms = {any(random), any(random), any(random)};
+  row.sort_bytes = static_cast<std::uint64_t>(1e6 * any(random));
   return row;
 }
 

@@ -31,6 +31,11 @@ Progress part_of(const Progress& progress, float begin, float end) {
       progress.stop};
 }
 
+std::function<ProgressBar::Clock::time_point()>& ProgressBar::usual_clock() {
+  static std::function<Clock::time_point()> clock = Clock::now;
+  return clock;
+}
+
 ProgressBar::ProgressBar(std::string label, std::function<Clock::time_point()> now)
     : label_(std::move(label)),
       now_(std::move(now)),

@@ -54,14 +54,14 @@ std::uint64_t parse_bytes(std::string_view what, std::string_view text) {
   return static_cast<std::uint64_t>(std::llround(value * factor));
 }
 
-glm::ivec2 parse_size(std::string_view what, std::string_view text) {
+glm::ivec2 parse_size(std::string_view what, std::string_view text, std::string_view shape) {
   constexpr int kMaxSide = 32768;
   const std::size_t cross = text.find('x');
   glm::ivec2 size{0};
   if (cross == std::string_view::npos || !parse_all(text.substr(0, cross), size.x) ||
       !parse_all(text.substr(cross + 1), size.y) || size.x < 1 || size.y < 1 || size.x > kMaxSide ||
       size.y > kMaxSide) {
-    fail(ErrorKind::usage, "{}: '{}' is not WIDTHxHEIGHT with sides from 1 to {}", what, text,
+    fail(ErrorKind::usage, "{}: '{}' is not {} with sides from 1 to {}", what, text, shape,
          kMaxSide);
   }
   return size;

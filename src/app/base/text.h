@@ -21,7 +21,9 @@ double parse_real(std::string_view what, std::string_view text, double low, doub
 /// A number of bytes. K, M, G and T, or KB, MB, GB and TB, are powers of 1,000; KiB, MiB, GiB and
 /// TiB are powers of 1,024.
 std::uint64_t parse_bytes(std::string_view what, std::string_view text);
-glm::ivec2 parse_size(std::string_view what, std::string_view text);  ///< WIDTHxHEIGHT
+/// Two numbers with an x between them; a message calls them `shape`.
+glm::ivec2 parse_size(std::string_view what, std::string_view text,
+                      std::string_view shape = "WIDTHxHEIGHT");
 glm::vec3 parse_color(std::string_view what, std::string_view text);  ///< R,G,B, each 0..1
 /// A unit vector: an axis (x, -x, y, -y, z, -z) or X,Y,Z.
 glm::dvec3 parse_direction(std::string_view what, std::string_view text);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/cli/camera_choice.h"
 
+#include <system_error>
+
 #include "app/framing/first_view.h"
 #include "app/framing/framing.h"
 #include "app/framing/up_axis.h"
@@ -30,8 +32,18 @@ std::vector<Shot> path_shots(const std::filesystem::path& file, int count) {
   return shots;
 }
 
+// Throws Error(usage) for the name of a file.
+void require_json_text(const std::string& given) {
+  std::error_code error;
+  if (given.starts_with('{') || !std::filesystem::exists(given, error)) return;
+  fail(ErrorKind::usage,
+       "--camera-json: {} is a file: give the text of one camera here, or the file to --cameras",
+       given);
+}
+
 std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& frame,
                                 const Scene& scene, ThreadPool& pool) {
+  if (choice.json) require_json_text(*choice.json);
   if (choice.json) return {{parse_camera(*choice.json, "--camera-json"), -1, "--camera-json"}};
   if (choice.path) return path_shots(*choice.path, choice.steps.value_or(kPathSteps));
   const auto file = frame.cameras ? frame.cameras : find_cameras_file(scene.path);
@@ -120,6 +132,7 @@ std::vector<Shot> choose_shots(const CameraChoice& choice, const FrameOptions& f
     fail(ErrorKind::usage,
          "--camera-index, --camera-json, --all-cameras and --camera-path exclude each other");
   }
+  if (choice.steps && !choice.path) fail(ErrorKind::usage, "--path-steps needs a --camera-path");
   std::vector<Shot> shots = unsized_shots(choice, frame, scene, pool);
   if (frame.size) {
     for (Shot& shot : shots) shot.camera = shot.camera.resized(frame.size->x, frame.size->y);

@@ -209,7 +209,7 @@ class Bench {
   std::size_t parts_ = 0;  // scenes to load
 };
 
-int run(const BenchCommand& command, Arguments arguments) {
+void check_bench(const BenchCommand& command) {
   if (command.scaling > 0 && (command.replicate || command.camera_path))
     fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
   if (command.camera_path && !command.camera_indices.empty())
@@ -219,9 +219,24 @@ int run(const BenchCommand& command, Arguments arguments) {
     fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
          mode_name(*command.baseline));
   }
-  if (command.load && !command.plugins.empty())
-    fail(ErrorKind::usage, "bench: --load excludes --plugin");
+  if (command.load && (!command.plugins.empty() || command.camera_path ||
+                       !command.camera_indices.empty() || command.out_dir)) {
+    fail(ErrorKind::usage,
+         "bench: --load measures reading alone: it excludes --plugin, --camera-index, "
+         "--camera-path and --out-dir");
+  }
+  if (command.path_steps && !command.camera_path)
+    fail(ErrorKind::usage, "bench: --path-steps needs a --camera-path");
+}
+
+int run(const BenchCommand& command, Arguments arguments) {
+  check_bench(command);
   for (const std::filesystem::path& library : command.plugins) note_input(library);
+  for (const std::filesystem::path& scene : command.scenes) {
+    FrameOptions frame = command.frame;
+    frame.scene = scene;
+    note_inputs(frame);
+  }
   check_report(command.out_dir, kBenchFiles);
   return command.load ? run_load_bench(command) : Bench(command, arguments).run();
 }
@@ -264,8 +279,9 @@ void declare_plugins(Options& options, BenchCommand* c) {
 }
 
 void declare_copies(Options& options, BenchCommand* c) {
-  options.value("--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
-                [c](const std::string& text) { c->replicate = parse_size("--replicate", text); });
+  options.value(
+      "--replicate", "NxM", "renders N x M copies of each scene on a grid", {"2x1"},
+      [c](const std::string& text) { c->replicate = parse_size("--replicate", text, "NxM"); });
   options.integer(
       "--scaling", "N", 2, 100, c->scaling,
       "measures grids of 1x1, 2x2, .. NxN copies in a view of the whole grid, and plots "

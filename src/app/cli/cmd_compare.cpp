@@ -15,7 +15,7 @@
 #include "app/inspect/variant.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
-#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -153,7 +153,9 @@ int run_one_scene(CompareCommand& command) {
   if (command.frame.modes.empty()) command.frame.modes = all_modes();
   if (command.cameras.several())
     fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
-  if (command.output) check_target(*command.output);
+  note_inputs(command.frame);
+  check_targets({command.output});
+  if (command.output) check_picture_name(*command.output);
   return Compare(command).run();
 }
 

@@ -10,9 +10,10 @@
 #include "app/base/progress_bar.h"
 #include "app/base/text_file.h"
 #include "app/cli/command.h"
+#include "app/cli/shared_options.h"
 #include "app/conformance/kit_folder.h"
 #include "app/conformance/verdict_text.h"
-#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -44,12 +45,12 @@ int judge_folder(const ConformanceCommand& command, ThreadPool& pool) {
 }
 
 int run(const ConformanceCommand& command) {
-  if (!command.out_dir && !command.judged)
-    fail(ErrorKind::usage, "conformance: nothing to do: give --out-dir or --judge");
   if ((command.report || command.json) && !command.judged)
     fail(ErrorKind::usage, "conformance: --report and --json need --judge");
-  for (const auto& file : {command.report, command.json})
-    if (file) check_target(*file);
+  if (!command.out_dir && !command.judged)
+    fail(ErrorKind::usage, "conformance: nothing to do: give --out-dir or --judge");
+  check_targets({command.report, command.json});
+  if (command.judged && !command.out_dir) require_folder("conformance", *command.judged);
   ThreadPool pool(0);
   if (command.out_dir) {
     {

@@ -11,13 +11,17 @@
 #include <fmt/format.h>
 
 #include "app/base/progress_bar.h"
+#include "app/base/text.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/cli/suggestion.h"
 #include "app/framing/scene_box.h"
 #include "app/session/removal_text.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_order.h"
 #include "io/cloud/sh_degree.h"
+#include "io/scene/reader.h"
 #include "io/scene/writer.h"
 #include "raster/base/fail.h"
 
@@ -59,10 +63,26 @@ std::vector<std::string> written(const char* WriterRow::*column) {
   return words;
 }
 
+// Throws Error(usage) if the ending of the output belongs to no format.
+void check_format(const ConvertCommand& command) {
+  if (find_writer(command.output, command.format) != nullptr) return;
+  const std::vector<std::string> endings = written(&WriterRow::extension);
+  const std::string ending = command.output.extension().string();
+  const bool is_read = std::any_of(readers().begin(), readers().end(), [&](const ReaderRow& row) {
+    const std::vector<std::string> words = separated(row.extensions, ' ');
+    return std::find(words.begin(), words.end(), ending) != words.end();
+  });
+  fail(ErrorKind::usage, "convert: {}: {}; writable are {}{}", command.output.string(),
+       ending.empty() ? "the name needs an ending that tells the format"
+                      : fmt::format("cannot write '{}' files", ending),
+       joined(endings, ", "), is_read ? "" : suggestion(ending, endings));
+}
+
 int run(const ConvertCommand& command) {
+  check_format(command);
   ThreadPool pool(0);
   note_input(find_scene_file(command.input));
-  check_target(command.output);
+  check_targets({command.output});
   Scene scene = load_scene(command.input, pool, -1, command.axes);
   if (command.removes()) scene.cloud = without_removed(command, scene.cloud);
   scene.cloud = with_sh_degree(std::move(scene.cloud), command.degree);
@@ -104,8 +124,12 @@ CommandAction convert_command(Options& options) {
       [command](const std::string& text) { command->crop = parse_crop_box("--crop", text); });
   options.flag("--drop-floaters", command->drops_floaters,
                "drops Gaussians that are very faint, very large or isolated");
-  options.text("--format", "NAME", command->format,
-               "one of " + joined(formats, ", ") + " (default: by the ending)", formats);
+  options.choice(
+      "--format", formats,
+      [command = command.get(), formats](int chosen) {
+        command->format = formats[static_cast<std::size_t>(chosen)];
+      },
+      "format of the file (default: by the ending)");
   declare_axes_option(options, command->axes);
   options.overwrite();
   options.example("quadsplat convert plush.spz plush.ply", "a file that every viewer reads");

@@ -17,6 +17,7 @@
 #include "app/session/photographs.h"
 #include "app/session/shot.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
@@ -203,9 +204,10 @@ CommandAction eval_command(Options& options) {
   return [command](Arguments) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
+    note_inputs(command->frame);
     check_report(command->out_dir, kEvalFiles);
-    for (const auto& file : {command->csv, command->json})
-      if (file) check_target(*file);
+    check_targets({command->csv, command->json});
+    if (command->save) check_folder(*command->save);
     EvalRun(*command).all_views();
     return kExitOk;
   };

@@ -95,8 +95,11 @@ int film(const FilmCommand& command) {
   }
   std::vector<FilmedNumbers> numbers;
   {
-    ProgressBar bar("filming");
+    ProgressBar bar("choosing the scale");
     choose_scales(command, session, plan, until_signal(bar.progress()));
+  }
+  {
+    ProgressBar bar("filming");
     numbers = write_film(command.output, plan, until_signal(bar.progress()));
   }
   fmt::print(stderr, "wrote {} ({} pictures, {} x {}, {} per second)\n", command.output.string(),

@@ -12,6 +12,7 @@
 #include "app/report/scene_report.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
 
 namespace qs {
 namespace {
@@ -23,7 +24,10 @@ struct InfoCommand {
 };
 
 int run(const InfoCommand& command) {
-  if (command.json) check_target(*command.json);
+  if (command.json) {
+    for (const std::filesystem::path& file : command.files) note_input(find_scene_file(file));
+    check_targets({command.json});
+  }
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   ThreadPool pool(0);
   for (const std::filesystem::path& file : command.files) {

@@ -13,8 +13,8 @@
 #include "app/inspect/inspection_text.h"
 #include "app/measure/scene_facts.h"
 #include "app/session/frame_metadata.h"
-#include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -56,8 +56,9 @@ glm::ivec2 default_pixel(const Frame& frame, glm::ivec2 size,
 
 int run(const InspectCommand& command) {
   check(command);
-  for (const auto& file : {command.output, command.json})
-    if (file) check_target(*file);
+  note_inputs(command.frame);
+  check_targets({command.output, command.json});
+  if (command.output) check_picture_name(*command.output);
   Session session = open_session(command.frame);
   const Shot shot =
       choose_shots(command.cameras, command.frame, *session.scene, *session.pool).front();

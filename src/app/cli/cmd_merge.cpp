@@ -8,6 +8,7 @@
 
 #include "app/base/text_file.h"
 #include "app/cli/command.h"
+#include "app/cli/shared_options.h"
 #include "app/report/eval_report.h"
 #include "app/report/merge.h"
 #include "app/report/write_report.h"
@@ -86,6 +87,7 @@ bool merge_kind(const ReportKind& kind, const MergeCommand& command) try {
 }
 
 int run(const MergeCommand& command) {
+  for (const path& folder : command.folders) require_folder("merge", folder);
   bool any = false;
   for (const ReportKind& kind : kKinds) any = merge_kind(kind, command) || any;
   if (!any) {

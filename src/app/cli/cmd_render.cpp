@@ -18,6 +18,7 @@
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "io/picture/image_file.h"
 #include "raster/base/fail.h"
 
@@ -81,6 +82,13 @@ void check_quantity(const RenderCommand& command) {
   if (command.output) require_value_file("render", *command.output, quantity);
 }
 
+// The picture is read after others were written.
+void require_reference(const std::filesystem::path& picture) {
+  std::error_code error;
+  if (!std::filesystem::exists(picture, error)) fail("{}: no such file", picture.string());
+  note_input(picture);
+}
+
 // One run of the command over its views.
 class RenderRun {
  public:
@@ -96,6 +104,7 @@ class RenderRun {
         return static_cast<float>(i) / static_cast<float>(shots.size());
       };
       progress_ = part_of(bar_.progress(), share(view), share(view + 1));
+      progress_.update(0);
       if (shard.takes(view)) one_shot(shots[view], view);
     }
     bar_.hide();
@@ -278,10 +287,11 @@ CommandAction render_command(Options& options) {
   return [command](Arguments) {
     check(*command);
     check_quantity(*command);
-    if (command->reference) note_input(*command->reference);  // read after pictures are written
-    if (command->stats) check_target(*command->stats);
-    if (command->output && !command->several_modes() && !command->cameras.several())
-      check_target(*command->output);
+    if (command->reference) require_reference(*command->reference);
+    note_inputs(command->frame);
+    const bool one = !command->several_modes() && !command->cameras.several();
+    check_targets({command->stats, one ? command->output : std::nullopt});
+    if (command->output) check_picture_name(*command->output);
     return RenderRun(*command).all_shots();
   };
 }

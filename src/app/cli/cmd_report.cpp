@@ -18,6 +18,7 @@
 #include "app/report/study_page.h"
 #include "app/report/write_report.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -46,16 +47,19 @@ std::vector<Shot> choose_views(const ReportCommand& command, const Session& sess
 
 // The page's file. Checked before the work, which takes a minute.
 std::filesystem::path output_file(const std::filesystem::path& output) {
-  if (output.extension() != ".html") {
-    check_target(output / "report.html");
-    return output / "report.html";
+  std::error_code error;
+  if (output.extension() == ".html") {
+    check_targets({output});
+    return output;
   }
-  check_target(output);
-  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
-  if (!std::filesystem::is_directory(folder)) {
-    fail("{}: cannot be written: the folder {} does not exist", output.string(), folder.string());
+  if (output.has_extension() && !std::filesystem::is_directory(output, error)) {
+    fail(ErrorKind::usage,
+         "{}: a report ends in .html; a name without an ending is a folder for report.html",
+         output.string());
   }
-  return output;
+  check_folder(output);
+  check_target(output / "report.html");
+  return output / "report.html";
 }
 
 class Report {
@@ -203,6 +207,7 @@ int run(ReportCommand& command) {
          "report: it studies several tile sizes, which runs with --backend cpu only");
   }
   command.frame.backend = Backend::cpu;
+  note_inputs(command.frame);
   return Report(command).run();
 }
 

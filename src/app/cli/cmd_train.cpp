@@ -11,9 +11,11 @@
 #include "app/cli/train_in_window.h"
 #include "app/session/photographs.h"
 #include "app/session/session.h"
+#include "app/train/model_folder.h"
 #include "app/train/run.h"
 #include "app/train/strategy.h"
 #include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
 #include "raster/api/training_model.h"
 #include "raster/base/fail.h"
 
@@ -67,7 +69,12 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   command.settings.random_points = static_cast<std::size_t>(command.random_points);
   command.data.background = command.settings.background;
   command.data.keep_alpha = command.settings.random_background;
+  check_folder(command.run.out_dir);
   require_new_folder(command.run.out_dir, command.run.overwrite || command.run.resume);
+  if (command.run.resume && !std::filesystem::exists(train::checkpoint_path(command.run.out_dir))) {
+    fail("train: {}: holds no run to continue: leave out --resume to begin one",
+         command.run.out_dir.string());
+  }
   Prepared prepared;
   prepared.model = train::make_training_model(
       command.backend.value_or(available_backends().front()), pool, command.device);

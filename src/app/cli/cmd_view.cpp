@@ -6,6 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/cli/suggestion.h"
 #include "app/cli/train_in_window.h"
 #include "app/viewer/view_loop.h"
 #include "raster/base/fail.h"
@@ -22,9 +23,11 @@ struct ViewCommand {
 // --beside names a variant, or else the file of a scene.
 void take_scene_beside(ViewOptions& view) {
   std::error_code error;
-  if (!view.beside || find_variant(*view.beside, {}) ||
-      !std::filesystem::exists(*view.beside, error))
-    return;
+  if (!view.beside || find_variant(*view.beside, {})) return;
+  if (!std::filesystem::exists(*view.beside, error)) {
+    fail(ErrorKind::usage, "view: --beside: '{}' is neither a mode nor a file{}", *view.beside,
+         suggestion(*view.beside, mode_list()));
+  }
   if (view.frame.scene.empty())
     fail(ErrorKind::usage, "view: --beside {}: name the scene to show it beside", *view.beside);
   view.beside_scene = *view.beside;

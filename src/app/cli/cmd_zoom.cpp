@@ -14,6 +14,7 @@
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
 #include "app/report/zoom_recording.h"
+#include "io/bytes/file_guard.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -71,7 +72,10 @@ void save(Session& session, const ZoomBundle& bundle, const std::filesystem::pat
 }
 
 int replay(const ZoomCommand& command) {
-  ZoomBundle bundle = read_zoom_json(*command.replay / "zoom.json");
+  const std::filesystem::path file = *command.replay / "zoom.json";
+  if (!std::filesystem::exists(file))
+    fail("zoom: {}: holds no zoom.json: name the --out-dir of a zoom", command.replay->string());
+  ZoomBundle bundle = read_zoom_json(file);
   FrameOptions frame = command.frame;
   frame.scene = bundle.scene;
   frame.modes = bundle.modes;
@@ -102,9 +106,15 @@ int run(ZoomCommand& command, Arguments arguments) {
   if (command.scenes.size() != (command.replay ? 0u : 1u)) {
     fail(ErrorKind::usage, "zoom: give either one SCENE or --replay DIR");
   }
+  if (command.replay) {
+    require_folder("zoom", *command.replay);
+    note_input(*command.replay / "zoom.json");
+  } else {
+    command.frame.scene = command.scenes.front();
+    note_inputs(command.frame);
+  }
   check_report(command.out_dir, kZoomFiles);
   if (command.replay) return replay(command);
-  command.frame.scene = command.scenes.front();
   Session session = open_session(command.frame);
   CameraChoice choice;
   if (command.from_camera) choice.indices = {*command.from_camera};

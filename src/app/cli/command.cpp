@@ -2,6 +2,7 @@
 #include "app/cli/command.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -51,6 +52,10 @@ namespace {
 constexpr Command kCommands[] = {QS_COMMANDS(QS_ROW)};
 #undef QS_ROW
 
+// Options of the program that a mistyped word may mean.
+constexpr std::array kProgramOptions = {"--help", "--version", "--list-gpus", "--list-formats",
+                                        "--man-page"};
+
 std::string program_help() {
   std::string text =
       "quadsplat: real-time viewer and laboratory for 3D Gaussian Splatting tile culling\n\n"
@@ -98,11 +103,13 @@ void check_first_word(const std::string& word) {
   if (word.starts_with('-') || std::filesystem::exists(word, error)) return;
   std::vector<std::string> names;
   for (const Command& command : kCommands) names.emplace_back(command.name);
+  names.insert(names.end(), kProgramOptions.begin(), kProgramOptions.end());
   const std::string meant = suggestion(word, names);
   if (!meant.empty()) fail(ErrorKind::usage, "'{}' is neither a command nor a file{}", word, meant);
 }
 
-// Throws Error(usage) if the command follows its options, which would be read as options of view.
+// Throws Error(usage) if the command follows its options or its scene, which would be read as those
+// of view.
 void check_order(Arguments arguments, const Options& options) {
   const auto takes_value = [&](const std::string& word) {
     return std::any_of(options.table().begin(), options.table().end(), [&](const Option& option) {
@@ -116,9 +123,8 @@ void check_order(Arguments arguments, const Options& options) {
     std::error_code error;
     if (!is_command || std::filesystem::exists(word, error) || takes_value(arguments[i - 1]))
       continue;
-    if (arguments.front().starts_with('-'))
-      fail(ErrorKind::usage, "the command comes before its options: 'quadsplat {} {} ...'", word,
-           arguments.front());
+    fail(ErrorKind::usage, "the command comes before its {}: 'quadsplat {} {} ...'",
+         arguments.front().starts_with('-') ? "options" : "scene", word, arguments.front());
   }
 }
 
@@ -187,7 +193,7 @@ int run_program(Arguments arguments) {
   const CommandAction action = command->declare(options);
   if (!named) {
     check_order(arguments, options);
-    options.may_mean({"--version", "--list-gpus", "--list-formats", "--man-page"});
+    options.may_mean({kProgramOptions.begin(), kProgramOptions.end()});
   }
   return options.parse(arguments) ? run_action(action, options, arguments) : int{kExitOk};
 }

@@ -72,7 +72,8 @@ bool holds_scene(const std::filesystem::path& path) {
   }
 }
 
-// The pictures of a folder with pictures and no model, else nothing.
+// The pictures of a folder without a model; nothing for a scene. Throws Error(input) if it has
+// neither.
 std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_directory(path, error) || holds_scene(path)) return std::nullopt;
@@ -83,7 +84,8 @@ std::optional<PictureFolder> open_pictures(const std::filesystem::path& path) {
     bar.relabel(fmt::format("counting pictures: {}", grouped(count)));
     progress.update(0);
   });
-  if (pictures.names().empty()) return std::nullopt;
+  if (pictures.names().empty())
+    fail("{}: a folder without pictures and without the scene of a model", path.string());
   return PictureFolder(pictures);
 }
 
@@ -285,9 +287,14 @@ void run_judging(const JudgeOptions& options) {
     fail(ErrorKind::usage, "--csv and --json cannot both go to stdout");
   if (options.frame.modes.size() > 1)
     fail(ErrorKind::usage, "--cull: pictures are judged in one mode: choose one");
+  for (const std::filesystem::path& side : {options.frame.scene, options.judged}) {
+    FrameOptions frame = options.frame;
+    frame.scene = side;
+    if (holds_scene(side)) note_inputs(frame);
+  }
   check_report(options.out_dir, kJudgeFiles);
-  for (const auto& file : {options.csv, options.json, options.sheet})
-    if (file) check_target(*file);
+  check_targets({options.csv, options.json, options.sheet});
+  if (options.sheet) check_picture_name(*options.sheet);
   Judging(options).run();
 }
 

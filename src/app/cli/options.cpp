@@ -28,13 +28,17 @@ Options::Options(std::string command, std::string summary)
 
 void Options::positional(const std::string& name, std::filesystem::path& target,
                          const std::string& help, Samples samples) {
-  const auto accept = [&target](const auto& values) { target = values.back(); };
+  const auto accept = [&target, name](const auto& values) {
+    require_text(name, "a file or folder", values.back());
+    target = values.back();
+  };
   options_.push_back({name, "", help, 1, 1, accept, std::move(samples), true});
 }
 
 void Options::positionals(const std::string& name, std::vector<std::filesystem::path>& target,
                           int least, const std::string& help, Samples samples) {
-  const auto accept = [&target](const auto& values) {
+  const auto accept = [&target, name](const auto& values) {
+    for (const std::string& given : values) require_text(name, "a file or folder", given);
     target.assign(values.begin(), values.end());
   };
   options_.push_back({name, "", help, least, -1, accept, std::move(samples), least > 0});
@@ -84,6 +88,7 @@ void Options::example(std::string command_line, std::string what) {
 }
 
 bool Options::parse(std::span<const std::string> arguments) const try {
+  check_dashes(arguments);
   CLI::App parser;
   parser.set_help_flag("-h,--help");
   parser.allow_extras();
@@ -95,20 +100,17 @@ bool Options::parse(std::span<const std::string> arguments) const try {
         option.most == 0 ? parser.add_flag(names)->take_last() : parser.add_option(names);
     if (option.most < 0) row->expected(option.least, 1 << 20)->allow_extra_args();
     if (option.most == 1) row->expected(1)->take_last();
-    row->required(option.required);
     added.emplace_back(row, &option);
   }
   parser.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   for (const std::string& word : parser.remaining()) {
     if (word == "--") continue;
-    if (!word.starts_with('-')) complain(fmt::format("unexpected argument '{}'", word));
-    std::vector<std::string> names = other_words_;
-    names.emplace_back("--help");
-    for (const Option& option : options_)
-      if (!option.positional()) names.push_back(option.name);
-    complain(fmt::format("unknown option '{}'{}", word,
-                         suggestion(word.substr(0, word.find('=')), names)));
+    if (word.starts_with('-')) complain_of_option(word);
+    complain(fmt::format("unexpected argument '{}'", word));
   }
+  // Later than unknown options: a mistyped option may be the missing one.
+  for (const auto& [row, option] : added)
+    if (option->required && row->count() == 0) complain(option->name + " is required");
   for (const auto& [row, option] : added) {
     if (row->count() == 0 || (option->most == 0 && !row->as<bool>())) continue;
     option->accept(row->results());
@@ -121,6 +123,31 @@ bool Options::parse(std::span<const std::string> arguments) const try {
   complain(arguments.back() + " needs a value");
 } catch (const CLI::ParseError& error) {
   complain(error.what());
+}
+
+// CLI11 would read "-output" as "-o utput".
+void Options::check_dashes(std::span<const std::string> arguments) const {
+  for (const std::string& word : arguments) {
+    const std::string full = "-" + word.substr(0, word.find('='));
+    if (word.size() > 2 && std::any_of(options_.begin(), options_.end(),
+                                       [&](const Option& option) { return option.name == full; }))
+      complain_of_option(word);
+  }
+}
+
+void Options::require_text(const std::string& name, const std::string& placeholder,
+                           const std::string& given) {
+  if (given.empty())
+    fail(ErrorKind::usage, "{}: an empty text was given instead of {}", name, placeholder);
+}
+
+void Options::complain_of_option(const std::string& word) const {
+  std::vector<std::string> names = other_words_;
+  names.emplace_back("--help");
+  for (const Option& option : options_)
+    if (!option.positional()) names.push_back(option.name);
+  complain(fmt::format("unknown option '{}'{}", word,
+                       suggestion(word.substr(0, word.find('=')), names)));
 }
 
 void Options::complain(const std::string& what) const {

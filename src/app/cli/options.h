@@ -56,12 +56,15 @@ class Options {
   void value(const std::string& name, const std::string& placeholder, const std::string& help,
              Samples samples, std::function<void(const std::string& text)> accept);
 
-  /// The target of text(), integer() and real() is a variable or a std::optional.
+  /// The target of text(), integer() and real() is a variable or a std::optional. An empty text is
+  /// an error.
   template <class T>
   void text(const std::string& name, const std::string& placeholder, T& target,
             const std::string& help, const Samples& samples) {
-    value(name, placeholder, help, samples,
-          [&target](const std::string& given) { target = given; });
+    value(name, placeholder, help, samples, [=, &target](const std::string& given) {
+      require_text(name, placeholder, given);
+      target = given;
+    });
   }
   template <class T>
   void integer(const std::string& name, const std::string& placeholder, int low, int high,
@@ -126,6 +129,11 @@ class Options {
   [[noreturn]] void complain(const std::string& what) const;
 
  private:
+  static void require_text(const std::string& name, const std::string& placeholder,
+                           const std::string& given);
+  [[noreturn]] void complain_of_option(const std::string& word) const;
+  void check_dashes(std::span<const std::string> arguments) const;
+
   std::string command_, summary_;
   std::vector<Option> options_;
   std::vector<Example> examples_;

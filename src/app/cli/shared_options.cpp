@@ -2,12 +2,16 @@
 #include "app/cli/shared_options.h"
 
 #include <algorithm>
+#include <system_error>
 
 #include "app/cli/suggestion.h"
 #include "app/measure/measure_view.h"
 #include "app/viewer/preferences.h"
 #include "app/viewer/view_options.h"
+#include "io/bytes/file_guard.h"
+#include "io/camera/cameras.h"
 #include "io/cloud/axes.h"
+#include "io/scene/reader.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -49,6 +53,21 @@ std::vector<std::string> mode_list() {
   std::vector<std::string> names;
   for (CullMode mode = 0; mode <= mode_count(); ++mode) names.emplace_back(mode_name(mode));
   return names;
+}
+
+void note_inputs(const FrameOptions& frame) {
+  const std::filesystem::path scene = find_scene_file(frame.scene, frame.iteration);
+  note_input(scene);
+  const auto cameras = frame.cameras ? frame.cameras : find_cameras_file(scene);
+  if (cameras) note_input(*cameras);
+}
+
+void require_folder(const char* command, const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::exists(folder, error))
+    fail("{}: {}: does not exist", command, folder.string());
+  if (!std::filesystem::is_directory(folder, error))
+    fail("{}: {}: is a file, but a folder is needed", command, folder.string());
 }
 
 void declare_frame_options(Options& options, FrameOptions& frame) {

@@ -26,6 +26,13 @@ inline constexpr const char* kSceneHelp = "splat file or model folder";
 /// The names of all modes, `reference` first.
 std::vector<std::string> mode_list();
 
+/// Notes the scene's file and its cameras' as inputs, so that check_targets() refuses to write onto
+/// them before any work. Throws Error(input) if there is no such scene.
+void note_inputs(const FrameOptions& frame);
+
+/// Throws Error(input) unless this is a folder. `command` is the command's name.
+void require_folder(const char* command, const std::filesystem::path& folder);
+
 /// Declares SCENE and the options of declare_common_options().
 void declare_frame_options(Options& options, FrameOptions& frame);
 

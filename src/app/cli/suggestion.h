@@ -9,7 +9,8 @@
 namespace qs {
 
 /// "; did you mean 'WORD'?" with the candidate nearest to `typed`, or "" if no candidate is near:
-/// at most two letters are missing, extra, wrong or exchanged, and fewer in short words.
+/// at most two letters are missing, extra, wrong or exchanged, and fewer in short words. Small and
+/// large letters are equal, and some words of other programs have a meaning here.
 std::string suggestion(const std::string& typed, std::span<const std::string> candidates);
 
 }  // namespace qs

@@ -111,8 +111,10 @@ ShownWay show_way(SplitScreen& screen, std::size_t k, const FilmPlan& plan, int 
 ValueScale film_scale(const FilmPlan& plan, const Progress& progress) {
   if (plan.quantity == Quantity::color || plan.quantity == Quantity::alpha) return {};
   std::vector<float> all;
-  for (const int index : samples_of(plan)) {
-    progress.update(0);
+  const std::vector<int> samples = samples_of(plan);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const int index = samples[i];
+    progress.update(static_cast<float>(i) / static_cast<float>(samples.size()));
     const Frame& frame = frame_of(plan, plan.ways.front(), index, progress.stop, plan.quantity);
     const std::vector<float>& values = frame.depth.*row_of(plan.quantity).values;
     all.insert(all.end(), values.begin(), values.end());
@@ -126,8 +128,10 @@ Scale film_heat_scale(const FilmPlan& plan, CullMode baseline, const Progress& p
   RenderSettings settings = way.settings;
   settings.mode = scale_mode(heat.quantity, baseline);
   std::vector<std::uint32_t> all;
-  for (const int index : samples_of(plan)) {
-    progress.update(0);
+  const std::vector<int> samples = samples_of(plan);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const int index = samples[i];
+    progress.update(static_cast<float>(i) / static_cast<float>(samples.size()));
     const Heatmap map = render_with_heatmap(*way.renderer, camera_at(plan, index), settings,
                                             heat.quantity, *heat.pool, progress.stop)
                             .heatmap;

@@ -30,7 +30,8 @@ void write_folder(const fs::path& path, const std::function<void(const AddPictur
 }  // namespace
 
 void check_film_target(const fs::path& path) {
-  check_target(path);
+  if (path.has_extension()) return check_targets({path});
+  check_folder(path);
   require_new_folder(path, may_overwrite());
 }
 

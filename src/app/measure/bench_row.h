@@ -35,6 +35,8 @@ struct BenchRow {
   std::optional<bool> repeats;  ///< two frames are equal to the bit
   /// timed frames behind the times, of all rounds; unset in reports of earlier versions
   std::optional<std::uint64_t> frames;
+  /// keys and values that a frame sorts; unset in those reports, and for plugins
+  std::optional<std::uint64_t> sort_bytes;
 
   std::uint64_t view = 0;  ///< number of (scene, camera) in the sweep, the same in every shard
   double ms_mean = 0, drift = 0;
@@ -77,6 +79,7 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("flip_vs_reference", row.flip_vs_reference);
   visit("repeats", row.repeats);
   visit("frames", row.frames);
+  visit("sort_bytes", row.sort_bytes);
 }
 
 /// The members that only bench.json contains.

@@ -7,6 +7,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
 
+#include "io/bytes/json_kind.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
@@ -55,8 +56,9 @@ glm::dvec4 as_vector(glm::dquat q) { return {q.x, q.y, q.z, q.w}; }
 }  // namespace
 
 std::vector<Keyframe> read_camera_path(const std::filesystem::path& path) {
-  const nlohmann::json json =
-      parse_json(read_text_file(path, std::size_t{64} << 20), path.string());
+  const std::string text = read_text_file(path, std::size_t{64} << 20);
+  const bool is_json = json_kind(text) != JsonKind::none;
+  const nlohmann::json json = is_json ? parse_json(text, path.string()) : nlohmann::json();
   if (!json.is_array() || json.size() < 2) {
     fail("{}: is not a camera path: a list of at least two cameras", path.string());
   }

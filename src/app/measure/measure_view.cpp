@@ -33,6 +33,7 @@ BenchRow make_row(const Session& session, const Camera& camera, const ModeResult
   row.pairs = stats.tile_pairs;
   row.pairs_per_visible = pairs_per_visible(stats);
   row.max_tile = stats.max_pairs_in_a_tile;
+  row.sort_bytes = stats.sort_bytes;
   row.ms_median = summary.median;
   row.ms_p05 = summary.p05;
   row.ms_p95 = summary.p95;

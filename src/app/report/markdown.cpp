@@ -18,18 +18,6 @@
 namespace qs {
 namespace {
 
-// Bytes of the keys and values that a frame sorts. Values are 32-bit indices.
-double sort_bytes(const BenchRow& row) {
-  if (row.backend == kPluginBackend) return 0;
-  const auto pairs = static_cast<double>(row.pairs), visible = static_cast<double>(row.visible);
-  const double by_depth = visible * (4 + 4);
-  if (row.backend != kBackendNames[static_cast<int>(Backend::cuda)]) return by_depth;
-  if (row.pipeline == kPipelineNames[static_cast<int>(Pipeline::classic)])
-    return pairs * (8 + 4);  // keys of tile and depth
-  const bool narrow = TileGrid::of_image(row.width, row.height).count() <= 1 << 16;
-  return by_depth + pairs * ((narrow ? 2 : 4) + 4);  // keys of tile
-}
-
 void add_new(std::vector<std::string>& list, const std::string& word) {
   if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
 }
@@ -76,6 +64,8 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   const double weight = 1.0 / static_cast<double>(rows.size());
   mean.plugin = rows.front()->backend == kPluginBackend;
   mean.rounds = rounds_of(*rows.front()).size();
+  double sort_bytes = 0;
+  bool all_sort_bytes = true;
   for (const BenchRow* row : rows) {
     const std::vector<double> rounds = rounds_of(*row);
     const auto [fastest, slowest] = std::minmax_element(rounds.begin(), rounds.end());
@@ -84,11 +74,13 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
     mean.ms_slowest += weight * *slowest;
     mean.gaussians += weight * row->gaussians;
     mean.pairs += weight * static_cast<double>(row->pairs);
-    mean.sort_bytes += weight * sort_bytes(*row);
+    all_sort_bytes = all_sort_bytes && row->sort_bytes;
+    sort_bytes += weight * static_cast<double>(row->sort_bytes.value_or(0));
     mean.ms += weight * row->ms_median;
     const double stages[] = {row->preprocess_ms, row->bin_ms, row->sort_ms, row->blend_ms};
     for (int stage = 0; stage < 4; ++stage) mean.stage_ms[stage] += weight * stages[stage];
   }
+  if (all_sort_bytes) mean.sort_bytes = sort_bytes;
   set_trust(rows, mean);
   mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
   mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
@@ -108,14 +100,14 @@ std::string table(const std::vector<ModeMean>& means, const std::string& baselin
       baseline);
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
-    text +=
-        fmt::format("| {} | {} | {} | {}{} | {} | {} | {} | {} |\n", markdown_code(mean.label),
-                    grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
-                    mean.psnr ? decibels(*mean.psnr) : "-", time_text(mean.ms, mean.ms_spread),
-                    mean.noisy ? " noisy" : "", rate_text(mean.ms, mean.ms_spread),
-                    mean.ratio ? ratio_text(*mean.ratio) : "-",
-                    mean.plugin && pairs == 0 ? "-" : grouped(pairs),
-                    mean.plugin ? "-" : bytes_text(static_cast<std::uint64_t>(mean.sort_bytes)));
+    text += fmt::format(
+        "| {} | {} | {} | {}{} | {} | {} | {} | {} |\n", markdown_code(mean.label),
+        grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
+        mean.psnr ? decibels(*mean.psnr) : "-", time_text(mean.ms, mean.ms_spread),
+        mean.noisy ? " noisy" : "", rate_text(mean.ms, mean.ms_spread),
+        mean.ratio ? ratio_text(*mean.ratio) : "-",
+        mean.plugin && pairs == 0 ? "-" : grouped(pairs),
+        mean.sort_bytes ? bytes_text(static_cast<std::uint64_t>(*mean.sort_bytes)) : "-");
   }
   return text;
 }
@@ -149,14 +141,15 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
     mean.scene = "mean";
     mean.label = first.label;
     mean.plugin = first.plugin;
-    double psnr = 0, spread = 0;
-    bool all_psnr = true, all_spreads = true;
+    double psnr = 0, spread = 0, sort_bytes = 0;
+    bool all_psnr = true, all_spreads = true, all_sort_bytes = true;
     std::vector<double> ratios;
     for (const ModeMean& row : means) {
       if (!same(row)) continue;
       mean.gaussians += weight * row.gaussians;
       mean.pairs += weight * row.pairs;
-      mean.sort_bytes += weight * row.sort_bytes;
+      all_sort_bytes = all_sort_bytes && row.sort_bytes;
+      sort_bytes += weight * row.sort_bytes.value_or(0);
       mean.ms += weight * row.ms;
       mean.noisy = mean.noisy || row.noisy;
       all_spreads = all_spreads && row.ms_spread;
@@ -167,6 +160,7 @@ std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
     }
     if (all_psnr) mean.psnr = psnr;
     if (all_spreads) mean.ms_spread = spread;
+    if (all_sort_bytes) mean.sort_bytes = sort_bytes;
     if (static_cast<std::ptrdiff_t>(ratios.size()) ==
         std::count_if(means.begin(), means.end(), same)) {
       mean.ratio = geometric_mean(ratios);
@@ -242,9 +236,7 @@ std::string format_markdown(const BenchReport& report) {
       "# Benchmark\n\n{}, backend {}, commit {}, {}. Times are medians per camera, averaged over "
       "the cameras, and half of the distance between the quartiles of the frames. Times are noisy "
       "if this exceeds {:.0f} % or if they drifted or differ between rounds by more than {:.0f} %. "
-      "Sort bytes are the keys and values that a frame sorts: CUDA `classic` 12 bytes "
-      "per pair; CUDA `fast` 6 per pair (8 beyond 65,536 tiles) and 8 per visible Gaussian; CPU 8 "
-      "per visible Gaussian.\n",
+      "Sort bytes are the keys and values that a frame sorts.\n",
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"),
       100 * kNoisySpread, 100 * kNoiseTolerance);

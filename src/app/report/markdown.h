@@ -16,7 +16,8 @@ namespace qs {
 struct ModeMean {
   std::string scene, mode, pipeline;
   std::string label;  ///< the mode, followed by its pipeline if the rows have several pipelines
-  double gaussians = 0, pairs = 0, sort_bytes = 0;
+  double gaussians = 0, pairs = 0;
+  std::optional<double> sort_bytes;        ///< if all cameras have a value
   double ms = 0;                           ///< mean of the cameras' medians
   double ms_fastest = 0, ms_slowest = 0;   ///< means of the cameras' fastest and slowest rounds
   std::optional<double> ms_spread;         ///< mean of the cameras' spread_ms(), if all have one
@@ -27,7 +28,7 @@ struct ModeMean {
   std::optional<double> psnr, ssim, flip;  ///< means over the cameras, if all have a value
   /// true if every camera's frames repeat; unset if a camera lacks it
   std::optional<bool> repeats;
-  bool plugin = false;         ///< pairs of 0 are not measured, sort bytes never
+  bool plugin = false;         ///< pairs of 0 are not measured
   std::optional<Ratio> ratio;  ///< to the baseline in the same pipeline, if measured
   double fps() const { return 1000 / ms; }
 };

@@ -15,6 +15,7 @@ namespace qs {
 
 void make_folder(const std::filesystem::path& folder) {
   if (folder.empty()) return;  // the current folder
+  check_folder(folder);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
@@ -37,6 +38,7 @@ std::string write_report(const BenchReport& report, const std::filesystem::path&
 void check_report(const std::optional<std::filesystem::path>& folder,
                   std::span<const char* const> files) {
   if (!folder) return;
+  check_folder(*folder);
   for (const char* file : files) check_target(*folder / file);
 }
 

@@ -16,8 +16,8 @@ namespace qs {
 std::string write_report(const BenchReport& report, const std::filesystem::path& folder);
 
 /// Throws Error(usage) if a command may not write one of these files of a report to the folder,
-/// because it is another file or an input (io/bytes/file_guard.h). Long commands ask before they
-/// work.
+/// because it is another file or an input (io/bytes/file_guard.h), and Error(input) if the folder's
+/// name is a file's. Long commands ask before they work.
 void check_report(const std::optional<std::filesystem::path>& folder,
                   std::span<const char* const> files);
 inline constexpr const char* kBenchFiles[] = {"bench.csv", "ratios.csv", "bench.json", "bench.md"};

@@ -174,7 +174,9 @@ class Run {
   }
 
   void evaluate() {
-    const std::optional<Quality> quality = trainer_.test_quality();
+    ProgressBar bar("evaluating");
+    const std::optional<Quality> quality = trainer_.test_quality(bar.progress());
+    bar.hide();
     log_.close_row(trainer_, quality);
     if (!quality) return;
     fmt::print("iteration {}: PSNR {} dB, SSIM {:.4f} on {} test views, {} Gaussians, {:.1f} s\n",

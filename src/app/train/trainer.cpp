@@ -127,7 +127,7 @@ StepResult Trainer::step() {
   return result;
 }
 
-std::optional<Quality> Trainer::test_quality() {
+std::optional<Quality> Trainer::test_quality(const Progress& progress) {
   if (data_.test.empty()) return std::nullopt;
   const RenderSettings render = render_settings(iteration());
   Quality sum;
@@ -140,6 +140,7 @@ std::optional<Quality> Trainer::test_quality() {
     const Image photograph = view.image();
     sum.psnr += psnr(image, photograph, pool_, view.mask);
     sum.ssim += ssim(image, photograph, pool_, SsimBorder::zeros, view.mask);
+    progress.update(static_cast<float>(i + 1) / static_cast<float>(data_.test.size()));
   }
   const auto count = static_cast<double>(data_.test.size());
   return Quality{sum.psnr / count, sum.ssim / count};

@@ -15,6 +15,7 @@
 #include "app/train/settings.h"
 #include "app/train/strategy.h"
 #include "raster/api/training_model.h"
+#include "raster/base/progress.h"
 
 namespace qs::train {
 
@@ -48,7 +49,7 @@ class Trainer {
   StepResult step();
 
   /// Unset without test views.
-  std::optional<Quality> test_quality();
+  std::optional<Quality> test_quality(const Progress& progress = {});
 
   int iteration() const { return model_->iteration(); }  ///< of the last step
   std::size_t gaussians() const { return model_->size(); }

@@ -78,6 +78,10 @@ std::string json_line(const nlohmann::ordered_json& json) {
 std::string read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(path, error);
+  if (error == std::errc::no_such_file_or_directory)
+    fail("{}: cannot be read: no such file", path.string());
+  if (std::filesystem::is_directory(path))
+    fail("{}: is a folder, but a file is needed", path.string());
   if (error) fail("{}: cannot be read: {}", path.string(), error.message());
   if (bytes > max_bytes)
     fail("{}: {} bytes are more than the {} that are read", path.string(), bytes, max_bytes);

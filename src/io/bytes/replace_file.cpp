@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/bytes/replace_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -35,6 +36,32 @@ void naming(const fs::path& shown, const fs::path& hidden, const std::function<v
   throw Error(error.kind(), message);
 }
 
+// Throws Error(input) if no file can have this name.
+void require_place(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!fs::is_directory(folder, error))
+    fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
+  if (fs::is_directory(path, error)) fail("{}: cannot be written: it is a folder", path.string());
+  if (access(folder.c_str(), W_OK) != 0)
+    fail("{}: cannot be written: the folder does not allow it", path.string());
+}
+
+// A folder with its whole name, and the nearest folder above it that exists.
+struct FolderPlace {
+  fs::path place, above;
+};
+
+FolderPlace place_of(const fs::path& folder) {
+  std::error_code error;
+  const fs::path target = fs::absolute(folder, error).lexically_normal();
+  if (error) fail("'{}': cannot be created: {}", folder.string(), error.message());
+  const fs::path place = target.has_filename() ? target : target.parent_path();
+  fs::path above = place.parent_path();
+  while (!fs::exists(above, error) && above.has_relative_path()) above = above.parent_path();
+  return {place, above};
+}
+
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
@@ -52,12 +79,7 @@ void replace_file(const std::filesystem::path& path,
   if (std::filesystem::is_symlink(path, error) && std::filesystem::is_regular_file(status))
     return replace_file(std::filesystem::canonical(path), write);
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, error)) {
-    fail("{}: cannot be written: the folder {} does not exist", path.string(), folder.string());
-  }
-  if (std::filesystem::is_directory(path, error)) {
-    fail("{}: cannot be written: it is a folder", path.string());
-  }
+  require_place(path);
   const bool replaces = check_target(path);
   const TemporaryPath temporary(
       hidden_name(folder, path.stem().string(), path.extension().string()));
@@ -69,15 +91,10 @@ void replace_file(const std::filesystem::path& path,
 
 void replace_folder(const fs::path& folder,
                     const std::function<void(const fs::path& temporary)>& write) {
+  check_folder(folder);
+  const FolderPlace where = place_of(folder);
+  const TemporaryPath hidden(hidden_name(where.above, where.place.filename().string(), ""));
   std::error_code error;
-  const fs::path target = fs::absolute(folder, error).lexically_normal();
-  if (error) fail("'{}': cannot be created: {}", folder.string(), error.message());
-  const fs::path place = target.has_filename() ? target : target.parent_path();
-  fs::path above = place.parent_path();
-  while (!fs::exists(above, error) && above.has_relative_path()) above = above.parent_path();
-  if (fs::exists(place, error) && !fs::is_directory(place, error))
-    fail("{}: cannot be created: it is a file", folder.string());
-  const TemporaryPath hidden(hidden_name(above, place.filename().string(), ""));
   fs::create_directory(hidden.path(), error);
   if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
   naming(folder, hidden.path(), [&] { write(hidden.path()); });
@@ -85,14 +102,38 @@ void replace_folder(const fs::path& folder,
   std::vector<bool> replaced;
   for (const fs::path& file : files) replaced.push_back(check_target(folder / file));
   move_undisturbed([&] {
-    fs::create_directories(place, error);
+    fs::create_directories(where.place, error);
     for (std::size_t i = 0; i < files.size() && !error; ++i) {
-      fs::create_directories((place / files[i]).parent_path(), error);
-      if (!error) fs::rename(hidden.path() / files[i], place / files[i], error);
+      fs::create_directories((where.place / files[i]).parent_path(), error);
+      if (!error) fs::rename(hidden.path() / files[i], where.place / files[i], error);
     }
   });
   if (error) fail("{}: cannot be written: {}", folder.string(), error.message());
   for (std::size_t i = 0; i < files.size(); ++i) note_written(folder / files[i], replaced[i]);
+}
+
+void check_targets(std::initializer_list<std::optional<fs::path>> files) {
+  std::vector<fs::path> names;
+  for (const std::optional<fs::path>& file : files) {
+    std::error_code error;
+    if (!file || *file == "-" || fs::is_other(fs::status(*file, error))) continue;
+    require_place(*file);
+    check_target(*file);
+    names.push_back(fs::weakly_canonical(fs::absolute(*file), error));
+    if (std::find(names.begin(), names.end() - 1, names.back()) != names.end() - 1) {
+      fail(ErrorKind::usage, "{}: two results would have this name: choose another for one of them",
+           file->string());
+    }
+  }
+}
+
+void check_folder(const fs::path& folder) {
+  std::error_code error;
+  const auto [place, above] = place_of(folder);
+  if (fs::is_directory(place, error)) return;
+  if (fs::exists(place, error)) fail("{}: cannot be created: it is a file", folder.string());
+  if (access(above.c_str(), W_OK) != 0)
+    fail("{}: cannot be created: the folder {} does not allow it", folder.string(), above.string());
 }
 
 void write_file(const std::filesystem::path& path,

@@ -7,7 +7,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <iosfwd>
+#include <optional>
 
 namespace qs {
 
@@ -24,6 +26,15 @@ void replace_file(const std::filesystem::path& path,
 /// messages, and as replace_file().
 void replace_folder(const std::filesystem::path& folder,
                     const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// Throws Error unless a command may write all these results: their folders exist, no two have the
+/// same name, and file_guard.h allows each. Long commands ask before they work. Unset names and "-"
+/// are allowed.
+void check_targets(std::initializer_list<std::optional<std::filesystem::path>> files);
+
+/// Throws Error(input) if no folder of this name can be written, because the name is a file's or
+/// the folder above does not allow it.
+void check_folder(const std::filesystem::path& folder);
 
 /// The same as replace_file() for a binary stream. Also throws Error(input) if it cannot be opened
 /// or the disk is full.

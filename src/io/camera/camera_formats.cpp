@@ -10,6 +10,7 @@
 
 #include <glm/matrix.hpp>
 
+#include "io/bytes/json_kind.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -64,7 +65,13 @@ std::vector<LensCamera> read_lens_cameras(const std::filesystem::path& path) {
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const CameraFormat& row) {
     return row.recognises(file, start);
   });
-  // An unrecognised file is passed to the reader of cameras.json, whose message names the defect.
+  if (format == kFormats.end() && json_kind(start) == JsonKind::none) {
+    fail(
+        "{}: not a file of cameras: these are cameras.json, transforms.json, and images.bin and "
+        "images.txt of COLMAP",
+        file.string());
+  }
+  // Another file is passed to the reader of cameras.json, whose message names the defect.
   std::vector<LensCamera> cameras =
       format == kFormats.end() ? read_cameras_json(file) : format->read(file);
   for (std::size_t i = 0; i < cameras.size(); ++i)

@@ -62,7 +62,7 @@ std::string read_picture_bytes(const std::filesystem::path& path) {
 
 std::ofstream open_picture(const PictureTarget& target) {
   std::ofstream file(target.file, std::ios::binary);
-  if (!file) fail("{}: cannot be written", target.shown.string());
+  if (!file) fail("{}: cannot be written: the folder does not allow it", target.shown.string());
   errno = 0;
   return file;
 }
@@ -96,13 +96,17 @@ Image read_image(const std::filesystem::path& path) {
   return format_of(path).read(path);
 }
 
-void write_image(const Image& image, const std::filesystem::path& path,
-                 const ImageMetadata& metadata, const Progress& progress) {
-  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
+void check_picture_name(const std::filesystem::path& path) {
   if (path.extension().empty()) {
     fail(ErrorKind::usage, "{}: the name needs an ending such as .png that tells the format",
          path.string());
   }
+}
+
+void write_image(const Image& image, const std::filesystem::path& path,
+                 const ImageMetadata& metadata, const Progress& progress) {
+  assert(image.width > 0 && image.height > 0 && image.channels >= 1 && image.channels <= 4);
+  check_picture_name(path);
   replace_file(path, [&](const std::filesystem::path& temporary) {
     format_of(path).write(image, {temporary, path, progress}, with_software(metadata));
   });

@@ -30,6 +30,10 @@ Image read_image(const std::filesystem::path& path);
 /// The bytes of a PNG file, as write_image() writes it. Throws Error(device) when memory runs out.
 std::string encode_png(const Image& image, const ImageMetadata& metadata = {});
 
+/// Throws Error(usage) if the name has no ending, which chooses the format. Long commands ask
+/// before they work.
+void check_picture_name(const std::filesystem::path& path);
+
 /// The format follows the extension. The file appears whole or not at all. Writing cannot be
 /// stopped, and the report must not throw. Throws like read_image.
 void write_image(const Image& image, const std::filesystem::path& path,

@@ -52,7 +52,11 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
     const bool missing = !error || error == std::errc::no_such_file_or_directory;
-    fail("{}: {}", path.string(), missing ? "does not exist" : error.message());
+    const bool through_file = error == std::errc::not_a_directory;
+    fail("{}: {}", path.string(),
+         missing        ? "does not exist"
+         : through_file ? "is a file, but its name is written as a folder's"
+                        : error.message());
   }
   if (!std::filesystem::is_directory(status)) return path;
 

@@ -40,10 +40,9 @@ std::string lower(std::string text) {
 }
 
 const WriterRow& choose_writer(const std::filesystem::path& path, std::string_view format) {
-  const std::string name = lower(path.filename().string());
+  if (const WriterRow* found = find_writer(path, format)) return *found;
   std::string known;
   for (const WriterRow& row : kWriters) {
-    if (format.empty() ? name.ends_with(row.extension) : format == row.name) return row;
     known +=
         fmt::format("{} {}", known.empty() ? "" : ",", format.empty() ? row.extension : row.name);
   }
@@ -57,6 +56,14 @@ const WriterRow& choose_writer(const std::filesystem::path& path, std::string_vi
 }  // namespace
 
 std::span<const WriterRow> writers() { return kWriters; }
+
+const WriterRow* find_writer(const std::filesystem::path& path, std::string_view format) {
+  const std::string name = lower(path.filename().string());
+  const auto found = std::find_if(kWriters.begin(), kWriters.end(), [&](const WriterRow& row) {
+    return format.empty() ? name.ends_with(row.extension) : format == row.name;
+  });
+  return found == kWriters.end() ? nullptr : &*found;
+}
 
 const WriterRow& write_scene(const GaussianCloud& cloud, const std::filesystem::path& path,
                              ThreadPool& pool, const Progress& progress, std::string_view format) {

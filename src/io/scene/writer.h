@@ -27,6 +27,9 @@ struct WriterRow {
 
 std::span<const WriterRow> writers();
 
+/// The row called `format`, or else the first row with the extension of `path`; null without one.
+const WriterRow* find_writer(const std::filesystem::path& path, std::string_view format = {});
+
 /// Writes the format called `format`, or else the first format with the extension of `path`, and
 /// returns its row. The file appears whole or not at all. Throws Error(usage) for an unknown
 /// extension or name, Error(input) if the file cannot be written.

@@ -148,6 +148,8 @@ struct RenderStats {
   std::uint32_t visible = 0;     ///< Gaussians with at least one tile
   std::uint64_t tile_pairs = 0;  ///< (Gaussian, tile) pairs listed
   std::uint32_t max_pairs_in_a_tile = 0;
+  /// Bytes of the keys and values that the frame sorted, each counted once.
+  std::uint64_t sort_bytes = 0;
   /// Pairs that at least one pixel of their tile blended: alpha >= 1/255, before the pixel stopped.
   /// All other pairs are false positives. Unset without Outputs::used and in mode reference.
   std::optional<std::uint64_t> used_pairs;

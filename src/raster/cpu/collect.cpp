@@ -32,6 +32,8 @@ void collect(const VisibleSlots& visible, const TileLists& lists, const SplatOf&
   RenderStats& stats = result.stats;
   stats.visible = visible.count;
   stats.tile_pairs = lists.pairs();
+  constexpr std::uint64_t kSortedEach = 2 * sizeof(std::uint32_t);  // depth and index
+  stats.sort_bytes = stats.visible * kSortedEach;
   const auto tiles = static_cast<std::size_t>(result.grid.count());
   for (std::size_t tile = 0; tile < tiles; ++tile) {
     stats.max_pairs_in_a_tile = std::max(stats.max_pairs_in_a_tile, lists.pairs(tile));

@@ -55,6 +55,7 @@ class CpuRenderer final : public Renderer {
         pool_,    std::move(stop),
         report_};
     prepare_result(frame, outputs);
+    if (classic) result_.stats.pipeline = Pipeline::classic;  // tiles of other sizes, too
     if (reference) {
       render_reference(frame, outputs, result_);
     } else if (classic) {

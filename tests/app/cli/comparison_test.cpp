@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One view drawn in several ways, and the commands that explain views.
 #include <filesystem>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +12,8 @@
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/picture/image_file.h"
+#include "support/scene_files.h"
+#include "support/scenes.h"
 #include "support/shared.h"
 #include "support/temporary_folder.h"
 
@@ -76,6 +79,32 @@ TEST(CompareCommand, writes_a_sheet_and_a_table) {
                            "adr", "--output", (folder / "missing" / "sheet.png").string()});
   EXPECT_EQ(nowhere.exit_code, 2);
   EXPECT_THAT(nowhere.err, HasSubstr("missing"));
+}
+
+// Dimmer colours make the differences of dualbox smaller.
+TEST(CompareCommand, names_a_pixel_if_a_difference_is_above_the_tolerance_and_not_at_it) {
+  const TemporaryFolder folder;
+  test::write_cameras({test::front_camera(60, 40)}, folder / "cameras.json");
+  const GaussianCloud bright = test::random_cloud(400, 0, 5);
+  constexpr float kBase = 0.28209479f;  // of the colour's constant part
+  bool at_tolerance = false, above = false;
+  for (float factor = 0.01f; factor < 1 && !(at_tolerance && above); factor *= 1.1f) {
+    GaussianCloud cloud = bright;
+    for (glm::vec3& sh : cloud.sh) sh = ((0.5f + kBase * sh) * factor - 0.5f) / kBase;
+    test::write_scene(cloud, folder / "scene.ply");
+    const test::ProgramRun run =
+        test::run_quadsplat({"compare", (folder / "scene.ply").string(), "--cull", "dualbox"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const std::string rest = run.out.substr(run.out.find("\ndualbox"));
+    std::istringstream row(rest);
+    std::string name, psnr, largest;
+    row >> name >> psnr >> largest;
+    const int difference = std::stoi(largest);
+    EXPECT_EQ(rest.find(" the reference ") != std::string::npos, difference > 2) << run.out;
+    at_tolerance = at_tolerance || difference == 2;
+    above = above || difference > 2;
+  }
+  EXPECT_TRUE(at_tolerance && above);
 }
 
 TEST(CompareCommand, explains_a_wrong_crop) {

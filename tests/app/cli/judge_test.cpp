@@ -144,6 +144,21 @@ TEST_F(Judge, compare_with_two_scenes_draws_both_with_the_cameras_of_the_first) 
   }
 }
 
+TEST_F(Judge, transparent_pictures_are_judged_over_black_or_the_given_background) {
+  write_image(Image(60, 40, 3), folder_ / "other/clear.png");
+  std::filesystem::create_directories(folder_ / "clear");
+  Image clear(60, 40, 4);
+  for (std::size_t i = 0; i < clear.values.size(); ++i) clear.values[i] = i % 4 == 3 ? 0 : 0.5f;
+  write_image(clear, folder_ / "clear/clear.png");
+  const auto psnr_over = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"judge", path("other"), path("clear")};
+    words.insert(words.end(), more.begin(), more.end());
+    return report(words)["views"][0]["psnr"];
+  };
+  EXPECT_TRUE(psnr_over({}).is_null());  // infinite
+  EXPECT_NEAR(psnr_over({"--background", "1,1,1"}), 0, 1e-6);
+}
+
 TEST_F(Judge, the_folder_holds_table_json_and_a_sheet_of_the_worst_views) {
   for (int i = 0; i < kJudgedViews; ++i) write_image(changed(i), picture("other", i));
   const ProgramRun run = run_quadsplat(

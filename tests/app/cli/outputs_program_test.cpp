@@ -186,9 +186,19 @@ TEST_F(OutputFiles, a_full_disk_leaves_no_part_of_a_report) {
 // ---- signals ------------------------------------------------------------------------------------
 class Interrupted : public OutputFiles {
  protected:
+  // True once the process catches the signal; before that, on a busy machine, it would end it.
+  static bool catches(pid_t process, int signal) {
+    std::ifstream status(fmt::format("/proc/{}/status", process));
+    for (std::string line; std::getline(status, line);) {
+      if (line.starts_with("SigCgt:"))
+        return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0;
+    }
+    return true;  // the process has ended
+  }
   // The command is interrupted as soon as it has run for a while.
   ProgramRun interrupt(const std::string& line, int signal = SIGINT) const {
     return run(line, [&](pid_t process) {
+      while (!catches(process, signal)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
       std::this_thread::sleep_for(std::chrono::milliseconds(400));
       kill(process, signal);
     });
@@ -220,8 +230,14 @@ TEST_F(Interrupted, commands_end_with_130_say_what_is_kept_and_leave_nothing_unf
 
 // The pictures of all modes are drawn before the frames that are measured.
 TEST_F(Interrupted, pictures_of_an_unfinished_measurement_are_kept) {
-  const ProgramRun ended = interrupt(
-      "render @scene.ply --repeats 100000 --cull all --backend cpu --output @out.png", SIGINT);
+  const fs::path last = folder_ / fmt::format("out_{}.png", mode_name(culler_count()));
+  const ProgramRun ended =
+      run("render @scene.ply --repeats 100000 --cull all --backend cpu --output @out.png",
+          [&](pid_t process) {
+            while (!fs::exists(last)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            kill(process, SIGINT);
+          });
   EXPECT_EQ(ended.exit_code, 130);
   EXPECT_THAT(ended.err,
               HasSubstr(fmt::format(" {} finished files are kept, the last is ", culler_count())));

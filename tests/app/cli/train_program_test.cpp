@@ -120,7 +120,7 @@ TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
 }
 
 TEST_F(TrainProgram, resume_refuses_other_settings_data_and_damage) {
-  EXPECT_THAT(train("none", {"--resume"}).err, HasSubstr("none/checkpoint"));
+  EXPECT_THAT(train("none", {"--resume"}).err, HasSubstr("none: holds no run to continue"));
   ASSERT_EQ(train("model", start(5)).exit_code, 0);
   EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--seed", "1"}).err,
               HasSubstr("the run was started with other settings: seed"));

@@ -100,7 +100,7 @@ TEST(BenchReport, csv_has_the_documented_columns_and_one_line_per_row) {
             "scene,camera,mode,pipeline,backend,width,height,gaussians,visible,pairs,"
             "pairs_per_visible,max_tile,ms_median,ms_p05,ms_p95,fps_median,frame_ms,preprocess_ms,"
             "bin_ms,sort_ms,blend_ms,psnr_vs_reference,false_positives,false_positive_share,"
-            "ssim_vs_reference,flip_vs_reference,repeats,frames");
+            "ssim_vs_reference,flip_vs_reference,repeats,frames,sort_bytes");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("\ntiny,0,quadbox,classic,cpu,"));
 }
@@ -127,6 +127,7 @@ BenchRow full_row() {
   r.flip_vs_reference = 0.125;
   r.repeats = true;
   r.frames = 40;
+  r.sort_bytes = 2000;
   r.false_positives = 70;
   r.false_positive_share = 0.1;
   r.ms_mean = 0.75;
@@ -142,7 +143,7 @@ TEST(BenchReport, every_number_stands_in_its_column) {
   const std::string csv = format_csv({full_row()});
   EXPECT_EQ(csv.substr(csv.find('\n') + 1),
             "tiny,3,quadbox,fast,cpu,640,480,1000,250,700,2.8000,17,0.5000,0.2500,2.0000,2000.0000,"
-            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000,0.7500,0.1250,true,40\n");
+            "0.6250,0.1250,0.0625,0.1875,0.3125,51.5000,70,0.1000,0.7500,0.1250,true,40,2000\n");
   const nlohmann::ordered_json json = rows_json({full_row()})[0];
   EXPECT_EQ(json, parse_own_json(R"({"scene": "tiny", "camera": "3",
       "mode": "quadbox", "pipeline": "fast", "backend": "cpu", "width": 640, "height": 480,
@@ -150,7 +151,8 @@ TEST(BenchReport, every_number_stands_in_its_column) {
       "ms_median": 0.5, "ms_p05": 0.25, "ms_p95": 2.0, "fps_median": 2000.0, "frame_ms": 0.625,
       "preprocess_ms": 0.125, "bin_ms": 0.0625, "sort_ms": 0.1875, "blend_ms": 0.3125,
       "psnr_vs_reference": 51.5, "false_positives": 70, "false_positive_share": 0.1,
-      "ssim_vs_reference": 0.75, "flip_vs_reference": 0.125, "repeats": true, "frames": 40, "view": 3,
+      "ssim_vs_reference": 0.75, "flip_vs_reference": 0.125, "repeats": true, "frames": 40,
+      "sort_bytes": 2000, "view": 3,
       "ms_mean": 0.75, "drift": -0.01, "round_ms": [0.5, 0.75], "round_spread": 0.02,
       "ms_spread": 0.03, "turn_ms": [0.25, 0.5, 2.0]})"));
   EXPECT_EQ(rows_json(read_rows(rows_json({full_row()}))), rows_json({full_row()}));
@@ -158,12 +160,12 @@ TEST(BenchReport, every_number_stands_in_its_column) {
 
 TEST(BenchReport, rows_of_earlier_versions_lack_the_image_quality_and_the_frames) {
   nlohmann::ordered_json rows = rows_json({full_row()});
-  for (const char* column :
-       {"ssim_vs_reference", "flip_vs_reference", "repeats", "frames", "ms_spread", "turn_ms"})
+  for (const char* column : {"ssim_vs_reference", "flip_vs_reference", "repeats", "frames",
+                             "sort_bytes", "ms_spread", "turn_ms"})
     rows[0].erase(column);
   const BenchRow old = read_rows(rows)[0];
   EXPECT_FALSE(old.ssim_vs_reference || old.flip_vs_reference || old.repeats);
-  EXPECT_FALSE(old.frames || old.ms_spread);
+  EXPECT_FALSE(old.frames || old.sort_bytes || old.ms_spread);
   EXPECT_EQ(old.psnr_vs_reference, 51.5);
   rows[0].erase("pairs");
   EXPECT_THROW(read_rows(rows), nlohmann::json::exception);
@@ -284,6 +286,7 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
   EXPECT_EQ(counted.gaussians, 300u);
   EXPECT_EQ(counted.visible, frame.stats.visible);
   EXPECT_EQ(counted.pairs, pairs);
+  EXPECT_EQ(counted.sort_bytes, 8u * counted.visible);
   EXPECT_DOUBLE_EQ(counted.pairs_per_visible, static_cast<double>(pairs) / counted.visible);
   EXPECT_EQ(counted.max_tile, *std::max_element(frame.pairs.begin(), frame.pairs.end()));
   EXPECT_EQ(counted.false_positives, unused);
@@ -293,6 +296,20 @@ TEST(MeasureView, a_row_has_the_counts_of_the_frame_and_the_times_of_all_rounds)
   EXPECT_GT(counted.preprocess_ms, 0);
   EXPECT_LE(counted.preprocess_ms + counted.bin_ms + counted.sort_ms + counted.blend_ms,
             1.001 * counted.frame_ms);
+}
+
+TEST(MeasureView, a_row_names_the_pipeline_that_drew) {
+  Session session;
+  session.renderer = make_renderer(Backend::cpu, test::pool());
+  session.renderer->upload(test::random_cloud(50, 1, 5), {});
+  const auto drawn_by = [&](int tile_px) {
+    session.settings.tile_px = tile_px;
+    return measure_view(session, {find_culler("3dgs")}, test::front_camera(64, 48), {1, 0, 1}, {})
+        .front()
+        .pipeline;
+  };
+  EXPECT_EQ(drawn_by(kTileSize), "cpu");
+  EXPECT_EQ(drawn_by(8), "classic") << "`fast` has tiles of 16 pixels only";
 }
 
 TEST(Noise, rounds_whose_medians_differ_by_more_than_three_per_cent_are_told) {

@@ -49,7 +49,7 @@ TEST_F(SessionTest, has_the_settings_that_were_asked_for) {
   EXPECT_EQ(session.settings.antialiased, true);
   EXPECT_EQ(session.settings.tile_px, 32);
   EXPECT_EQ(session.scene->cloud.sh[0].x, 5);
-  EXPECT_STREQ(pipeline_name(session), "classic");
+  EXPECT_STREQ(pipeline_name(session.backend, session.settings.pipeline), "classic");
 }
 
 TEST_F(SessionTest, only_the_cpu_draws_the_reference_and_other_tile_sizes) {

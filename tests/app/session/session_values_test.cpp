@@ -7,11 +7,9 @@
 #include <fstream>
 #include <functional>
 
-#include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pty.h>
-#include <unistd.h>
 
 #include "app/base/assets.h"
 #include "app/base/progress_bar.h"
@@ -22,6 +20,7 @@
 #include "app/framing/up_axis.h"
 #include "app/session/photographs.h"
 #include "app/session/session.h"
+#include "app/support/terminal.h"
 #include "io/picture/image_file.h"
 #include "raster/base/error.h"
 #include "support/error_of.h"
@@ -134,36 +133,6 @@ TEST(Text, large_numbers_are_grouped_and_have_units) {
 
 // ---- progress -----------------------------------------------------------------------------------
 
-// Standard error is a terminal while it lives.
-class Terminal {
- public:
-  Terminal() : kept_(dup(STDERR_FILENO)) {
-    int screen = -1;
-    EXPECT_EQ(openpty(&keyboard_, &screen, nullptr, nullptr, nullptr), 0);
-    dup2(screen, STDERR_FILENO);
-    close(screen);
-  }
-  ~Terminal() {
-    dup2(kept_, STDERR_FILENO);
-    close(kept_);
-    close(keyboard_);
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  // The text that appeared since the last call; empty if there was none.
-  std::string shown() const {
-    std::string text(4096, '\0');
-    fcntl(keyboard_, F_SETFL, O_NONBLOCK);
-    const ssize_t count = read(keyboard_, text.data(), text.size());
-    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
-    return text;
-  }
-
- private:
-  int kept_, keyboard_ = -1;
-};
-
 TEST(ProgressBar, the_time_left_is_that_of_the_same_speed) {
   const std::string empty = "a [" + std::string(32, ' ') + "]   0 %";
   EXPECT_EQ(progress_line("a", 0, 100), empty);
@@ -186,7 +155,7 @@ TEST(ProgressBar, appears_after_a_third_of_a_second_and_says_how_long_it_takes) 
   const auto bar = [](std::size_t filled, const char* rest) {
     return "\rreading [" + std::string(filled, '#') + std::string(32 - filled, ' ') + "] " + rest;
   };
-  const Terminal terminal;
+  const test::Terminal terminal;
   {
     ProgressBar::Clock::time_point now{};
     ProgressBar progress_bar("reading", [&] { return now; });
@@ -326,7 +295,7 @@ TEST(SessionMessages, say_what_runs_on_the_cpu_only) {
             "--cull reference runs with --backend cpu only");
   frame.backend = Backend::cpu;
   const Session session = open_session(frame);
-  EXPECT_STREQ(pipeline_name(session), "cpu");
+  EXPECT_STREQ(pipeline_name(session.backend, session.settings.pipeline), "cpu");
   const std::vector<CullMode> modes = all_modes();
   ASSERT_EQ(modes.size(), static_cast<std::size_t>(culler_count()));
   for (std::size_t i = 0; i < modes.size(); ++i) EXPECT_EQ(modes[i], static_cast<CullMode>(i + 1));

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -266,15 +267,21 @@ void Transcript::install_gnuplot(const std::string& commands) {
   setenv("PATH", folder_.path().c_str(), 1);
 }
 
-void Transcript::run(const std::string& command_line) {
+void Transcript::run(const std::string& command_line, Errors errors) {
   std::vector<std::string> words = split(command_line, ' ');
-  static const std::set<std::string> kRender = {"render", "inspect", "compare",
-                                                "bench",  "zoom",    "eval"};
-  if (kRender.count(words.front()) != 0) words.insert(words.end(), {"--backend", "cpu"});
+  std::replace(words.begin(), words.end(), std::string("''"), std::string());
+  static const std::set<std::string> kRender = {"render", "inspect", "compare", "bench",
+                                                "zoom",   "eval",    "film",    "judge"};
+  const bool lacks_value = words.back().starts_with("--");  // a word behind it would be its value
+  if (kRender.count(words.front()) != 0)
+    words.insert(lacks_value ? words.begin() + 1 : words.end(), {"--backend", "cpu"});
   int code = 0;
   std::string sentence;
   {
-    const Redirected out(stdout, "stdout.txt"), err(stderr, "stderr.txt");
+    const Redirected out(stdout, "stdout.txt");
+    std::ofstream("stderr.txt").close();
+    std::optional<Redirected> err;
+    if (errors == Errors::kept) err.emplace(stderr, "stderr.txt");
     try {
       code = qs::run_program(words);
     } catch (const Error& error) {

@@ -25,10 +25,12 @@ class Transcript {
   /// From now on `gnuplot` is a shell script that runs these commands; $1 is the plot's script.
   void install_gnuplot(const std::string& commands);
 
-  /// Runs "COMMAND WORDS..."; words are separated by spaces. Frames are rendered on the CPU.
+  /// Runs "COMMAND WORDS..."; words are separated by spaces, and '' is an empty word. Frames are
+  /// rendered on the CPU.
   /// Appends the command line, stdout, stderr (with "! " in front of each line) and an exit code
   /// other than 0.
-  void run(const std::string& command_line);
+  enum class Errors { kept, shown };  ///< of stderr: in the transcript, or where it was before
+  void run(const std::string& command_line, Errors errors = Errors::kept);
 
   /// Appends a text file, or for a picture its size, mean colour, centre of brightness and
   /// metadata.

@@ -509,7 +509,7 @@ TEST_F(ViewerProgram, the_reference_stands_beside_the_view_once_it_was_asked_for
 TEST_F(ViewerProgram, refuses_to_stand_beside_what_there_is_not) {
   const ProgramRun run = play("quit\n", {path("scene.ply"), "--beside", "best"});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("--beside: there is no 'best'"));
+  EXPECT_THAT(run.err, HasSubstr("--beside: 'best' is neither a mode nor a file"));
 }
 
 TEST_F(ViewerProgram, the_map_of_missed_contributions_equals_the_command_s) {

@@ -235,6 +235,27 @@ TEST_F(ImageFile, absurd_sizes_are_refused_before_anything_is_allocated) {
   EXPECT_THAT(error_of_reading(folder_ / "d.ppm"), HasSubstr("truncated"));
 }
 
+TEST_F(ImageFile, a_pfm_has_the_bytes_of_its_size_and_a_size) {
+  const auto path = folder_ / "a.pfm";
+  const auto message = [&](const std::string& header, std::size_t bytes) {
+    write_content(path, header + std::string(bytes, '\0'));
+    const std::string error = error_of_reading(path), name = path.string() + ": ";
+    return error.starts_with(name) ? error.substr(name.size()) : error;
+  };
+  EXPECT_EQ(message("PF\n3 2\n-1\n", 72), "no error");
+  EXPECT_EQ(message("Pf\n3 2\n1\n", 24), "no error");
+  EXPECT_EQ(message("PF\n3 2\n-1\n", 71), "truncated: 3 x 2 pixels need 72 bytes, 71 are there");
+  EXPECT_EQ(message("PF\n3 2\n-1\n", 0), "truncated: 3 x 2 pixels need 72 bytes, 0 are there");
+  EXPECT_EQ(message("PF\n3 2\n-1\n", 73), "3 x 2 pixels need 72 bytes, 73 are there");
+  EXPECT_EQ(message("Pf\n3 2\n-1\n", 72), "3 x 2 pixels need 24 bytes, 72 are there");
+  for (const char* size : {"0 2", "3 0", "0 0", "-3 2", "3 -2", "-3 -2"}) {
+    EXPECT_THAT(message(std::string("PF\n") + size + "\n-1\n", 72),
+                HasSubstr("pixels is not between 1 x 1 and 65535 x 65535"))
+        << size;
+  }
+  EXPECT_EQ(message("PF\n3 two\n-1\n", 72), "'two' in the picture's header is not a number");
+}
+
 // libpng allocates whole rows when it prepares to read: 2 GiB each in this file.
 TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_allocated) {
   const auto path =

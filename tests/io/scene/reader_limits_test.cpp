@@ -61,7 +61,7 @@ TEST(ReaderLimits, text_files_are_read_up_to_a_size) {
   EXPECT_EQ(error_of([&] { read_text_file(folder / "a", 4); }, folder.path()),
             "a: 5 bytes are more than the 4 that are read");
   EXPECT_EQ(error_of([&] { read_text_file(folder / "b", 4); }, folder.path()),
-            "b: cannot be read: No such file or directory");
+            "b: cannot be read: no such file");
 }
 
 TEST(ReaderLimits, json_is_read_up_to_a_depth_and_a_number_of_values) {

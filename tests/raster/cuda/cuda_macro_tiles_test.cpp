@@ -81,6 +81,8 @@ TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_in_pictures_of_every_size) {
     const Camera camera = test::front_camera(width, height);
     const Frame& frame = gpu->render(camera, settings_of_pipeline(), test::decisions());
     EXPECT_EQ(frame.stats.pipeline, Pipeline::fast);
+    EXPECT_GE(frame.stats.sort_bytes, 8u * frame.stats.visible);
+    EXPECT_LT(frame.stats.sort_bytes, 8u * frame.stats.tile_pairs);
     test::expect_equal_decisions(frame,
                                  cpu->render(camera, settings_of_pipeline(), test::decisions()));
   }

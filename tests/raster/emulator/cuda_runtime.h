@@ -66,6 +66,7 @@ int barrier(int value);
 const std::array<std::uint64_t, kWarpSize>& warp_exchange(std::uint64_t value);
 
 inline std::size_t used_bytes = 0;
+inline std::size_t uploaded_bytes = 0;  ///< copied to the GPU so far
 
 inline std::vector<uint4> dynamic_shared;  // of the running kernel
 
@@ -235,8 +236,9 @@ cudaError_t cudaMallocHost(T** pointer, std::size_t bytes) {
   return cudaSuccess;
 }
 inline cudaError_t cudaFreeHost(void* pointer) { return std::free(pointer), cudaSuccess; }
-inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind,
-                                   cudaStream_t) {
+inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes,
+                                   cudaMemcpyKind kind, cudaStream_t) {
+  if (kind == cudaMemcpyHostToDevice) emulator::uploaded_bytes += bytes;
   return std::memcpy(to, from, bytes), cudaSuccess;
 }
 inline cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaStream_t) {

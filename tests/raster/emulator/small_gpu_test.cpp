@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Memory of a small GPU: what can be copied again makes room for what is needed now.
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "cuda_runtime.h"
@@ -64,6 +66,66 @@ TEST_F(SmallGpu, the_other_order_of_the_scene_and_old_buffers_make_room_for_a_fr
   const std::vector<float> small = renderer->render(camera).color.values;
   emulator::total_bytes = emulator::kTotalBytes;
   EXPECT_EQ(small, renderer->render(camera).color.values);
+}
+
+// A macro-tile that `fast` cannot cut: at every distance between its samples (16 to 64 entries) the
+// samples are the farther Gaussians, so the nearer ones stay in one slice. Faint Gaussians far away
+// make the cells of the spatial order so large that it is the order of the file. `classic` needs
+// the scene in another order, and both do not fit into memory together.
+GaussianCloud uncut_cloud() {
+  constexpr std::uint32_t kBlock = 256, kCount = 117 * kBlock, kFaint = 16 * kBlock;
+  const auto is_sample = [](std::uint32_t slot, unsigned log2_distance) {
+    const std::uint32_t number = slot >> log2_distance;
+    return slot == (number << log2_distance | (number * 2654435761u) >> (32 - log2_distance));
+  };
+  GaussianCloud cloud;
+  cloud.resize(kCount + kFaint, 3);
+  for (std::uint32_t i = 0; i < kCount + kFaint; ++i) {
+    // Blocks append in reverse order, as the farthest ones are projected first.
+    const std::uint32_t slot = kCount - (i / kBlock + 1) * kBlock + i % kBlock;
+    const bool far = is_sample(slot, 6) || is_sample(slot, 5) || is_sample(slot, 4);
+    const float faint_z = i % 2 == 0 ? -1000.0f : 1000.0f;
+    const float z = i < kCount ? (far ? 2.5f : 2.0f) + 1e-6f * static_cast<float>(i) : faint_z;
+    cloud.positions[i] = {0, 0, z};
+    cloud.log_scales[i] = glm::vec3(-2);
+    cloud.rotations[i] = {1, 0, 0, 0};
+    cloud.opacity_logits[i] = i < kCount ? -2 : -20;
+  }
+  std::fill(cloud.sh.begin(), cloud.sh.end(), glm::vec3(0.1f));  // not exact in half precision
+  return cloud;
+}
+
+TEST_F(SmallGpu, a_scene_that_fast_gave_up_is_not_uploaded_twice_for_each_frame) {
+  constexpr int kRest = 100;  // frames until `fast` is tried again
+  const GaussianCloud cloud = uncut_cloud();
+  const auto renderer = make_renderer(Backend::cuda, test::pool());
+  renderer->upload(cloud, {});
+  leave(10 << 20);  // for one of the orders, of 7 MiB, and the buffers of a frame
+  const Camera camera = test::front_camera(32, 32);
+  const auto uploaded_by_a_frame = [&] {
+    const std::size_t before = emulator::uploaded_bytes;
+    EXPECT_EQ(renderer->render(camera).stats.pipeline, Pipeline::classic);
+    return emulator::uploaded_bytes - before;
+  };
+  const std::size_t order = uploaded_by_a_frame();  // of classic
+  EXPECT_GT(order, std::size_t{6} << 20);
+  for (int frame = 1; frame < kRest; ++frame) EXPECT_LT(uploaded_by_a_frame(), order / 10) << frame;
+  EXPECT_GT(uploaded_by_a_frame(), order + order / 2) << "fast is tried again";
+  EXPECT_LT(uploaded_by_a_frame(), order / 10);
+}
+
+// A crop uploads another cloud to the same renderer, and the whole scene comes back after it.
+TEST_F(SmallGpu, a_crop_and_the_whole_scene_take_each_other_s_place) {
+  const GaussianCloud whole = test::random_cloud(50'000, 3, 1),
+                      part = test::random_cloud(40'000, 3, 2);
+  const auto renderer = make_renderer(Backend::cuda, test::pool());
+  renderer->upload(whole, {});
+  const std::vector<float> before = drawn(*renderer);
+  leave(6 << 20);  // less than either
+  renderer->upload(part, {});
+  EXPECT_NE(drawn(*renderer), before);
+  renderer->upload(whole, {});
+  EXPECT_EQ(drawn(*renderer), before);
 }
 
 TEST_F(SmallGpu, photographs_make_room_for_growth_and_are_copied_again) {

@@ -11,10 +11,11 @@ void action::change_backend(Viewer& viewer, Host& host, Backend backend) {
   host.run([backend](RenderContext& context) {
     const auto end = hide_progress_at_end(context);
     Session& session = context.session;
-    session.second.reset();
-    session.renderer =
-        upload_to(context, session.scene, backend, upload_progress(context, *session.scene));
-    session.backend = backend;
+    change_renderer(session, backend, [&](Backend wanted) {
+      Progress progress = upload_progress(context, *session.scene);
+      if (wanted == session.backend) progress.stop = {};  // the old renderer always comes back
+      return upload_to(context, session.scene, wanted, progress);
+    });
     context.report(action::backend_changed, backend);
   });
 }

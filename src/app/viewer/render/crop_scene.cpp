@@ -6,6 +6,7 @@
 #include "app/picture/palette.h"
 #include "app/session/removal_text.h"
 #include "app/viewer/render/render_context.h"
+#include "app/viewer/render/upload_scene.h"
 #include "raster/base/fail.h"
 #include "raster/kernel/constants.h"
 
@@ -30,7 +31,7 @@ void show(RenderContext& context, const std::shared_ptr<const Scene>& scene) {
   if (scene == session.scene) return;
   session.second.reset();
   context.reference.reset();
-  session.renderer->upload(cloud_of(scene), {});
+  upload_making_room(context, *session.renderer, scene, {});
   session.scene = scene;
 }
 

@@ -59,7 +59,8 @@ bool free_renderers(RenderContext& context, const Renderer* kept) {
   return any;
 }
 
-// Uploads a scene to a renderer, and again without the other renderers if memory is short.
+}  // namespace
+
 void upload_making_room(RenderContext& context, Renderer& renderer,
                         const std::shared_ptr<const Scene>& scene, const Progress& progress) {
   try {
@@ -69,8 +70,6 @@ void upload_making_room(RenderContext& context, Renderer& renderer,
     renderer.upload(cloud_of(scene), progress);
   }
 }
-
-}  // namespace
 
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
   Session& session = context.session;
@@ -98,6 +97,19 @@ SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
   const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
   context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
   return facts;
+}
+
+void change_renderer(Session& session, Backend backend,
+                     const std::function<std::unique_ptr<Renderer>(Backend)>& upload) {
+  session.second.reset();
+  session.renderer.reset();
+  try {
+    session.renderer = upload(backend);
+  } catch (...) {
+    session.renderer = upload(session.backend);
+    throw;
+  }
+  session.backend = backend;
 }
 
 Renderer& renderer_on(RenderContext& context, Backend backend) {

@@ -3,6 +3,7 @@
 // The render thread's part of opening a scene: it draws a sample, uploads the scene, and shows it.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "app/viewer/render/render_context.h"
@@ -51,6 +52,18 @@ Progress upload_progress(RenderContext& context, const Scene& scene);
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend,
                                     const Progress& progress);
+
+/// Uploads a scene to a renderer, and again without the other renderers if memory is short; these
+/// are made again when they are needed. Throws Error and Cancelled, and then the renderer has its
+/// old scene.
+void upload_making_room(RenderContext& context, Renderer& renderer,
+                        const std::shared_ptr<const Scene>& scene, const Progress& progress);
+
+/// Replaces the session's renderer by upload(backend). The old renderer goes first, because both
+/// may not fit into memory, and upload(the old backend) makes it again if the new one fails. Throws
+/// what `upload` throws.
+void change_renderer(Session& session, Backend backend,
+                     const std::function<std::unique_ptr<Renderer>(Backend)>& upload);
 
 /// The renderer of RenderContext::beside on the session's backend, to which it is uploaded again
 /// after a change of the backend. Throws Error and Cancelled.

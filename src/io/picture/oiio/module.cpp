@@ -28,6 +28,11 @@ void keep_alpha_as_stored(OIIO::ImageSpec& spec) { spec.attribute("oiio:Unassoci
 void* open(const char* path, OiioPicture* picture, OiioMessage* message) try {
   OIIO::ImageSpec config;
   keep_alpha_as_stored(config);
+  if (!OIIO::ImageInput::create(path)) {
+    OIIO::geterror();  // discards a question
+    say(message, "no picture format has this ending");
+    return nullptr;
+  }
   auto input = OIIO::ImageInput::open(path, &config);
   if (!input) {
     say(message, OIIO::geterror());
@@ -64,7 +69,7 @@ int write(const char* path, const OiioPicture* picture, const OiioText* texts, i
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) {
     OIIO::geterror();  // discards a message that would name the temporary file
-    say(message, "no picture format has this ending");
+    say(message, "no picture format has this ending: use .png, for example");
     return 0;
   }
   const bool floats = holds_floats(*output);

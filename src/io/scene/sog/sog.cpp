@@ -83,6 +83,7 @@ class Tree {
     }
     if (entry.has("environment")) environment = entry.text("environment");
     visit(entry.get("tree"));
+    check_totals(entry);
   }
 
   std::vector<std::string> files;
@@ -113,6 +114,8 @@ class Tree {
     if (!entry.has("lods")) return;
     const json& levels = object(node["lods"]);
     if (levels.empty()) return;
+    for (const auto& [level, part] : levels.items())
+      totals_[level] += number(object(part), "count");
     // Keys are sorted; the first key is the finest level, usually 0.
     const json& finest = object(levels.begin().value());
     leaves.push_back({number(finest, "file"), number(finest, "offset"), number(finest, "count")});
@@ -120,8 +123,36 @@ class Tree {
       fail("{}: file {} is not in the list of files", source_, leaves.back().file);
   }
 
+  // The description may state the Gaussians of each level and of all levels, without the
+  // environment.
+  void check_totals(const JsonEntry& entry) {
+    std::uint64_t all = 0;
+    for (const auto& [level, total] : totals_) all += total;
+    if (entry.has("count") && number(root_, "count") != all)
+      fail("{}: count is {}, but its tree has {} Gaussians", source_, number(root_, "count"), all);
+    if (!entry.has("counts")) return;
+    const json& counts = root_["counts"];
+    if (!counts.is_array()) fail("{}: counts is not a list", source_);
+    for (std::size_t i = 0; i < counts.size(); ++i) totals_.try_emplace(fmt::format("{}", i), 0);
+    for (const auto& [level, total] : totals_) {
+      const std::uint64_t stated = stated_count(counts, level);
+      if (stated != total) {
+        fail("{}: counts has {} Gaussians in level {}, but its tree has {}", source_, stated, level,
+             total);
+      }
+    }
+  }
+
+  // 0 for a level that is not in the list.
+  std::uint64_t stated_count(const json& counts, const std::string& level) const {
+    for (std::size_t i = 0; i < counts.size(); ++i)
+      if (level == fmt::format("{}", i)) return number({{"counts", counts[i]}}, "counts");
+    return 0;
+  }
+
   const std::string& source_;
   json root_;
+  std::map<std::string, std::uint64_t> totals_;  // Gaussians of the tree, by level
 };
 
 // Opens each SOG scene of a tree once, when it is first needed.

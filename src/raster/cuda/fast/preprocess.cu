@@ -233,20 +233,22 @@ __device__ void for_each_count(const MacroTiles& tiles, const Visit& visit) {
 /// threads of one block call it together.
 __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counters) {
   __shared__ std::uint32_t begins[kLengthClasses];
-  __shared__ std::uint32_t fullest, full;
+  __shared__ std::uint32_t fullest, full, entries;
   const auto class_of = [](bool exists, std::uint32_t gaussians) {
     return exists ? length_class(gaussians) : kLengthClasses;
   };
   if (threadIdx.x < kLengthClasses) begins[threadIdx.x] = 0;
-  if (threadIdx.x == 0) fullest = full = 0;
+  if (threadIdx.x == 0) fullest = full = entries = 0;
   __syncthreads();
-  std::uint32_t most = 0, full_here = 0;
+  std::uint32_t most = 0, full_here = 0, sum = 0;
   for_each_count(tiles, [&](bool exists, unsigned, std::uint32_t gaussians) {
     reserve_slot_of(class_of(exists, gaussians), exists, begins);
     most = max(most, gaussians);
+    sum += gaussians;
     full_here += gaussians >= MacroTiles::kUsual ? 1 : 0;
   });
   atomicMax(&fullest, most);
+  atomicAdd(&entries, sum);
   if (full_here > 0) atomicAdd(&full, full_here);
   __syncthreads();
   if (threadIdx.x < kWarp) {
@@ -254,6 +256,7 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counter
     begins[threadIdx.x] = inclusive_sum_of_warp(own) - own;
   }
   if (threadIdx.x == 0) {
+    counters->entries = entries;
     counters->fullest_macro_tile = fullest;
     counters->full_macro_tiles = full;
   }

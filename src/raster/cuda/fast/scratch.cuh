@@ -20,6 +20,7 @@ struct FastCounters {
   std::uint32_t segments;            ///< of all long lists, as reserved
   std::uint32_t cut_segments;        ///< as cut
   std::uint32_t turns[2];            ///< half segments that warps have taken: first, and again
+  std::uint32_t entries;             ///< of all macro-tiles
   std::uint32_t fullest_macro_tile;  ///< Gaussians in it
   std::uint32_t full_macro_tiles;    ///< number of them
   std::uint32_t spilled;             ///< entries in the fullest of Slicing::kParts

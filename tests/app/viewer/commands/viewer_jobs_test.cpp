@@ -293,6 +293,28 @@ TEST_F(ViewerJobs, the_grid_has_the_counts_of_every_mode_and_the_pictures_at_the
   EXPECT_FALSE(layers_of(frame->shown).picture) << "the map is drawn into the pictures";
 }
 
+TEST_F(ViewerJobs, the_figure_of_all_modes_ends_with_a_margin_below_its_last_line) {
+  for (const bool maps : {false, true}) {
+    SCOPED_TRACE(maps);
+    change([maps](Viewer& viewer) {
+      viewer.heatmap = maps ? std::optional(HeatQuantity::pairs) : std::nullopt;
+    });
+    std::filesystem::remove_all(scenes_ / "figures");
+    press("Ctrl+F9");
+    settle();
+    std::filesystem::path file;
+    for (const auto& entry : std::filesystem::directory_iterator(scenes_ / "figures"))
+      if (entry.path().extension() == ".png") file = entry.path();
+    const Image figure = read_image(file);
+    int last = 0;  // row with ink
+    for (int y = 0; y < figure.height; ++y)
+      for (int x = 0; x < figure.width; ++x)
+        if (figure.at(x, y, 0) < 0.95f) last = y;
+    EXPECT_GE(figure.height - 1 - last, 30);
+    EXPECT_LE(figure.height - 1 - last, 80);
+  }
+}
+
 TEST_F(ViewerJobs, the_inspector_works_up_to_the_right_and_the_lower_border) {
   press("B");
   for (const glm::ivec2 pixel : {glm::ivec2(95, 10), {40, 63}, {0, 0}}) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/viewer/render/crop_scene.h"
 #include "raster/base/error.h"
 #include "support/pool.h"
 #include "support/scenes.h"
@@ -81,6 +82,54 @@ TEST_F(Uploads, a_scene_that_does_not_fit_leaves_the_old_one_drawn) {
   EXPECT_THROW(show(1001), Error);
   EXPECT_EQ(session().scene->cloud.size(), 600u);
   EXPECT_EQ(renderer().drawn->size(), 600u);
+}
+
+TEST_F(Uploads, the_whole_scene_makes_room_when_a_crop_ends) {
+  set_beside(300);
+  context_.cropped = CroppedScene{scene_of(900), false};
+  show_crop({{}, CropView::whole})(context_);
+  EXPECT_EQ(renderer().drawn->size(), 900u);
+  EXPECT_EQ(session().scene->cloud.size(), 900u);
+  EXPECT_EQ(context_.beside->renderer, nullptr);
+}
+
+TEST_F(Uploads, the_old_renderer_goes_before_another_backend_s_comes) {
+  std::size_t used_before = 1;
+  change_renderer(session(), Backend::cuda, [&](Backend) {
+    used_before = gpu_.used;
+    auto renderer = std::make_unique<SmallRenderer>(gpu_);
+    renderer->upload(cloud_of(session().scene), {});
+    return renderer;
+  });
+  EXPECT_EQ(used_before, 0u);
+  EXPECT_EQ(gpu_.used, 600u);
+  EXPECT_EQ(session().backend, Backend::cuda);
+}
+
+TEST_F(Uploads, the_old_renderer_comes_back_if_another_backend_fails_or_is_cancelled) {
+  for (const bool cancelled : {false, true}) {
+    std::vector<Backend> wanted;
+    const auto upload = [&](Backend backend) -> std::unique_ptr<Renderer> {
+      wanted.push_back(backend);
+      if (backend == Backend::cuda && cancelled) throw Cancelled();
+      auto renderer = std::make_unique<SmallRenderer>(gpu_);
+      renderer->upload(backend == Backend::cuda
+                           ? std::make_shared<GaussianCloud>(test::random_cloud(1001, 0, 1))
+                           : cloud_of(session().scene),
+                       {});
+      return renderer;
+    };
+    if (cancelled) {
+      EXPECT_THROW(change_renderer(session(), Backend::cuda, upload), Cancelled);
+    } else {
+      EXPECT_THROW(change_renderer(session(), Backend::cuda, upload), Error);
+    }
+    EXPECT_EQ(wanted, (std::vector<Backend>{Backend::cuda, Backend::cpu}));
+    EXPECT_EQ(session().backend, Backend::cpu);
+    ASSERT_NE(session().renderer, nullptr);
+    EXPECT_EQ(renderer().drawn->size(), 600u);
+    EXPECT_EQ(gpu_.used, 600u);
+  }
 }
 
 TEST_F(Uploads, the_second_scene_makes_room_and_is_uploaded_again_later) {

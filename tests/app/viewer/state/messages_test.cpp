@@ -29,6 +29,7 @@ TEST(Messages, a_written_file_has_its_absolute_path_in_toast_and_log) {
   EXPECT_FALSE(toast.error);
   EXPECT_EQ(driven.viewer.log.back().path, path);
   EXPECT_EQ(driven.viewer.log.back().text, toast.text);
+  EXPECT_FALSE(driven.viewer.log.back().error);
   driven.apply(tick, Turn{15.9}, 0.0);
   EXPECT_THAT(driven.viewer.toasts, SizeIs(1)) << "long enough to press a button";
   driven.apply(open_with_desktop, path);

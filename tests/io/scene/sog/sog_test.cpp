@@ -463,6 +463,29 @@ TEST_F(StreamedSog, leaves_must_name_existing_gaussians_once) {
   EXPECT_EQ(error({leaf(0, 0, "1")}), "lod-meta.json: count is not a number");
 }
 
+// Every leaf() has 1 Gaussian in level 1.
+TEST_F(StreamedSog, totals_that_the_description_states_are_those_of_its_tree) {
+  const auto message = [&](const json& totals) {
+    json description = tree({leaf(0, 0, 8), leaf(1, 0, 5)});
+    description["environment"] = "sky/meta.json";  // does not count
+    description.update(totals);
+    save(tree_, description);
+    return error_of(tree_);
+  };
+  EXPECT_EQ(message({{"count", 15}, {"counts", {13, 2}}}), "");
+  EXPECT_EQ(message({{"counts", {13, 2, 0}}}), "");
+  EXPECT_EQ(message({{"count", 14}}), "lod-meta.json: count is 14, but its tree has 15 Gaussians");
+  EXPECT_EQ(message({{"count", 35}}), "lod-meta.json: count is 35, but its tree has 15 Gaussians");
+  EXPECT_EQ(message({{"counts", {12, 3}}}),
+            "lod-meta.json: counts has 12 Gaussians in level 0, but its tree has 13");
+  EXPECT_EQ(message({{"counts", {13}}}),
+            "lod-meta.json: counts has 0 Gaussians in level 1, but its tree has 2");
+  EXPECT_EQ(message({{"counts", {13, 2, 1}}}),
+            "lod-meta.json: counts has 1 Gaussians in level 2, but its tree has 0");
+  EXPECT_EQ(message({{"counts", 15}}), "lod-meta.json: counts is not a list");
+  EXPECT_EQ(message({{"counts", {"a", 2}}}), "lod-meta.json: counts is not a number");
+}
+
 TEST_F(StreamedSog, wrong_kinds_of_values_are_named) {
   const auto message = [&](const char* pointer, const json& value) {
     json description = tree({leaf(0, 0, 20)});

@@ -32,7 +32,8 @@ struct SectionPlan {
   std::uint32_t bucket_size = 1, full_buckets = 0;
   std::vector<std::uint32_t> partial = {};  // rows of each
   float block_size = 5;
-  std::uint32_t range = 0;  // 0 stands for 32767
+  std::uint32_t range = 0;   // 0 stands for 32767
+  std::uint32_t unused = 1;  // buckets beyond the full and the partial ones
 };
 
 // A number for each field of each Gaussian.
@@ -80,11 +81,12 @@ class Ksplat {
   }
 
   void add(std::uint16_t level, const SectionPlan& plan, std::size_t header, std::size_t first) {
-    const auto buckets = static_cast<std::uint32_t>(plan.full_buckets + plan.partial.size() + 1);
+    const auto buckets =
+        static_cast<std::uint32_t>(plan.full_buckets + plan.partial.size() + plan.unused);
     set(header, plan.count);
     set(header + 4, plan.max_count);
     set(header + 8, plan.bucket_size);
-    set(header + 12, level == 0 ? 0 : buckets);  // one more than is used
+    set(header + 12, level == 0 ? 0 : buckets);
     set(header + 16, plan.block_size);
     set(header + 20, std::uint16_t{12});
     set(header + 24, plan.range);
@@ -253,6 +255,27 @@ TEST(Ksplat, what_is_at_a_limit_is_read_and_what_is_beyond_is_refused) {
   EXPECT_EQ(error_of(full.bytes()), "");
   SectionPlan none{0, 0, 0};
   EXPECT_EQ(error_of(Ksplat(0, {none}, 1).bytes()), "a.ksplat: holds no Gaussians");
+}
+
+TEST(Ksplat, unused_buckets_change_no_gaussian) {
+  std::vector<SectionPlan> sections = two_sections(1);
+  const auto read_with = [&](std::uint32_t first, std::uint32_t second) {
+    sections[0].unused = first;
+    sections[1].unused = second;
+    return read(Ksplat(1, sections, 3).bytes());
+  };
+  const Scene expected = read_with(0, 0);
+  for (const auto& [first, second] : {std::pair{1u, 0u}, {0u, 3u}, {5u, 2u}}) {
+    const Scene scene = read_with(first, second);
+    EXPECT_THAT(scene.warnings, IsEmpty());
+    EXPECT_EQ(scene.cloud.positions, expected.cloud.positions) << first << " " << second;
+    EXPECT_EQ(scene.cloud.log_scales, expected.cloud.log_scales) << first << " " << second;
+    EXPECT_EQ(scene.cloud.sh, expected.cloud.sh) << first << " " << second;
+  }
+  // The first bucket of the first section is stated, but its section does not have it.
+  Ksplat file(1, sections, 3);
+  file.set(kHeader + 12, 3u);
+  EXPECT_EQ(error_of(file.bytes()), "a.ksplat: a section uses 4 buckets and has 3");
 }
 
 TEST(Ksplat, bytes_after_the_last_section_are_ignored_with_a_warning) {

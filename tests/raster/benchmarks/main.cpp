@@ -89,9 +89,9 @@ class Stages {
       case Stage::preprocess:
         return preprocess(frame_, scene_, false, fast_visible_);
       case Stage::sort:
-        return sort(frame_, fast_visible_, fast_order_);
+        return sort(frame_, fast_visible_, fast_bands_);
       case Stage::bin:
-        return bin(frame_, fast_visible_, fast_order_, fast_lists_);
+        return bin(frame_, fast_visible_, fast_bands_, fast_lists_);
       case Stage::blend:
         return blend(frame_, fast_visible_, fast_lists_, fast_queue_, {}, result_);
     }
@@ -109,7 +109,7 @@ class Stages {
   cpu::DepthOrder order_;
   cpu::TileLists lists_;
   cpu::fast::FastVisible fast_visible_;
-  cpu::fast::FastDepthOrder fast_order_;
+  cpu::fast::Bands fast_bands_;
   cpu::TileLists fast_lists_;
   cpu::fast::TileQueue fast_queue_;
 };

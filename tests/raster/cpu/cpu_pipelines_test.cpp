@@ -195,6 +195,24 @@ TEST_P(CpuPipeline, blend_every_pixel_out_to_the_edge_of_faint_and_thin_gaussian
   }
 }
 
+TEST_P(CpuPipeline, alphas_of_one_gaussian_are_exact_to_two_millionths) {
+  // White on black, so that a pixel's colour is its alpha.
+  const Camera camera = test::front_camera(320, 200);
+  const auto renderer = make_renderer(Backend::cpu, test::pool());
+  for (const float logit : {-5.0f, 0.0f, 4.0f, 6.0f}) {
+    GaussianCloud cloud = test::single_gaussian({0.1f, -0.05f, 3}, 0.02f, {1, 1, 1}, logit);
+    cloud.log_scales[0] = {-3, -5, -5};
+    cloud.rotations[0] = glm::angleAxis(0.6f, glm::vec3(0, 0, 1));
+    renderer->upload(cloud, {});
+    RenderSettings settings;
+    settings.pipeline = Pipeline::fast;
+    const Image alphas = renderer->render(camera, settings).color;
+    settings.mode = kReferenceMode;
+    const Image expected = renderer->render(camera, settings).color;
+    EXPECT_EQ(test::share_beyond(alphas, expected, 2e-6), 0) << logit;
+  }
+}
+
 TEST_P(CpuPipeline, results_do_not_depend_on_threads_or_on_earlier_frames) {
   const GaussianCloud cloud = test::random_cloud(9000, 1, 8);
   const Camera camera = test::front_camera(200, 150);

@@ -75,6 +75,43 @@ TEST(TileLists, may_take_half_of_the_memory_of_the_machine) {
   EXPECT_THROW(cpu::refuse_if_too_many(most + 1), Error);
 }
 
+TEST(Sort, lists_in_every_band_the_gaussians_that_reach_it_front_to_back) {
+  const GaussianCloud cloud = test::random_cloud(5000, 0, 4);
+  const RenderSettings settings;
+  for (const auto& [height, threads] : {std::pair{200, 1}, {200, 3}, {40, 5}}) {
+    const Camera camera = test::front_camera(320, height);
+    const cpu::FrameContext frame{cloud,
+                                  camera,
+                                  settings,
+                                  TileGrid::of_image(camera.width, camera.height),
+                                  test::pool(threads),
+                                  {}};
+    cpu::fast::FastVisible visible;
+    cpu::fast::Bands bands;
+    cpu::fast::preprocess(frame, cpu::fast::make_scene(cloud, test::pool(2)), false, visible);
+    cpu::fast::sort(frame, visible, bands);
+    ASSERT_EQ(bands.size(), static_cast<std::size_t>(threads));
+    int row = 0;
+    for (const auto& band : bands) {
+      EXPECT_EQ(band->top, row);
+      row = band->bottom;
+      std::vector<std::uint32_t> expected;
+      visible.for_each([&](std::uint32_t slot) {
+        const auto begin = static_cast<int>(visible.rows[slot] & 0xffff);
+        const auto end = static_cast<int>(visible.rows[slot] >> 16);
+        EXPECT_LT(begin, end);
+        if (begin < band->bottom && end > band->top) expected.push_back(slot);
+      });
+      std::sort(expected.begin(), expected.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair(visible.depths[a], visible.gaussians[a]) <
+               std::pair(visible.depths[b], visible.gaussians[b]);
+      });
+      EXPECT_EQ(std::vector<std::uint32_t>(band->slots().begin(), band->slots().end()), expected);
+    }
+    EXPECT_EQ(row, frame.grid.rows);
+  }
+}
+
 TEST(Blend, takes_tiles_by_descending_class_of_length_and_then_in_order) {
   const GaussianCloud cloud = test::random_cloud(4000, 0, 3);
   const Camera camera = test::front_camera(320, 200);
@@ -83,15 +120,15 @@ TEST(Blend, takes_tiles_by_descending_class_of_length_and_then_in_order) {
       cloud, camera, settings, TileGrid::of_image(camera.width, camera.height), test::pool(2), {}};
   const cpu::fast::SceneBlocks scene = cpu::fast::make_scene(cloud, test::pool(2));
   cpu::fast::FastVisible visible;
-  cpu::fast::FastDepthOrder order;
+  cpu::fast::Bands bands;
   cpu::TileLists lists;
   cpu::fast::TileQueue queue;
   Frame result;
   Outputs outputs;
   outputs.color = false;
   cpu::fast::preprocess(frame, scene, false, visible);
-  cpu::fast::sort(frame, visible, order);
-  cpu::fast::bin(frame, visible, order, lists);
+  cpu::fast::sort(frame, visible, bands);
+  cpu::fast::bin(frame, visible, bands, lists);
   cpu::fast::blend(frame, visible, lists, queue, outputs, result);
   std::vector<std::uint32_t> expected(static_cast<std::size_t>(frame.grid.count()));
   for (std::uint32_t tile = 0; tile < expected.size(); ++tile) expected[tile] = tile;

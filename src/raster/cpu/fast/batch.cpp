@@ -2,6 +2,7 @@
 #include "raster/cpu/fast/batch.h"
 
 #include <algorithm>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/batch.cpp"
@@ -13,125 +14,128 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::CappedTag<float, Batch::kVector>;
-using DI = hn::RebindToSigned<D>;
 using DU = hn::RebindToUnsigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
-constexpr std::uint32_t kLanes = static_cast<std::uint32_t>(hn::MaxLanes(D()));
-constexpr int kFloats = sizeof(Record) / sizeof(float);
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));  // the same for unsigned
 
-/// The same field of kLanes records, addressed in the first record.
-struct Fields {
-  const Record& first;
+/// Prefetch distance in list entries.
+constexpr std::uint32_t kPrefetch = 24;
 
-  HWY_INLINE V operator()(const float& field_of_first) const {
-    const DI di;
-    const auto steps = hn::Mul(hn::Iota(di, 0), hn::Set(di, kFloats));
-    return hn::GatherIndex(D(), &field_of_first, steps);
-  }
-};
-
-/// Records side by side, so that vectors of a field can be gathered with constant indices.
-struct Records {
-  Record records[Batch::kEntries];
-
-  HWY_INLINE void load(const TileJob& job, std::uint32_t first, std::uint32_t size) {
-    const std::uint32_t* list = job.list + first;
-    const std::uint32_t next = std::min(Batch::kEntries, job.length - first - size);
-    for (std::uint32_t k = 0; k < size; ++k) records[k] = job.records[list[k]];
-    for (std::uint32_t k = 0; k < next; ++k) __builtin_prefetch(&job.records[list[size + k]]);
-    Record none{};
-    none.ellipse.y_max = -1;
-    none.limit = kNoLimit;
-    for (std::uint32_t k = size; k % kLanes != 0; ++k) records[k] = none;
-  }
-};
-
-/// Writes the polynomials and colours of entries [k, k + kLanes).
-HWY_INLINE void stage(const Fields& field, glm::vec3 background, V u, V v, std::uint32_t k,
-                      Batch& batch) {
-  const D d;
-  const Record& first = field.first;
-  const V xx = field(first.a), xy = field(first.b), yy = field(first.c);
-  const V half = hn::Set(d, 0.5f), log2_opacity = field(first.log2_opacity);
-  const V x = hn::MulAdd(hn::Add(xx, xx), u, hn::Mul(xy, v));
-  const V y = hn::MulAdd(hn::Add(yy, yy), v, hn::Mul(xy, u));
-  const V twice = hn::MulAdd(x, u, hn::Mul(y, v));
-  hn::Store(hn::MulAdd(half, twice, log2_opacity), d, batch.constant + k);
-  hn::Store(x, d, batch.x + k);
-  hn::Store(y, d, batch.y + k);
-  hn::Store(xx, d, batch.xx + k);
-  hn::Store(xy, d, batch.xy + k);
-  hn::Store(yy, d, batch.yy + k);
-  const V limit = field(first.limit);
-  hn::Store(limit, d, batch.limit + k);
-  batch.limited |= !hn::AllTrue(d, hn::Eq(limit, hn::Set(d, kNoLimit)));
-  hn::Store(hn::Sub(field(first.red), hn::Set(d, background.x)), d, batch.red + k);
-  hn::Store(hn::Sub(field(first.green), hn::Set(d, background.y)), d, batch.green + k);
-  hn::Store(hn::Sub(field(first.blue), hn::Set(d, background.z)), d, batch.blue + k);
+/// The square root with a relative error below 2^-13. NaN for negative numbers.
+HWY_INLINE V rough_root(V x) {
+#if HWY_TARGET == HWY_AVX3
+  return hn::Mul(x, hn::ApproximateReciprocalSqrt(x));
+#else
+  return hn::Sqrt(x);
+#endif
 }
 
-/// Appends entries [k, k + kLanes) to the cells that they reach. Over a row of cells, the ellipse
-/// is widest at its own extreme or at the end of the row nearest to it.
-HWY_INLINE void find_cells(const Fields& field, V u, V v, const bool* open, std::uint32_t k,
-                           Batch& batch) {
-  const D d;
-  const DU du;
-  const AlphaEllipse& e = field.first.ellipse;
-  const V y_max = field(e.y_max), slope = field(e.slope), v_extreme = field(e.v_extreme),
-          half2 = field(e.half2), narrowing = field(e.narrowing), margin = field(e.margin);
-  const V from_first = hn::Add(u, hn::Set(d, -0.5f * (kTileSize - 1)));
-  const V top = hn::Add(v, hn::Set(d, -0.5f * (kTileSize - 1)));
-  const auto numbers = hn::Iota(du, k);
-  for (int row = 0; row < kCellsInRow; ++row) {
-    const V low = hn::Add(top, hn::Set(d, float(row * kCellSide)));
-    const V high = hn::Add(low, hn::Set(d, float(kCellSide - 1)));
-    const V v0 = hn::Max(low, hn::Neg(y_max)), v1 = hn::Min(high, y_max);
-    const auto half_at = [&](V at) HWY_ATTR {
-      const V square = hn::NegMulAdd(hn::Mul(narrowing, at), at, half2);
-      return hn::Add(hn::Sqrt(hn::Max(square, hn::Zero(d))), margin);
-    };
-    const V v_right = hn::Min(hn::Max(v_extreme, v0), v1);
-    const V v_left = hn::Min(hn::Max(hn::Neg(v_extreme), v0), v1);
-    // Relative to the tile's first pixel.
-    const V right = hn::Sub(hn::MulAdd(slope, v_right, half_at(v_right)), from_first);
-    const V left = hn::Sub(hn::MulSub(slope, v_left, half_at(v_left)), from_first);
-    const M meets = hn::Le(v0, v1);
-    for (int column = 0; column < kCellsInRow; ++column) {
-      const int cell = row * kCellsInRow + column;
-      if (!open[cell]) continue;
-      const M reached = hn::And(
-          meets, hn::And(hn::Ge(right, hn::Set(d, float(column * kCellSide))),
-                         hn::Le(left, hn::Set(d, float(column * kCellSide + kCellSide - 1)))));
-      // Compresses in a register, because compressing stores are slow on some CPUs.
-      hn::StoreU(hn::Compress(numbers, hn::RebindMask(du, reached)), du,
-                 batch.reaching[cell] + batch.counts[cell]);
-      batch.counts[cell] += static_cast<std::uint32_t>(hn::CountTrue(d, reached));
+HWY_INLINE std::uint64_t bits_of(M mask) {
+  std::uint8_t bytes[8] = {};
+  std::uint16_t bits;
+  hn::StoreMaskBits(D(), mask, bytes);
+  std::memcpy(&bits, bytes, sizeof bits);
+  return bits;
+}
+
+/// The bit of a cell among the cells that an entry reaches.
+HWY_INLINE int bit_of(int cell) { return cell % kCellsInRow * kCellsInRow + cell / kCellsInRow; }
+
+/// The place of a tile: its columns of pixels, and its middle.
+struct Place {
+  V x[kTileSize / kLanes];
+  float middle_y;
+
+  HWY_INLINE explicit Place(const TileJob& job)
+      : middle_y(static_cast<float>(job.y0) + 0.5f * (kTileSize - 1)) {
+    for (int at = 0; at < kTileSize; at += kLanes) {
+      const V column = hn::Iota(D(), static_cast<float>(at));
+      x[at / kLanes] = hn::Add(column, hn::Set(D(), static_cast<float>(job.x0)));
     }
   }
+};
+
+/// Computes the columns of an entry. Returns bits of the cells that it reaches: cells with a pixel
+/// of alpha >= 1/256, or a little less.
+HWY_INLINE std::uint32_t stage(const Record& record, const Place& place, Batch::Columns& columns) {
+  constexpr float kMarginPx = 0.02f;
+  constexpr float kHalf = 0.5f * (kCellSide - 1);
+  const D d;
+  std::uint64_t reached = 0;  // bit 16 row of cells + column of pixels
+  for (int at = 0; at < kTileSize; at += kLanes) {
+    const V dx = hn::Sub(place.x[at / kLanes], hn::Set(d, record.mean_x));
+    const V level = hn::NegMulAdd(hn::Mul(dx, hn::Set(d, record.along)), dx,
+                                  hn::Set(d, record.log2_256_opacity));
+    // The row in which the column's alpha is largest.
+    const V row =
+        hn::MulAdd(dx, hn::Set(d, record.slope), hn::Set(d, record.mean_y - place.middle_y));
+    hn::Store(level, d, columns.level + at);
+    hn::Store(hn::Mul(row, hn::Set(d, record.scale)), d, columns.offset + at);
+    // Rows from a cell's middle to the farthest center; NaN if the column is too faint.
+    const V reach =
+        hn::MulAdd(rough_root(level), hn::Set(d, record.height), hn::Set(d, kMarginPx + kHalf));
+    for (int cells = 0; cells < kCellsInRow; ++cells) {
+      const float center = float(cells * kCellSide) + kHalf - 0.5f * (kTileSize - 1);
+      const M meets = hn::Le(hn::Abs(hn::Sub(row, hn::Set(d, center))), reach);
+      reached |= bits_of(meets) << (cells * kTileSize + at);
+    }
+  }
+  static_assert(kCellSide == 4 && kTileSize == 16);
+  reached |= reached >> 1;  // of the columns of a cell
+  reached = (reached | reached >> 2) & 0x1111111111111111;
+  reached = (reached | reached >> 15) & 0x0000333300003333;
+  return static_cast<std::uint32_t>((reached | reached >> 30) & 0xffff);
+}
+
+/// Copies the factors of an entry. `background`: 0 and the background's colour.
+HWY_INLINE void stage(const Record& record, const float* background, Batch::Factors& factors) {
+  const hn::CappedTag<float, 4> d;
+  for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+    const auto values = hn::LoadU(d, &record.scale + i);
+    hn::Store(hn::Sub(values, hn::Load(d, background + i)), d, &factors.scale + i);
+  }
+}
+
+/// Lists the entries that reach a cell; `bit`: the cell's.
+HWY_INLINE std::uint32_t list_cell(const std::uint32_t* reached, std::uint32_t size, int bit,
+                                   std::uint32_t* list) {
+  const DU du;
+  const auto flag = hn::Set(du, 1u << bit);
+  std::uint32_t count = 0;
+  auto numbers = hn::Iota(du, 0);
+  for (std::uint32_t k = 0; k < size; k += kLanes) {
+    const auto reaches = hn::TestBit(hn::Load(du, reached + k), flag);
+    // Compresses in a register, because compressing stores are slow on some CPUs.
+    hn::StoreU(hn::Compress(numbers, reaches), du, list + count);
+    count += static_cast<std::uint32_t>(hn::CountTrue(du, reaches));
+    numbers = hn::Add(numbers, hn::Set(du, std::uint32_t{kLanes}));
+  }
+  for (std::uint32_t k = 0; k < Batch::kMultiple - 1; ++k) list[count + k] = Batch::kNone;
+  return count;
 }
 
 void load_batch(const TileJob& job, std::uint32_t first, std::uint32_t size, const bool* open,
                 Batch& batch) {
-  const D d;
-  Records loaded;
-  loaded.load(job, first, size);
-  std::fill_n(batch.counts, kCells, 0u);
-  batch.limited = false;
-  const V middle_x = hn::Set(d, static_cast<float>(job.x0) + 0.5f * (kTileSize - 1));
-  const V middle_y = hn::Set(d, static_cast<float>(job.y0) + 0.5f * (kTileSize - 1));
-  for (std::uint32_t k = 0; k < size; k += kLanes) {
-    const Record& record = loaded.records[k];
-    const Fields field{record};
-    const V u = hn::Sub(middle_x, field(record.mean_x));
-    const V v = hn::Sub(middle_y, field(record.mean_y));
-    stage(field, job.background, u, v, k, batch);
-    find_cells(field, u, v, open, k, batch);
+  const std::uint32_t* list = job.list + first;
+  const std::uint32_t last = job.length - first - 1;
+  const Place place(job);
+  alignas(16) const float background[4] = {0, job.background.x, job.background.y, job.background.z};
+  float brightest = 0;
+  alignas(64) std::uint32_t reached[Batch::kEntries + Batch::kVector];
+  for (std::uint32_t k = 0; k < size; ++k) {
+    __builtin_prefetch(&job.records[list[std::min(k + kPrefetch, last)]]);
+    const Record& record = job.records[list[k]];
+    reached[k] = stage(record, place, batch.columns[k]);
+    stage(record, background, batch.factors[k]);
+    brightest = std::max(brightest, record.log2_256_opacity);
   }
+  batch.limited = brightest > kLog2Of256AlphaMax;
+  std::fill_n(reached + size, Batch::kVector, 0u);
   for (int cell = 0; cell < kCells; ++cell) {
-    for (std::uint32_t k = 0; k < Batch::kMultiple - 1; ++k)
-      batch.reaching[cell][batch.counts[cell] + k] = Batch::kNone;
+    batch.counts[cell] =
+        open[cell] ? list_cell(reached, size, bit_of(cell), batch.reaching[cell]) : 0;
   }
 }
 
@@ -145,8 +149,9 @@ namespace qs::cpu::fast {
 HWY_EXPORT(load_batch);
 
 Batch::Batch() {
-  constant[kNone] = -1e6f;
-  for (float* factors : {x, y, xx, xy, yy, limit, red, green, blue}) factors[kNone] = 0;
+  std::fill_n(columns[kNone].level, kTileSize, -1e6f);
+  std::fill_n(columns[kNone].offset, kTileSize, 0.0f);
+  factors[kNone] = {0, 0, 0, 0};
 }
 
 void Batch::load(const TileJob& job, std::uint32_t first, std::uint32_t size, const bool* open) {

@@ -7,24 +7,31 @@
 
 namespace qs::cpu::fast {
 
+inline constexpr float kLog2Of256AlphaMax = 8 - 0.014499570f;
+
 struct alignas(64) Batch {
   static constexpr std::uint32_t kEntries = 128;
   static constexpr std::uint32_t kVector = 16;   ///< most lanes of a vector: room for whole stores
   static constexpr std::uint32_t kMultiple = 4;  ///< of the entries of a cell
   static constexpr std::uint32_t kNone = kEntries;  ///< an entry that has no alpha anywhere
-  static constexpr std::uint32_t kRoom = kEntries + kVector;
 
-  /// Per entry: log2 alpha is constant + x X + y Y + xx X^2 + xy X Y + yy Y^2, at X, Y from the
-  /// tile's middle.
-  float constant[kRoom], x[kRoom], y[kRoom], xx[kRoom], xy[kRoom], yy[kRoom];
-  float limit[kRoom];                           ///< Record::limit
-  float red[kRoom], green[kRoom], blue[kRoom];  ///< without the background
+  /// The part that depends on the column of pixels: log2 of 256 alpha is
+  /// level - (scale Y - offset)^2 in the row Y below the tile's middle.
+  struct alignas(64) Columns {
+    float level[kTileSize], offset[kTileSize];
+  };
+  struct alignas(16) Factors {
+    float scale;
+    float red, green, blue;  ///< without the background
+  };
+  Columns columns[kEntries + 1];  ///< per entry
+  Factors factors[kEntries + 1];  ///< per entry
 
   /// Per cell: the entries that may have a pixel with alpha >= 1/255 in it, front to back, and
   /// kNone up to a multiple of kMultiple.
-  std::uint32_t reaching[kCells][kRoom];
+  std::uint32_t reaching[kCells][kEntries + kVector];
   std::uint32_t counts[kCells];
-  bool limited;  ///< true if an entry has a finite limit
+  bool limited;  ///< true if an entry may have an alpha above kAlphaMax
 
   Batch();
 

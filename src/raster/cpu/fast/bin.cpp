@@ -31,37 +31,24 @@ void find_begins(const FrameContext& frame, const FastVisible& visible, TileList
   lists.begin[rows * columns] = sum;
 }
 
-/// First tile row of band `band`, so that all `bands` have about the same number of pairs.
-int band_begin(std::size_t band, std::size_t bands, TileGrid grid, const TileLists& lists) {
-  const std::uint64_t target = lists.pairs() * band / bands;
-  int row = 0;
-  while (row < grid.rows && lists.begin[static_cast<std::size_t>(row * grid.columns)] < target)
-    ++row;
-  return row;
-}
-
 }  // namespace
 
-// Every thread owns a band of tile rows. It visits all Gaussians front to back and lists each
-// Gaussian that overlaps its band. So one thread writes each list in order, and the result does not
-// depend on the number of bands.
-void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthOrder& order,
+// Every thread lists the Gaussians of its band front to back. So one thread writes each list in
+// order, and the result does not depend on the number of bands.
+void bin(const FrameContext& frame, const FastVisible& visible, const Bands& bands,
          TileLists& lists) {
   find_begins(frame, visible, lists);
   refuse_if_too_many(lists.pairs());
   lists.slots.resize(lists.pairs());
   lists.cursors.assign(lists.begin.begin(), lists.begin.end());
 
-  const auto bands = static_cast<std::size_t>(frame.pool.size());
-  const Array<std::uint32_t>& slots = order.slots();
-  const std::size_t count = slots.size();
-  frame.for_chunks(bands, 1, [&](std::size_t band, std::size_t, int) {
-    const int top = band == 0 ? 0 : band_begin(band, bands, frame.grid, lists);
-    const int bottom =
-        band + 1 == bands ? frame.grid.rows : band_begin(band + 1, bands, frame.grid, lists);
+  frame.for_chunks(bands.size(), 1, [&](std::size_t b, std::size_t, int) {
+    const Band& band = *bands[b];
+    const Array<std::uint32_t>& slots = band.slots();
+    const std::size_t count = slots.size();
     const auto add = [&](const PackedTileRect& rect, std::uint32_t slot) {
-      const int row_end = std::min<int>(rect.row_end, bottom);
-      for (int row = std::max<int>(rect.row_begin, top); row < row_end; ++row) {
+      const int row_end = std::min<int>(rect.row_end, band.bottom);
+      for (int row = std::max<int>(rect.row_begin, band.top); row < row_end; ++row) {
         std::uint64_t* cursors = &lists.cursors[static_cast<std::size_t>(row * frame.grid.columns)];
         for (int column = rect.column_begin; column < rect.column_end; ++column)
           lists.slots[cursors[column]++] = slot;
@@ -72,17 +59,16 @@ void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthO
       if (i + kPrefetch < count) __builtin_prefetch(&visible.listings[slots[i + kPrefetch]]);
       if (i + kPrefetch / 2 < count) {
         const std::uint32_t soon = slots[i + kPrefetch / 2];
-        if (visible.listings[soon].count > 1) __builtin_prefetch(visible.rects_of(soon));
+        if (!visible.listings[soon].single()) __builtin_prefetch(visible.rects_of(soon));
       }
       if (i % 65536 == 0 && frame.stop.stop_requested()) throw Cancelled{};
       const std::uint32_t slot = slots[i];
       const Listing& listing = visible.listings[slot];
-      if (listing.bounds.row_begin >= bottom || listing.bounds.row_end <= top) continue;
-      if (listing.count == 1) {
-        add(listing.bounds, slot);
+      if (listing.single()) {
+        add(listing.rect, slot);
       } else {
         const PackedTileRect* rects = visible.rects_of(slot);
-        for (std::uint32_t k = 0; k < listing.count; ++k) add(rects[k], slot);
+        for (std::uint32_t k = 0; k < listing.several.count; ++k) add(rects[k], slot);
       }
     }
   });

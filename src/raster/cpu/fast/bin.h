@@ -10,7 +10,7 @@
 namespace qs::cpu::fast {
 
 /// Throws Error(device) if the lists do not fit into memory.
-void bin(const FrameContext& frame, const FastVisible& visible, const FastDepthOrder& order,
+void bin(const FrameContext& frame, const FastVisible& visible, const Bands& bands,
          TileLists& lists);
 
 }  // namespace qs::cpu::fast

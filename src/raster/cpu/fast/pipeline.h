@@ -23,7 +23,7 @@ class FastPipeline {
  private:
   SceneBlocks scene_;
   FastVisible visible_;
-  FastDepthOrder order_;
+  Bands bands_;
   TileLists lists_;
   TileQueue queue_;
 };

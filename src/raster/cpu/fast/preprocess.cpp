@@ -10,40 +10,19 @@
 namespace qs::cpu::fast {
 namespace {
 
-AlphaEllipse ellipse_of(const Survivors& s, std::size_t k) {
-  if (!(s.gamma[k] > 0.0f)) return {-1, 0, 0, 0, 0, 0};
-  constexpr float kWider = 1.0005f, kMarginPx = 0.01f, kRounding = 4e-6f;
-  const float x_max = std::sqrt(s.gamma[k] * s.xx[k]) * kWider + kMarginPx;
-  const float y_max = std::sqrt(s.gamma[k] * s.yy[k]) * kWider + kMarginPx;
-  const float half2 = s.gamma[k] / s.conic_a[k] * (kWider * kWider);
-  return {y_max, s.xy[k] / s.yy[k],       s.xy[k] / s.xx[k] * x_max,
-          half2, half2 / (y_max * y_max), kMarginPx + kRounding * x_max};
-}
-
-/// Record::limit.
-float limit_of(const Survivors& s, std::size_t k) {
-  constexpr float kLog2AlphaMax = -0.014499570f;
-  constexpr float kRounding = 2e-5f;              // of log2 alpha, per thinness
-  constexpr float kTolerance = 0.005f;            // of log2 alpha
-  const float thinness = s.conic_a[k] * s.xx[k];  // >= 1
-  const float rounding = std::max(kRounding * thinness, kTolerance);
-  const bool stays_below = s.log2_opacity[k] + rounding < kLog2AlphaMax;
-  return stays_below ? kNoLimit : std::min(s.log2_opacity[k], kLog2AlphaMax);
-}
-
 Record record_of(const Survivors& s, std::size_t k, const Colors& colors) {
+  constexpr float kWider = 1.0005f;  // more than the error of a root in batch.cpp
   Record record;
   record.mean_x = s.mean_x[k];
   record.mean_y = s.mean_y[k];
-  record.a = kLog2OfFalloff * s.conic_a[k];
-  record.b = 2 * kLog2OfFalloff * s.conic_b[k];
-  record.c = kLog2OfFalloff * s.conic_c[k];
-  record.log2_opacity = s.log2_opacity[k];
+  record.log2_256_opacity = s.log2_opacity[k] + 8;
+  record.along = -kLog2OfFalloff / s.xx[k];
+  record.slope = s.xy[k] / s.xx[k];
+  record.scale = std::sqrt(-kLog2OfFalloff * s.conic_c[k]);
+  record.height = kWider / record.scale;
   record.red = colors.red[s.lane[k]];
   record.green = colors.green[s.lane[k]];
   record.blue = colors.blue[s.lane[k]];
-  record.limit = limit_of(s, k);
-  record.ellipse = ellipse_of(s, k);
   return record;
 }
 
@@ -65,6 +44,7 @@ void count_tiles_of(const RectList& rects, std::size_t begin, TileGrid grid,
 void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced,
                 FastVisible& visible) {
   visible.resize(frame.cloud.size());
+  visible.rows.resize(visible.slots());
   visible.listings.resize(visible.slots());
   visible.records.resize(visible.slots());
   visible.footprints.resize(traced ? visible.slots() : 0);
@@ -92,7 +72,8 @@ void preprocess(const FrameContext& frame, const SceneBlocks& scene, bool traced
           const Block& block = scene.blocks[b];
           const std::size_t counted = rects.size();
           project(view, rules, frame.grid, block, survivors);
-          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot]);
+          list_tiles(frame.settings.mode, frame.grid, survivors, rects, &visible.listings[slot],
+                     &visible.rows[slot]);
           color({scene.harmonics, frame.sh_degree(), view.position}, block, b, survivors, colors);
           count_tiles_of(rects, counted, frame.grid,
                          visible.corners[static_cast<std::size_t>(worker)]);

@@ -37,12 +37,18 @@ class Joiner {
     }
   }
 
-  /// False if no rectangle was added.
-  HWY_INLINE bool finish(Listing& listing) {
+  /// Writes the Gaussian's listing and tile rows. False if no rectangle was added.
+  HWY_INLINE bool finish(Listing& listing, std::uint32_t& rows) {
     if (!open_.any()) return false;
     close();
-    listing = {bounds_, static_cast<std::uint32_t>(first_),
-               static_cast<std::uint32_t>(rects_.size() - first_)};
+    rows = top_ + (std::uint32_t{bottom_} << 16);
+    const std::size_t count = rects_.size() - first_;
+    if (count == 1) {
+      listing.rect = rects_[first_];
+    } else {
+      listing.several = {Listing::kSeveral, static_cast<std::uint16_t>(count),
+                         static_cast<std::uint32_t>(first_)};
+    }
     return true;
   }
 
@@ -57,15 +63,14 @@ class Joiner {
     const PackedTileRect rect{narrow(open_.row_begin), narrow(open_.row_end),
                               narrow(open_.column_begin), narrow(open_.column_end)};
     rects_.add(rect);
-    bounds_ = {std::min(bounds_.row_begin, rect.row_begin), std::max(bounds_.row_end, rect.row_end),
-               std::min(bounds_.column_begin, rect.column_begin),
-               std::max(bounds_.column_end, rect.column_end)};
+    top_ = std::min(top_, rect.row_begin);
+    bottom_ = std::max(bottom_, rect.row_end);
   }
 
   RectList& rects_;
   std::size_t first_;
   Open open_;
-  PackedTileRect bounds_{65535, 0, 65535, 0};
+  std::uint16_t top_ = 65535, bottom_ = 0;
 };
 
 HWY_INLINE void add_line(bool by_rows, int line, int begin, int end, Joiner& joiner) {
@@ -104,7 +109,7 @@ HWY_INLINE void add_walked(const Walks& walks, std::size_t k, Joiner& joiner) {
 /// `walks` may be null.
 template <class P>
 HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectList& rects,
-                          Listing* listings) {
+                          Listing* listings, std::uint32_t* rows) {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < s.count; ++k) {
     Joiner joiner(rects);
@@ -113,7 +118,7 @@ HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectL
     } else {
       add_rects<P>(s.footprint(k), grid, joiner);
     }
-    if (!joiner.finish(listings[kept])) continue;
+    if (!joiner.finish(listings[kept], rows[kept])) continue;
     if (kept != k) {
       s.lane[kept] = s.lane[k];
       for (float* plane : {s.mean_x, s.mean_y, s.xx, s.xy, s.yy, s.conic_a, s.conic_b, s.conic_c,
@@ -126,11 +131,12 @@ HWY_INLINE void list_with(TileGrid grid, const Walks* walks, Survivors& s, RectL
 }
 
 void list_block(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
-                Listing* listings) {
+                Listing* listings, std::uint32_t* rows) {
   Walks walks;
   const Walks* computed = walks.compute(mode, grid, survivors) ? &walks : nullptr;
-  with_culler(
-      mode, [&]<class P>(P) HWY_ATTR { list_with<P>(grid, computed, survivors, rects, listings); });
+  with_culler(mode, [&]<class P>(P) HWY_ATTR {
+    list_with<P>(grid, computed, survivors, rects, listings, rows);
+  });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -143,8 +149,8 @@ namespace qs::cpu::fast {
 HWY_EXPORT(list_block);
 
 void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
-                Listing* listings) {
-  HWY_DYNAMIC_DISPATCH(list_block)(mode, grid, survivors, rects, listings);
+                Listing* listings, std::uint32_t* rows) {
+  HWY_DYNAMIC_DISPATCH(list_block)(mode, grid, survivors, rects, listings, rows);
 }
 
 }  // namespace qs::cpu::fast

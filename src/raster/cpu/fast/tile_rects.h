@@ -37,16 +37,25 @@ class RectList {
   std::size_t size_ = 0;
 };
 
-/// The rectangles of one Gaussian.
-struct Listing {
-  PackedTileRect bounds;  ///< around all of them
-  std::uint32_t first;    ///< in its chunk's RectList
-  std::uint32_t count;    ///< > 0
+/// The rectangles of one Gaussian: one, or several in its chunk's RectList. Bin reads listings in
+/// random order, so they are small.
+union Listing {
+  struct Several {
+    std::uint16_t mark;   ///< kSeveral, which is no first row
+    std::uint16_t count;  ///< > 1
+    std::uint32_t first;
+  };
+  static constexpr std::uint16_t kSeveral = 65535;
+
+  PackedTileRect rect;
+  Several several;
+
+  bool single() const { return rect.row_begin != kSeveral; }
 };
 
 /// Appends the rectangles of `survivors` to `rects`, removes survivors without any, and writes
-/// listings[k] for the k-th survivor that remains.
+/// listings[k] and rows[k] for the k-th survivor that remains. `rows`: see FastVisible.
 void list_tiles(CullMode mode, TileGrid grid, Survivors& survivors, RectList& rects,
-                Listing* listings);
+                Listing* listings, std::uint32_t* rows);
 
 }  // namespace qs::cpu::fast

@@ -51,7 +51,7 @@ class OwnOnDevice {
     };
     Frame result;
     bool is_drawn = false;
-    if (settings_.pipeline == Pipeline::fast) {
+    if (settings_.pipeline == Pipeline::fast && fast::FastPipeline::can_draw(grid)) {
       const FrameContext frame = frame_of(Order::space);
       is_drawn = fast_.draw(frame, outputs, pixels_, clock_);
       if (is_drawn) fast_.collect(frame, outputs, pixels_, result);

@@ -74,7 +74,7 @@ class CudaRenderer final : public Renderer {
         classic_->draw(frame, outputs, pixels_, clock_);
         collect(*classic_, frame, outputs, target);
       };
-      const bool tries_fast = fast_draws(settings);
+      const bool tries_fast = fast_draws(settings, grid);
       bool is_drawn = false;
       if (tries_fast) {
         is_drawn = making_room([&] { return free_all_but(Order::space); }, draw_by_fast);
@@ -127,8 +127,8 @@ class CudaRenderer final : public Renderer {
   }
 
   /// False while `classic` draws because `fast` could not, and both orders do not fit.
-  bool fast_draws(const RenderSettings& settings) {
-    if (settings.pipeline != Pipeline::fast) return false;
+  bool fast_draws(const RenderSettings& settings, TileGrid grid) {
+    if (settings.pipeline != Pipeline::fast || !fast::FastPipeline::can_draw(grid)) return false;
     if (cloud(Order::space) || rest_of_fast_ == 0) return true;
     return --rest_of_fast_ == 0;
   }

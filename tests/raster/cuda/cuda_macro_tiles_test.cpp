@@ -100,6 +100,16 @@ TEST_P(CudaMacroTiles, draw_the_largest_picture) {
   }
 }
 
+TEST_P(CudaMacroTiles, of_a_larger_picture_are_left_to_classic_and_the_statistics_say_so) {
+  const auto gpu = renderer_of(Backend::cuda, test::single_gaussian({0, 0, 3}, 1e-4f, {1, 1, 1}));
+  Outputs counts;
+  counts.color = false;
+  const Frame& frame =
+      gpu->render(test::front_camera(16'400, 16'384), settings_of_pipeline(), counts);
+  EXPECT_EQ(frame.stats.pipeline, Pipeline::classic);
+  EXPECT_EQ(frame.stats.visible, 1u);
+}
+
 TEST_P(CudaMacroTiles, are_cut_into_slices_in_far_views_and_whole_in_near_ones) {
   const GaussianCloud cloud =
       test::scattered_cloud(30'000, 512, [](std::size_t i) { return 2 + 1e-4 * double(i); });

@@ -119,6 +119,8 @@ struct MacroTiles {
   static constexpr int kTiles = kColumns * kRows;
   static constexpr std::uint32_t kUsual = MacroSize::kUsual;           ///< Gaussians
   static constexpr std::uint64_t kBytesEach = sizeof(MacroEntry) + 1;  ///< of an entry, its mask
+  /// Of a picture of 16384 x 16384 pixels. Their entries take 3.6 GB.
+  static constexpr std::size_t kMost = 256 * 512;
 
   std::uint32_t* counts;  ///< per macro-tile: its Gaussians, spilled Gaussians included
   MacroEntry* entries;    ///< slicing.size.capacity for each

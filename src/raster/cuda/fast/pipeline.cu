@@ -115,6 +115,10 @@ FastPipeline::FastPipeline(int device)
   size_.pair_capacity = 1 << 16;
 }
 
+bool FastPipeline::can_draw(TileGrid grid) {
+  return MacroTiles::count_of(grid) <= MacroTiles::kMost;
+}
+
 bool FastPipeline::draw(const FrameContext& frame, const Outputs& outputs, Pixels& pixels,
                         StageClock& clock) {
   frame.throw_if_cancelled();

@@ -40,6 +40,9 @@ class FastPipeline {
  public:
   explicit FastPipeline(int device);
 
+  /// False for pictures of more than MacroTiles::kMost macro-tiles.
+  static bool can_draw(TileGrid grid);
+
   /// Draws a scene in Order::space. Fills `pixels` and waits for the frame. Returns false if the
   /// slices of a macro-tile do not fit, because its samples were not representative. Throws Error
   /// and Cancelled.

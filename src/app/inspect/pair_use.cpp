@@ -6,6 +6,7 @@
 
 #include "raster/base/error.h"
 #include "raster/kernel/composite.h"
+#include "raster/kernel/cull/culler.h"
 
 namespace qs {
 namespace {

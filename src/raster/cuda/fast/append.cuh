@@ -205,8 +205,7 @@ class BlockCounts {
   /// The counter of a macro-tile. A block may ask for less than kMost different ones.
   __device__ unsigned counter_of(unsigned macro_tile) const {
     if (owners_ == nullptr) return macro_tile;
-    constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
-    unsigned counter = macro_tile * kHash >> (32 - kLog2Most);
+    unsigned counter = hash_of(macro_tile, kLog2Most);
     for (;; counter = (counter + 1) % kMost) {
       const std::uint32_t owner = atomicCAS(&owners_[counter], kNone, macro_tile);
       if (owner == kNone || owner == macro_tile) return counter;

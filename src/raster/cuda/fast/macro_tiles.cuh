@@ -14,6 +14,12 @@
 
 namespace qs::cuda::fast {
 
+/// A number of `bits` bits, 1 to 31, that varies strongly with the value (Knuth, multiplicative
+/// hashing).
+__device__ inline std::uint32_t hash_of(std::uint32_t value, std::uint32_t bits) {
+  return value * 2654435761u >> (32 - bits);
+}
+
 /// A Gaussian in a macro-tile.
 struct MacroEntry {
   std::uint32_t depth_key, place;  ///< place: of the Gaussian in the scene's order in space
@@ -90,9 +96,8 @@ struct Slicing {
   /// Stores the entry at `slot` of a macro-tile if it is a sample: one in every 2^log2_distance
   /// slots, at a place that varies, so that the order of the scene hardly matters.
   __device__ void sample(unsigned macro_tile, std::uint32_t slot, MacroEntry entry) const {
-    constexpr std::uint32_t kHash = 2654435761u;  // Knuth, multiplicative hashing
     const std::uint32_t number = slot >> size.log2_distance;
-    const std::uint32_t place = number * kHash >> (32 - size.log2_distance);
+    const std::uint32_t place = hash_of(number, size.log2_distance);
     if (slot != (number << size.log2_distance | place) || number >= size.sample_capacity) return;
     samples[std::size_t{macro_tile} * size.sample_capacity + number] = entry;
   }

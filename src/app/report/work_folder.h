@@ -4,7 +4,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 
 #include "io/bytes/temporaries.h"
 
@@ -15,10 +14,10 @@ class WorkFolder {
   /// Throws Error(input) if the folder cannot be created.
   WorkFolder();
 
-  const std::filesystem::path& path() const { return folder_->path(); }
+  const std::filesystem::path& path() const { return folder_.path(); }
 
  private:
-  std::unique_ptr<const TemporaryPath> folder_;
+  UnfinishedFolder folder_;
 };
 
 }  // namespace qs

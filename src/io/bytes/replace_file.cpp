@@ -9,6 +9,7 @@
 #include <system_error>
 #include <vector>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "io/bytes/file_guard.h"
@@ -20,9 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A hidden name in `folder` for the unfinished file or folder NAME.
-fs::path hidden_name(const fs::path& folder, const std::string& stem, const std::string& ending) {
-  return folder / fmt::format(".{}.{}.tmp{}", stem, getpid(), ending);
+std::string reason_of(int error_number) {
+  if (error_number == ENOSPC || error_number == EDQUOT) return "the disk is full";
+  return error_number == 0 ? "the file system refuses it" : std::strerror(error_number);
+}
+
+// A new hidden folder in `folder` for the unfinished content of `shown`.
+UnfinishedFolder hidden_folder(const fs::path& folder, const fs::path& shown) try {
+  return UnfinishedFolder(folder / ".quadsplat-");
+} catch (const fs::filesystem_error& error) {
+  fail("{}: cannot be written: {}", shown.string(), reason_of(error.code().value()));
 }
 
 // Runs work() and names `shown` instead of `hidden` in the message of its Error.
@@ -78,25 +86,23 @@ void replace_file(const std::filesystem::path& path,
   if (std::filesystem::exists(status) && std::filesystem::is_other(status)) return write(path);
   if (std::filesystem::is_symlink(path, error) && std::filesystem::is_regular_file(status))
     return replace_file(std::filesystem::canonical(path), write);
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   require_place(path);
   const bool replaces = check_target(path);
-  const TemporaryPath temporary(
-      hidden_name(folder, path.stem().string(), path.extension().string()));
-  write(temporary.path());
-  move_undisturbed([&] { fs::rename(temporary.path(), path, error); });
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const UnfinishedFolder hidden = hidden_folder(folder, path);
+  const fs::path temporary = hidden.path() / path.filename();
+  write(temporary);
+  move_undisturbed([&] { fs::rename(temporary, path, error); });
   if (error) fail("{}: cannot be written: {}", path.string(), error.message());
-  if (!is_in_temporary(path)) note_written(path, replaces);
+  if (!is_unfinished(path)) note_written(path, replaces);
 }
 
 void replace_folder(const fs::path& folder,
                     const std::function<void(const fs::path& temporary)>& write) {
   check_folder(folder);
   const FolderPlace where = place_of(folder);
-  const TemporaryPath hidden(hidden_name(where.above, where.place.filename().string(), ""));
+  const UnfinishedFolder hidden = hidden_folder(where.above, folder);
   std::error_code error;
-  fs::create_directory(hidden.path(), error);
-  if (error) fail("{}: cannot be created: {}", folder.string(), error.message());
   naming(folder, hidden.path(), [&] { write(hidden.path()); });
   const std::vector<fs::path> files = files_in(hidden.path());
   std::vector<bool> replaced;
@@ -153,10 +159,7 @@ void fail_to_write(const std::filesystem::path& path, const std::filesystem::pat
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
   const std::string after = error ? "" : fmt::format(" after {} bytes", bytes);
-  if (reason == ENOSPC || reason == EDQUOT)
-    fail("{}: cannot be written: the disk is full{}", path.string(), after);
-  fail("{}: cannot be written: {}{}", path.string(),
-       reason == 0 ? "the file system refuses it" : std::strerror(reason), after);
+  fail("{}: cannot be written: {}{}", path.string(), reason_of(reason), after);
 }
 
 }  // namespace qs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes a file so that it appears whole or not at all: the content is written to a hidden
-// temporary file in the same folder with the same extension, which is renamed at the end, and
-// removed on failure. file_guard.h has the rule that says which existing files may be replaced.
+// Writes a file so that it appears whole or not at all: the content is written to a file of the
+// same name in a hidden folder (temporaries.h) beside it, which is moved at the end, and deleted on
+// failure. file_guard.h has the rule that says which existing files may be replaced.
 #pragma once
 
 #include <filesystem>

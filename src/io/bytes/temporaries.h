@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The hidden files and folders of unfinished work. A signal that ends the program deletes them.
+// The folders of unfinished work. A signal that ends the program deletes them.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,17 @@
 
 namespace qs {
 
-/// A file or folder that the destructor deletes, unless it was moved away or kept.
-class TemporaryPath {
+/// A new, empty folder. The destructor deletes it with all that is left in it. Unfinished files
+/// lie in such a folder, because a file that is opened after delete_temporaries() would come back;
+/// in a folder that is gone it cannot be created.
+class UnfinishedFolder {
  public:
-  explicit TemporaryPath(std::filesystem::path path);
-  ~TemporaryPath();
-  TemporaryPath(const TemporaryPath&) = delete;
-  TemporaryPath& operator=(const TemporaryPath&) = delete;
+  /// Six random characters complete the name. Throws std::filesystem::filesystem_error if the
+  /// folder cannot be created.
+  explicit UnfinishedFolder(const std::filesystem::path& beginning);
+  ~UnfinishedFolder();
+  UnfinishedFolder(const UnfinishedFolder&) = delete;
+  UnfinishedFolder& operator=(const UnfinishedFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
 
@@ -22,8 +26,8 @@ class TemporaryPath {
   std::filesystem::path path_;
 };
 
-/// True if the file is in a temporary folder.
-bool is_in_temporary(const std::filesystem::path& file);
+/// True if the file is in an unfinished folder.
+bool is_unfinished(const std::filesystem::path& file);
 
 /// Moves finished work to its place: delete_temporaries() waits until `move` is done.
 void move_undisturbed(const std::function<void()>& move);

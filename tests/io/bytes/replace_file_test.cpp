@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <future>
 #include <random>
 #include <thread>
 
@@ -12,7 +13,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include "io/bytes/temporaries.h"
 #include "io/picture/image_file.h"
 #include "io/scene/writer.h"
 #include "raster/base/error.h"
@@ -79,6 +82,37 @@ TEST(ReplaceFile, a_disk_that_becomes_full_names_the_file_and_the_bytes) {
     write_file(path, [](std::ostream& file) { file << std::string(100'000, 'x'); });
   });
   EXPECT_EQ(entries_in(folder.path()), 0u);
+}
+
+// A thread may be about to open its unfinished file while the program ends.
+TEST(ReplaceFile, a_program_that_ends_leaves_no_file_that_is_opened_later) {
+  const TemporaryFolder folder;
+  const auto ends_before_the_file_is_opened = [&] {
+    std::promise<void> waits, deleted, opened;
+    std::thread writer([&] {
+      replace_file(folder / "late.txt", [&](const fs::path& temporary) {
+        waits.set_value();
+        deleted.get_future().wait();
+        std::ofstream(temporary) << "late";
+        opened.set_value();
+      });
+    });
+    waits.get_future().wait();
+    delete_temporaries();
+    deleted.set_value();
+    opened.get_future().wait();
+    _exit(0);
+  };
+  EXPECT_EXIT(ends_before_the_file_is_opened(), testing::ExitedWithCode(0), "");
+  EXPECT_EQ(entries_in(folder.path()), 0u);
+}
+
+TEST(ReplaceFile, the_longest_name_of_a_file_can_be_written) {
+  const TemporaryFolder folder;
+  const std::string longest(255, 'n');
+  write_file(folder / longest, [](std::ostream& file) { file << "content"; });
+  EXPECT_EQ(content_of(folder / longest), "content");
+  EXPECT_EQ(entries_in(folder.path()), 1u);
 }
 
 TEST(ReplaceFile, a_full_device_is_written_to_and_stays) {

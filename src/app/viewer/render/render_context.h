@@ -81,6 +81,12 @@ struct RenderContext {
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
 
+  /// Makes a renderer without a scene for the session. Tests make another kind.
+  std::function<std::unique_ptr<Renderer>(Backend, const Session&)> make_renderer =
+      [](Backend backend, const Session& owner) {
+        return qs::make_renderer(backend, *owner.pool, owner.device);
+      };
+
   Session session = {};                      ///< scene and renderer are initially null
   std::optional<CroppedScene> cropped = {};  ///< set while session.scene is cropped or tinted
   std::optional<RenderedBeside> beside = {};

@@ -16,7 +16,7 @@ Progress upload_progress(RenderContext& context, const Scene& scene) {
 std::unique_ptr<Renderer> upload_to(RenderContext& context,
                                     const std::shared_ptr<const Scene>& scene, Backend backend,
                                     const Progress& progress) {
-  auto renderer = make_renderer(backend, *context.session.pool, context.session.device);
+  auto renderer = context.make_renderer(backend, context.session);
   renderer->upload(cloud_of(scene), progress);
   return renderer;
 }
@@ -71,13 +71,32 @@ void upload_making_room(RenderContext& context, Renderer& renderer,
   }
 }
 
+namespace {
+
+// The same as upload_to(), without the other renderers if memory is short.
+std::unique_ptr<Renderer> make_room_and_upload(RenderContext& context,
+                                               const std::shared_ptr<const Scene>& scene,
+                                               Backend backend, const Progress& progress) {
+  auto renderer = context.make_renderer(backend, context.session);
+  upload_making_room(context, *renderer, scene, progress);
+  return renderer;
+}
+
+}  // namespace
+
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress) {
   Session& session = context.session;
   session.second.reset();  // is uploaded again when it is needed
-  if (session.renderer != nullptr && session.backend == order.backend) {
+  if (session.renderer == nullptr) {
+    session.renderer = make_room_and_upload(context, order.scene, order.backend, progress);
+  } else if (session.backend == order.backend) {
     upload_making_room(context, *session.renderer, order.scene, progress);
   } else {
-    session.renderer = upload_to(context, order.scene, order.backend, progress);
+    change_renderer(session, order.backend, [&](Backend backend) {
+      return backend == order.backend
+                 ? make_room_and_upload(context, order.scene, backend, progress)
+                 : upload_to(context, session.scene, backend, {});
+    });
   }
   context.reference.reset();
   context.cropped.reset();
@@ -91,9 +110,11 @@ SceneBeside show_beside(RenderContext& context, const BesideOrder& order,
                         const Progress& progress) {
   std::optional<RenderedBeside>& old = context.beside;
   const bool reuses = old && old->renderer != nullptr && old->backend == order.backend;
+  // The renderer of another backend is made again when it is needed.
+  if (old && !reuses) old->renderer.reset();
   if (reuses) upload_making_room(context, *old->renderer, order.scene, progress);
-  auto renderer =
-      reuses ? std::move(old->renderer) : upload_to(context, order.scene, order.backend, progress);
+  auto renderer = reuses ? std::move(old->renderer)
+                         : make_room_and_upload(context, order.scene, order.backend, progress);
   const SceneBeside facts{order.scene->path, order.scene->cloud.size()};
   context.beside = RenderedBeside{order.scene, facts, order.backend, std::move(renderer)};
   return facts;

@@ -40,8 +40,8 @@ RenderSettings settings_for(const ViewedScene& facts, RenderSettings settings,
 /// and Cancelled.
 void draw_sample(RenderContext& context, const SampleOrder& order);
 
-/// Uploads to a new renderer first, so that the old scene stays if the new scene does not fit.
-/// Throws Error and Cancelled, and then nothing has changed.
+/// The old scene leaves the backend's memory first, because both may not fit; it returns if the new
+/// scene fails. Throws Error and Cancelled, and then the old scene is still shown.
 OpenedScene show_scene(RenderContext& context, const UploadOrder& order, const Progress& progress);
 SceneBeside show_beside(RenderContext& context, const BesideOrder& order, const Progress& progress);
 

@@ -47,6 +47,10 @@ class Uploads : public testing::Test {
   Uploads() {
     context_.session.pool = std::make_unique<ThreadPool>(1);
     gpu_.total = 1000;
+    context_.make_renderer = [this](Backend backend, const Session&) {
+      made_.push_back({backend, gpu_.used});
+      return std::make_unique<SmallRenderer>(gpu_);
+    };
     session().renderer = std::make_unique<SmallRenderer>(gpu_);
     show(600);
   }
@@ -57,8 +61,8 @@ class Uploads : public testing::Test {
     scene->cloud = test::random_cloud(gaussians, 0, 1);
     return scene;
   }
-  void show(std::size_t gaussians) {
-    show_scene(context_, {scene_of(gaussians), {}, {}, Backend::cpu}, {});
+  void show(std::size_t gaussians, Backend backend = Backend::cpu) {
+    show_scene(context_, {scene_of(gaussians), {}, {}, backend}, {});
   }
   void set_beside(std::size_t gaussians) {
     auto beside = std::make_unique<SmallRenderer>(gpu_);
@@ -67,6 +71,13 @@ class Uploads : public testing::Test {
     context_.beside = RenderedBeside{scene, {}, Backend::cpu, std::move(beside)};
   }
 
+  // A renderer that was made, and the Gaussians in memory before.
+  struct Made {
+    Backend backend;
+    std::size_t used;
+    bool operator==(const Made&) const = default;
+  };
+  std::vector<Made> made_;
   SmallGpu gpu_;
   ActionQueue reports_{[] {}};
   RenderContext context_{reports_, {}};
@@ -80,6 +91,28 @@ TEST_F(Uploads, the_old_scene_goes_before_the_new_one_comes) {
 
 TEST_F(Uploads, a_scene_that_does_not_fit_leaves_the_old_one_drawn) {
   EXPECT_THROW(show(1001), Error);
+  EXPECT_EQ(session().scene->cloud.size(), 600u);
+  EXPECT_EQ(renderer().drawn->size(), 600u);
+}
+
+TEST_F(Uploads, the_old_scene_goes_before_the_new_one_comes_to_another_backend) {
+  show(900, Backend::cuda);
+  EXPECT_EQ(made_, (std::vector<Made>{{Backend::cuda, 0}}));
+  EXPECT_EQ(gpu_.used, 900u);
+  EXPECT_EQ(session().backend, Backend::cuda);
+}
+
+TEST_F(Uploads, the_second_scene_makes_room_on_another_backend) {
+  set_beside(300);
+  show(900, Backend::cuda);
+  EXPECT_EQ(gpu_.used, 900u);
+  EXPECT_EQ(context_.beside->renderer, nullptr);
+}
+
+TEST_F(Uploads, the_old_scene_returns_to_its_backend_if_the_new_one_does_not_fit_on_another) {
+  EXPECT_THROW(show(1001, Backend::cuda), Error);
+  EXPECT_EQ(made_, (std::vector<Made>{{Backend::cuda, 0}, {Backend::cpu, 0}}));
+  EXPECT_EQ(session().backend, Backend::cpu);
   EXPECT_EQ(session().scene->cloud.size(), 600u);
   EXPECT_EQ(renderer().drawn->size(), 600u);
 }
@@ -148,6 +181,16 @@ TEST_F(Uploads, a_second_scene_takes_the_place_of_the_one_before) {
   EXPECT_EQ(context_.beside->scene->cloud.size(), 400u);
   EXPECT_THROW(show_beside(context_, {scene_of(401), Backend::cpu}, {}), Error);
   EXPECT_EQ(context_.beside->scene->cloud.size(), 400u) << "the old one stays";
+}
+
+TEST_F(Uploads, a_second_scene_on_another_backend_comes_after_the_one_before_went) {
+  set_beside(300);
+  show_beside(context_, {scene_of(400), Backend::cuda}, {});
+  EXPECT_EQ(made_, (std::vector<Made>{{Backend::cuda, 600}}));
+  EXPECT_EQ(context_.beside->backend, Backend::cuda);
+  EXPECT_THROW(show_beside(context_, {scene_of(401), Backend::cpu}, {}), Error);
+  EXPECT_EQ(context_.beside->scene->cloud.size(), 400u) << "the old one stays";
+  EXPECT_EQ(context_.beside->renderer, nullptr) << "and is uploaded again later";
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/base/text.h"
 #include "app/report/html_page.h"
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"

@@ -6,6 +6,7 @@
 // whole frames on 1, 2, 4, ... threads; `threads/arithmetic` is a loop that uses only registers, to
 // show the scaling of the machine itself. `counts/...` alternates frames of 1280x720 with and
 // without Outputs::mode_pairs: medians of the CPU time of all threads in ms, and their ratio.
+// `lpips/...` compares two pictures of 1024x1024 pixels on all threads.
 #include <algorithm>
 #include <ctime>
 #include <functional>
@@ -18,6 +19,7 @@
 #include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
+#include "support/lpips_weights.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -201,6 +203,13 @@ void run_counts(benchmark::State& state, const Subject& subject) {
   state.counters["ratio"] = median(counted) / median(plain);
 }
 
+void run_lpips(benchmark::State& state, const lpips::Network& network) {
+  const lpips::Metric metric(test::golden_weights(network));
+  const auto [a, b] = test::golden_pictures(1024, 1024);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(metric.distance(a, b, lpips::InputRange::unit, test::pool()));
+}
+
 /// Arithmetic in registers.
 void run_arithmetic(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
@@ -245,6 +254,13 @@ int main(int argc, char** argv) {
         [one](benchmark::State& state) { run_counts(state, one->subject()); })
         ->UseRealTime()
         ->Unit(benchmark::kMillisecond);
+  }
+  for (const lpips::Network& network : lpips::kNetworks) {
+    benchmark::RegisterBenchmark(("lpips/" + std::string(network.name)).c_str(),
+                                 [&network](benchmark::State& state) { run_lpips(state, network); })
+        ->MeasureProcessCPUTime()
+        ->UseRealTime()
+        ->Unit(benchmark::kSecond);
   }
   on_every_thread_count(benchmark::RegisterBenchmark("threads/arithmetic", run_arithmetic));
   benchmark::RunSpecifiedBenchmarks();

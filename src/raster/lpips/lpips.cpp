@@ -121,7 +121,7 @@ void in_parallel(ThreadPool& pool, std::size_t count, const Body& body) {
                   });
 }
 
-// Both pictures on their way through the network.
+// Passes both pictures through the network, a band of rows at a time.
 class Comparison {
  public:
   Comparison(const std::array<const Image*, 2>& images, const Metric& metric,
@@ -181,8 +181,8 @@ class Comparison {
     }
   }
 
-  // Computes all rows behind a layer whose inputs are there, and drops inputs that are not needed
-  // any more.
+  // Computes all rows behind a layer whose inputs exist already, and drops inputs that are not
+  // needed any more.
   void advance(std::size_t number) {
     const Layer& layer = layers_[number];
     const FeatureRows& input = maps_[0][number];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// LPIPS with weights made by a rule. The golden values are those of numpy in double precision.
+// LPIPS with weights made by a rule. tests/golden/lpips.py computes the golden values in double
+// precision.
 #include "raster/lpips/lpips.h"
 
 #include <algorithm>

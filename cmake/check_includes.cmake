@@ -62,8 +62,8 @@ room(io/picture/oiio raster/scene)
 room(io/tensor io/bytes raster/base)
 room(io/bytes raster/scene raster/base)
 room(quadsplat)
-room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/fast
-     raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
+room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
+     raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
 room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/scene raster/kernel/gradient
      raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
@@ -71,10 +71,11 @@ room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/train raster/cuda raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull
      raster/kernel)
+room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
+room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
 room(raster/train raster/scene raster/kernel/gradient raster/kernel)

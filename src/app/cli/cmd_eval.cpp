@@ -23,6 +23,7 @@
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "raster/api/lpips.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -91,9 +92,13 @@ class EvalRun {
 
   void all_views() {
     const Views views = choose_views(command_);
-    if (command_.lpips) metric_.emplace(read_lpips(*command_.lpips));
+    lpips::Weights weights;
+    if (command_.lpips) weights = read_lpips(*command_.lpips);
+    network_ = weights.network;
     if (views.skipped > 0) warn(skipped_sentence(views.skipped));
     session_ = open_session(command_.frame);
+    if (network_ != nullptr)
+      distance_ = make_lpips(session_.backend, weights, *session_.pool, session_.device);
     report_ = {environment_json(session_),
                scene_json(*session_.scene),
                method(views),
@@ -126,8 +131,8 @@ class EvalRun {
         {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
         {"ssim", ssim_method(command_.ssim_border)},
         {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
-    if (metric_) {
-      method["lpips"] = {{"network", metric_->network().name},
+    if (network_ != nullptr) {
+      method["lpips"] = {{"network", network_->name},
                          {"weights", command_.lpips->string()},
                          {"hash", file_hash(*command_.lpips)},
                          {"lpips_paper", "input 0..1, as in the published scripts of 3DGS"},
@@ -146,11 +151,7 @@ class EvalRun {
            "--ssim-border crop: {} has {} x {} pixels, and {} at least are needed",
            view.photograph.string(), photograph.width, photograph.height, 2 * kSsimRadius + 1);
     }
-    if (metric_ && std::min(photograph.width, photograph.height) < metric_->smallest_side()) {
-      fail(ErrorKind::usage, "--lpips: {} has {} x {} pixels, and {} needs {} x {} at least",
-           view.photograph.string(), photograph.width, photograph.height, metric_->network().name,
-           metric_->smallest_side(), metric_->smallest_side());
-    }
+    if (network_ != nullptr) require_size(photograph, view);
     save(photograph, view, "photograph");
     std::vector<ComparedImage> compared;
     for (const CullMode mode : command_.frame.modes) {
@@ -163,7 +164,7 @@ class EvalRun {
                               mode, psnr(image, photograph, *session_.pool),
                               ssim(image, photograph, *session_.pool, command_.ssim_border), number,
                               lpips_of(image, photograph, compared)});
-      if (metric_) compared.push_back({std::move(image), *report_.rows.back().lpips});
+      if (network_ != nullptr) compared.push_back({std::move(image), *report_.rows.back().lpips});
     }
   }
 
@@ -176,14 +177,19 @@ class EvalRun {
   // Images of lossless modes are equal, so one computation serves all of them.
   std::optional<LpipsValues> lpips_of(const Image& image, const Image& photograph,
                                       const std::vector<ComparedImage>& compared) const {
-    if (!metric_) return std::nullopt;
+    if (network_ == nullptr) return std::nullopt;
     for (const ComparedImage& earlier : compared) {
       if (earlier.image.values == image.values) return earlier.lpips;
     }
-    const auto distance = [&](lpips::InputRange range) {
-      return metric_->distance(image, photograph, range, *session_.pool);
-    };
-    return LpipsValues{distance(lpips::InputRange::unit), distance(lpips::InputRange::symmetric)};
+    return LpipsValues{distance_(image, photograph, lpips::InputRange::unit),
+                       distance_(image, photograph, lpips::InputRange::symmetric)};
+  }
+
+  void require_size(const Image& photograph, const EvalView& view) const {
+    const int side = lpips::smallest_side(*network_);
+    if (std::min(photograph.width, photograph.height) >= side) return;
+    fail(ErrorKind::usage, "--lpips: {} has {} x {} pixels, and {} needs {} x {} at least",
+         view.photograph.string(), photograph.width, photograph.height, network_->name, side, side);
   }
 
   // DIR/view_NAME_WHAT.png
@@ -194,7 +200,8 @@ class EvalRun {
   }
 
   const EvalCommand& command_;
-  std::optional<lpips::Metric> metric_;
+  const lpips::Network* network_ = nullptr;  // null: no LPIPS
+  LpipsDistance distance_;
   Session session_;
   EvalReport report_;
 };

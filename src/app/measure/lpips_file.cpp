@@ -47,7 +47,7 @@ std::vector<float> take(TensorFile& file, const std::string& source, const std::
 
 }  // namespace
 
-lpips::Metric read_lpips(const std::filesystem::path& path) {
+lpips::Weights read_lpips(const std::filesystem::path& path) {
   TensorFile file = read_safetensors(path);
   const std::string source = path.string();
   lpips::Weights weights;
@@ -63,7 +63,7 @@ lpips::Metric read_lpips(const std::filesystem::path& path) {
     const std::string linear = fmt::format("lin{}.weight", weights.linear.size());
     weights.linear.push_back(take(file, source, linear, {outputs}));
   }
-  return lpips::Metric(weights);
+  return weights;
 }
 
 }  // namespace qs

@@ -11,6 +11,6 @@
 namespace qs {
 
 /// Throws Error(input): the file is damaged, names no known network, or lacks a tensor.
-lpips::Metric read_lpips(const std::filesystem::path& path);
+lpips::Weights read_lpips(const std::filesystem::path& path);
 
 }  // namespace qs

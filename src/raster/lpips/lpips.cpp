@@ -85,32 +85,6 @@ std::vector<Layer> layers_of(const Network& network) {
   return layers;
 }
 
-// A smaller input can give the same or a smaller output, never a larger one.
-int smallest_input(const Network& network) {
-  int side = 1;
-  const std::vector<Layer> layers = layers_of(network);
-  for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
-    side = std::max(1, (side - 1) * layer->stride + layer->size - 2 * layer->padding);
-  }
-  return side;
-}
-
-// (outputs, inputs, size, size) becomes (blocks of outputs, size, size, inputs, kBlock).
-std::vector<float> pack(const Convolution& convolution, const std::vector<float>& filters) {
-  const std::size_t size = index(convolution.size), inputs = index(convolution.inputs);
-  assert(filters.size() == index(convolution.outputs) * inputs * size * size);
-  std::vector<float> packed(filters.size());
-  std::size_t from = 0;
-  for (std::size_t output = 0; output < index(convolution.outputs); ++output) {
-    float* const block = packed.data() + output / kBlock * kBlock * size * size * inputs;
-    for (std::size_t input = 0; input < inputs; ++input) {
-      for (std::size_t pixel = 0; pixel < size * size; ++pixel)
-        block[(pixel * inputs + input) * kBlock + output % kBlock] = filters[from++];
-    }
-  }
-  return packed;
-}
-
 // Calls body(i) for all i. Few chunks, so that a thread keeps the filters of a block in its cache.
 template <class Body>
 void in_parallel(ThreadPool& pool, std::size_t count, const Body& body) {
@@ -275,11 +249,32 @@ class Comparison {
 
 }  // namespace
 
+int smallest_side(const Network& network) {
+  int side = 1;
+  const std::vector<Layer> layers = layers_of(network);
+  for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
+    side = std::max(1, (side - 1) * layer->stride + layer->size - 2 * layer->padding);
+  }
+  return side;
+}
+
+std::vector<float> pack(const Convolution& convolution, const std::vector<float>& filters) {
+  const std::size_t size = index(convolution.size), inputs = index(convolution.inputs);
+  assert(filters.size() == index(convolution.outputs) * inputs * size * size);
+  std::vector<float> packed(filters.size());
+  std::size_t from = 0;
+  for (std::size_t output = 0; output < index(convolution.outputs); ++output) {
+    float* const block = packed.data() + output / kBlock * kBlock * size * size * inputs;
+    for (std::size_t input = 0; input < inputs; ++input) {
+      for (std::size_t pixel = 0; pixel < size * size; ++pixel)
+        block[(pixel * inputs + input) * kBlock + output % kBlock] = filters[from++];
+    }
+  }
+  return packed;
+}
+
 Metric::Metric(const Weights& weights)
-    : network_(weights.network),
-      smallest_side_(smallest_input(*weights.network)),
-      biases_(weights.biases),
-      linear_(weights.linear) {
+    : network_(weights.network), biases_(weights.biases), linear_(weights.linear) {
   for (std::size_t i = 0; i < weights.filters.size(); ++i)
     filters_.push_back(pack(network_->convolutions[i], weights.filters[i]));
 }
@@ -287,7 +282,7 @@ Metric::Metric(const Weights& weights)
 double Metric::distance(const Image& a, const Image& b, InputRange range, ThreadPool& pool,
                         const Progress& progress) const {
   assert(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
-  assert(std::min(a.width, a.height) >= smallest_side_);
+  assert(std::min(a.width, a.height) >= smallest_side(*network_));
   return Comparison({&a, &b}, *this, filters_, biases_, linear_, pool).run(range, progress);
 }
 

@@ -29,15 +29,20 @@ struct Weights {
 /// which pass values of 0..1 to a network that was trained on -1..1.
 enum class InputRange { unit, symmetric };
 
+/// Side of the smallest square picture that the network takes, pixels.
+int smallest_side(const Network& network);
+
+/// The filters of a convolution as convolve.h reads them: (outputs / kBlock, size, size, inputs,
+/// kBlock) from (outputs, inputs, size, size).
+std::vector<float> pack(const Convolution& convolution, const std::vector<float>& filters);
+
+/// LPIPS on the CPU.
 class Metric {
  public:
   /// The vectors of `weights` have the sizes of their network.
   explicit Metric(const Weights& weights);
 
   const Network& network() const { return *network_; }
-
-  /// Side of the smallest square picture that the network takes, pixels.
-  int smallest_side() const { return smallest_side_; }
 
   /// The distance; 0 if the images are equal. Both have three channels, values of 0..1, the same
   /// size, and sides of smallest_side() at least. The result does not depend on the number of
@@ -47,8 +52,7 @@ class Metric {
 
  private:
   const Network* network_;
-  int smallest_side_;
-  std::vector<std::vector<float>> filters_;  // (blocks of outputs, size, size * inputs, kBlock)
+  std::vector<std::vector<float>> filters_;  // as pack() returns them
   std::vector<std::vector<float>> biases_, linear_;
 };
 

@@ -10,12 +10,12 @@
 #include "app/base/progress_bar.h"
 #include "app/base/quit_signals.h"
 #include "app/base/text.h"
+#include "app/report/write_report.h"
 #include "app/session/session.h"
 #include "app/train/model_folder.h"
 #include "app/train/train_page.h"
 #include "app/train/trainer.h"
 #include "io/bytes/file_guard.h"
-#include "io/bytes/replace_file.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 

@@ -41,8 +41,8 @@ room(app/film app/measure app/inspect app/framing app/picture app/base io/pictur
 room(app/plugin app/base io/bytes quadsplat raster/api raster/scene raster/base)
 room(app/report app/measure app/inspect app/session app/framing app/picture app/base io/scene io/camera io/picture
      io/bytes raster/api raster/clock raster/scene raster/kernel/cull raster/base)
-room(app/measure app/session app/framing app/base io/scene io/camera io/bytes raster/api raster/clock raster/scene
-     raster/base)
+room(app/measure app/session app/framing app/base io/scene io/camera io/tensor io/bytes raster/api raster/lpips
+     raster/clock raster/scene raster/base)
 room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/session app/framing app/base io/scene io/cloud io/camera io/picture raster/api raster/scene raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
@@ -59,21 +59,24 @@ room(io/cloud raster/scene raster/kernel raster/base)
 room(io/camera io/picture io/bytes raster/scene raster/base)
 room(io/picture io/picture/oiio io/bytes raster/scene raster/base)
 room(io/picture/oiio raster/scene)
+room(io/tensor io/bytes raster/base)
 room(io/bytes raster/scene raster/base)
 room(quadsplat)
-room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/fast
-     raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
+room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
+     raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
 room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/scene raster/kernel/gradient
      raster/kernel/cull raster/kernel raster/base)
-room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel)
+room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cuda/train raster/cuda raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull
      raster/kernel)
+room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
+room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
+room(raster/lpips raster/scene raster/base)
 room(raster/clock)
 room(raster/train raster/scene raster/kernel/gradient raster/kernel)
 room(raster/scene raster/kernel raster/base)

@@ -15,6 +15,7 @@
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
 #include "io/scene/reader.h"
+#include "io/tensor/safetensors.h"
 #include "raster/base/error.h"
 #include "support/gzip.h"
 #include "support/temporary_folder.h"
@@ -163,6 +164,16 @@ void read_webp(Bytes content) {
   });
 }
 
+void read_tensors(Bytes content) {
+  expect_sentence_at_most("tensors", [&] {
+    for (const auto& [name, tensor] : parse_safetensors(content, "tensors").tensors) {
+      std::uint64_t count = 1;
+      for (const std::uint64_t side : tensor.shape) count *= side;
+      demand(tensor.values.size() == count, "tensors have their size");
+    }
+  });
+}
+
 void read_preferences_text(Bytes content) {
   Viewer viewer;
   glm::ivec2 window_size(1280, 720);
@@ -190,6 +201,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   for (const char* file : {"points3D.bin", "points3D.txt"}) targets.push_back(points_target(file));
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
   targets.push_back({"webp", ".webp", read_webp});
+  targets.push_back({"safetensors", ".safetensors", read_tensors});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

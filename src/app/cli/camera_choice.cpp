@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/cli/camera_choice.h"
 
+#include <algorithm>
 #include <system_error>
 
 #include "app/framing/first_view.h"
@@ -20,6 +21,19 @@ Shot numbered_shot(const std::vector<Camera>& cameras, int index) {
   const Camera& camera = cameras[static_cast<std::size_t>(index)];
   return {camera, index,
           fmt::format("camera {}{}", index, camera.name.empty() ? "" : " (" + camera.name + ")")};
+}
+
+// Every N-th camera by name. The shots keep the numbers of the cameras in the file.
+std::vector<Shot> test_shots(const std::vector<Camera>& cameras, int holdout) {
+  std::vector<Shot> shots;
+  for (int i = 0; i < static_cast<int>(cameras.size()); ++i)
+    shots.push_back(numbered_shot(cameras, i));
+  std::stable_sort(shots.begin(), shots.end(),
+                   [](const Shot& a, const Shot& b) { return a.camera.name < b.camera.name; });
+  std::vector<Shot> test;
+  for (std::size_t i = 0; i < shots.size(); i += static_cast<std::size_t>(holdout))
+    test.push_back(shots[i]);
+  return test;
 }
 
 // `count` views at equal time steps, from the first keyframe to the last.
@@ -56,6 +70,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
       for (int i = 0; i < count; ++i) shots.push_back(numbered_shot(cameras, i));
       return shots;
     }
+    if (choice.holdout > 0) return test_shots(cameras, choice.holdout);
     std::vector<Shot> shots;
     for (const int index : choice.indices.empty() ? std::vector<int>{0} : choice.indices) {
       if (index >= count) {
@@ -65,7 +80,7 @@ std::vector<Shot> unsized_shots(const CameraChoice& choice, const FrameOptions& 
     }
     return shots;
   }
-  if (!choice.indices.empty() || choice.all) {
+  if (!choice.indices.empty() || choice.all || choice.holdout > 0) {
     fail(
         "{}: no cameras were found beside it or in the three folders above: name their file with "
         "--cameras",

@@ -19,8 +19,9 @@ struct CameraChoice {
   bool all = false;                           ///< every camera of the file
   std::optional<std::filesystem::path> path;  ///< keyframes, see measure/camera_path.h
   std::optional<int> steps;                   ///< along the path (default: kPathSteps)
+  int holdout = 0;  ///< every N-th camera by name, from the first, as `eval --holdout`; 0: unset
 
-  bool several() const { return all || path || indices.size() > 1; }
+  bool several() const { return all || path || indices.size() > 1 || holdout > 0; }
 };
 
 inline constexpr int kPathSteps = 32;

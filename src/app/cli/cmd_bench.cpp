@@ -13,6 +13,7 @@
 #include "app/measure/load_times.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
+#include "app/measure/paper_times.h"
 #include "app/measure/quality.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
@@ -35,6 +36,7 @@ struct BenchCommand {
   std::optional<std::filesystem::path> out_dir, camera_path;
   std::optional<glm::ivec2> replicate;
   std::optional<int> path_steps;
+  int holdout = 0;  // 0: not the test views
   int scaling = 0;
   Shard shard;
   bool psnr = false, load = false;
@@ -107,6 +109,7 @@ class Bench {
     BenchPlugins plugins(command_.plugins, command_.plugin_timeout, session, name,
                          report_.environment);
     ProgressBar bar(fmt::format("{} ({}/{})", name, report_.scenes.size(), parts_));
+    const std::size_t first_row = report_.rows.size();
     for (std::size_t i = 0; i < views.size(); ++i, ++view_) {
       if (!command_.shard.takes(view_)) continue;
       Progress progress = bar.progress();
@@ -118,6 +121,30 @@ class Bench {
       one_view(session, plugins, name, views[i], progress);
     }
     plugins.close();
+    if (command_.holdout > 0) add_paper_times(session, views, first_row, bar);
+  }
+
+  // The rows of the scene begin at `first_row`.
+  void add_paper_times(Session& session, const std::vector<Shot>& views, std::size_t first_row,
+                       ProgressBar& bar) {
+    const std::size_t first_view = view_ - views.size();
+    std::vector<Camera> cameras;
+    std::vector<std::size_t> places(views.size());  // of the views in `cameras`
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      places[i] = cameras.size();
+      if (command_.shard.takes(first_view + i)) cameras.push_back(views[i].camera);
+    }
+    bar.relabel(fmt::format("test views ({}/{})", report_.scenes.size(), parts_));
+    const auto times =
+        paper_times(session, command_.frame.modes, cameras, command_.plan.rounds, bar.progress());
+    for (std::size_t i = first_row; i < report_.rows.size(); ++i) {
+      BenchRow& row = report_.rows[i];
+      const auto& modes = command_.frame.modes;
+      const auto mode = std::find(modes.begin(), modes.end(), find_culler(row.mode));
+      if (row.backend == kPluginBackend || mode == modes.end()) continue;
+      row.ms_paper =
+          times[static_cast<std::size_t>(mode - modes.begin())][places[row.view - first_view]];
+    }
   }
 
   void one_view(Session& session, BenchPlugins& plugins, const std::string& name, const Shot& view,
@@ -153,7 +180,9 @@ class Bench {
     choice.path = command_.camera_path;
     choice.steps = command_.path_steps;
     choice.indices = command_.camera_indices;
-    choice.all = choice.indices.empty() && !choice.path && has_cameras(frame, scene);
+    choice.holdout = command_.holdout;
+    choice.all =
+        choice.indices.empty() && !choice.path && choice.holdout == 0 && has_cameras(frame, scene);
     return choose_shots(choice, frame, scene, *session.pool);
   }
 
@@ -214,16 +243,22 @@ void check_bench(const BenchCommand& command) {
     fail(ErrorKind::usage, "bench: --scaling excludes --replicate and --camera-path");
   if (command.camera_path && !command.camera_indices.empty())
     fail(ErrorKind::usage, "bench: --camera-path excludes --camera-index");
+  if (command.holdout > 0 &&
+      (command.scaling > 0 || command.camera_path || !command.camera_indices.empty())) {
+    fail(ErrorKind::usage,
+         "bench: --holdout chooses the views: it excludes --camera-index, --camera-path and "
+         "--scaling");
+  }
   const std::vector<CullMode>& modes = command.frame.modes;
   if (command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end()) {
     fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
          mode_name(*command.baseline));
   }
-  if (command.load && (!command.plugins.empty() || command.camera_path ||
+  if (command.load && (!command.plugins.empty() || command.camera_path || command.holdout > 0 ||
                        !command.camera_indices.empty() || command.out_dir)) {
     fail(ErrorKind::usage,
          "bench: --load measures reading alone: it excludes --plugin, --camera-index, "
-         "--camera-path and --out-dir");
+         "--camera-path, --holdout and --out-dir");
   }
   if (command.path_steps && !command.camera_path)
     fail(ErrorKind::usage, "bench: --path-steps needs a --camera-path");
@@ -243,6 +278,9 @@ int run(const BenchCommand& command, Arguments arguments) {
 
 void declare_views(Options& options, BenchCommand* c) {
   declare_camera_index_option(options, c->camera_indices, "all of them", {"0", "1,0"});
+  options.integer("--holdout", "N", 1, 1'000'000, c->holdout,
+                  "only the test views: every N-th by name, from the first; 3DGS uses 8. Adds the "
+                  "paper's FPS, of a run over these views in each mode");
   declare_camera_path_option(options, c->camera_path);
   declare_path_steps_option(options, c->path_steps);
 }
@@ -291,6 +329,8 @@ void declare_copies(Options& options, BenchCommand* c) {
 void add_examples(Options& options) {
   options.example("quadsplat bench plush.spz --size 1600x1200 --out-dir results",
                   "all modes on every camera of a scene");
+  options.example("quadsplat bench garden/ --holdout 8 --rounds 3 --out-dir results",
+                  "a trained model on its test views, with the paper's FPS");
   options.example("quadsplat bench a.ply b.ply --camera-index 0,4 --cull 3dgs,quadbox --rounds 3",
                   "two modes on two views of two scenes, three times");
   options.example("quadsplat bench plush.spz --cull adr,quadbox --baseline adr --rounds 5",

@@ -38,13 +38,8 @@ struct CompareCommand {
 
 std::optional<PixelBox> parse_crop(const std::string& text) {
   if (text == "auto") return std::nullopt;
-  const std::vector<std::string> words = separated(text);
-  if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is neither X,Y,W,H nor auto", text);
-  int numbers[4];
-  for (int i = 0; i < 4; ++i)
-    numbers[i] =
-        parse_integer("--part", words[static_cast<std::size_t>(i)], i < 2 ? 0 : 1, 1'000'000);
-  return PixelBox{numbers[0], numbers[1], numbers[0] + numbers[2], numbers[1] + numbers[3]};
+  const PixelRect part = parse_part(text, "neither X,Y,W,H nor auto");
+  return PixelBox{part.x, part.y, part.x + part.width, part.y + part.height};
 }
 
 class Compare {
@@ -52,10 +47,9 @@ class Compare {
   explicit Compare(const CompareCommand& command)
       : command_(command), session_(open_session(command.frame)) {
     shot_ = choose_shots(command.cameras, command.frame, *session_.scene, *session_.pool).front();
-    if (command.crop &&
-        (command.crop->x1 > shot_.camera.width || command.crop->y1 > shot_.camera.height)) {
-      fail(ErrorKind::usage, "--part: it ends at {},{}, but the picture is {} x {}",
-           command.crop->x1, command.crop->y1, shot_.camera.width, shot_.camera.height);
+    if (command.crop) {
+      const PixelBox& crop = *command.crop;
+      require_part_inside({crop.x0, crop.y0, crop.x1 - crop.x0, crop.y1 - crop.y0}, shot_.camera);
     }
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// quadsplat eval: views x culling modes against photographs -> PSNR and SSIM, per view and mean.
+// quadsplat eval: views x culling modes against photographs -> PSNR, SSIM and LPIPS, per view and
+// mean.
 // A view is rendered at its camera's size, clamped to 0..1 and area-averaged to its photograph's
 // size before they are compared.
 #include <algorithm>
@@ -11,6 +12,8 @@
 #include "app/base/text_file.h"
 #include "app/cli/command.h"
 #include "app/cli/shared_options.h"
+#include "app/measure/lpips_file.h"
+#include "app/measure/scene_facts.h"
 #include "app/report/eval_report.h"
 #include "app/report/stats_file.h"
 #include "app/report/write_report.h"
@@ -20,6 +23,7 @@
 #include "io/bytes/replace_file.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "raster/api/lpips.h"
 #include "raster/base/fail.h"
 #include "raster/scene/image_metrics.h"
 
@@ -29,7 +33,7 @@ namespace {
 struct EvalCommand {
   FrameOptions frame;
   std::filesystem::path images;
-  std::optional<std::filesystem::path> save, csv, json, out_dir;
+  std::optional<std::filesystem::path> save, csv, json, out_dir, lpips;
   Shard shard;
   int holdout = 0, images_scale = 1;
   SsimBorder ssim_border = SsimBorder::zeros;
@@ -88,8 +92,13 @@ class EvalRun {
 
   void all_views() {
     const Views views = choose_views(command_);
+    lpips::Weights weights;
+    if (command_.lpips) weights = read_lpips(*command_.lpips);
+    network_ = weights.network;
     if (views.skipped > 0) warn(skipped_sentence(views.skipped));
     session_ = open_session(command_.frame);
+    if (network_ != nullptr)
+      distance_ = make_lpips(session_.backend, weights, *session_.pool, session_.device);
     report_ = {environment_json(session_),
                scene_json(*session_.scene),
                method(views),
@@ -113,14 +122,23 @@ class EvalRun {
 
  private:
   nlohmann::ordered_json method(const Views& views) const {
-    return {{"cameras", views.cameras.string()},
-            {"images", command_.images.string()},
-            {"holdout", command_.holdout},
-            {"images_scale", command_.images_scale},
-            {"views_without_photograph", views.skipped},
-            {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
-            {"ssim", ssim_method(command_.ssim_border)},
-            {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
+    nlohmann::ordered_json method = {
+        {"cameras", views.cameras.string()},
+        {"images", command_.images.string()},
+        {"holdout", command_.holdout},
+        {"images_scale", command_.images_scale},
+        {"views_without_photograph", views.skipped},
+        {"psnr", "-10 log10(mean squared error of all RGB values), peak 1, mean over views"},
+        {"ssim", ssim_method(command_.ssim_border)},
+        {"sizes", "rendered at the camera's size, clamped, area-averaged to the photograph's"}};
+    if (network_ != nullptr) {
+      method["lpips"] = {{"network", network_->name},
+                         {"weights", command_.lpips->string()},
+                         {"hash", file_hash(*command_.lpips)},
+                         {"lpips_paper", "input 0..1, as in the published scripts of 3DGS"},
+                         {"lpips", "input -1..1"}};
+    }
+    return method;
   }
 
   void one_view(const EvalView& view, std::size_t number) {
@@ -133,7 +151,9 @@ class EvalRun {
            "--ssim-border crop: {} has {} x {} pixels, and {} at least are needed",
            view.photograph.string(), photograph.width, photograph.height, 2 * kSsimRadius + 1);
     }
+    if (network_ != nullptr) require_size(photograph, view);
     save(photograph, view, "photograph");
+    std::vector<ComparedImage> compared;
     for (const CullMode mode : command_.frame.modes) {
       session_.settings.mode = mode;
       Image image = session_.renderer->render(view.camera, session_.settings).color;
@@ -142,9 +162,34 @@ class EvalRun {
       image = area_average(image, photograph.width, photograph.height, *session_.pool);
       report_.rows.push_back({view.camera, view.photograph, photograph.width, photograph.height,
                               mode, psnr(image, photograph, *session_.pool),
-                              ssim(image, photograph, *session_.pool, command_.ssim_border),
-                              number});
+                              ssim(image, photograph, *session_.pool, command_.ssim_border), number,
+                              lpips_of(image, photograph, compared)});
+      if (network_ != nullptr) compared.push_back({std::move(image), *report_.rows.back().lpips});
     }
+  }
+
+  // An image of the same view, and its LPIPS.
+  struct ComparedImage {
+    Image image;
+    LpipsValues lpips;
+  };
+
+  // Images of lossless modes are equal, so one computation serves all of them.
+  std::optional<LpipsValues> lpips_of(const Image& image, const Image& photograph,
+                                      const std::vector<ComparedImage>& compared) const {
+    if (network_ == nullptr) return std::nullopt;
+    for (const ComparedImage& earlier : compared) {
+      if (earlier.image.values == image.values) return earlier.lpips;
+    }
+    return LpipsValues{distance_(image, photograph, lpips::InputRange::unit),
+                       distance_(image, photograph, lpips::InputRange::symmetric)};
+  }
+
+  void require_size(const Image& photograph, const EvalView& view) const {
+    const int side = lpips::smallest_side(*network_);
+    if (std::min(photograph.width, photograph.height) >= side) return;
+    fail(ErrorKind::usage, "--lpips: {} has {} x {} pixels, and {} needs {} x {} at least",
+         view.photograph.string(), photograph.width, photograph.height, network_->name, side, side);
   }
 
   // DIR/view_NAME_WHAT.png
@@ -155,6 +200,8 @@ class EvalRun {
   }
 
   const EvalCommand& command_;
+  const lpips::Network* network_ = nullptr;  // null: no LPIPS
+  LpipsDistance distance_;
   Session session_;
   EvalReport report_;
 };
@@ -182,12 +229,14 @@ CommandAction eval_command(Options& options) {
       },
       "zeros: every pixel counts, values outside are 0; crop: without the 5 pixels at the border, "
       "as torchmetrics (default: zeros)");
+  options.text("--lpips", "FILE", command->lpips,
+               "adds LPIPS with the weights of this .safetensors file, which scripts/lpips_weights "
+               "makes: for the network's input 0..1, as papers on 3DGS print it, and for -1..1",
+               {"vgg16.safetensors"});
   options.text("--out-dir", "DIR", command->out_dir, "folder of eval.csv and eval.json", {"out"});
   options.text("--csv", "FILE", command->csv, "one row per view and mode; - = stdout",
                {"-", "eval.csv"});
-  options.text("--json", "FILE", command->json,
-               "means, views, method and environment; - = stdout. Without LPIPS: the weights of "
-               "its network cannot be shipped",
+  options.text("--json", "FILE", command->json, "means, views, method and environment; - = stdout",
                {"-", "eval.json"});
   options.overwrite();
   declare_shard_option(options, command->shard, "evaluates every N-th view, from the I-th");
@@ -205,6 +254,7 @@ CommandAction eval_command(Options& options) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
     note_inputs(command->frame);
+    if (command->lpips) note_input(*command->lpips);
     check_report(command->out_dir, kEvalFiles);
     check_targets({command->csv, command->json});
     if (command->save) check_folder(*command->save);

@@ -14,6 +14,7 @@
 #include "app/measure/paired_ratios.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/image_difference.h"
+#include "app/picture/inset.h"
 #include "app/picture/value_file.h"
 #include "app/report/stats_file.h"
 #include "app/session/frame_metadata.h"
@@ -32,6 +33,8 @@ struct RenderCommand {
   HeatOptions heat;
   Quantity quantity = Quantity::color;
   std::optional<double> depth_step;
+  std::optional<PixelRect> part;  // shown enlarged in a corner
+  double part_zoom = 2.5;
   std::optional<int> repeats;
   std::optional<Shard> shard;
   double reference_threshold = 0;
@@ -71,6 +74,11 @@ void check(const RenderCommand& command) {
 
 void check_quantity(const RenderCommand& command) {
   const Quantity quantity = command.quantity;
+  if (command.part && (quantity != Quantity::color || command.heat.quantity || !command.output)) {
+    fail(ErrorKind::usage,
+         "render: --part shows a part of the colours: it needs --output and excludes --picture and "
+         "--heatmap");
+  }
   const bool is_depth = quantity == Quantity::depth || quantity == Quantity::median_depth;
   if (command.depth_step && !is_depth)
     fail(ErrorKind::usage, "render: --depth-step needs --picture depth or median-depth");
@@ -116,6 +124,7 @@ class RenderRun {
 
  private:
   void one_shot(const Shot& shot, std::size_t view) {
+    if (command_.part) require_inset(shot.camera);
     if (command_.heat.quantity) {
       if (!scale_) scale_ = first_scale(shot.camera);
       heatmaps_.emplace(*session_.renderer, shot.camera, session_.settings, *command_.heat.quantity,
@@ -159,6 +168,17 @@ class RenderRun {
     }
   }
 
+  void require_inset(const Camera& camera) const {
+    require_part_inside(*command_.part, camera);
+    const glm::ivec2 size = enlarged_size(*command_.part, command_.part_zoom);
+    if (size.x > camera.width || size.y > camera.height) {
+      fail(ErrorKind::usage,
+           "--part: enlarged {} times it is {} x {}, but the picture is {} x {}: give a smaller "
+           "--part-zoom",
+           command_.part_zoom, size.x, size.y, camera.width, camera.height);
+    }
+  }
+
   Scale first_scale(const Camera& camera) {
     if (command_.heat.maximum)
       return exact_scale(static_cast<std::uint32_t>(*command_.heat.maximum));
@@ -190,6 +210,11 @@ class RenderRun {
       metadata["Heatmap"] = heatmap_row(map.quantity).name;
       metadata["HeatmapTotal"] = fmt::format("{}", map.total);
       write_image(draw_heatmap(frame.color, map, *scale_, name), path, metadata);
+    } else if (command_.part) {
+      write_image(with_inset(frame.color, *command_.part, command_.part_zoom), path, metadata,
+                  progress);
+      write_image(enlarged(frame.color, *command_.part, command_.part_zoom),
+                  with_word(path, "part"), metadata);
     } else {
       write_image(frame.color, path, metadata, progress);
     }
@@ -256,6 +281,14 @@ CommandAction render_command(Options& options) {
                 });
   declare_heatmap_options(options, command->heat,
                           "fits 3dgs in the first view, so that all modes share it");
+  options.value("--part", "X,Y,W,H",
+                "shows this part of the picture enlarged in its farthest corner, as papers show "
+                "details, and writes it alone as OUT_part",
+                {"0,0,8,8"}, [command = command.get()](const std::string& text) {
+                  command->part = parse_part(text, "not X,Y,W,H");
+                });
+  options.real("--part-zoom", "X", 1, 64, command->part_zoom,
+               "times that --part is enlarged (default: 2.5)");
   options.text("--stats", "FILE", command->stats,
                "writes the statistics of the frames as JSON; - = stdout", {"stats.json", "-"});
   options.integer("--repeats", "N", 1, 100000, command->repeats,

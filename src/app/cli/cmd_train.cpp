@@ -72,9 +72,13 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   check_folder(command.run.out_dir);
   require_new_folder(command.run.out_dir, command.run.overwrite || command.run.resume);
   if (command.run.resume && !std::filesystem::exists(train::checkpoint_path(command.run.out_dir))) {
-    fail("train: {}: holds no run to continue: leave out --resume to begin one",
-         command.run.out_dir.string());
+    fail(
+        "train: {}: holds no run to continue: leave out --resume to begin one; a finished run "
+        "continues only if it had --keep-checkpoint",
+        command.run.out_dir.string());
   }
+  // Two runs with this folder would end in a sentence only after the photographs were read.
+  if (std::filesystem::exists(command.run.out_dir)) train::lock_model_folder(command.run.out_dir);
   Prepared prepared;
   prepared.model = train::make_training_model(
       command.backend.value_or(available_backends().front()), pool, command.device);
@@ -151,6 +155,16 @@ void declare_model_options(Options& options, TrainCommand& command) {
       "how Gaussians are added and removed (default: adc, as published with 3DGS)");
   options.integer("--max-gaussians", "N", 1, 100'000'000, command.max_gaussians,
                   "adds no Gaussians beyond N (default: adc no limit, mcmc 1000000)");
+  options.choice(
+      "--count-views", {std::begin(train::kCountViewsNames), std::end(train::kCountViewsNames)},
+      [&settings](int chosen) { settings.count_views = static_cast<train::CountViews>(chosen); },
+      "views that count when gradients are averaged over them: exact = mode exact lists the "
+      "Gaussian; mode = the training frames' mode does, as published with it (default: exact)");
+  options.flag("--step-before-densify", settings.step_before_densify,
+               "also takes the optimizer's step in iterations after which Gaussians are added, as "
+               "QuadBox's code; 3DGS leaves it out");
+  options.real("--opacity-rate", "X", 1e-6, 1, settings.opacity_rate,
+               "learning rate of opacity (default: adc 0.025, mcmc 0.05)");
   options.text("--init", "MODEL", command.init,
                "starts from the Gaussians of a model instead of the data set's points",
                {"scene.ply", "missing.ply"});
@@ -192,6 +206,9 @@ void declare_options(Options& options, TrainCommand& command) {
                "opens them");
   options.integer("--save-every", "N", 1, 10'000'000, command.run.save_every,
                   "saves the model every N iterations (default: at the end)");
+  options.flag("--keep-checkpoint", command.run.keep_checkpoint,
+               "keeps the checkpoint of a finished run, so that --resume can continue it with more "
+               "--iterations");
   options.value(
       "--photo-memory", "BYTES",
       "memory for photographs, such as 800M or 1.5G: those that do not fit are read again "

@@ -272,4 +272,21 @@ void declare_window_options(Options& options, ViewOptions& view) {
                "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
 }
 
+PixelRect parse_part(const std::string& text, const char* problem) {
+  const std::vector<std::string> words = separated(text);
+  if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is {}", text, problem);
+  int numbers[4];
+  for (int i = 0; i < 4; ++i)
+    numbers[i] =
+        parse_integer("--part", words[static_cast<std::size_t>(i)], i < 2 ? 0 : 1, 1'000'000);
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+void require_part_inside(const PixelRect& part, const Camera& camera) {
+  const int right = part.x + part.width, bottom = part.y + part.height;
+  if (right <= camera.width && bottom <= camera.height) return;
+  fail(ErrorKind::usage, "--part: it ends at {},{}, but the picture is {} x {}", right, bottom,
+       camera.width, camera.height);
+}
+
 }  // namespace qs

@@ -10,6 +10,7 @@
 
 #include "app/cli/options.h"
 #include "app/measure/shard.h"
+#include "app/picture/canvas.h"
 #include "app/picture/heatmap.h"
 #include "app/picture/value_map.h"
 #include "app/session/session.h"
@@ -92,6 +93,12 @@ void declare_plan_options(Options& options, ViewPlan& plan, const std::string& p
 
 /// --settings and --input of commands that open the window. Sets view.settings to its default.
 void declare_window_options(Options& options, ViewOptions& view);
+
+/// The value X,Y,W,H of --part, in pixels. Throws Error(usage) "--part: 'TEXT' is PROBLEM".
+PixelRect parse_part(const std::string& text, const char* problem);
+
+/// Throws Error(usage) unless the part lies in the pictures of the camera.
+void require_part_inside(const PixelRect& part, const Camera& camera);
 
 /// --shard, for a Shard or a std::optional<Shard>.
 template <class T>

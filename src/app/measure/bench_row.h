@@ -44,6 +44,8 @@ struct BenchRow {
   std::optional<double> round_spread;  ///< relative_spread() of round_ms; unset for one round
   /// half of the distance between the quartiles of the frame times; unset for one frame
   std::optional<double> ms_spread;
+  /// the frame's time in a run over the test views, see paper_times(); its mean over the rounds
+  std::optional<double> ms_paper;
   /// every timed frame, in order; unset for several rounds and in reports of earlier versions
   std::optional<std::vector<double>> turn_ms;
 };
@@ -80,6 +82,7 @@ void for_each_column(Row& row, Visit&& visit) {
   visit("repeats", row.repeats);
   visit("frames", row.frames);
   visit("sort_bytes", row.sort_bytes);
+  visit("ms_paper", row.ms_paper);
 }
 
 /// The members that only bench.json contains.

@@ -67,11 +67,6 @@ void count_false_positives(const MeasuredView& view, CullMode mode, const Target
                                                          static_cast<double>(stats.tile_pairs);
 }
 
-// Images stay in the backend's own memory.
-Target bench_target(Backend backend) {
-  return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
-}
-
 // A mode or a guest, over all rounds.
 struct Measured {
   ModeResult result;  // of the last round
@@ -121,6 +116,10 @@ void mark_guest(const MeasuredView& view, const Guest& guest, const MarkedPlan& 
 }
 
 }  // namespace
+
+Target bench_target(Backend backend) {
+  return backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
+}
 
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,
                                    const Camera& camera, const ViewPlan& plan,

@@ -26,6 +26,9 @@ struct ViewPlan {
   std::uint64_t first_round = 0;
 };
 
+/// Images stay in the backend's own memory.
+Target bench_target(Backend backend);
+
 /// One row per mode, in the order of `modes`, and one per guest. The caller sets scene, camera and
 /// view of the rows.
 std::vector<BenchRow> measure_view(Session& session, const std::vector<CullMode>& modes,

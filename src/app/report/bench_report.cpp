@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "app/base/text.h"
+#include "app/report/markdown.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/json_value.h"
 #include "raster/api/renderer.h"
@@ -81,6 +82,22 @@ constexpr bool is_optional(const std::optional<T>&) {
 template <class T>
 constexpr bool is_optional(const T&) {
   return false;
+}
+
+// FPS (paper) by scene and mode, and by mode for the set of scenes, where the scene is null.
+ordered_json paper_fps_json(const BenchReport& report) {
+  ordered_json list = ordered_json::array();
+  const auto add = [&](const ModeMean& mean, const ordered_json& scene) {
+    if (!mean.fps_paper) return;
+    list.push_back({{"scene", scene},
+                    {"mode", mean.mode},
+                    {"pipeline", mean.pipeline},
+                    {"fps", *mean.fps_paper}});
+  };
+  const std::vector<ModeMean> means = mode_means(report.rows, baseline_of(report));
+  for (const ModeMean& mean : means) add(mean, mean.scene);
+  for (const ModeMean& mean : over_scenes(means)) add(mean, nullptr);
+  return list;
 }
 
 }  // namespace
@@ -159,9 +176,10 @@ std::string format_bench_json(const BenchReport& report) {
                       {"ratio_high", to_json(high_of(each.ratio))},
                       {"samples", each.ratio.samples}});
   }
-  const ordered_json json = {{"environment", report.environment}, {"scenes", report.scenes},
-                             {"view_count", report.view_count},   {"rows", rows_json(report.rows)},
-                             {"baseline", baseline_of(report)},   {"ratios", ratios}};
+  ordered_json json = {{"environment", report.environment}, {"scenes", report.scenes},
+                       {"view_count", report.view_count},   {"rows", rows_json(report.rows)},
+                       {"baseline", baseline_of(report)},   {"ratios", ratios}};
+  if (const ordered_json fps = paper_fps_json(report); !fps.empty()) json["fps_paper"] = fps;
   return json_file_text(json);
 }
 

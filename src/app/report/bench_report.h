@@ -38,7 +38,7 @@ std::string baseline_of(const BenchReport& report);
 /// One line per ratio.
 std::string format_ratios_csv(const BenchReport& report);
 
-/// The ratios follow from the rows, so they are written but not parsed.
+/// The ratios and the paper's FPS follow from the rows, so they are written but not parsed.
 std::string format_bench_json(const BenchReport& report);
 
 /// Parses the result of format_bench_json(). Throws json::exception.

@@ -19,6 +19,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
+bool has_lpips(const EvalReport& report) {
+  return !report.rows.empty() && report.rows.front().lpips.has_value();
+}
+
+void add_lpips(const std::optional<LpipsValues>& lpips, ordered_json& entry) {
+  if (!lpips) return;
+  entry["lpips_paper"] = lpips->paper;
+  entry["lpips"] = lpips->symmetric;
+}
+
 }  // namespace
 
 std::string ssim_method(SsimBorder border) {
@@ -32,14 +42,21 @@ std::vector<MeanQuality> mean_qualities(const std::vector<EvaluatedView>& rows) 
   for (const EvaluatedView& row : rows) {
     auto mean = std::find_if(means.begin(), means.end(),
                              [&](const MeanQuality& other) { return other.mode == row.mode; });
-    if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0});
+    if (mean == means.end()) mean = means.insert(means.end(), {row.mode, 0, 0, 0, LpipsValues{}});
     mean->views += 1;
     mean->psnr += row.psnr;
     mean->ssim += row.ssim;
+    if (!row.lpips) mean->lpips.reset();
+    if (!mean->lpips) continue;
+    mean->lpips->paper += row.lpips->paper;
+    mean->lpips->symmetric += row.lpips->symmetric;
   }
   for (MeanQuality& mean : means) {
     mean.psnr /= static_cast<double>(mean.views);
     mean.ssim /= static_cast<double>(mean.views);
+    if (!mean.lpips) continue;
+    mean.lpips->paper /= static_cast<double>(mean.views);
+    mean.lpips->symmetric /= static_cast<double>(mean.views);
   }
   return means;
 }
@@ -52,11 +69,15 @@ std::string format_eval_table(const EvalReport& report) {
   std::size_t width = 4;
   for (const MeanQuality& mean : means) width = std::max(width, mean_title(mean).size());
   for (const EvaluatedView& row : report.rows) width = std::max(width, row.camera.name.size());
-  std::string text =
-      fmt::format("{:{}}  {:13}  {:>7}  {:>6}\n", "view", width, "mode", "PSNR dB", "SSIM");
+  const bool with_lpips = has_lpips(report);
+  std::string text = fmt::format("{:{}}  {:13}  {:>7}  {:>6}{}\n", "view", width, "mode", "PSNR dB",
+                                 "SSIM", with_lpips ? "  LPIPS (paper)   LPIPS" : "");
   const auto line = [&](const std::string& name, const auto& row) {
-    text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}\n", name, width, mode_name(row.mode),
+    text += fmt::format("{:{}}  {:13}  {:>7}  {:6.4f}", name, width, mode_name(row.mode),
                         decibels(row.psnr), row.ssim);
+    if (row.lpips)
+      text += fmt::format("  {:13.4f}  {:6.4f}", row.lpips->paper, row.lpips->symmetric);
+    text += '\n';
   };
   for (const EvaluatedView& row : report.rows) line(row.camera.name, row);
   for (const MeanQuality& mean : means) line(mean_title(mean), mean);
@@ -67,13 +88,16 @@ std::string format_eval_csv(const EvalReport& report) {
   const std::filesystem::path scene = report.scene.at("file").get<std::string>();
   std::string text =
       "scene,camera,mode,backend,gaussians,width,height,compared_width,"
-      "compared_height,psnr,ssim\n";
+      "compared_height,psnr,ssim";
+  text += has_lpips(report) ? ",lpips_paper,lpips\n" : "\n";
   for (const EvaluatedView& row : report.rows) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}\n",
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{:.6f},{:.8f}",
                         csv_field(scene.filename().string()), csv_field(row.camera.name),
                         mode_name(row.mode), report.environment.at("backend").get<std::string>(),
                         report.scene.at("gaussians").get<std::uint64_t>(), row.camera.width,
                         row.camera.height, row.width, row.height, row.psnr, row.ssim);
+    if (row.lpips) text += fmt::format(",{:.8f},{:.8f}", row.lpips->paper, row.lpips->symmetric);
+    text += '\n';
   }
   return text;
 }
@@ -85,6 +109,7 @@ std::string format_eval_json(const EvalReport& report) {
                      {"views", mean.views},
                      {"psnr", finite_or_null(mean.psnr)},
                      {"ssim", mean.ssim}});
+    add_lpips(mean.lpips, means.back());
   }
   for (const EvaluatedView& row : report.rows) {
     views.push_back({{"view", row.view},
@@ -96,6 +121,7 @@ std::string format_eval_json(const EvalReport& report) {
                      {"psnr", finite_or_null(row.psnr)},
                      {"ssim", row.ssim},
                      {"camera", camera_json(row.camera)}});
+    add_lpips(row.lpips, views.back());
   }
   const ordered_json json = {
       {"environment", report.environment}, {"scene", report.scene}, {"method", report.method},
@@ -121,6 +147,8 @@ EvalReport parse_eval_report(const ordered_json& json) {
                                          : view["psnr"].get<double>();
     view.at("ssim").get_to(row.ssim);
     json_value(view.at("view"), row.view);
+    if (view.contains("lpips"))
+      row.lpips = {view.at("lpips_paper").get<double>(), view["lpips"].get<double>()};
   }
   return report;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Image quality as a table, as CSV with one row per view and mode, and as JSON with everything
-// needed to repeat the evaluation:
+// needed to repeat the evaluation. Columns and entries of LPIPS exist only if it was computed.
 //   {"environment": {...}, "scene": {...}, "method": {...}, "view_count": 13, "means": [...],
 //    "views": [...]}
 // Means are over the views. The PSNR of equal pictures is "inf", null in JSON.
@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,12 @@
 
 namespace qs {
 
+/// LPIPS of a view, or its mean over views.
+struct LpipsValues {
+  double paper = 0;      ///< the network's input is 0..1, as in the published scripts of 3DGS
+  double symmetric = 0;  ///< the network's input is -1..1, as the authors of LPIPS meant it
+};
+
 /// One view in one mode.
 struct EvaluatedView {
   Camera camera;
@@ -28,6 +35,7 @@ struct EvaluatedView {
   CullMode mode = default_mode();
   double psnr = 0, ssim = 0;  ///< dB; 1 for equal pictures
   std::uint64_t view = 0;     ///< number of the view, the same in every shard
+  std::optional<LpipsValues> lpips = {};
 };
 
 struct EvalReport {
@@ -42,6 +50,7 @@ struct MeanQuality {
   CullMode mode = default_mode();
   std::size_t views = 0;
   double psnr = 0, ssim = 0;
+  std::optional<LpipsValues> lpips = {};  ///< if all of these views have it
 };
 
 /// Describes the computation of SSIM, for the method of a report.

@@ -85,6 +85,8 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
   mean.psnr = mean_of_column(rows, &BenchRow::psnr_vs_reference);
   mean.ssim = mean_of_column(rows, &BenchRow::ssim_vs_reference);
   mean.flip = mean_of_column(rows, &BenchRow::flip_vs_reference);
+  if (const auto ms = mean_of_column(rows, &BenchRow::ms_paper); ms && *ms > 0)
+    mean.fps_paper = 1000 / *ms;
   if (std::all_of(rows.begin(), rows.end(),
                   [](const BenchRow* row) { return row->repeats.has_value(); })) {
     mean.repeats =
@@ -94,17 +96,22 @@ ModeMean mean_of(const std::vector<const BenchRow*>& rows) {
 }
 
 std::string table(const std::vector<ModeMean>& means, const std::string& baseline) {
+  const bool paper = std::any_of(means.begin(), means.end(),
+                                 [](const ModeMean& mean) { return mean.fps_paper.has_value(); });
   std::string text = fmt::format(
-      "| mode | Gaussians | PSNR dB | ms | FPS | vs {} | pairs | sort bytes |\n"
-      "|---|---:|---:|---:|---:|---:|---:|---:|\n",
-      baseline);
+      "| mode | Gaussians | PSNR dB | ms | FPS |{} vs {} | pairs | sort bytes |\n"
+      "|---|---:|---:|---:|---:|{}---:|---:|---:|\n",
+      paper ? " FPS (paper) |" : "", baseline, paper ? "---:|" : "");
   for (const ModeMean& mean : means) {
     const auto pairs = static_cast<std::uint64_t>(std::llround(mean.pairs));
     text += fmt::format(
-        "| {} | {} | {} | {}{} | {} | {} | {} | {} |\n", markdown_code(mean.label),
+        "| {} | {} | {} | {}{} | {} |{} {} | {} | {} |\n", markdown_code(mean.label),
         grouped(static_cast<std::uint64_t>(std::llround(mean.gaussians))),
         mean.psnr ? decibels(*mean.psnr) : "-", time_text(mean.ms, mean.ms_spread),
         mean.noisy ? " noisy" : "", rate_text(mean.ms, mean.ms_spread),
+        !paper           ? ""
+        : mean.fps_paper ? fmt::format(" {:.1f} |", *mean.fps_paper)
+                         : " - |",
         mean.ratio ? ratio_text(*mean.ratio) : "-",
         mean.plugin && pairs == 0 ? "-" : grouped(pairs),
         mean.sort_bytes ? bytes_text(static_cast<std::uint64_t>(*mean.sort_bytes)) : "-");
@@ -126,48 +133,6 @@ std::string quality_table(const std::vector<ModeMean>& means) {
       "\n### {}: image quality against mode reference\n\n| mode | PSNR dB | SSIM | FLIP | two "
       "frames equal |\n|---|---:|---:|---:|---|\n{}",
       markdown_text(means.front().scene), lines);
-}
-
-// Arithmetic means over the scenes. The ratio is a geometric mean. It has no interval, because
-// scenes are chosen and not a random sample of all scenes.
-std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
-  std::vector<ModeMean> result;
-  for (const ModeMean& first : means) {
-    const auto same = [&](const ModeMean& other) { return other.label == first.label; };
-    if (std::any_of(result.begin(), result.end(), same)) continue;
-    const double weight =
-        1.0 / static_cast<double>(std::count_if(means.begin(), means.end(), same));
-    ModeMean& mean = result.emplace_back();
-    mean.scene = "mean";
-    mean.label = first.label;
-    mean.plugin = first.plugin;
-    double psnr = 0, spread = 0, sort_bytes = 0;
-    bool all_psnr = true, all_spreads = true, all_sort_bytes = true;
-    std::vector<double> ratios;
-    for (const ModeMean& row : means) {
-      if (!same(row)) continue;
-      mean.gaussians += weight * row.gaussians;
-      mean.pairs += weight * row.pairs;
-      all_sort_bytes = all_sort_bytes && row.sort_bytes;
-      sort_bytes += weight * row.sort_bytes.value_or(0);
-      mean.ms += weight * row.ms;
-      mean.noisy = mean.noisy || row.noisy;
-      all_spreads = all_spreads && row.ms_spread;
-      spread += weight * row.ms_spread.value_or(0);
-      all_psnr = all_psnr && row.psnr;
-      psnr += weight * row.psnr.value_or(0);
-      if (row.ratio) ratios.push_back(row.ratio->value);
-    }
-    if (all_psnr) mean.psnr = psnr;
-    if (all_spreads) mean.ms_spread = spread;
-    if (all_sort_bytes) mean.sort_bytes = sort_bytes;
-    if (static_cast<std::ptrdiff_t>(ratios.size()) ==
-        std::count_if(means.begin(), means.end(), same)) {
-      mean.ratio = geometric_mean(ratios);
-      mean.ratio->interval.reset();
-    }
-  }
-  return result;
 }
 
 // One column per mode, one row per camera.
@@ -228,6 +193,51 @@ std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::s
   return means;
 }
 
+std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means) {
+  std::vector<ModeMean> result;
+  for (const ModeMean& first : means) {
+    const auto same = [&](const ModeMean& other) { return other.label == first.label; };
+    if (std::any_of(result.begin(), result.end(), same)) continue;
+    const double weight =
+        1.0 / static_cast<double>(std::count_if(means.begin(), means.end(), same));
+    ModeMean& mean = result.emplace_back();
+    mean.scene = "mean";
+    mean.mode = first.mode;
+    mean.pipeline = first.pipeline;
+    mean.label = first.label;
+    mean.plugin = first.plugin;
+    double psnr = 0, spread = 0, sort_bytes = 0, fps_paper = 0;
+    bool all_fps_paper = true, all_psnr = true, all_spreads = true, all_sort_bytes = true;
+    std::vector<double> ratios;
+    for (const ModeMean& row : means) {
+      if (!same(row)) continue;
+      mean.gaussians += weight * row.gaussians;
+      mean.pairs += weight * row.pairs;
+      all_sort_bytes = all_sort_bytes && row.sort_bytes;
+      sort_bytes += weight * row.sort_bytes.value_or(0);
+      mean.ms += weight * row.ms;
+      mean.noisy = mean.noisy || row.noisy;
+      all_spreads = all_spreads && row.ms_spread;
+      spread += weight * row.ms_spread.value_or(0);
+      all_psnr = all_psnr && row.psnr;
+      psnr += weight * row.psnr.value_or(0);
+      all_fps_paper = all_fps_paper && row.fps_paper;
+      fps_paper += weight * row.fps_paper.value_or(0);
+      if (row.ratio) ratios.push_back(row.ratio->value);
+    }
+    if (all_psnr) mean.psnr = psnr;
+    if (all_fps_paper) mean.fps_paper = fps_paper;
+    if (all_spreads) mean.ms_spread = spread;
+    if (all_sort_bytes) mean.sort_bytes = sort_bytes;
+    if (static_cast<std::ptrdiff_t>(ratios.size()) ==
+        std::count_if(means.begin(), means.end(), same)) {
+      mean.ratio = geometric_mean(ratios);
+      mean.ratio->interval.reset();
+    }
+  }
+  return result;
+}
+
 std::string format_markdown(const BenchReport& report) {
   const std::string baseline = baseline_of(report);
   const std::vector<ModeMean> means = mode_means(report.rows, baseline);
@@ -240,6 +250,12 @@ std::string format_markdown(const BenchReport& report) {
       measured_on(report.environment), report.environment.value("backend", "?"),
       report.environment.value("commit", "?"), report.environment.value("utc", "?"),
       100 * kNoisySpread, 100 * kNoiseTolerance);
+  if (std::any_of(means.begin(), means.end(),
+                  [](const ModeMean& mean) { return mean.fps_paper.has_value(); })) {
+    text +=
+        "\nFPS (paper) is computed as in the published script: after 5 views to warm up, every "
+        "view is drawn once, and 1000 is divided by the mean time in milliseconds.\n";
+  }
   if (!ratios.empty()) {
     text += fmt::format(
         "\nRatios are the time of `{}` divided by the mode's time on the same camera in the same "
@@ -271,9 +287,12 @@ std::string format_markdown(const BenchReport& report) {
   }
   if (scenes > 1) {
     text += fmt::format(
-        "\n## Mean of {} scenes\n\nFPS is computed from the mean time; the ratio is the geometric "
+        "\n## Mean of {} scenes\n\nFPS is computed from the mean time{}; the ratio is the "
+        "geometric "
         "mean over the scenes.\n\n{}",
-        scenes, table(over_scenes(means), baseline));
+        scenes,
+        means.front().fps_paper ? ", FPS (paper) is the mean of the scenes' FPS (paper)" : "",
+        table(over_scenes(means), baseline));
   }
   for (const std::string& line : clock_lines(report.environment))
     text += fmt::format("\n{}.\n", line);

@@ -30,11 +30,18 @@ struct ModeMean {
   std::optional<bool> repeats;
   bool plugin = false;         ///< pairs of 0 are not measured
   std::optional<Ratio> ratio;  ///< to the baseline in the same pipeline, if measured
+  /// 1000 / the mean of the cameras' ms_paper; over scenes the arithmetic mean
+  std::optional<double> fps_paper;
   double fps() const { return 1000 / ms; }
 };
 
 /// One entry per scene and mode, in the order of their first rows.
 std::vector<ModeMean> mode_means(const std::vector<BenchRow>& rows, const std::string& baseline);
+
+/// Means over the scenes, one entry per label, in the order of their first entries. Values are
+/// arithmetic means. The ratio is a geometric mean without an interval, because scenes are chosen
+/// and not a random sample of all scenes.
+std::vector<ModeMean> over_scenes(const std::vector<ModeMean>& means);
 
 std::string format_markdown(const BenchReport& report);
 

@@ -2,6 +2,7 @@
 #include "app/train/checkpoint.h"
 
 #include <cstring>
+#include <fstream>
 #include <ostream>
 #include <span>
 
@@ -88,6 +89,16 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
     const std::uint64_t hash = stream.hash();
     file.write(reinterpret_cast<const char*>(&hash), sizeof hash);
   });
+}
+
+void remove_checkpoint(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string magic(kMagic.size(), '\0');
+  if (!file.read(magic.data(), static_cast<std::streamsize>(magic.size())) || magic != kMagic)
+    return;
+  std::error_code error;
+  if (!std::filesystem::remove(path, error) && error)
+    fail("{}: cannot be removed: {}", path.string(), error.message());
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {

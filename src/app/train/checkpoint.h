@@ -36,4 +36,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
 /// Throws Error(input) if the file is missing or damaged.
 Checkpoint read_checkpoint(const std::filesystem::path& path);
 
+/// Removes the file if it is a checkpoint.
+void remove_checkpoint(const std::filesystem::path& path);
+
 }  // namespace qs::train

@@ -152,16 +152,21 @@ OldIterations remove_old_iterations(const std::filesystem::path& folder) {
   return old;
 }
 
+FolderLock lock_model_folder(const std::filesystem::path& folder) {
+  return FolderLock(folder, "another process trains into this folder");
+}
+
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
-                                        const std::string& backend, ThreadPool& pool) {
+                                        const std::string& backend, ThreadPool& pool, bool last) {
   // The checkpoint is written first, because it needs no memory and everything else can be made
   // from it.
-  write_checkpoint(checkpoint, checkpoint_path(folder));
+  if (!last) write_checkpoint(checkpoint, checkpoint_path(folder));
   auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
   write_text(folder / "train.csv", format_train_csv(checkpoint.log));
   write_text(folder / "train.json",
              json_file_text(result_json(checkpoint, data, backend, pool.size())));
+  if (last) remove_checkpoint(checkpoint_path(folder));
   return file;
 }
 

@@ -5,7 +5,7 @@
 //   cameras.json, cfg_args, input.ply         as the published trainer writes them
 //   train.json, train.csv                     settings, environment and result; the log
 //   train.html, plots                         the log as plots, see train_page.h
-//   checkpoint                                continues the run, see checkpoint.h
+//   checkpoint                                continues an unfinished run, see checkpoint.h
 #pragma once
 
 #include <filesystem>
@@ -14,6 +14,7 @@
 
 #include "app/train/checkpoint.h"
 #include "app/train/data_set.h"
+#include "io/bytes/folder_lock.h"
 
 namespace qs::train {
 
@@ -26,11 +27,15 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       const TrainSettings& settings, const ModelState& model,
                                       ThreadPool& pool);
 
-/// Writes the state: Gaussians, log and checkpoint. `backend` is for the log. Returns the path of
-/// the Gaussians.
+/// Locks the folder of a model, which exists, against other runs. Throws Error(usage) if another
+/// run trains into it.
+FolderLock lock_model_folder(const std::filesystem::path& folder);
+
+/// Writes the state: Gaussians, log and checkpoint. `backend` is for the log. The last state of a
+/// run has no checkpoint, and an earlier one is removed. Returns the path of the Gaussians.
 std::filesystem::path write_model_state(const std::filesystem::path& folder,
                                         const CheckpointView& checkpoint, const DataSet& data,
-                                        const std::string& backend, ThreadPool& pool);
+                                        const std::string& backend, ThreadPool& pool, bool last);
 
 /// The iterations of earlier runs in a model folder, by number.
 struct OldIterations {

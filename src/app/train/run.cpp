@@ -10,6 +10,7 @@
 #include "app/base/progress_bar.h"
 #include "app/base/quit_signals.h"
 #include "app/base/text.h"
+#include "app/report/write_report.h"
 #include "app/session/session.h"
 #include "app/train/model_folder.h"
 #include "app/train/train_page.h"
@@ -119,7 +120,7 @@ class Run {
     const bool finished = trainer_.iteration() >= settings_.iterations;
     if (finished && !is_evaluated()) evaluate();
     if (finished) goes_on(log_.rows.empty() ? 0 : log_.rows.back().loss);
-    const auto file = save();
+    const auto file = save(finished && !options_.keep_checkpoint);
     warn(write_train_page(options_.out_dir, settings_, log_));
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.gaussians()),
@@ -187,8 +188,9 @@ class Run {
       write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
   }
 
-  std::filesystem::path save() const {
-    return write_model_state(options_.out_dir, checkpoint(), data_, backend_, pool_);
+  // `last`: no run continues from here.
+  std::filesystem::path save(bool last = false) const {
+    return write_model_state(options_.out_dir, checkpoint(), data_, backend_, pool_, last);
   }
 
   const DataSet& data_;
@@ -206,6 +208,12 @@ class Run {
 
 RunEnd run_training(const TrainSettings& settings, const DataSet& data, const RunOptions& options,
                     std::unique_ptr<TrainingModel> model, ThreadPool& pool) {
+  make_folder(options.out_dir);
+  const FolderLock lock = lock_model_folder(options.out_dir);
+  if (!lock.held()) {
+    warn(fmt::format("{}: its file system has no locks, so do not train into it twice at a time",
+                     options.out_dir.string()));
+  }
   Checkpoint checkpoint = start(settings, data, options, pool);
   std::optional<QuitSignals> signals;
   if (!options.watch) signals.emplace();
@@ -213,6 +221,7 @@ RunEnd run_training(const TrainSettings& settings, const DataSet& data, const Ru
     note_own(options.out_dir);
   } else if (options.overwrite) {
     remove_earlier_iterations(settings, options);
+    remove_checkpoint(checkpoint_path(options.out_dir));
   }
   write_model_start(options.out_dir, settings, data);
   return Run(data, options, std::move(checkpoint), std::move(model), pool).all_iterations();

@@ -33,6 +33,7 @@ struct RunOptions {
   int save_every = 0;      ///< iterations; 0: only at the end
   bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
   bool resume = false;
+  bool keep_checkpoint = false;  ///< of a finished run, which no checkpoint continues otherwise
   /// out_dir may hold files; else it is new or empty, or `resume` is true. Without `resume`,
   /// remove_old_iterations() of it.
   bool overwrite = false;

@@ -23,7 +23,10 @@ ordered_json settings_json(const TrainSettings& s) {
           {"background", {s.background.x, s.background.y, s.background.z}},
           {"random_background", s.random_background},
           {"max_gaussians", s.max_gaussians},
-          {"random_points", s.random_points}};
+          {"random_points", s.random_points},
+          {"count_views", kCountViewsNames[static_cast<int>(s.count_views)]},
+          {"step_before_densify", s.step_before_densify},
+          {"opacity_rate", s.opacity_rate}};
 }
 
 TrainSettings settings_of(const ordered_json& json) {
@@ -39,6 +42,13 @@ TrainSettings settings_of(const ordered_json& json) {
   json_value(json.at("random_background"), s.random_background);
   json_value(json.at("max_gaussians"), s.max_gaussians);
   json_value(json.at("random_points"), s.random_points);
+  // Checkpoints of earlier versions do not have the rest.
+  if (json.contains("count_views")) {
+    s.count_views =
+        json["count_views"] == kCountViewsNames[1] ? CountViews::mode : CountViews::exact;
+    json_value(json.at("step_before_densify"), s.step_before_densify);
+    json_value(json.at("opacity_rate"), s.opacity_rate);
+  }
   return s;
 }
 

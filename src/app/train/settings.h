@@ -15,6 +15,11 @@
 
 namespace qs::train {
 
+/// The statistics of density control count a view for the Gaussians that one mode lists in a tile:
+/// mode `exact`, or the mode of the training frames, as in published code.
+enum class CountViews { exact, mode };
+inline constexpr const char* kCountViewsNames[] = {"exact", "mode"};  ///< in their order
+
 struct TrainSettings {
   int iterations = 30'000;
   std::string strategy = "adc";
@@ -26,6 +31,9 @@ struct TrainSettings {
   bool random_background = false;       ///< another colour in every iteration
   std::size_t max_gaussians = 0;        ///< 0: the strategy's own limit
   std::size_t random_points = 100'000;  ///< to start from if the data set has no points
+  CountViews count_views = CountViews::exact;
+  bool step_before_densify = false;  ///< the step before Gaussians are added is taken
+  double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
 
   bool white() const { return !random_background && background == glm::vec3(1); }
 };

@@ -79,6 +79,13 @@ RenderSettings Trainer::render_settings(int iteration) const {
   return render;
 }
 
+StepOrder Trainer::step_order(const IterationContext& context) const {
+  StepOrder order = strategy_.step(context);
+  order.counts_by_mode = settings_.count_views == CountViews::mode;
+  if (settings_.step_before_densify) order.moves = true;
+  return order;
+}
+
 const PhotographView& Trainer::view_of(int iteration) {
   const PhotographView& view = data_.training[views_.at(iteration)];
   if (!data_.on_disk()) return view;
@@ -92,8 +99,10 @@ StepResult Trainer::step() {
   StepResult result;
   StageClock clock;
   const int iteration = model_->iteration() + 1;
+  const double opacity_rate =
+      settings_.opacity_rate > 0 ? settings_.opacity_rate : strategy_.opacity_rate;
   const IterationContext context{settings_, iteration, extent_,
-                                 rates_at(iteration, extent_, strategy_.opacity_rate)};
+                                 rates_at(iteration, extent_, opacity_rate)};
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
     strategy_.plan(context, model_->facts(), plan_);
@@ -120,7 +129,7 @@ StepResult Trainer::step() {
   clock.next();
   model_->backward();
   clock.next();
-  model_->step(strategy_.step(context));
+  model_->step(step_order(context));
   clock.next();
   result.loss = model_->recent_loss();
   result.seconds = clock.finish(model_->pass_seconds());

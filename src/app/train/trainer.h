@@ -61,6 +61,7 @@ class Trainer {
 
  private:
   RenderSettings render_settings(int iteration) const;
+  StepOrder step_order(const IterationContext& context) const;
   const PhotographView& view_of(int iteration);
 
   const TrainSettings settings_;

@@ -27,7 +27,10 @@ namespace qs::train {
 struct StepOrder {
   int iteration = 0;            ///< counts from 1
   bool counts_density = false;  ///< adds the view to the density statistics
-  bool moves = true;            ///< takes Adam's step
+  /// The statistics count the view for the Gaussians that its culling mode lists in a tile. False:
+  /// for the Gaussians that mode `exact` lists.
+  bool counts_by_mode = false;
+  bool moves = true;  ///< takes Adam's step
   Rates rates;
   std::optional<Sparsity> sparsity;  ///< in the loss, beside the photograph
   std::optional<Noise> noise;        ///< moves means after the step

@@ -122,6 +122,35 @@ TEST_F(BenchProgram, scaling_measures_growing_grids_of_one_scene) {
   EXPECT_THAT(run.err, Not(HasSubstr("gnuplot failed")));
 }
 
+TEST_F(BenchProgram, holdout_measures_the_test_views_and_adds_the_paper_s_fps) {
+  std::vector<Camera> cameras;
+  for (const char* name : {"c", "a", "e", "b", "d"}) {
+    cameras.push_back(test::front_camera(64, 48));
+    cameras.back().name = name;
+  }
+  test::write_cameras(cameras, folder_ / "cameras.json");
+  const ProgramRun run = bench("out", {"--holdout", "2", "--cull", "adr,quadbox"});
+  ASSERT_EQ(run.exit_code, kExitOk) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| FPS | FPS (paper) |"));
+  std::vector<std::string> views;  // a, c, e
+  for (const BenchRow& row : read_bench_json(folder_ / "out/bench.json").rows) {
+    EXPECT_GT(row.ms_paper.value(), 0);
+    if (row.mode == "adr") views.push_back(row.camera);
+  }
+  EXPECT_THAT(views, testing::ElementsAre("1", "0", "2"));
+  const auto report = parse_own_json(read_text_file(folder_ / "out/bench.json", 1 << 26));
+  EXPECT_EQ(report["fps_paper"].size(), 4u);  // of the scene and of the set
+  const ProgramRun part =
+      bench("part", {"--holdout", "2", "--cull", "adr,quadbox", "--shard", "2/2"});
+  ASSERT_EQ(part.exit_code, kExitOk) << part.err;
+  for (const BenchRow& row : read_bench_json(folder_ / "part/bench.json").rows) {
+    EXPECT_EQ(row.camera, "0");
+    EXPECT_TRUE(row.ms_paper);
+  }
+  EXPECT_THAT(bench("no", {"--holdout", "2", "--camera-index", "0"}).err,
+              HasSubstr("bench: --holdout chooses the views: it excludes --camera-index"));
+}
+
 TEST_F(BenchProgram, bench_follows_a_camera_path) {
   const ProgramRun run = bench(
       "out", {"--camera-path", path("cameras.json"), "--path-steps", "3", "--cull", "quadbox"});

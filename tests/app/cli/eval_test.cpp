@@ -20,7 +20,9 @@
 #include "io/scene/writer.h"
 #include "raster/api/renderer.h"
 #include "raster/scene/image_metrics.h"
+#include "support/lpips_weights.h"
 #include "support/pool.h"
+#include "support/safetensors.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
 #include "support/temporary_folder.h"
@@ -186,6 +188,62 @@ TEST_F(Eval, saved_pictures_are_what_was_compared) {
             read_image(photograph(0)).values);
 }
 
+TEST_F(Eval, lpips_is_computed_for_both_ranges_of_the_network_s_input) {
+  const lpips::Weights weights = test::golden_weights(lpips::kNetworks[1]);
+  test::write_lpips_weights(weights, folder_ / "alexnet.safetensors");
+  const Image render = read_image(photograph(0));
+  Image truth = render;
+  for (float& value : truth.values) value = 0.8f * value + 0.1f;
+  write_image(truth, photograph(0));
+  const json result =
+      report({"--holdout", "8", "--cull", "adr,quadbox", "--lpips", path("alexnet.safetensors")});
+  ASSERT_EQ(result["views"].size(), 4u);
+  const lpips::Metric metric(weights);
+  const double paper = metric.distance(render, truth, lpips::InputRange::unit, test::pool());
+  const double usual = metric.distance(render, truth, lpips::InputRange::symmetric, test::pool());
+  EXPECT_NE(paper, usual);
+  for (const std::size_t mode : {0u, 1u}) {  // lossless modes
+    EXPECT_NEAR(result["views"][mode]["lpips_paper"], paper, 1e-6 * paper);
+    EXPECT_NEAR(result["views"][mode]["lpips"], usual, 1e-6 * usual);
+    EXPECT_LT(result["views"][2 + mode]["lpips"], 1e-6);
+    EXPECT_NEAR(result["means"][mode]["lpips_paper"], paper / 2, 1e-6 * paper);
+    EXPECT_NEAR(result["means"][mode]["lpips"], usual / 2, 1e-6 * usual);
+  }
+  EXPECT_EQ(result["method"]["lpips"]["network"], "alexnet");
+  EXPECT_FALSE(report({"--holdout", "8"})["method"].contains("lpips"));
+}
+
+TEST_F(Eval, weights_of_lpips_that_do_not_fit_are_refused) {
+  const auto expect = [&](const lpips::Weights& weights, const std::string& sentence) {
+    test::write_lpips_weights(weights, folder_ / "w.safetensors");
+    const ProgramRun run = eval({"--lpips", path("w.safetensors")});
+    EXPECT_EQ(run.exit_code, kExitInput);
+    EXPECT_EQ(run.err, "quadsplat: " + path("w.safetensors") + ": " + sentence + "\n");
+  };
+  lpips::Network network = lpips::kNetworks[1];
+  lpips::Weights weights = test::golden_weights(network);
+  weights.network = &network;
+  network.name = "resnet";
+  expect(weights, "its metadata name another network than vgg16 or alexnet");
+  network.name = "vgg16";
+  expect(weights, "features.0.weight has the shape (64, 3, 11, 11) instead of (64, 3, 3, 3)");
+  network.name = "alexnet";
+  weights.biases[4][7] = std::nanf("");
+  expect(weights, "features.10.bias has a value that is not a finite number");
+  network.convolutions = network.convolutions.first(4);
+  weights.filters.pop_back();
+  weights.biases.pop_back();
+  expect(weights, "features.10.weight is missing");
+  std::ofstream(folder_ / "w.safetensors", std::ios::binary) << "no weights";
+  EXPECT_THAT(eval({"--lpips", path("w.safetensors")}).err, HasSubstr("w.safetensors: cut off"));
+  EXPECT_THAT(eval({"--lpips", path("nowhere")}).err, HasSubstr("nowhere: cannot be opened"));
+
+  test::write_lpips_weights(test::golden_weights(lpips::kNetworks[1]), folder_ / "w.safetensors");
+  const ProgramRun small = eval({"--lpips", path("w.safetensors"), "--images-scale", "2"});
+  EXPECT_EQ(small.exit_code, kExitUsage);
+  EXPECT_THAT(small.err, HasSubstr("has 30 x 20 pixels, and alexnet needs 31 x 31 at least"));
+}
+
 TEST_F(Eval, wrong_use_ends_with_one_sentence) {
   const auto expect_failure = [](const ProgramRun& run, int exit_code, const std::string& part) {
     EXPECT_EQ(run.exit_code, exit_code) << run.err;
@@ -225,6 +283,23 @@ TEST(EvalReport, every_number_stands_in_its_column) {
   EXPECT_THAT(table, HasSubstr("\nleft       3dgs             31.50  0.7500\n"));
   EXPECT_THAT(table, HasSubstr("\nmean of 2  3dgs             32.00  0.5000\n"));
   EXPECT_THAT(table, EndsWith("\nmean of 1  adr              40.00  0.5000\n"));
+
+  report.rows[0].lpips = {0.125, 0.25};
+  report.rows[1].lpips = {0.375, 0.5};
+  report.rows[2].lpips = {0.5, 1.5};
+  const std::string csv = format_eval_csv(report);
+  EXPECT_THAT(csv, HasSubstr(",psnr,ssim,lpips_paper,lpips\n"));
+  EXPECT_THAT(csv, EndsWith(",40.000000,0.50000000,0.50000000,1.50000000\n"));
+  const std::string wide = format_eval_table(report);
+  EXPECT_THAT(wide, HasSubstr(" PSNR dB    SSIM  LPIPS (paper)   LPIPS\n"));
+  EXPECT_THAT(wide,
+              HasSubstr("\nleft       3dgs             31.50  0.7500         0.1250  0.2500\n"));
+  EXPECT_THAT(wide,
+              HasSubstr("\nmean of 2  3dgs             32.00  0.5000         0.2500  0.3750\n"));
+  report.scene["hash"] = "1";
+  report.view_count = 2;
+  const EvalReport again = parse_eval_report(parse_own_json(format_eval_json(report)));
+  EXPECT_EQ(format_eval_csv(again), csv);
 }
 
 TEST(Photographs, are_found_by_name_with_fewer_and_fewer_folders) {

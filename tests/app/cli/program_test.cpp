@@ -233,6 +233,32 @@ TEST_F(Program, all_cameras_write_one_picture_each_with_number_and_name) {
   }
 }
 
+TEST_F(Program, a_part_is_shown_enlarged_in_each_picture_and_written_alone) {
+  const std::vector<std::string> words = {"--camera-index", "0",          "--size",    "64x48",
+                                          "--cull",         "adr,exact",  "--repeats", "1",
+                                          "--output",       path("d.png")};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), words.begin(), words.end());
+    return render(more);
+  };
+  ASSERT_EQ(with({"--part", "40,30,16,8"}).exit_code, kExitOk);
+  for (const char* mode : {"adr", "exact"}) {
+    const Image picture = read_image(folder_ / (std::string("d_") + mode + ".png"));
+    const Image part = read_image(folder_ / (std::string("d_") + mode + "_part.png"));
+    EXPECT_EQ(picture.width, 64);
+    ASSERT_EQ(part.width, 40);
+    ASSERT_EQ(part.height, 20);
+    for (int x = 0; x < 40; ++x) EXPECT_EQ(picture.at(x, 7, 1), part.at(x, 7, 1)) << x;
+  }
+  ASSERT_EQ(with({"--part", "40,30,16,8", "--part-zoom", "4"}).exit_code, kExitOk);
+  EXPECT_EQ(read_image(folder_ / "d_adr_part.png").width, 64);
+  expect_failure(with({"--part", "50,30,16,8"}), kExitUsage,
+                 "--part: it ends at 66,38, but the picture is 64 x 48");
+  expect_failure(with({"--part", "0,0,40,8"}), kExitUsage, "enlarged 2.5 times it is 100 x 20");
+  expect_failure(with({"--part", "1,2,3"}), kExitUsage, "--part: '1,2,3' is not X,Y,W,H");
+  expect_failure(with({"--part", "0,0,8,8", "--heatmap", "pairs"}), kExitUsage, "excludes");
+}
+
 TEST_F(Program, a_camera_path_gives_numbered_pictures_at_a_fixed_time_step) {
   std::vector<Camera> keys;
   for (int i = 0; i < 3; ++i) {

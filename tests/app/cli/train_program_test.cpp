@@ -121,9 +121,15 @@ TEST_F(TrainProgram, interrupted_run_is_saved_and_continues_to_the_same_bits) {
 
 TEST_F(TrainProgram, resume_refuses_other_settings_data_and_damage) {
   EXPECT_THAT(train("none", {"--resume"}).err, HasSubstr("none: holds no run to continue"));
-  ASSERT_EQ(train("model", start(5)).exit_code, 0);
+  std::vector<std::string> words = start(5);
+  words.emplace_back("--keep-checkpoint");
+  ASSERT_EQ(train("model", words).exit_code, 0);
   EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--seed", "1"}).err,
               HasSubstr("the run was started with other settings: seed"));
+  EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--count-views", "mode",
+                              "--opacity-rate", "0.05", "--step-before-densify"})
+                  .err,
+              HasSubstr("with other settings: count_views, step_before_densify, opacity_rate"));
   EXPECT_THAT(train("model", {"--iterations", "6", "--resume", "--resolution-scale", "2"}).err,
               HasSubstr("the run was started with other photographs, sizes or cameras"));
   const auto path = model("model") / "checkpoint";
@@ -142,10 +148,10 @@ TEST_F(TrainProgram, resume_refuses_other_settings_data_and_damage) {
 
 TEST_F(TrainProgram, says_which_backend_trains_and_that_it_can_continue_on_another) {
   std::vector<std::string> words = start(2);
-  words.insert(words.end(), {"--backend", "cpu"});
+  words.insert(words.end(), {"--backend", "cpu", "--keep-checkpoint"});
   EXPECT_THAT(train("model", words).out, HasSubstr("training on cpu\n"));
   words = start(3);
-  words.insert(words.end(), {"--resume", "--backend"});
+  words.insert(words.end(), {"--resume", "--keep-checkpoint", "--backend"});
   for (const char* backend : {"auto", "cuda"}) {
     words.emplace_back(backend);
     const ProgramRun run = train("model", words);
@@ -209,14 +215,76 @@ TEST_F(TrainProgram, overwriting_removes_the_iterations_of_the_earlier_run_and_n
 }
 
 TEST_F(TrainProgram, resuming_keeps_earlier_iterations_also_with_overwrite) {
-  ASSERT_EQ(train("model", start(4)).exit_code, 0);
-  std::vector<std::string> words = start(6);
+  std::vector<std::string> words = start(4);
+  words.emplace_back("--keep-checkpoint");
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  words = start(6);
   words.insert(words.end(), {"--resume", "--overwrite"});
   const ProgramRun run = train("model", words);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, testing::Not(HasSubstr("removed")));
   EXPECT_FALSE(gaussians("model", 4).empty());
   EXPECT_FALSE(gaussians("model", 6).empty());
+}
+
+TEST_F(TrainProgram, a_finished_run_leaves_no_checkpoint_unless_told_to) {
+  const auto checkpoint = model("model") / "checkpoint";
+  std::vector<std::string> words = start(4);
+  words.insert(words.end(), {"--save-every", "2"});
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(checkpoint)) << "that of iteration 2 was removed";
+  EXPECT_THAT(train("model", {"--iterations", "6", "--resume"}).err,
+              HasSubstr("a finished run continues only if it had --keep-checkpoint"));
+  words.insert(words.end(), {"--keep-checkpoint", "--overwrite"});
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(checkpoint));
+  words = start(6);
+  words.emplace_back("--resume");
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(checkpoint));
+  // A file of somebody else with this name stays.
+  std::ofstream(checkpoint) << "mine";
+  words = start(2);
+  words.emplace_back("--overwrite");
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  EXPECT_EQ(bytes_of(checkpoint), "mine");
+}
+
+TEST_F(TrainProgram, two_runs_never_train_into_one_folder) {
+  std::vector<std::string> words = start(10'000'000);
+  const ProgramRun killed = train("model", words, [&](pid_t process) {
+    while (!std::filesystem::exists(model("model") / "input.ply"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (const char* option : {"--overwrite", "--resume"}) {
+      std::vector<std::string> again = start(2);
+      again.emplace_back(option);
+      if (option == std::string("--resume"))
+        std::ofstream(model("model") / "checkpoint") << "a checkpoint";
+      const ProgramRun second = train("model", again);
+      EXPECT_EQ(second.exit_code, 1);
+      EXPECT_EQ(second.err, "quadsplat: " + model("model").string() +
+                                ": another process trains into this folder\n");
+    }
+    kill(process, SIGKILL);
+  });
+  EXPECT_NE(killed.exit_code, 0);
+  // Nothing is left of the lock.
+  words = start(2);
+  words.emplace_back("--overwrite");
+  const ProgramRun next = train("model", words);
+  EXPECT_EQ(next.exit_code, 0) << next.err;
+}
+
+TEST_F(TrainProgram, settings_of_density_control_are_recorded) {
+  std::vector<std::string> words = start(3);
+  words.insert(words.end(),
+               {"--count-views", "mode", "--step-before-densify", "--opacity-rate", "0.125"});
+  ASSERT_EQ(train("model", words).exit_code, 0);
+  const auto settings = parse_json(bytes_of(model("model") / "train.json"), "test")["settings"];
+  EXPECT_EQ(settings["count_views"], "mode");
+  EXPECT_EQ(settings["step_before_densify"], true);
+  EXPECT_EQ(settings["opacity_rate"], 0.125);
+  EXPECT_THAT(train("other", {"--opacity-rate", "0"}).err, HasSubstr("--opacity-rate"));
 }
 
 TEST_F(TrainProgram, overwriting_removes_no_model_that_it_starts_from) {

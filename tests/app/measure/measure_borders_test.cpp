@@ -17,6 +17,7 @@
 #include "app/measure/measure.h"
 #include "app/measure/measure_view.h"
 #include "app/measure/noise.h"
+#include "app/measure/paper_times.h"
 #include "app/measure/replicate.h"
 #include "app/measure/scene_facts.h"
 #include "app/measure/shard.h"
@@ -230,6 +231,26 @@ TEST(MeasureView, rounds_are_counted_and_a_view_without_pairs_has_no_share) {
   EXPECT_EQ(rows[0].bin_ms, 4);
   EXPECT_EQ(rows[0].sort_ms, 6);
   EXPECT_EQ(rows[0].blend_ms, 8);
+}
+
+TEST(PaperTimes, are_of_one_mode_after_the_other_behind_five_views_to_warm_up) {
+  // Two rounds of two modes: 5 frames to warm up and 3 views each.
+  auto clockwork = std::make_unique<Clockwork>(
+      std::vector<float>{90, 90, 90, 90, 90, 1, 2, 3, 90, 90, 90, 90, 90, 4, 5, 6,
+                         90, 90, 90, 90, 90, 3, 4, 5, 90, 90, 90, 90, 90, 6, 7, 8});
+  const auto& renderer = *clockwork;
+  Session session;
+  session.renderer = std::move(clockwork);
+  const std::vector<Camera> views(3, test::front_camera(8, 6));
+  const auto times = paper_times(session, {2, 5}, views, 2, {});
+  ASSERT_EQ(times.size(), 2u);
+  EXPECT_THAT(times[0], ElementsAre(2, 3, 4));
+  EXPECT_THAT(times[1], ElementsAre(5, 6, 7));
+  std::vector<CullMode> modes(8, 2);
+  modes.insert(modes.end(), 8, 5);
+  modes.insert(modes.end(), modes.begin(), modes.begin() + 16);
+  EXPECT_EQ(renderer.modes, modes);
+  EXPECT_THAT(paper_times(session, {2}, {}, 1, {}), ElementsAre(testing::IsEmpty()));
 }
 
 TEST(ModeTable, its_first_line_names_the_columns) {

@@ -16,6 +16,7 @@
 #include "app/report/markdown.h"
 #include "app/report/study_page.h"
 #include "app/report/study_plots.h"
+#include "io/bytes/json_text.h"
 #include "support/random_reports.h"
 #include "support/temporary_folder.h"
 
@@ -125,6 +126,35 @@ TEST(BenchTable, has_the_means_over_the_cameras_of_a_scene) {
   expect_about(mean[3], mean_ms);
   expect_about(mean[4], 1000 / mean_ms);
   EXPECT_NEAR(number(mean[5]), std::exp(log_ratio), 0.00501);
+}
+
+TEST(BenchTable, the_paper_s_fps_is_that_of_the_mean_time_and_its_mean_that_of_the_scenes) {
+  std::vector<BenchRow> rows;
+  for (const char* scene : {"first", "second"}) {
+    for (std::uint64_t view = 0; view < 2; ++view)
+      rows.push_back(test::random_row(scene, "adr", view));
+  }
+  BenchReport report = report_of(rows);
+  EXPECT_FALSE(parse_own_json(format_bench_json(report)).contains("fps_paper"));
+  EXPECT_EQ(format_markdown(report).find("FPS (paper)"), std::string::npos);
+  const double times[] = {2, 8, 1, 3};
+  for (std::size_t i = 0; i < 4; ++i) report.rows[i].ms_paper = times[i];
+  const auto tables = markdown_tables(format_markdown(report));
+  EXPECT_EQ(tables.at("first")[0][5], "200.0");
+  EXPECT_EQ(tables.at("second")[0][5], "500.0");
+  EXPECT_EQ(tables.at("Mean of 2 scenes")[0][5], "350.0");
+  const auto json = parse_own_json(format_bench_json(report));
+  const auto& list = json.at("fps_paper");
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_EQ(list[0]["scene"], "first");
+  EXPECT_EQ(list[0]["mode"], "adr");
+  EXPECT_EQ(list[0]["fps"], 200);
+  EXPECT_TRUE(list[2]["scene"].is_null());
+  EXPECT_EQ(list[2]["mode"], "adr");
+  EXPECT_EQ(list[2]["fps"], 350);
+  EXPECT_EQ(format_csv(parse_bench_report(json).rows), format_csv(report.rows));
+  report.rows[1].ms_paper.reset();
+  EXPECT_EQ(markdown_tables(format_markdown(report)).at("first")[0][5], "-");
 }
 
 // CUDA classic sorts pairs by (tile, depth); CUDA fast sorts pairs by tile and Gaussians by depth;

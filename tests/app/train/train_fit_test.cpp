@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Training on synthetic views: it finds the scene again, and repeats itself to the bit.
+#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -51,6 +52,53 @@ TEST(TrainFit, perturbed_gaussians_return_to_35_db_on_views_that_they_were_not_f
   while (trainer.iteration() < 1400) trainer.step();
   EXPECT_LE(trainer.gaussians(), kGaussians);
   EXPECT_GE(trainer.test_quality()->psnr, 35);
+}
+
+// The counts of views differ only for Gaussians that one mode lists in a tile and `exact` does not.
+TEST(TrainFit, views_count_by_the_rule_that_the_settings_name) {
+  const auto views_of = [](const char* mode, CountViews count) {
+    TrainSettings settings = flat_colours();
+    settings.mode = find_culler(mode);
+    settings.count_views = count;
+    ModelState model = ModelState::starting_with(test::ball_of_gaussians(kGaussians, 1));
+    model.parameters.opacity_logits[7] = -7;  // alpha < 1/255: `exact` does not list it
+    Trainer trainer = test::trainer_on(Backend::cpu, settings, synthetic(), std::move(model));
+    for (int i = 0; i < 12; ++i) trainer.step();
+    return trainer.model().density.views;
+  };
+  const auto exact = views_of("3dgs", CountViews::exact),
+             by_mode = views_of("3dgs", CountViews::mode);
+  EXPECT_EQ(exact[7], 0u);
+  EXPECT_EQ(by_mode[7], 12u);
+  for (std::size_t i = 0; i < exact.size(); ++i) EXPECT_LE(exact[i], by_mode[i]) << i;
+  EXPECT_EQ(views_of("exact", CountViews::mode), views_of("exact", CountViews::exact));
+}
+
+TEST(TrainFit, the_step_before_gaussians_are_added_is_taken_on_request) {
+  const auto means_after_600 = [](bool step) {
+    TrainSettings settings = flat_colours();
+    settings.step_before_densify = step;
+    Trainer trainer = perturbed_trainer(settings, 0, 599);
+    trainer.step();
+    return trainer.model().parameters.means;
+  };
+  const auto start = test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2).means;
+  EXPECT_EQ(means_after_600(false), start);
+  EXPECT_NE(means_after_600(true), start);
+}
+
+TEST(TrainFit, the_opacity_rate_is_that_of_the_settings) {
+  const auto first_move = [](double rate) {
+    TrainSettings settings = flat_colours();
+    settings.opacity_rate = rate;
+    Trainer trainer = perturbed_trainer(settings);
+    const float before = trainer.model().parameters.opacity_logits[0];
+    trainer.step();
+    return std::abs(trainer.model().parameters.opacity_logits[0] - before);
+  };
+  // Adam's first step is as long as the rate.
+  EXPECT_NEAR(first_move(0), 0.025, 1e-4);
+  EXPECT_NEAR(first_move(0.05), 0.05, 1e-4);
 }
 
 TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
@@ -124,6 +172,7 @@ TEST(TrainRun, a_run_without_memory_is_saved_and_continues_to_the_same_bits) {
                        std::unique_ptr<TrainingModel> model) {
     options.out_dir = folder;
     options.resume = resume;
+    options.keep_checkpoint = true;
     return run_training(settings, synthetic(), options, std::move(model), test::pool());
   };
   const auto usual = [] { return make_training_model(Backend::cpu, test::pool()); };

@@ -6,6 +6,7 @@
 // whole frames on 1, 2, 4, ... threads; `threads/arithmetic` is a loop that uses only registers, to
 // show the scaling of the machine itself. `counts/...` alternates frames of 1280x720 with and
 // without Outputs::mode_pairs: medians of the CPU time of all threads in ms, and their ratio.
+// `lpips/NETWORK/BACKEND` compares two pictures of 1024x1024 pixels on all threads, or on the GPU.
 #include <algorithm>
 #include <ctime>
 #include <functional>
@@ -15,9 +16,11 @@
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
+#include "raster/api/lpips.h"
 #include "raster/cpu/classic/classic.h"
 #include "raster/cpu/fast/blend.h"
 #include "raster/cpu/fast/pipeline.h"
+#include "support/lpips_weights.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -201,6 +204,15 @@ void run_counts(benchmark::State& state, const Subject& subject) {
   state.counters["ratio"] = median(counted) / median(plain);
 }
 
+void run_lpips(benchmark::State& state, const lpips::Network& network, Backend backend) {
+  const int device = backend == Backend::cuda ? first_gpu() : 0;
+  const LpipsDistance distance =
+      make_lpips(backend, test::golden_weights(network), test::pool(), device);
+  const auto [a, b] = test::golden_pictures(1024, 1024);
+  if (backend == Backend::cuda) distance(a, b, lpips::InputRange::unit);  // buffers grow
+  for (auto _ : state) benchmark::DoNotOptimize(distance(a, b, lpips::InputRange::unit));
+}
+
 /// Arithmetic in registers.
 void run_arithmetic(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
@@ -245,6 +257,18 @@ int main(int argc, char** argv) {
         [one](benchmark::State& state) { run_counts(state, one->subject()); })
         ->UseRealTime()
         ->Unit(benchmark::kMillisecond);
+  }
+  for (const lpips::Network& network : lpips::kNetworks) {
+    for (const Backend backend : available_backends()) {
+      const std::string name =
+          "lpips/" + std::string(network.name) + "/" + kBackendNames[static_cast<int>(backend)];
+      benchmark::RegisterBenchmark(
+          name.c_str(),
+          [&network, backend](benchmark::State& state) { run_lpips(state, network, backend); })
+          ->MeasureProcessCPUTime()
+          ->UseRealTime()
+          ->Unit(benchmark::kSecond);
+    }
   }
   on_every_thread_count(benchmark::RegisterBenchmark("threads/arithmetic", run_arithmetic));
   benchmark::RunSpecifiedBenchmarks();

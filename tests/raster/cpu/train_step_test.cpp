@@ -249,10 +249,10 @@ TEST(TrainDensity, averages_the_gradient_over_the_views_that_showed_a_gaussian) 
   Gradients<float> gradients;
   gradients.visible = {1, 1, 0};
   gradients.mean_px = {{3e-3f, 0}, {0, 1e-3f}, {5, 5}};
-  add_view(gradients, 200, 100, density);
+  add_view(gradients, gradients.visible, 200, 100, density);
   gradients.visible = {1, 0, 0};
   gradients.mean_px = {{0, 2e-3f}, {7, 7}, {5, 5}};
-  add_view(gradients, 200, 100, density);
+  add_view(gradients, gradients.visible, 200, 100, density);
   EXPECT_FLOAT_EQ(density.mean(0), 0.5f * (100 * 3e-3f + 50 * 2e-3f));
   EXPECT_FLOAT_EQ(density.mean(1), 50 * 1e-3f);
   EXPECT_EQ(density.mean(2), 0);

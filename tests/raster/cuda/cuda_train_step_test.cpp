@@ -2,6 +2,7 @@
 // The loss, the optimizer and the density statistics on the GPU, compared with the CPU's.
 #include "raster/cpu/train/adam.h"
 #include "raster/cpu/train/backward.h"
+#include "raster/cpu/train/cpu_model.h"
 #include "raster/cpu/train/density.h"
 #include "raster/cpu/train/loss.h"
 #include "raster/cuda/train/gpu_model.h"
@@ -233,12 +234,42 @@ TEST_F(CudaTrainStep, density_statistics_equal_those_of_the_cpu) {
     cpu::train::Gradients<float> gradients;
     const GradientCopies copies = model.gradients();
     gradients.mean_px = copies.mean_px;
-    gradients.visible = copies.visible;
-    add_view(gradients, width, height, expected);
+    add_view(gradients, copies.visible, width, height, expected);
   }
   EXPECT_EQ(model.state().density.sums, expected.sums);
   EXPECT_EQ(model.state().density.views, expected.views);
   EXPECT_EQ(expected.views[3], 0u);
+}
+
+TEST_F(CudaTrainStep, views_count_for_the_gaussians_that_the_mode_lists_on_request) {
+  Scene scene = small_scene<float>(100, 7);
+  scene.opacity_logits[7] = -7;  // alpha < 1/255: `exact` does not list it
+  const auto statistics = [&](qs::train::TrainingModel& model, bool by_mode) {
+    model.set_state(qs::train::ModelState::starting_with(scene));
+    RenderSettings settings;
+    settings.mode = find_culler("3dgs");
+    const std::vector<std::uint8_t> rgb(3 * kWidth * kHeight, 90);
+    for (const double shift : {0.0, 0.4}) {
+      Camera camera = test::front_camera(kWidth, kHeight);
+      camera.view_from_world[3].x += shift;
+      model.forward(camera, settings);
+      model.compare_with({}, {.rgb = rgb});
+      model.backward();
+      qs::train::StepOrder order;
+      order.iteration = model.iteration() + 1;
+      order.counts_density = true;
+      order.counts_by_mode = by_mode;
+      model.step(order);
+    }
+    return model.state().density.views;
+  };
+  GpuModel gpu;
+  cpu::train::CpuModel cpu(test::pool());
+  const auto exact = statistics(gpu, false), by_mode = statistics(gpu, true);
+  EXPECT_EQ(exact, statistics(cpu, false));
+  EXPECT_EQ(by_mode, statistics(cpu, true));
+  EXPECT_EQ(exact[7], 0u);
+  EXPECT_EQ(by_mode[7], 2u);
 }
 
 TEST_F(CudaTrainStep, a_new_model_starts_with_zero_moments_and_statistics) {

@@ -8,7 +8,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raster/cpu/fast/mode_pairs.cpp"
 // clang-format off
-#include "raster/cpu/fast/simd.h"
+#include "raster/base/simd.h"
 #include "raster/cpu/fast/walk_vectors.h"
 // clang-format on
 

@@ -35,7 +35,10 @@ void CpuModel::backward() {
 }
 
 void CpuModel::step(const StepOrder& order) {
-  if (order.counts_density) add_view(gradients_, camera_.width, camera_.height, state_.density);
+  if (order.counts_density) {
+    add_view(gradients_, order.counts_by_mode ? frame_.listed : gradients_.visible, camera_.width,
+             camera_.height, state_.density);
+  }
   qs::train::Parameters& p = state_.parameters;
   const auto for_gaussians = [&](const auto& each) {
     pool_.for_chunks(p.size(), 1024, [&](std::size_t begin, std::size_t end, int) {

@@ -5,11 +5,11 @@
 
 namespace qs::cpu::train {
 
-void add_view(const Gradients<float>& gradients, int width, int height,
-              DensityStatistics& statistics) {
+void add_view(const Gradients<float>& gradients, std::span<const std::uint8_t> counted, int width,
+              int height, DensityStatistics& statistics) {
   const glm::vec2 half(0.5f * static_cast<float>(width), 0.5f * static_cast<float>(height));
   for (std::size_t i = 0; i < statistics.sums.size(); ++i) {
-    if (gradients.visible[i] == 0) continue;
+    if (counted[i] == 0) continue;
     add_movement(half, gradients.mean_px[i], statistics.sums[i]);
     ++statistics.views[i];
   }

@@ -3,14 +3,17 @@
 // Counts views in the statistics of adaptive density control.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "raster/cpu/train/parameters.h"
 
 namespace qs::cpu::train {
 
 using qs::train::DensityStatistics;
 
-/// Adds a view of `width` x `height` pixels.
-void add_view(const Gradients<float>& gradients, int width, int height,
-              DensityStatistics& statistics);
+/// Adds a view of `width` x `height` pixels. `counted` is 1 for the Gaussians that it counts for.
+void add_view(const Gradients<float>& gradients, std::span<const std::uint8_t> counted, int width,
+              int height, DensityStatistics& statistics);
 
 }  // namespace qs::cpu::train

@@ -59,6 +59,7 @@ void project_all(const StepView& step, const FrameContext& context,
   frame.splats.resize(visible.slots());
   frame.areas.resize(visible.slots());
   frame.in_view.assign(parameters.size(), 0);
+  frame.listed.assign(parameters.size(), 0);
   const auto rounded_view = make_view<float>(step.camera);
   const auto view = make_view<Real>(step.camera);
   const FootprintRules rules = context.rules();
@@ -82,6 +83,7 @@ void project_all(const StepView& step, const FrameContext& context,
           frame.in_view[i] = is_in_view(projected.footprint, context.grid);
           // Drop Gaussians without tiles.
           if (count_tiles<P>(projected.footprint, context.grid) == 0) continue;
+          frame.listed[i] = 1;
           // Evaluate the colour and store the Gaussian in the next slot.
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
           const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),

@@ -77,6 +77,7 @@ struct ForwardFrame {
 
   VisibleSlots visible;               ///< listed in a tile by the culling mode
   std::vector<std::uint8_t> in_view;  ///< per Gaussian, see Gradients::visible
+  std::vector<std::uint8_t> listed;   ///< per Gaussian: 1 if the culling mode lists it in a tile
   std::vector<Splat> splats;          ///< per slot
   std::vector<PixelArea> areas;       ///< per slot
   DepthOrder order;

@@ -9,9 +9,9 @@ namespace {
 /// One thread per Gaussian.
 __global__ void __launch_bounds__(kThreads)
     add_movements(glm::vec2 half_px, std::uint32_t count, const glm::vec2* d_mean_px,
-                  const std::uint8_t* in_view, float* sums, std::uint32_t* views) {
+                  CountedGaussians counted, float* sums, std::uint32_t* views) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= count || in_view[i] == 0) return;
+  if (i >= count || !counted.has(i)) return;
   add_movement(half_px, d_mean_px[i], sums[i]);
   ++views[i];
 }
@@ -38,12 +38,12 @@ void DensityStatistics::download(cudaStream_t stream, qs::train::DensityStatisti
   copy_to_host(views.data(), to.views, count, stream);
 }
 
-void DensityStatistics::add(const Gradients& gradients, const std::uint8_t* in_view, int width,
+void DensityStatistics::add(const Gradients& gradients, CountedGaussians counted, int width,
                             int height, cudaStream_t stream) {
   if (count == 0) return;
   const glm::vec2 half_px(0.5f * static_cast<float>(width), 0.5f * static_cast<float>(height));
   launch("add_movements", add_movements, blocks_for(count), stream, half_px, count,
-         gradients.mean_px.data(), in_view, sums.data(), views.data());
+         gradients.mean_px.data(), counted, sums.data(), views.data());
 }
 
 }  // namespace qs::cuda::train

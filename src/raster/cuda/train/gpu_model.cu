@@ -255,7 +255,9 @@ void GpuModel::set_pixel_gradients(std::span<const glm::vec3> d_color) {
 void GpuModel::step(const qs::train::StepOrder& order) {
   State& s = gpu();
   if (order.counts_density) {
-    s.density.add(s.gradients, s.frame.in_view.data(), s.camera.width, s.camera.height, s.stream);
+    const CountedGaussians counted{s.frame.in_view.data(),
+                                   order.counts_by_mode ? s.frame.tile_counts.data() : nullptr};
+    s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
   take_step(order, s.parameters, s.gradients.by, s.adam, s.stream);
   s.clock.end(3, s.stream);

@@ -5,7 +5,7 @@
 // the program chooses the best set that the CPU supports when it runs. The pattern:
 //
 //   #define HWY_TARGET_INCLUDE "raster/cpu/fast/this_file.cpp"
-//   #include "raster/cpu/fast/simd.h"
+//   #include "raster/base/simd.h"
 //   HWY_BEFORE_NAMESPACE();
 //   namespace qs::cpu::fast { namespace HWY_NAMESPACE { ... } }
 //   HWY_AFTER_NAMESPACE();

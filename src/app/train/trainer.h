@@ -62,6 +62,8 @@ class Trainer {
  private:
   RenderSettings render_settings(int iteration) const;
   const PhotographView& view_of(int iteration);
+  std::optional<std::size_t> number_of(std::size_t view) const;
+  void count_errors(int iteration, int views);
 
   const TrainSettings settings_;
   const DataSet& data_;

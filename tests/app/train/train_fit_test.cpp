@@ -103,7 +103,10 @@ class FailingModel final : public TrainingModel {
   void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
     model_->compare_with(number, photograph);
   }
-  void backward() override { model_->backward(); }
+  void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override {
+    model_->count_errors(number, photograph);
+  }
+  void backward(const BackwardOrder& order) override { model_->backward(order); }
   void step(const StepOrder& order) override { model_->step(order); }
   Loss recent_loss() override { return model_->recent_loss(); }
   std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
@@ -158,6 +161,8 @@ class TrainStrategy : public testing::TestWithParam<const char*> {
     TrainSettings settings = flat_colours();
     settings.strategy = GetParam();
     settings.max_gaussians = 260;
+    settings.many_gaussians = true;      // read by fastgs
+    settings.absolute_gradients = true;  // read by adc
     settings.seed = 3;
     return settings;
   }
@@ -205,7 +210,7 @@ TEST_P(TrainStrategy, another_seed_gives_another_model) {
   EXPECT_NE(a.model().parameters.means, b.model().parameters.means);
 }
 
-INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc"),
+INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace qs::cpu::train {
 
 using qs::train::DensityStatistics;
 
-/// Adds a view of `width` x `height` pixels.
+/// Adds a view of `width` x `height` pixels, with absolute gradients if `gradients` has them.
 void add_view(const Gradients<float>& gradients, int width, int height,
               DensityStatistics& statistics);
 

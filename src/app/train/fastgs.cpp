@@ -29,7 +29,7 @@ struct Amount {
 };
 
 Amount amount_of(const TrainSettings& settings) {
-  return settings.many_gaussians ? Amount{100, 4e-4} : Amount{500, 12e-4};
+  return settings.many_gaussians ? Amount{100, 8e-4} : Amount{500, 12e-4};
 }
 
 // True if Gaussians are added and removed between this iteration and the next.

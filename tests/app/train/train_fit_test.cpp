@@ -210,6 +210,22 @@ TEST_P(TrainStrategy, another_seed_gives_another_model) {
   EXPECT_NE(a.model().parameters.means, b.model().parameters.means);
 }
 
+TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
+  DataSet data = synthetic();
+  TrainSettings settings = flat_colours();
+  settings.strategy = "fastgs";
+  settings.many_gaussians = true;
+  for (const std::size_t views : {4u, 1u}) {
+    data.training.resize(views);
+    ModelState model =
+        ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+    model.iteration = kStart;
+    Trainer trainer = test::trainer_on(Backend::cpu, settings, data, std::move(model));
+    while (trainer.iteration() < 601) trainer.step();
+    EXPECT_GT(trainer.gaussians(), kGaussians) << views;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 

@@ -209,7 +209,7 @@ TEST(TrainFastgs, clones_and_splits_only_gaussians_whose_pixels_are_wrong) {
       c.settings.many_gaussians = many;
       for (std::size_t i = 0; i < 4; ++i) {
         c.set_gradient(i, 2.1e-4f);
-        c.set_absolute_gradient(i, many ? 4.1e-4f : 12.1e-4f);
+        c.set_absolute_gradient(i, many ? 8.1e-4f : 12.1e-4f);
       }
       c.flag(2);
       const Parameters before = c.model.parameters;
@@ -228,8 +228,8 @@ TEST(TrainFastgs, clones_and_splits_only_gaussians_whose_pixels_are_wrong) {
 TEST(TrainFastgs, needs_a_gradient_above_the_threshold_of_the_chosen_amount) {
   for (const auto& [many, gradient, adds] : {std::tuple{false, 11.9e-4f, false},
                                              {false, 12.1e-4f, true},
-                                             {true, 3.9e-4f, false},
-                                             {true, 4.1e-4f, true}}) {
+                                             {true, 7.9e-4f, false},
+                                             {true, 8.1e-4f, true}}) {
     Case c(4, "fastgs");
     c.settings.many_gaussians = many;
     c.set_absolute_gradient(1, gradient);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include <glm/common.hpp>
 #include <gtest/gtest.h>
 
 #include "raster/api/training_model.h"

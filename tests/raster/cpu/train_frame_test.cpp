@@ -3,6 +3,8 @@
 // whole frames.
 #include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "raster/cpu/train/backward.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Density control by what several views get wrong, after FastGS (Ren et al. 2026, arXiv
-// 2511.04283). A Gaussian is cloned or split only if a share of its own pixels has a large error
-// in ten views that are drawn before each change (kernel/error_map.h). Large Gaussians are split by
-// absolute gradients. Opacities are limited after every change, so that Gaussians behind others
-// keep a gradient. After the last reset, Gaussians that stay faint are removed.
+// Density control by the errors of several views, after FastGS (Ren et al. 2026, arXiv 2511.04283).
+// A Gaussian is cloned or split only if a share of its own pixels has a large error in ten views
+// that are drawn before each change (kernel/error_map.h). Large Gaussians are split by absolute
+// gradients. Opacities are limited after every change, so that Gaussians behind others keep a
+// gradient. After the last reset, Gaussians that stay faint are removed.
 //
 // The published thresholds are numbers of pixels, chosen for each scene. Here they are shares, so
 // that one setting holds for photographs of every size. Two published rules are left out: of the

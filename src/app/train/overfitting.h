@@ -22,9 +22,9 @@ bool keeps_best_by_default(const DataSet& data);
 /// and not on measured times, so equal runs evaluate the same iterations.
 int evaluation_interval(const DataSet& data, std::string_view backend);
 
-/// If the test views have lost more than 0.2 dB between their best evaluation and the last one: a
-/// sentence with the best iteration, and how to open it, or how to keep it if `folder`, the
-/// model's, does not have it. "" otherwise.
+/// If the test views have lost more than 0.2 dB since their best evaluation: a sentence with the
+/// best iteration, and how to open it, or how to keep it if `folder`, the model's, does not have
+/// it. "" otherwise.
 std::string overfitting_sentence(const TrainLog& log, const std::filesystem::path& folder);
 
 }  // namespace qs::train

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Counts the pixels of a view that blend each Gaussian, and those of them with a large error. It
-// walks the lists of the forward pass a second time. The counts are integers, so the order of
-// threads does not matter.
+// Counts the pixels of a view that blend each Gaussian, and the pixels among them with a large
+// error. It walks the lists of the forward pass a second time. The counts are integers, so the
+// order of threads does not matter.
 #pragma once
 
 #include <cstdint>

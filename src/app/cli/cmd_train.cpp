@@ -27,7 +27,7 @@ struct TrainCommand {
   train::TrainSettings settings;
   train::RunOptions run;
   ViewOptions view;
-  bool in_window = false;
+  bool in_window = false, amount_is_set = false, keep_best = false, keep_last = false;
   std::optional<std::filesystem::path> init;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0, max_gaussians = 0, random_points = 100'000;
@@ -64,7 +64,26 @@ struct Prepared {
   train::DataSet data;
 };
 
+// Every strategy names the options that it does not read.
+void check_strategy(const TrainCommand& command) {
+  const train::TrainSettings& settings = command.settings;
+  const auto require = [&](bool given, const char* option, const char* strategies, bool fits) {
+    if (given && !fits) {
+      fail(ErrorKind::usage, "{}: is for --strategy {}, not {}", option, strategies,
+           settings.strategy);
+    }
+  };
+  const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
+  require(command.amount_is_set, "--gaussians", "fastgs", fastgs);
+  require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
+  require(settings.final_prunes, "--final-prunes", "adc or mcmc", !fastgs);
+}
+
 Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progress) {
+  check_strategy(command);
+  if (command.keep_best && command.keep_last)
+    fail(ErrorKind::usage, "--keep-last: contradicts --keep-best");
+  if (command.keep_best || command.keep_last) command.run.keep_best = command.keep_best;
   command.settings.max_gaussians = static_cast<std::size_t>(command.max_gaussians);
   command.settings.random_points = static_cast<std::size_t>(command.random_points);
   command.data.background = command.settings.background;
@@ -153,8 +172,21 @@ void declare_model_options(Options& options, TrainCommand& command) {
         settings.strategy = names[static_cast<std::size_t>(chosen)];
       },
       "how Gaussians are added and removed (default: adc, as published with 3DGS)");
+  options.choice(
+      "--gaussians", {"few", "many"},
+      [&settings, &command](int chosen) {
+        settings.many_gaussians = chosen == 1;
+        command.amount_is_set = true;
+      },
+      "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  options.flag("--absolute-gradients", settings.absolute_gradients,
+               "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
+  options.flag(
+      "--final-prunes", settings.final_prunes,
+      "with strategy adc or mcmc: removes faint Gaussians in iterations 18000, 21000, 24000 "
+      "and 27000, as fastgs does");
   options.integer("--max-gaussians", "N", 1, 100'000'000, command.max_gaussians,
-                  "adds no Gaussians beyond N (default: adc no limit, mcmc 1000000)");
+                  "adds no Gaussians beyond N (default: mcmc 1000000, others no limit)");
   options.choice(
       "--count-views", {std::begin(train::kCountViewsNames), std::end(train::kCountViewsNames)},
       [&settings](int chosen) { settings.count_views = static_cast<train::CountViews>(chosen); },
@@ -200,10 +232,11 @@ void declare_options(Options& options, TrainCommand& command) {
   options.overwrite(&command.run.overwrite);
   options.integer("--eval-every", "N", 1, 10'000'000, command.run.eval_every,
                   "measures PSNR and SSIM on the test views every N iterations (default: at the "
-                  "end)");
-  options.flag("--keep-best", command.run.keep_best,
+                  "end; where the best is kept, as often as takes about 3 % of the time)");
+  options.flag("--keep-best", command.keep_best,
                "also saves the Gaussians of the evaluation with the highest PSNR; --iteration N "
-               "opens them");
+               "opens them (default: with fewer than 120 photographs)");
+  options.flag("--keep-last", command.keep_last, "does not save the best evaluation");
   options.integer("--save-every", "N", 1, 10'000'000, command.run.save_every,
                   "saves the model every N iterations (default: at the end)");
   options.flag("--keep-checkpoint", command.run.keep_checkpoint,

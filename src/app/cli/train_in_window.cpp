@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "app/train/overfitting.h"
 #include "app/train/trainer.h"
 #include "app/viewer/render/training_thread.h"
 #include "app/viewer/view_loop.h"
@@ -11,7 +12,8 @@
 namespace qs {
 namespace {
 
-TrainingProgress progress_of(const train::RunStatus& status, int iterations) {
+TrainingProgress progress_of(const train::RunStatus& status, int iterations,
+                             const std::filesystem::path& folder) {
   TrainingProgress progress;
   progress.iteration = status.trainer.iteration();
   progress.iterations = iterations;
@@ -24,6 +26,7 @@ TrainingProgress progress_of(const train::RunStatus& status, int iterations) {
     progress.test_ssim = row->test->ssim;
     progress.evaluated = row->iteration;
   }
+  progress.overfitting = train::overfitting_sentence(status.log, folder);
   return progress;
 }
 
@@ -71,7 +74,7 @@ train::RunEnd train_beside_window(TrainingThread& thread, const train::TrainSett
   thread.began(options.out_dir, data.folder, views_for_panel(settings, data));
   options.tell = [&thread](const std::string& sentence) { thread.tell(sentence); };
   options.watch = [&](const train::RunStatus& status) {
-    return wish_of(thread.after_iteration(progress_of(status, settings.iterations),
+    return wish_of(thread.after_iteration(progress_of(status, settings.iterations, options.out_dir),
                                           [&] { return status.trainer.cloud(); }));
   };
   return train::run_training(settings, data, options, std::move(model), pool);

@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "QSTRAIN2";
+constexpr std::string_view kMagic = "QSTRAIN3";
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
@@ -31,6 +31,7 @@ void for_each_stored(State& state, const Visit& visit) {
     for_each_array([&](std::size_t, auto& array) { visit(array); }, *parameters);
   visit(state.density.sums);
   visit(state.density.views);
+  visit(state.density.absolute);
 }
 
 class HashedStream {
@@ -49,16 +50,18 @@ class HashedStream {
 };
 
 // Allocates the arrays after their size was compared with the remaining bytes.
-void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, std::uint64_t left,
-                  const std::string& where) {
+void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, bool absolute,
+                  std::uint64_t left, const std::string& where) {
   const std::uint64_t values =
-      3 * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) + 2;
+      3 * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) +
+      (absolute ? 3 : 2);
   if (!fits(gaussians, 4 * values, left))
     fail("{}: cut off: {} Gaussians do not fit into {} bytes", where, gaussians, left);
   Parameters parameters;
   parameters.sh_degree = sh_degree;
   parameters.resize(gaussians);
   ModelState sized = ModelState::starting_with(std::move(parameters));
+  if (absolute) sized.density.absolute.resize(gaussians);
   sized.iteration = state.iteration;
   sized.changed_before = state.changed_before;
   sized.adam.steps = state.adam.steps;
@@ -76,6 +79,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"changed_before", model.changed_before},
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
+                                        {"absolute", !model.density.absolute.empty()},
                                         {"adam_steps", model.adam.steps}});
   write_file(path, [&](std::ostream& file) {
     HashedStream stream(file);
@@ -125,8 +129,8 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     json_value(json.at("adam_steps"), model.adam.steps);
     const auto degree = json_value<int>(json.at("sh_degree"));
     if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
-    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree, cursor.left(),
-                 where);
+    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree,
+                 json_value<bool>(json.at("absolute")), cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {
     fail("{}: its header is damaged: {}", where, error.what());
   }

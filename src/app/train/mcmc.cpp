@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/train/strategy.h"
+#include "app/train/density_rules.h"
 #include "raster/kernel/random.h"
 
 namespace qs::train {
@@ -24,6 +24,10 @@ constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 // True if Gaussians are moved and added between this iteration and the next.
 bool mcmc_changes_after(int iteration) {
   return iteration > kAfter && iteration < kMcmcEnd && iteration % kMcmcInterval == 0;
+}
+
+bool mcmc_prunes_after(const TrainSettings& settings, int iteration) {
+  return settings.final_prunes && final_prune_after(iteration, kMcmcEnd);
 }
 
 double binomial(int n, int k) {
@@ -105,20 +109,25 @@ void grow(const IterationContext& context, Plan& plan) {
 
 }  // namespace
 
-bool mcmc_changes_before(const TrainSettings& /*settings*/, int iteration) {
-  return mcmc_changes_after(iteration - 1);
+bool mcmc_changes_before(const TrainSettings& settings, int iteration) {
+  return mcmc_changes_after(iteration - 1) || mcmc_prunes_after(settings, iteration - 1);
 }
 
 void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   plan.keep_all(facts, context.iteration);
   plan.resets_statistics = true;
+  if (mcmc_prunes_after(context.settings, context.iteration - 1)) {
+    final_prune(plan);
+    return;
+  }
   relocate_dead(context, plan);
   grow(context, plan);
 }
 
 StepOrder mcmc_step(const IterationContext& context) {
   StepOrder order = context.step();
-  order.moves = !mcmc_changes_after(context.iteration);
+  order.moves = !mcmc_changes_after(context.iteration) &&
+                !mcmc_prunes_after(context.settings, context.iteration);
   const double unit = context.extent;
   order.sparsity = Sparsity{kOpacityWeight, kScaleWeight / unit};
   order.noise = Noise{kNoise * context.rates.mean / (unit * unit),

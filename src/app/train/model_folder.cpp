@@ -73,7 +73,8 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
   ordered_json result = {{"iteration", checkpoint.model.iteration},
                          {"gaussians", checkpoint.model.size()},
                          {"seconds", checkpoint.log.seconds},
-                         {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]}};
+                         {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]},
+                         {"evaluation_seconds", checkpoint.log.evaluation_seconds}};
   if (const auto bytes = most_gpu_memory(checkpoint.log)) result["gpu_memory_bytes"] = *bytes;
   for (const LogRow& row : checkpoint.log.rows) {
     if (!row.test) continue;
@@ -111,6 +112,10 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder) {
   return folder / "checkpoint";
 }
 
+std::filesystem::path gaussians_path(const std::filesystem::path& folder, int iteration) {
+  return folder / "point_cloud" / fmt::format("iteration_{}", iteration) / "point_cloud.ply";
+}
+
 void write_model_start(const std::filesystem::path& folder, const TrainSettings& settings,
                        const DataSet& data) {
   replace_folder(folder, [&](const std::filesystem::path& hidden) {
@@ -123,9 +128,8 @@ void write_model_start(const std::filesystem::path& folder, const TrainSettings&
 std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       const TrainSettings& settings, const ModelState& model,
                                       ThreadPool& pool) {
-  const auto place = folder / "point_cloud" / fmt::format("iteration_{}", model.iteration);
-  make_folder(place);
-  auto file = place / "point_cloud.ply";
+  auto file = gaussians_path(folder, model.iteration);
+  make_folder(file.parent_path());
   write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
   return file;
 }

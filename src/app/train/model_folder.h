@@ -46,6 +46,9 @@ struct OldIterations {
 /// nothing else. Throws Error(usage) if the command reads a file that would go.
 OldIterations remove_old_iterations(const std::filesystem::path& folder);
 
+/// The file of the Gaussians after an iteration.
+std::filesystem::path gaussians_path(const std::filesystem::path& folder, int iteration);
+
 std::filesystem::path checkpoint_path(const std::filesystem::path& folder);
 
 }  // namespace qs::train

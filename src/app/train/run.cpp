@@ -13,6 +13,7 @@
 #include "app/report/write_report.h"
 #include "app/session/session.h"
 #include "app/train/model_folder.h"
+#include "app/train/overfitting.h"
 #include "app/train/train_page.h"
 #include "app/train/trainer.h"
 #include "io/bytes/file_guard.h"
@@ -87,7 +88,10 @@ class Run {
         first_(checkpoint.model.iteration),
         backend_(model->name()),
         trainer_(settings_, data, with_state(std::move(model), std::move(checkpoint.model)), pool),
-        pool_(pool) {}
+        pool_(pool),
+        keeps_best_(options.keep_best.value_or(keeps_best_by_default(data))),
+        eval_every_(options.eval_every > 0 || !keeps_best_ ? options.eval_every
+                                                           : evaluation_interval(data, backend_)) {}
 
   RunEnd all_iterations() {
     fmt::print("training on {}\n", backend_);
@@ -125,11 +129,7 @@ class Run {
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
                grouped(trainer_.gaussians()),
                grouped(static_cast<std::uint64_t>(trainer_.iteration())), log_.seconds);
-    const LogRow* const best = best_row(log_);
-    if (options_.keep_best && best != nullptr) {
-      fmt::print("best on the test views: iteration {}, {} dB\n",
-                 grouped(static_cast<std::uint64_t>(best->iteration)), decibels(best->test->psnr));
-    }
+    print_best();
     return finished ? RunEnd::finished : RunEnd::interrupted;
   }
 
@@ -160,7 +160,7 @@ class Run {
   CheckpointView checkpoint() const { return {settings_, fingerprint_, log_, trainer_.model()}; }
 
   void after(int iteration, ProgressBar& bar) {
-    if (due(iteration, options_.eval_every)) {
+    if (due(iteration, eval_every_)) {
       bar.hide();
       evaluate();
     } else if (due(iteration, kLogInterval) && iteration < settings_.iterations) {
@@ -176,7 +176,9 @@ class Run {
 
   void evaluate() {
     ProgressBar bar("evaluating");
+    const Clock::time_point begin = Clock::now();
     const std::optional<Quality> quality = trainer_.test_quality(bar.progress());
+    log_.evaluation_seconds += seconds_since(begin);
     bar.hide();
     log_.close_row(trainer_, quality);
     if (!quality) return;
@@ -184,8 +186,20 @@ class Run {
                grouped(static_cast<std::uint64_t>(trainer_.iteration())), decibels(quality->psnr),
                quality->ssim, data_.test.size(), grouped(trainer_.gaussians()), log_.seconds);
     std::fflush(stdout);
-    if (options_.keep_best && best_row(log_) == &log_.rows.back())
+    if (keeps_best_ && best_row(log_) == &log_.rows.back())
       write_gaussians(options_.out_dir, settings_, trainer_.model(), pool_);
+  }
+
+  void print_best() const {
+    const LogRow* const best = best_row(log_);
+    // Without --keep-best, an evaluation at the end that is the best needs no line.
+    if (best != nullptr && keeps_best_ &&
+        options_.keep_best.value_or(best->iteration != trainer_.iteration())) {
+      fmt::print("best on the test views: iteration {}, {} dB\n",
+                 grouped(static_cast<std::uint64_t>(best->iteration)), decibels(best->test->psnr));
+    }
+    const std::string sentence = overfitting_sentence(log_, options_.out_dir);
+    if (!sentence.empty()) fmt::print("{}\n", sentence);
   }
 
   // `last`: no run continues from here.
@@ -202,6 +216,8 @@ class Run {
   const std::string backend_;
   Trainer trainer_;
   ThreadPool& pool_;
+  const bool keeps_best_;
+  const int eval_every_;
 };
 
 }  // namespace

@@ -29,9 +29,11 @@ enum class RunWish { go_on, save, stop };
 
 struct RunOptions {
   std::filesystem::path out_dir;
-  int eval_every = 0;      ///< iterations; 0: only at the end
-  int save_every = 0;      ///< iterations; 0: only at the end
-  bool keep_best = false;  ///< also saves the Gaussians of the best evaluation
+  /// iterations; 0: evaluation_interval() if the best evaluation is kept, else only at the end
+  int eval_every = 0;
+  int save_every = 0;  ///< iterations; 0: only at the end
+  /// also saves the Gaussians of the best evaluation; unset: keeps_best_by_default()
+  std::optional<bool> keep_best;
   bool resume = false;
   bool keep_checkpoint = false;  ///< of a finished run, which no checkpoint continues otherwise
   /// out_dir may hold files; else it is new or empty, or `resume` is true. Without `resume`,

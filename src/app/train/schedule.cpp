@@ -46,4 +46,17 @@ std::size_t ViewOrder::at(int iteration) {
   return order_[number % views_];
 }
 
+std::vector<std::size_t> drawn_views(std::size_t views, std::size_t count, std::uint64_t seed,
+                                     int iteration) {
+  std::vector<std::size_t> order(views);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const Random random =
+      Random::of(seed, RandomUse::scored_views, static_cast<std::uint64_t>(iteration));
+  count = std::min(count, views);
+  for (std::size_t drawn = 0; drawn < count; ++drawn)
+    std::swap(order[drawn], order[drawn + random.bits(drawn) % (views - drawn)]);
+  order.resize(count);
+  return order;
+}
+
 }  // namespace qs::train

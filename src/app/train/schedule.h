@@ -32,4 +32,9 @@ class ViewOrder {
   std::vector<std::size_t> order_;  // of round_
 };
 
+/// `count` different ones of `views` training views, in random order; all of them if there are
+/// fewer. They depend on seed and iteration only.
+std::vector<std::size_t> drawn_views(std::size_t views, std::size_t count, std::uint64_t seed,
+                                     int iteration);
+
 }  // namespace qs::train

@@ -23,6 +23,9 @@ ordered_json settings_json(const TrainSettings& s) {
           {"background", {s.background.x, s.background.y, s.background.z}},
           {"random_background", s.random_background},
           {"max_gaussians", s.max_gaussians},
+          {"gaussians", s.many_gaussians ? "many" : "few"},
+          {"absolute_gradients", s.absolute_gradients},
+          {"final_prunes", s.final_prunes},
           {"random_points", s.random_points},
           {"count_views", kCountViewsNames[static_cast<int>(s.count_views)]},
           {"step_before_densify", s.step_before_densify},
@@ -41,14 +44,14 @@ TrainSettings settings_of(const ordered_json& json) {
     json_value(json.at("background").at(static_cast<std::size_t>(c)), s.background[c]);
   json_value(json.at("random_background"), s.random_background);
   json_value(json.at("max_gaussians"), s.max_gaussians);
+  s.many_gaussians = json.at("gaussians").get<std::string>() == "many";
+  json_value(json.at("absolute_gradients"), s.absolute_gradients);
+  json_value(json.at("final_prunes"), s.final_prunes);
   json_value(json.at("random_points"), s.random_points);
-  // Checkpoints of earlier versions do not have the rest.
-  if (json.contains("count_views")) {
-    s.count_views =
-        json["count_views"] == kCountViewsNames[1] ? CountViews::mode : CountViews::exact;
-    json_value(json.at("step_before_densify"), s.step_before_densify);
-    json_value(json.at("opacity_rate"), s.opacity_rate);
-  }
+  s.count_views =
+      json.at("count_views") == kCountViewsNames[1] ? CountViews::mode : CountViews::exact;
+  json_value(json.at("step_before_densify"), s.step_before_densify);
+  json_value(json.at("opacity_rate"), s.opacity_rate);
   return s;
 }
 

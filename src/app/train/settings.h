@@ -30,6 +30,9 @@ struct TrainSettings {
   glm::vec3 background{0};              ///< RGB, 0..1
   bool random_background = false;       ///< another colour in every iteration
   std::size_t max_gaussians = 0;        ///< 0: the strategy's own limit
+  bool many_gaussians = false;          ///< `fastgs`: more Gaussians, for quality
+  bool absolute_gradients = false;      ///< `adc`: splits by absolute gradients
+  bool final_prunes = false;            ///< `adc`, `mcmc`: see final_prune_after()
   std::size_t random_points = 100'000;  ///< to start from if the data set has no points
   CountViews count_views = CountViews::exact;
   bool step_before_densify = false;  ///< the step before Gaussians are added is taken

@@ -11,9 +11,12 @@ namespace {
 
 constexpr std::array kStrategies = {
     Strategy{"adc", "adaptive density control, as published with 3DGS", 2.5e-2, 0.1, 1, 0,
-             adc_changes_before, adc_plan, adc_step},
+             adc_changes_before, adc_plan, adc_step, adc_absolute_gradients},
     Strategy{"mcmc", "relocates nearly transparent Gaussians (3DGS as Markov Chain Monte Carlo)",
              5e-2, 0.5, 0.1, 1'000'000, mcmc_changes_before, mcmc_plan, mcmc_step},
+    Strategy{"fastgs", "adds Gaussians where several views have large errors (FastGS)", 2.5e-2, 0.1,
+             1, 0, fastgs_changes_before, fastgs_plan, fastgs_step, fastgs_absolute_gradients,
+             fastgs_scored_views},
 };
 
 }  // namespace

@@ -43,6 +43,14 @@ struct Strategy {
   /// The optimizer's step. In an iteration that is followed by a change of Gaussians no step is
   /// taken, as in the published code.
   StepOrder (*step)(const IterationContext& context);
+  /// True if the density statistics need absolute gradients.
+  bool (*absolute_gradients)(const TrainSettings& settings) = [](const TrainSettings&) {
+    return false;
+  };
+  /// The number of training views whose pixels are counted for GaussianFacts::counts before the
+  /// plan for this iteration; 0: none.
+  int (*scored_views)(const TrainSettings& settings, int iteration) = [](const TrainSettings&,
+                                                                         int) { return 0; };
 
   std::size_t max_gaussians(const TrainSettings& settings) const {
     return settings.max_gaussians > 0 ? settings.max_gaussians : default_max_gaussians;
@@ -54,9 +62,15 @@ std::span<const Strategy> strategies();
 /// The strategy of this name. Throws Error(usage) if there is none.
 const Strategy& find_strategy(std::string_view name);
 
+bool adc_absolute_gradients(const TrainSettings& settings);
 bool adc_changes_before(const TrainSettings& settings, int iteration);
 void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder adc_step(const IterationContext& context);
+bool fastgs_absolute_gradients(const TrainSettings& settings);
+bool fastgs_changes_before(const TrainSettings& settings, int iteration);
+int fastgs_scored_views(const TrainSettings& settings, int iteration);
+void fastgs_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+StepOrder fastgs_step(const IterationContext& context);
 bool mcmc_changes_before(const TrainSettings& settings, int iteration);
 void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder mcmc_step(const IterationContext& context);

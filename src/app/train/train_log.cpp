@@ -74,6 +74,7 @@ ordered_json log_json(const TrainLog& log) {
     stages[kTrainStages[i]] = log.stage_seconds[i];
   return {{"seconds", log.seconds},
           {"stage_seconds", stages},
+          {"evaluation_seconds", log.evaluation_seconds},
           {"loss_sum", log.loss_sum},
           {"loss_count", log.loss_count},
           {"rows", rows}};
@@ -82,6 +83,7 @@ ordered_json log_json(const TrainLog& log) {
 TrainLog log_of(const ordered_json& json) {
   TrainLog log;
   json_value(json.at("seconds"), log.seconds);
+  json_value(json.at("evaluation_seconds"), log.evaluation_seconds);
   json_value(json.at("loss_sum"), log.loss_sum);
   json_value(json.at("loss_count"), log.loss_count);
   for (std::size_t i = 0; i < kTrainStages.size(); ++i)

@@ -30,6 +30,7 @@ struct TrainLog {
   double loss_sum = 0;  ///< since the last row
   int loss_count = 0;
   std::array<double, kTrainStages.size()> stage_seconds = {};
+  double evaluation_seconds = 0;  ///< not part of `seconds`
 
   /// Also adds the step's time to `seconds`.
   void add(const StepResult& step);

@@ -10,6 +10,7 @@
 #include "app/base/text_file.h"
 #include "app/report/html_page.h"
 #include "app/report/write_report.h"
+#include "app/train/overfitting.h"
 
 namespace qs::train {
 namespace {
@@ -76,6 +77,8 @@ std::string write_train_page(const std::filesystem::path& folder, const TrainSet
   const auto shown = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
   HtmlPage page("Training of " + shown.string());
   page.paragraph(caption + ".");
+  if (const std::string sentence = overfitting_sentence(log, folder); !sentence.empty())
+    page.paragraph(sentence + ".");
   if (problem.empty()) {
     for (const Plot& plot : plots) page.drawing(place / (plot.name + ".svg"), plot.title);
   } else {

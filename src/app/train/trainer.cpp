@@ -95,6 +95,27 @@ const PhotographView& Trainer::view_of(int iteration) {
   return photographs_.view(view, next);
 }
 
+// The pixels of a data set that is too large for the memory are only in the cache.
+std::optional<std::size_t> Trainer::number_of(std::size_t view) const {
+  return data_.on_disk() ? std::nullopt : std::optional(view);
+}
+
+void Trainer::count_errors(int iteration, int views) {
+  const std::vector<std::size_t> drawn = drawn_views(
+      data_.training.size(), static_cast<std::size_t>(views), settings_.seed, iteration);
+  const RenderSettings render = render_settings(iteration);
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const PhotographView* view = &data_.training[drawn[i]];
+    if (data_.on_disk()) {
+      const PhotographView* const next =
+          &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
+      view = &photographs_.view(*view, {&next, 1});
+    }
+    model_->forward(view->camera, render);
+    model_->count_errors(number_of(drawn[i]), view->photograph());
+  }
+}
+
 StepResult Trainer::step() {
   StepResult result;
   StageClock clock;
@@ -105,6 +126,7 @@ StepResult Trainer::step() {
                                  rates_at(iteration, extent_, opacity_rate)};
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
+    count_errors(iteration, strategy_.scored_views(settings_, iteration));
     strategy_.plan(context, model_->facts(), plan_);
     model_->apply(plan_);
   }
@@ -122,14 +144,12 @@ StepResult Trainer::step() {
   }
   model_->forward(view.camera, render);
   clock.next();
-  // The pixels of a data set that is too large for the memory are only in the cache.
-  const auto number =
-      data_.on_disk() ? std::nullopt : std::optional<std::size_t>(views_.at(iteration));
-  model_->compare_with(number, view.photograph());
+  model_->compare_with(number_of(views_.at(iteration)), view.photograph());
   clock.next();
-  model_->backward();
+  const StepOrder order = step_order(context);
+  model_->backward({.absolute = order.counts_density && strategy_.absolute_gradients(settings_)});
   clock.next();
-  model_->step(step_order(context));
+  model_->step(order);
   clock.next();
   result.loss = model_->recent_loss();
   result.seconds = clock.finish(model_->pass_seconds());

@@ -63,6 +63,8 @@ class Trainer {
   RenderSettings render_settings(int iteration) const;
   StepOrder step_order(const IterationContext& context) const;
   const PhotographView& view_of(int iteration);
+  std::optional<std::size_t> number_of(std::size_t view) const;
+  void count_errors(int iteration, int views);
 
   const TrainSettings settings_;
   const DataSet& data_;

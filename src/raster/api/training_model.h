@@ -18,6 +18,7 @@
 #include "raster/kernel/adam.h"
 #include "raster/kernel/gradient/mcmc.h"
 #include "raster/kernel/loss.h"
+#include "raster/train/backward_order.h"
 #include "raster/train/photograph.h"
 #include "raster/train/plan.h"
 
@@ -25,8 +26,9 @@ namespace qs::train {
 
 /// The work at the end of an iteration.
 struct StepOrder {
-  int iteration = 0;            ///< counts from 1
-  bool counts_density = false;  ///< adds the view to the density statistics
+  int iteration = 0;  ///< counts from 1
+  /// Adds the view to the density statistics, with absolute gradients if backward() summed them.
+  bool counts_density = false;
   /// The statistics count the view for the Gaussians that its culling mode lists in a tile. False:
   /// for the Gaussians that mode `exact` lists.
   bool counts_by_mode = false;
@@ -59,8 +61,8 @@ class TrainingModel {
   /// Like state(), for the parameters alone.
   virtual const Parameters& parameters() = 0;
 
-  /// The numbers per Gaussian from which strategies decide. A reference to a copy, valid until the
-  /// next call.
+  /// The numbers per Gaussian from which strategies decide. set_state() and apply() clear the
+  /// counts of pixels. A reference to a copy, valid until the next call.
   virtual const GaussianFacts& facts() = 0;
   /// Replaces the set of Gaussians by the plan's. The sources in `plan` are indices below size().
   /// After an error the set is as before.
@@ -76,8 +78,12 @@ class TrainingModel {
   /// size of the drawn view. `number` identifies it: the backend may keep a copy and does not read
   /// a photograph with the same number again. A photograph without a number is read at every call.
   virtual void compare_with(std::optional<std::size_t> number, const Photograph& photograph) = 0;
+  /// Counts the pixels of the drawn view for every Gaussian, out of the lists of forward(), and
+  /// adds them to the counts of facts(). Masked pixels do not count. The arguments are as for
+  /// compare_with().
+  virtual void count_errors(std::optional<std::size_t> number, const Photograph& photograph) = 0;
   /// Computes the derivatives by all parameters from the derivatives by the pixels.
-  virtual void backward() = 0;
+  virtual void backward(const BackwardOrder& order) = 0;
   virtual void step(const StepOrder& order) = 0;
 
   /// The loss of this iteration's comparison, or of the comparison before it: reading it later

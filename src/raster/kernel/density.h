@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The statistic of adaptive density control, as both backends sum it: the length of the loss's
+// The statistics of adaptive density control, as both backends sum it: the length of the loss's
 // gradient by a Gaussian's position on the image.
 #pragma once
 
@@ -12,9 +12,9 @@
 
 namespace qs {
 
-/// Adds |dL/d mean| of a view in normalised device coordinates, where the image is 2 wide and 2
-/// high. `half_px` is half the image's size in pixels; `sum` is the Gaussian's sum over the views
-/// before. A gradient that is not finite adds nothing.
+/// Adds |dL/d mean| of a view, or its absolute sums, see BackwardOrder, in normalised device
+/// coordinates, where the image is 2 wide and 2 high. `half_px` is half the image's size in pixels;
+/// `sum` is the Gaussian's sum over the views before. A gradient that is not finite adds nothing.
 QS_HD void add_movement(const glm::vec2& half_px, const glm::vec2& d_mean_px, float& sum) {
   const glm::vec2 ndc = half_px * d_mean_px;
   const float norm = std::sqrt(ndc.x * ndc.x + ndc.y * ndc.y);

@@ -22,7 +22,16 @@ QS_HD std::uint64_t mix_bits(std::uint64_t x) {
 }
 
 /// The purpose of a random number. Every purpose has its own sequence.
-enum class RandomUse : std::uint64_t { views, background, start, split, relocate, add, noise };
+enum class RandomUse : std::uint64_t {
+  views,
+  background,
+  start,
+  split,
+  relocate,
+  add,
+  noise,
+  scored_views
+};
 
 struct Random {
   std::uint64_t state;

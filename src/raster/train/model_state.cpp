@@ -16,10 +16,15 @@ AdamState AdamState::like(const Parameters& parameters) {
 void DensityStatistics::reset(std::size_t gaussians) {
   sums.assign(gaussians, 0);
   views.assign(gaussians, 0);
+  absolute.clear();
 }
 
 float DensityStatistics::mean(std::size_t i) const {
   return views[i] == 0 ? 0 : sums[i] / static_cast<float>(views[i]);
+}
+
+float DensityStatistics::mean_absolute(std::size_t i) const {
+  return absolute.empty() || views[i] == 0 ? 0 : absolute[i] / static_cast<float>(views[i]);
 }
 
 ModelState ModelState::starting_with(Parameters parameters) {

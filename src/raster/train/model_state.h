@@ -27,10 +27,14 @@ struct DensityStatistics {
   /// and 2 high, and the number of views in it.
   std::vector<float> sums;
   std::vector<std::uint32_t> views;
+  /// The same as `sums` for absolute gradients, see BackwardOrder. Empty unless a view was counted
+  /// with them.
+  std::vector<float> absolute;
 
   void reset(std::size_t gaussians);
   /// 0 for a Gaussian that no view showed.
   float mean(std::size_t i) const;
+  float mean_absolute(std::size_t i) const;
 };
 
 struct ModelState {

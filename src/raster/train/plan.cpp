@@ -33,7 +33,7 @@ Parameters gathered(const Parameters& parameters, const std::vector<std::uint32_
 
 GaussianFacts facts_of(const ModelState& state) {
   const Parameters& p = state.parameters;
-  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density};
+  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density, {}};
 }
 
 void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {

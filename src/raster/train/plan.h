@@ -16,16 +16,31 @@
 
 namespace qs::train {
 
+/// Pixels per Gaussian, over the views that TrainingModel::count_errors() has counted since the set
+/// last changed. Empty if there are none.
+struct PixelCounts {
+  std::vector<std::uint32_t> blended;  ///< pixels that blend the Gaussian
+  std::vector<std::uint32_t>
+      flagged;  ///< of these, pixels with a large error, see kernel/error_map.h
+
+  /// The share of a Gaussian's pixels that are flagged, 0..1; 0 if no pixel blends it.
+  double flagged_share(std::size_t i) const {
+    return blended.empty() || blended[i] == 0 ? 0 : static_cast<double>(flagged[i]) / blended[i];
+  }
+};
+
 /// The numbers per Gaussian from which strategies decide.
 struct GaussianFacts {
   std::vector<glm::vec3> means, log_scales;
   std::vector<glm::quat> rotations;
   std::vector<float> opacity_logits;
   DensityStatistics density;
+  PixelCounts counts;
 
   std::size_t size() const { return means.size(); }
 };
 
+/// Without counts.
 GaussianFacts facts_of(const ModelState& state);
 
 /// Opacity and largest standard deviation of Gaussian i of facts, a plan or parameters.

@@ -305,6 +305,34 @@ TEST_F(TrainProgram, paths_in_cfg_args_are_literals_of_python) {
                         "/it\\'s a \\\\ folder\\x0a', images='images'"));
 }
 
+TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
+  const auto expect_refused = [&](std::vector<std::string> words, const std::string& sentence) {
+    const ProgramRun run = train("model", words);
+    EXPECT_EQ(run.exit_code, 1) << sentence;
+    EXPECT_THAT(run.err, HasSubstr(sentence));
+    EXPECT_FALSE(std::filesystem::exists(model("model")));
+  };
+  expect_refused({"--gaussians", "few"}, "--gaussians: is for --strategy fastgs, not adc");
+  expect_refused({"--strategy", "mcmc", "--absolute-gradients"},
+                 "--absolute-gradients: is for --strategy adc, not mcmc");
+  expect_refused({"--strategy", "fastgs", "--final-prunes"},
+                 "--final-prunes: is for --strategy adc or mcmc, not fastgs");
+  expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
+}
+
+TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians_only) {
+  const std::vector<std::string> words = {"--iterations", "3",      "--random-points", "500",
+                                          "--strategy",   "fastgs", "--gaussians",     "many"};
+  const ProgramRun run = train("model", words);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(parse_json(bytes_of(model("model") / "train.json"), "test")["settings"]["gaussians"],
+            "many");
+  const ProgramRun other =
+      train("model", {"--iterations", "4", "--random-points", "500", "--strategy", "fastgs",
+                      "--gaussians", "few", "--resume"});
+  EXPECT_THAT(other.err, HasSubstr("the run was started with other settings: gaussians"));
+}
+
 TEST_F(TrainProgram, starts_from_random_points_where_the_data_set_has_none) {
   const ProgramRun run =
       train("model", {"--iterations", "3", "--random-points", "500", "--strategy", "mcmc", "--cull",

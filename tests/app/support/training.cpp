@@ -110,6 +110,7 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   train::for_each_array(same, a.adam.second, b.adam.second);
   same_bits(a.density.sums, b.density.sums);
   same_bits(a.density.views, b.density.views);
+  same_bits(a.density.absolute, b.density.absolute);
 }
 
 }  // namespace qs::test

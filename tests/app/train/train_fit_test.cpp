@@ -151,7 +151,10 @@ class FailingModel final : public TrainingModel {
   void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
     model_->compare_with(number, photograph);
   }
-  void backward() override { model_->backward(); }
+  void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override {
+    model_->count_errors(number, photograph);
+  }
+  void backward(const BackwardOrder& order) override { model_->backward(order); }
   void step(const StepOrder& order) override { model_->step(order); }
   Loss recent_loss() override { return model_->recent_loss(); }
   std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
@@ -207,6 +210,8 @@ class TrainStrategy : public testing::TestWithParam<const char*> {
     TrainSettings settings = flat_colours();
     settings.strategy = GetParam();
     settings.max_gaussians = 260;
+    settings.many_gaussians = true;      // read by fastgs
+    settings.absolute_gradients = true;  // read by adc
     settings.seed = 3;
     return settings;
   }
@@ -254,7 +259,23 @@ TEST_P(TrainStrategy, another_seed_gives_another_model) {
   EXPECT_NE(a.model().parameters.means, b.model().parameters.means);
 }
 
-INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc"),
+TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
+  DataSet data = synthetic();
+  TrainSettings settings = flat_colours();
+  settings.strategy = "fastgs";
+  settings.many_gaussians = true;
+  for (const std::size_t views : {4u, 1u}) {
+    data.training.resize(views);
+    ModelState model =
+        ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+    model.iteration = kStart;
+    Trainer trainer = test::trainer_on(Backend::cpu, settings, data, std::move(model));
+    while (trainer.iteration() < 601) trainer.step();
+    EXPECT_GT(trainer.gaussians(), kGaussians) << views;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 
 }  // namespace

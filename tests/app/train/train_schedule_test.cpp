@@ -52,6 +52,18 @@ TEST(TrainSchedule, every_round_shows_each_view_once_in_another_order) {
   EXPECT_NE(first, rounds[0]) << "another seed";
 }
 
+TEST(TrainSchedule, drawn_views_differ_from_each_other_and_end_where_views_do) {
+  for (const std::size_t views : {0u, 1u, 9u, 10u, 300u}) {
+    const auto drawn = drawn_views(views, 10, 5, 1001);
+    EXPECT_EQ(drawn.size(), std::min<std::size_t>(views, 10));
+    EXPECT_EQ(std::set<std::size_t>(drawn.begin(), drawn.end()).size(), drawn.size());
+    for (const std::size_t view : drawn) EXPECT_LT(view, views);
+    EXPECT_EQ(drawn_views(views, 10, 5, 1001), drawn);
+  }
+  EXPECT_NE(drawn_views(300, 10, 5, 1001), drawn_views(300, 10, 5, 1501));
+  EXPECT_NE(drawn_views(300, 10, 5, 1001), drawn_views(300, 10, 6, 1001));
+}
+
 TEST(TrainStart, neighbour_distances_equal_a_search_of_all_pairs) {
   std::mt19937 random(1);
   std::normal_distribution<float> normal;
@@ -148,6 +160,7 @@ TEST(TrainLog, finds_the_best_evaluation_and_survives_json) {
   log.loss_sum = 0.1;
   log.loss_count = 3;
   log.stage_seconds[2] = 7.25;
+  log.evaluation_seconds = 1.5;
   EXPECT_EQ(most_gpu_memory(log), std::nullopt);
   EXPECT_EQ(most_gpu_memory(log_of(log_json(log))), std::nullopt);
   log.rows[1].gpu_memory_bytes = 5'000'000'000;
@@ -160,6 +173,7 @@ TEST(TrainLog, finds_the_best_evaluation_and_survives_json) {
   EXPECT_EQ(read.loss_sum, 0.1);
   EXPECT_EQ(read.loss_count, 3);
   EXPECT_EQ(read.stage_seconds, log.stage_seconds);
+  EXPECT_EQ(read.evaluation_seconds, 1.5);
   EXPECT_EQ(format_train_csv(log),
             "iteration,seconds,loss,gaussians,test_psnr,test_ssim\n"
             "100,1.000,0.500000,10,,\n200,2.000,0.400000,20,25.0000,0.80000\n"

@@ -19,6 +19,7 @@ using test::pool;
 struct Case {
   TrainSettings settings;
   ModelState model;
+  PixelCounts counts;
 
   explicit Case(std::size_t gaussians, const char* strategy = "adc") {
     settings.sh_degree = 0;
@@ -36,7 +37,8 @@ struct Case {
   void prepare_after(int last, double extent) {
     const Strategy& strategy = find_strategy(settings.strategy);
     if (!strategy.changes_before(settings, last + 1)) return;
-    const GaussianFacts facts = facts_of(model);
+    GaussianFacts facts = facts_of(model);
+    facts.counts = counts;
     Plan plan;
     strategy.plan({settings, last + 1, extent, {}}, facts, plan);
     model = changed(model, plan);
@@ -45,6 +47,17 @@ struct Case {
   void set_gradient(std::size_t i, float gradient) {
     model.density.sums[i] = 3 * gradient;
     model.density.views[i] = 3;
+  }
+  void set_absolute_gradient(std::size_t i, float gradient) {
+    model.density.absolute.resize(model.size());
+    model.density.absolute[i] = 3 * gradient;
+    model.density.views[i] = 3;
+  }
+  /// A tenth of the pixels of Gaussian i is flagged, and of other Gaussians a little less.
+  void flag(std::size_t i) {
+    counts.blended.resize(model.size(), 1000);
+    counts.flagged.resize(model.size(), 99);
+    counts.flagged[i] = 100;
   }
 };
 
@@ -148,6 +161,124 @@ TEST(TrainAdc, keeps_to_the_limit_and_prefers_the_largest_gradients) {
   c.prepare_after(600, 10);
   ASSERT_EQ(c.model.size(), 5u);
   EXPECT_EQ(c.model.parameters.means[4], before.means[3]);
+}
+
+TEST(TrainAdc, splits_by_absolute_gradients_if_they_are_chosen) {
+  for (const bool chosen : {false, true}) {
+    Case c(4);
+    c.settings.absolute_gradients = chosen;
+    for (std::size_t i = 0; i < 4; ++i) c.set_gradient(i, i == 0 ? 2.1e-4f : 1e-4f);
+    c.set_absolute_gradient(1, 4.1e-4f);
+    c.set_absolute_gradient(2, 3.9e-4f);
+    const Parameters before = c.model.parameters;
+    c.prepare_after(600, 1);  // all are large
+    ASSERT_EQ(c.model.size(), 5u);
+    EXPECT_EQ(c.model.parameters.means[0], before.means[chosen ? 0 : 1]) << "the other was split";
+    EXPECT_EQ(find_strategy("adc").absolute_gradients(c.settings), chosen);
+  }
+}
+
+TEST(TrainFinalPrunes, remove_faint_gaussians_after_the_strategys_own_changes) {
+  for (const char* strategy : {"adc", "mcmc", "fastgs"}) {
+    const bool always = std::string_view(strategy) == "fastgs";
+    const int first = std::string_view(strategy) == "mcmc" ? 27'000 : 18'000;
+    for (const bool chosen : {false, true}) {
+      for (int last = 15'000; last <= 33'000; last += 1500) {
+        Case c(3, strategy);
+        c.settings.final_prunes = chosen;
+        c.settings.max_gaussians = 3;
+        c.model.parameters.opacity_logits = {-2.2f, -2.1f, 2};  // opacities 0.0998, 0.109, 0.88
+        c.set_gradient(0, 1e-4f);
+        const bool due = (always || chosen) && last >= first && last <= 27'000 && last % 3000 == 0;
+        c.prepare_after(last, 1);
+        EXPECT_EQ(c.model.size(), due ? 2u : 3u) << strategy << ", " << last;
+        EXPECT_EQ(c.model.density.sums.size(), c.model.size());
+        EXPECT_EQ(
+            find_strategy(strategy).step({c.settings, last, 1, rates_at(last, 1, 5e-2)}).moves,
+            !due && !(std::string_view(strategy) == "mcmc" && last < 25'000))
+            << strategy << ", " << last;
+      }
+    }
+  }
+}
+
+TEST(TrainFastgs, clones_and_splits_only_gaussians_whose_pixels_are_wrong) {
+  for (const bool many : {false, true}) {
+    for (const double extent : {50.0, 1.0}) {  // cloned: up to 0.05; split: above 0.001
+      Case c(4, "fastgs");
+      c.settings.many_gaussians = many;
+      for (std::size_t i = 0; i < 4; ++i) {
+        c.set_gradient(i, 2.1e-4f);
+        c.set_absolute_gradient(i, many ? 8.1e-4f : 12.1e-4f);
+      }
+      c.flag(2);
+      const Parameters before = c.model.parameters;
+      c.prepare_after(1000, extent);
+      ASSERT_EQ(c.model.size(), 5u);
+      if (extent > 1) {
+        EXPECT_EQ(c.model.parameters.means[4], before.means[2]);
+      } else {
+        EXPECT_EQ(c.model.parameters.means[2], before.means[3]) << "the split one is gone";
+        EXPECT_FLOAT_EQ(c.model.parameters.log_scales[4].x, std::log(0.02f / 1.6f));
+      }
+    }
+  }
+}
+
+TEST(TrainFastgs, needs_a_gradient_above_the_threshold_of_the_chosen_amount) {
+  for (const auto& [many, gradient, adds] : {std::tuple{false, 11.9e-4f, false},
+                                             {false, 12.1e-4f, true},
+                                             {true, 7.9e-4f, false},
+                                             {true, 8.1e-4f, true}}) {
+    Case c(4, "fastgs");
+    c.settings.many_gaussians = many;
+    c.set_absolute_gradient(1, gradient);
+    c.flag(1);
+    c.prepare_after(1000, 1);
+    EXPECT_EQ(c.model.size(), adds ? 5u : 4u) << many << ", " << gradient;
+  }
+}
+
+TEST(TrainFastgs, changes_every_500_or_100_iterations_after_counting_ten_views) {
+  const Strategy& fastgs = find_strategy("fastgs");
+  for (const auto& [many, last, changes] : {std::tuple{false, 500, false},
+                                            {false, 600, false},
+                                            {false, 1000, true},
+                                            {false, 14'500, true},
+                                            {false, 15'000, false},
+                                            {true, 500, false},
+                                            {true, 600, true},
+                                            {true, 14'900, true},
+                                            {true, 15'000, false}}) {
+    TrainSettings settings;
+    settings.many_gaussians = many;
+    EXPECT_EQ(fastgs.scored_views(settings, last + 1), changes ? 10 : 0) << many << ", " << last;
+    EXPECT_EQ(fastgs.changes_before(settings, last + 1), changes) << many << ", " << last;
+    EXPECT_EQ(fastgs.step({settings, last, 1, {}}).moves, !changes) << many << ", " << last;
+  }
+}
+
+TEST(TrainFastgs, limits_opacities_after_a_change_and_resets_them_every_3000_iterations) {
+  for (const auto& [last, opacity_after] : {std::pair{1000, 0.8}, {3000, 0.01}, {15'500, 0.95}}) {
+    Case c(2, "fastgs");
+    c.model.parameters.opacity_logits[0] = std::log(0.95f / 0.05f);
+    c.prepare_after(last, 1);
+    EXPECT_NEAR(opacity(c.model.parameters, 0), opacity_after, 1e-6) << last;
+    EXPECT_EQ(c.model.adam.first.opacity_logits[1], last > 15'000 ? 7 : 0) << last;
+  }
+}
+
+TEST(TrainFastgs, keeps_to_the_limit_and_adds_nothing_without_counts) {
+  Case c(4, "fastgs");
+  c.settings.max_gaussians = 4;
+  c.set_absolute_gradient(1, 1);
+  c.flag(1);
+  c.prepare_after(1000, 1);
+  EXPECT_EQ(c.model.size(), 4u);
+  c.settings.max_gaussians = 0;
+  c.counts = {};
+  c.prepare_after(1500, 1);
+  EXPECT_EQ(c.model.size(), 4u) << "nothing is known to be wrong";
 }
 
 TEST(TrainMcmc, copies_share_the_opacity_of_their_source) {

@@ -156,6 +156,11 @@ TEST(TrainingState, the_panel_says_how_far_training_is) {
   EXPECT_EQ(facts["Gaussians"], "1,234");
   EXPECT_EQ(facts["speed"], "12.3 iterations/s");
   EXPECT_EQ(facts["drawing"], "0 % of the time");
+  EXPECT_FALSE(facts.contains("test views"));
+  progress.overfitting = "overfitting: the test views have lost 0.30 dB";
+  driven.apply(action::training_progressed, progress);
+  EXPECT_THAT(training_facts(driven.viewer),
+              testing::Contains(testing::Field(&Fact::value, progress.overfitting)));
   driven.apply(action::training_ended, std::string("no memory"), true);
   EXPECT_EQ(training_facts(driven.viewer)[0].value, "no memory");
   EXPECT_TRUE(driven.viewer.log.back().error);

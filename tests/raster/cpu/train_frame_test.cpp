@@ -3,6 +3,8 @@
 // whole frames.
 #include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "raster/cpu/train/backward.h"
@@ -26,14 +28,14 @@ using test::small_scene;
 
 template <class Real>
 Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings& settings,
-                             int threads = 2) {
+                             int threads = 2, const BackwardOrder& order = {}) {
   const Camera camera = test::front_camera(kWidth, kHeight);
   const StepView view{camera, settings, pool(threads)};
   ForwardFrame<Real> frame;
   BackwardScratch<Real> scratch;
   Gradients<Real> gradients;
   forward(view, scene, frame);
-  backward<Real>(view, scene, frame, pixel_weights<Real>(), scratch, gradients);
+  backward<Real>(view, scene, frame, pixel_weights<Real>(), scratch, gradients, order);
   return gradients;
 }
 
@@ -125,6 +127,45 @@ TEST(TrainFrame, gradients_do_not_depend_on_the_number_of_threads) {
     EXPECT_EQ(groups_of(gradients.by), groups_of(expected.by)) << threads;
     EXPECT_EQ(gradients.mean_px, expected.mean_px) << threads;
     EXPECT_EQ(gradients.visible, expected.visible) << threads;
+  }
+}
+
+TEST(TrainFrame, absolute_gradients_are_the_sums_of_each_pixels_absolute_gradient) {
+  constexpr int kSmallWidth = 19, kSmallHeight = 18;
+  const Parameters<double> scene = small_scene<double>(12, 6);
+  const Camera camera = test::front_camera(kSmallWidth, kSmallHeight);
+  const RenderSettings settings = settings_of(default_mode(), false);
+  const StepView view{camera, settings, pool()};
+  ForwardFrame<double> frame;
+  BackwardScratch<double> scratch;
+  Gradients<double> gradients;
+  forward(view, scene, frame);
+  const auto weights = pixel_weights<double>(kSmallWidth, kSmallHeight);
+  std::vector<glm::dvec2> expected(scene.size());
+  for (std::size_t pixel = 0; pixel < weights.size(); ++pixel) {
+    std::vector<glm::dvec3> alone(weights.size());
+    alone[pixel] = weights[pixel];
+    backward<double>(view, scene, frame, alone, scratch, gradients);
+    EXPECT_TRUE(gradients.absolute_px.empty()) << "only if asked for";
+    for (std::size_t i = 0; i < scene.size(); ++i) expected[i] += glm::abs(gradients.mean_px[i]);
+  }
+  backward<double>(view, scene, frame, weights, scratch, gradients, {.absolute = true});
+  ASSERT_EQ(gradients.absolute_px.size(), scene.size());
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    EXPECT_LT(glm::distance(gradients.absolute_px[i], expected[i]), 1e-12);
+    EXPECT_GE(gradients.absolute_px[i].x, std::abs(gradients.mean_px[i].x));
+  }
+}
+
+TEST(TrainFrame, absolute_gradients_have_the_same_bits_with_all_threads_and_lossless_modes) {
+  const Parameters<float> scene = small_scene<float>(1000, 8);
+  const auto absolute = [&](CullMode mode, int threads) {
+    return gradients_of(scene, settings_of(mode, false), threads, {.absolute = true}).absolute_px;
+  };
+  const auto expected = absolute(find_culler("adr"), 1);
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    if (!row_of(mode).lossless) continue;
+    EXPECT_EQ(absolute(mode, 3), expected) << mode_name(mode);
   }
 }
 

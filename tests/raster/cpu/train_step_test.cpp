@@ -256,6 +256,25 @@ TEST(TrainDensity, averages_the_gradient_over_the_views_that_showed_a_gaussian) 
   EXPECT_FLOAT_EQ(density.mean(0), 0.5f * (100 * 3e-3f + 50 * 2e-3f));
   EXPECT_FLOAT_EQ(density.mean(1), 50 * 1e-3f);
   EXPECT_EQ(density.mean(2), 0);
+  EXPECT_TRUE(density.absolute.empty());
+  EXPECT_EQ(density.mean_absolute(0), 0);
+}
+
+TEST(TrainDensity, averages_absolute_gradients_that_were_summed) {
+  DensityStatistics density;
+  density.reset(3);
+  Gradients<float> gradients;
+  gradients.visible = {1, 1, 0};
+  gradients.mean_px = {{0, 0}, {0, 0}, {0, 0}};
+  gradients.absolute_px = {{3e-3f, 0}, {NAN, 1e-3f}, {5, 5}};
+  add_view(gradients, gradients.visible, 200, 100, density);
+  gradients.absolute_px = {{0, 2e-3f}, {0, 2e-3f}, {5, 5}};
+  add_view(gradients, gradients.visible, 200, 100, density);
+  EXPECT_FLOAT_EQ(density.mean_absolute(0), 0.5f * (100 * 3e-3f + 50 * 2e-3f));
+  EXPECT_FLOAT_EQ(density.mean_absolute(1), 0.5f * 50 * 2e-3f) << "NaN adds nothing";
+  EXPECT_EQ(density.mean_absolute(2), 0);
+  density.reset(2);
+  EXPECT_TRUE(density.absolute.empty());
 }
 
 }  // namespace

@@ -25,32 +25,38 @@ struct Result {
   Scene by;
   std::vector<glm::vec2> mean_px;
   std::vector<std::uint8_t> visible;
+  std::vector<glm::vec2> absolute_px = {};
 };
 
+constexpr qs::train::BackwardOrder kAbsolute{.absolute = true};
+
 Result on_gpu(const Scene& scene, const RenderSettings& settings, int width = kWidth,
-              int height = kHeight) {
+              int height = kHeight, const qs::train::BackwardOrder& order = {}) {
   GpuModel model;
   start(model, scene);
   model.forward(test::front_camera(width, height), settings);
   model.set_pixel_gradients(pixel_weights<float>(width, height));
-  model.backward();
+  model.backward(order);
   const GradientCopies gradients = model.gradients();
-  return {model.pixels(), gradients.by, gradients.mean_px, gradients.visible};
+  return {model.pixels(), gradients.by, gradients.mean_px, gradients.visible,
+          gradients.absolute_px};
 }
 
 Result on_cpu(const Scene& scene, const RenderSettings& settings,
-              cpu::train::ForwardFrame<float>& frame, int width = kWidth, int height = kHeight) {
+              cpu::train::ForwardFrame<float>& frame, int width = kWidth, int height = kHeight,
+              const qs::train::BackwardOrder& order = {}) {
   const Camera camera = test::front_camera(width, height);
   const cpu::train::StepView view{camera, settings, test::pool()};
   cpu::train::BackwardScratch<float> scratch;
   cpu::train::Gradients<float> gradients;
   forward(view, scene, frame);
   cpu::train::backward<float>(view, scene, frame, pixel_weights<float>(width, height), scratch,
-                              gradients);
+                              gradients, order);
   return {{frame.color, frame.transmittance, frame.last},
           gradients.by,
           gradients.mean_px,
-          gradients.visible};
+          gradients.visible,
+          gradients.absolute_px};
 }
 
 Result on_cpu(const Scene& scene, const RenderSettings& settings) {
@@ -76,9 +82,14 @@ void expect_close(const Result& result, const Result& expected) {
     expect_close(groups[group], expected_groups[group]);
   }
   const auto flat = [](const std::vector<glm::vec2>& pairs) {
-    return std::vector<float>(&pairs[0][0], &pairs[0][0] + 2 * pairs.size());
+    std::vector<float> values;
+    for (const glm::vec2& pair : pairs) values.insert(values.end(), {pair.x, pair.y});
+    return values;
   };
   expect_close(flat(result.mean_px), flat(expected.mean_px));
+  ASSERT_EQ(result.absolute_px.size(), expected.absolute_px.size());
+  if (!expected.absolute_px.empty())
+    expect_close(flat(result.absolute_px), flat(expected.absolute_px));
 }
 
 /// Their zeros may have another sign: a pair that reaches no pixel adds 0.
@@ -126,6 +137,23 @@ TEST_F(CudaTrainFrame, every_lossless_mode_gives_the_same_gradients) {
       if (!row_of(mode).lossless) continue;
       SCOPED_TRACE(mode_name(mode));
       expect_equal_gradients(on_gpu(scene, settings_of(mode, false)), expected);
+    }
+  }
+}
+
+TEST_F(CudaTrainFrame, absolute_gradients_equal_those_of_the_cpu_and_change_no_other_gradient) {
+  for (const std::size_t count : {300u, 3000u}) {  // one segment, several segments
+    const Scene scene = small_scene<float>(count, 7);
+    const RenderSettings settings = settings_of(find_culler("adr"), false);
+    const Result expected = on_gpu(scene, settings, kWidth, kHeight, kAbsolute);
+    EXPECT_EQ(expected.absolute_px.size(), count);
+    expect_equal_gradients(on_gpu(scene, settings), expected);
+    cpu::train::ForwardFrame<float> frame;
+    expect_close(expected, on_cpu(scene, settings, frame, kWidth, kHeight, kAbsolute));
+    for (const char* mode : {"quadbox", "exact"}) {
+      const Result result =
+          on_gpu(scene, settings_of(find_culler(mode), false), kWidth, kHeight, kAbsolute);
+      EXPECT_EQ(result.absolute_px, expected.absolute_px) << mode;
     }
   }
 }

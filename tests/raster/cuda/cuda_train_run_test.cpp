@@ -45,6 +45,7 @@ TrainSettings settings_of(const std::string& strategy) {
   settings.sh_degree = 0;
   settings.strategy = strategy;
   settings.max_gaussians = 80;
+  settings.many_gaussians = true;  // read by fastgs
   return settings;
 }
 
@@ -120,7 +121,7 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
   expect_same(model->state(), expected);
 }
 
-INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit, testing::Values("adc", "mcmc"),
+INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit, testing::Values("adc", "mcmc", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 
 class CudaTrainClock : public test::GpuTest {};

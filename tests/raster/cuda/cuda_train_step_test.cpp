@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The loss, the optimizer and the density statistics on the GPU, compared with the CPU's.
+#include <algorithm>
+
 #include "raster/cpu/train/adam.h"
 #include "raster/cpu/train/backward.h"
 #include "raster/cpu/train/cpu_model.h"
@@ -131,7 +133,7 @@ TEST_F(CudaTrainStep, adam_takes_the_steps_of_the_cpu_bit_for_bit) {
   for (int step = 0; step < 5; ++step) {
     draw(model);
     model.compare(target);
-    model.backward();
+    model.backward({});
     const Scene by = model.gradients().by;
     model.step(test::counted_step(kRates));
     cpu::train::take_step(parameters, by, kRates, state, test::pool());
@@ -147,7 +149,7 @@ TEST_F(CudaTrainStep, sparsity_and_noise_are_those_of_the_cpu) {
   start(model, scene);
   draw(model);
   model.compare(random_target(kWidth, kHeight, 17));
-  model.backward();
+  model.backward({});
   const Scene by = model.gradients().by;
   const auto cpu = qs::train::make_training_model(Backend::cpu, test::pool());
   for (const bool sparse : {true, false}) {
@@ -210,7 +212,7 @@ TEST_F(CudaTrainStep, a_gradient_that_is_not_finite_never_gets_into_a_parameter)
     draw(model);
     model.set_pixel_gradients(
         std::vector<glm::vec3>(static_cast<std::size_t>(kWidth * kHeight), glm::vec3(bad)));
-    model.backward();
+    model.backward({});
     model.step(test::counted_step(kRates));
   }
   for (const auto& group : groups_of(model.state().parameters)) {
@@ -229,7 +231,7 @@ TEST_F(CudaTrainStep, density_statistics_equal_those_of_the_cpu) {
   for (const auto& [width, height] : {std::pair{kWidth, kHeight}, {33, 50}}) {
     draw(model, width, height);
     model.compare(random_target(width, height, 8));
-    model.backward();
+    model.backward({});
     model.step(test::counted_step({}));
     cpu::train::Gradients<float> gradients;
     const GradientCopies copies = model.gradients();
@@ -254,7 +256,7 @@ TEST_F(CudaTrainStep, views_count_for_the_gaussians_that_the_mode_lists_on_reque
       camera.view_from_world[3].x += shift;
       model.forward(camera, settings);
       model.compare_with({}, {.rgb = rgb});
-      model.backward();
+      model.backward({});
       qs::train::StepOrder order;
       order.iteration = model.iteration() + 1;
       order.counts_density = true;
@@ -272,6 +274,76 @@ TEST_F(CudaTrainStep, views_count_for_the_gaussians_that_the_mode_lists_on_reque
   EXPECT_EQ(by_mode[7], 2u);
 }
 
+TEST_F(CudaTrainStep, density_statistics_count_absolute_gradients_if_they_were_summed) {
+  GpuModel model;
+  start(model, small_scene<float>(100, 7));
+  cpu::train::DensityStatistics expected;
+  expected.reset(100);
+  for (const bool absolute : {false, true, true}) {
+    draw(model);
+    model.compare(random_target(kWidth, kHeight, 8));
+    model.backward({.absolute = absolute});
+    model.step(test::counted_step({}));
+    cpu::train::Gradients<float> gradients;
+    const GradientCopies copies = model.gradients();
+    EXPECT_EQ(copies.absolute_px.size(), absolute ? 100u : 0u);
+    gradients.mean_px = copies.mean_px;
+    gradients.absolute_px = copies.absolute_px;
+    gradients.visible = copies.visible;
+    add_view(gradients, gradients.visible, kWidth, kHeight, expected);
+    EXPECT_EQ(model.state().density.absolute, expected.absolute);
+    EXPECT_EQ(model.facts().density.absolute, expected.absolute);
+  }
+  GpuModel other;
+  other.set_state(model.state());
+  EXPECT_EQ(other.state().density.absolute, expected.absolute);
+  qs::train::Plan plan;
+  plan.keep_all(model.facts(), 2);
+  plan.resets_statistics = true;
+  model.apply(plan);
+  EXPECT_TRUE(model.state().density.absolute.empty());
+}
+
+TEST_F(CudaTrainStep, counts_the_pixels_of_large_errors_as_the_cpu) {
+  for (const std::size_t count : {100u, 3000u}) {  // one segment, several segments
+    GpuModel model;
+    const auto cpu = qs::train::make_training_model(Backend::cpu, test::pool());
+    Scene scene = small_scene<float>(count, 7);
+    scene.means[3].z = -1;  // in no view
+    for (float& logit : scene.opacity_logits) logit -= count > 1000 ? 2 : 0;
+    start(model, scene);
+    start(*cpu, scene);
+    const auto expect_equal_counts = [&] {
+      const qs::train::PixelCounts &counts = model.facts().counts, &expected = cpu->facts().counts;
+      EXPECT_EQ(counts.blended, expected.blended);
+      EXPECT_EQ(counts.flagged, expected.flagged);
+    };
+    expect_equal_counts();
+    std::size_t number = 0;
+    for (const auto& [width, height] : {std::pair{kWidth, kHeight}, {33, 50}}) {
+      const std::size_t pixels = static_cast<std::size_t>(width * height);
+      std::vector<std::uint8_t> rgb(3 * pixels);
+      for (std::size_t i = 0; i < rgb.size(); ++i)
+        rgb[i] = static_cast<std::uint8_t>(i / 3 % static_cast<std::size_t>(width) * 5);
+      const std::vector<std::uint8_t> mask =
+          number == 0 ? std::vector<std::uint8_t>() : every_third_masked(pixels);
+      for (qs::train::TrainingModel* each :
+           {static_cast<qs::train::TrainingModel*>(&model), cpu.get()}) {
+        each->forward(test::front_camera(width, height), test::settings_of(default_mode(), false));
+        each->count_errors(number, {rgb, {}, mask});
+      }
+      ++number;
+      expect_equal_counts();
+    }
+    const std::vector<std::uint32_t>& flagged = cpu->facts().counts.flagged;
+    EXPECT_GT(*std::max_element(flagged.begin(), flagged.end()), 20u);
+    qs::train::Plan plan;
+    plan.keep_all(model.facts(), 2);
+    model.apply(plan);
+    EXPECT_TRUE(model.facts().counts.blended.empty());
+  }
+}
+
 TEST_F(CudaTrainStep, a_new_model_starts_with_zero_moments_and_statistics) {
   const Scene first = small_scene<float>(60, 9), second = small_scene<float>(40, 10);
   const auto target = random_target(kWidth, kHeight, 11);
@@ -279,7 +351,7 @@ TEST_F(CudaTrainStep, a_new_model_starts_with_zero_moments_and_statistics) {
     start(model, second);
     draw(model);
     model.compare(target);
-    model.backward();
+    model.backward({});
     model.step(test::counted_step(kRates));
     return groups_of(model.state().parameters);
   };
@@ -287,7 +359,7 @@ TEST_F(CudaTrainStep, a_new_model_starts_with_zero_moments_and_statistics) {
   start(used, first);
   draw(used);
   used.compare(target);
-  used.backward();
+  used.backward({});
   used.step(test::counted_step(kRates));
   EXPECT_EQ(trained(used), trained(fresh));
   EXPECT_EQ(used.state().density.sums, fresh.state().density.sums);
@@ -314,7 +386,7 @@ TEST_F(CudaTrainStep, steps_lower_the_loss_as_on_the_cpu) {
   for (int step = 0; step < 8; ++step) {
     model.forward(camera, settings);
     model.compare(target);
-    model.backward();
+    model.backward({});
     model.step(test::counted_step(kRates));
     const cpu::train::StepView view{camera, settings, test::pool()};
     forward(view, scene, frame);

@@ -75,8 +75,15 @@ TEST_F(RunOrder, changes_no_gradient) {
       model.forward(test::front_camera(test::kWidth, test::kHeight),
                     test::settings_of(find_culler(mode), false));
       model.set_pixel_gradients(test::pixel_weights<float>());
-      model.backward();
-      const auto gradients = test::groups_of(model.gradients().by);
+      model.backward({.absolute = true});
+      const std::vector<std::uint8_t> black(3 * test::kWidth * test::kHeight);
+      model.count_errors(0, {black, {}, {}});
+      auto gradients = test::groups_of(model.gradients().by);
+      gradients.emplace_back();
+      for (const glm::vec2& sums : model.gradients().absolute_px)
+        gradients.back().insert(gradients.back().end(), {sums.x, sums.y});
+      const train::PixelCounts& counts = model.facts().counts;
+      gradients.emplace_back(counts.flagged.begin(), counts.flagged.end());
       if (order == 0) expected = gradients;
       EXPECT_EQ(gradients, expected) << order;
     }

@@ -55,7 +55,7 @@ class Iteration {
     gray_.resize(static_cast<std::size_t>(3 * camera.width * camera.height), 128);
     model_.compare_with(camera_, {gray_, {}, {}});
   }
-  void backward() { model_.backward(); }
+  void backward() { model_.backward({}); }
   void step() { model_.step(order_); }
   void all() {
     forward();

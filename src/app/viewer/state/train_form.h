@@ -26,7 +26,8 @@ inline constexpr TrainChoice kTrainSizes[] = {{"at most 1600 pixels wide", nullp
 
 /// --strategy.
 inline constexpr TrainChoice kTrainStrategies[] = {{"adc: as published with 3DGS", nullptr},
-                                                   {"mcmc: up to a number of Gaussians", "mcmc"}};
+                                                   {"mcmc: up to a number of Gaussians", "mcmc"},
+                                                   {"fastgs: few Gaussians", "fastgs"}};
 
 inline constexpr int kTrainIterations = 30000;  ///< the default of `train`
 

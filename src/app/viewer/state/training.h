@@ -35,6 +35,7 @@ struct TrainingProgress {
   double iterations_per_second = 0;            ///< 0: not known yet
   std::optional<double> test_psnr, test_ssim;  ///< of the last evaluation
   int evaluated = 0;                           ///< iteration of the last evaluation
+  std::string overfitting{};                   ///< a sentence if the test views got worse, or ""
 };
 
 /// Keeps drawing within a share of the time. Every piece of work, a frame or an upload, is followed

@@ -81,6 +81,7 @@ std::vector<Fact> training_facts(const Viewer& viewer) {
            ? fmt::format("{} dB, SSIM {:.4f} at iteration {}", decibels(*progress.test_psnr),
                          progress.test_ssim.value_or(0), count(progress.evaluated))
            : "-"});
+  if (!progress.overfitting.empty()) facts.push_back({"test views", progress.overfitting});
   facts.push_back({"Gaussians", grouped(progress.gaussians)});
   facts.push_back({"speed", progress.iterations_per_second > 0
                                 ? fmt::format("{:.1f} iterations/s", progress.iterations_per_second)

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include <glm/common.hpp>
+
 #include "raster/kernel/composite.h"
 #include "raster/kernel/gradient/gaussian.h"
 
@@ -15,7 +17,7 @@ namespace {
 template <class Real>
 void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
                     std::span<const glm::vec<3, Real>> d_color, std::size_t tile,
-                    std::vector<PixelSums<Real>>& pairs) {
+                    BackwardScratch<Real>& scratch) {
   using Vec3 = glm::vec<3, Real>;
   constexpr auto kPixels = static_cast<std::size_t>(kTileSize * kTileSize);
   const TileBox box = TileBox::of(step, tile);
@@ -42,6 +44,7 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
     const std::uint32_t slot = frame.lists.slots[first + entry];
     const auto& splat = frame.splats[slot];
     PixelSums<Real> sums;
+    glm::vec<2, Real> absolute(0);
     box.for_each_pixel(frame.areas[slot], [&](int px, int py, int pixel) {
       const auto p = static_cast<std::size_t>(pixel);
       if (entry >= last[p]) return;
@@ -50,14 +53,20 @@ void tile_gradients(const StepView& step, const ForwardFrame<Real>& frame,
       Real alpha = 0;
       if (composite(splat, x, y, transmittance[p], alpha) != Step::blends) return;
       to_come[p] -= alpha * in_front * splat.color;
-      add_pixel<Real>(splat, {x, y, alpha, in_front, to_come[p], d_pixel[p]}, sums);
+      absolute +=
+          glm::abs(add_pixel<Real>(splat, {x, y, alpha, in_front, to_come[p], d_pixel[p]}, sums));
     });
-    pairs[first + entry] = sums;
+    scratch.pairs[first + entry] = sums;
+    if (!scratch.absolute.empty()) scratch.absolute[first + entry] = absolute;
   }
   // No pixel blends the rest of the list.
-  std::fill(pairs.begin() + static_cast<std::ptrdiff_t>(first + longest),
-            pairs.begin() + static_cast<std::ptrdiff_t>(frame.lists.begin[tile + 1]),
-            PixelSums<Real>{});
+  const auto clear_rest = [&]<class Sums>(std::vector<Sums>& sums) {
+    if (sums.empty()) return;
+    std::fill(sums.begin() + static_cast<std::ptrdiff_t>(first + longest),
+              sums.begin() + static_cast<std::ptrdiff_t>(frame.lists.begin[tile + 1]), Sums{});
+  };
+  clear_rest(scratch.pairs);
+  clear_rest(scratch.absolute);
 }
 
 // Lists the pairs of every slot. Pairs are visited by tile, so each list is in the order of tiles.
@@ -98,7 +107,8 @@ void set_gradient(const GradientRules<Real>& rules, const Parameters<Real>& para
 template <class Real>
 void backward(const StepView& view, const Parameters<Real>& parameters,
               const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
-              BackwardScratch<Real>& scratch, Gradients<Real>& gradients) {
+              BackwardScratch<Real>& scratch, Gradients<Real>& gradients,
+              const BackwardOrder& order) {
   const auto for_chunks = [&](std::size_t count, std::size_t grain, const auto& each) {
     view.pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int) {
       if (view.stop.stop_requested()) throw Cancelled{};
@@ -106,11 +116,13 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
     });
   };
   scratch.pairs.resize(frame.lists.pairs());
+  scratch.absolute.resize(order.absolute ? frame.lists.pairs() : 0);
   for_chunks(static_cast<std::size_t>(view.grid().count()), 1,
-             [&](std::size_t tile) { tile_gradients(view, frame, d_color, tile, scratch.pairs); });
+             [&](std::size_t tile) { tile_gradients(view, frame, d_color, tile, scratch); });
   order_by_slot(frame, scratch);
 
   gradients.reset(parameters);
+  gradients.absolute_px.assign(order.absolute ? parameters.size() : 0, glm::vec<2, Real>(0));
   gradients.visible = frame.in_view;
   const GradientRules<Real> rules{make_view<Real>(view.camera), view.settings.dilation,
                                   view.antialiased(),
@@ -120,8 +132,12 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
     for (std::uint32_t k = 0; k < visible.chunk_counts[chunk]; ++k) {
       const std::size_t slot = chunk * VisibleSlots::kChunk + k;
       PixelSums<Real> sums;
-      for (std::uint64_t at = scratch.begin[slot]; at < scratch.begin[slot + 1]; ++at)
+      glm::vec<2, Real> absolute(0);
+      for (std::uint64_t at = scratch.begin[slot]; at < scratch.begin[slot + 1]; ++at) {
         sums += scratch.pairs[scratch.order[at]];
+        if (order.absolute) absolute += scratch.absolute[scratch.order[at]];
+      }
+      if (order.absolute) gradients.absolute_px[visible.gaussians[slot]] = absolute;
       set_gradient(rules, parameters, visible.gaussians[slot],
                    splat_gradient<Real>(frame.splats[slot], sums), gradients);
     }
@@ -129,8 +145,10 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
 }
 
 template void backward(const StepView&, const Parameters<float>&, const ForwardFrame<float>&,
-                       std::span<const glm::vec3>, BackwardScratch<float>&, Gradients<float>&);
+                       std::span<const glm::vec3>, BackwardScratch<float>&, Gradients<float>&,
+                       const BackwardOrder&);
 template void backward(const StepView&, const Parameters<double>&, const ForwardFrame<double>&,
-                       std::span<const glm::dvec3>, BackwardScratch<double>&, Gradients<double>&);
+                       std::span<const glm::dvec3>, BackwardScratch<double>&, Gradients<double>&,
+                       const BackwardOrder&);
 
 }  // namespace qs::cpu::train

@@ -10,21 +10,26 @@
 
 #include "raster/cpu/train/forward.h"
 #include "raster/kernel/gradient/pixel.h"
+#include "raster/train/backward_order.h"
 
 namespace qs::cpu::train {
+
+using qs::train::BackwardOrder;
 
 /// Memory of backward() that the next step uses again.
 template <class Real>
 struct BackwardScratch {
-  std::vector<PixelSums<Real>> pairs;  ///< per pair, in the order of the tile lists
-  std::vector<std::uint64_t> begin;    ///< slots + 1 offsets into `order`
-  std::vector<std::uint64_t> order;    ///< pairs by slot and tile
+  std::vector<PixelSums<Real>> pairs;       ///< per pair, in the order of the tile lists
+  std::vector<glm::vec<2, Real>> absolute;  ///< the same for absolute gradients, if asked for
+  std::vector<std::uint64_t> begin;         ///< slots + 1 offsets into `order`
+  std::vector<std::uint64_t> order;         ///< pairs by slot and tile
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
 template <class Real>
 void backward(const StepView& view, const Parameters<Real>& parameters,
               const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
-              BackwardScratch<Real>& scratch, Gradients<Real>& gradients);
+              BackwardScratch<Real>& scratch, Gradients<Real>& gradients,
+              const BackwardOrder& order = {});
 
 }  // namespace qs::cpu::train

@@ -10,6 +10,17 @@
 
 namespace qs::cpu::train {
 
+void CpuModel::set_state(ModelState state) {
+  state_ = std::move(state);
+  counts_ = {};
+}
+
+const GaussianFacts& CpuModel::facts() {
+  facts_ = facts_of(state_);
+  facts_.counts = counts_;
+  return facts_;
+}
+
 void CpuModel::forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) {
   camera_ = camera;
   settings_ = settings;
@@ -30,8 +41,13 @@ void CpuModel::compare_with(std::optional<std::size_t> /*number*/, const Photogr
                            pool_, loss_, d_color_);
 }
 
-void CpuModel::backward() {
-  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_);
+void CpuModel::count_errors(std::optional<std::size_t> /*number*/, const Photograph& photograph) {
+  train::count_errors(view(), frame_, photograph.over(settings_.background), photograph.mask,
+                      size(), counts_);
+}
+
+void CpuModel::backward(const BackwardOrder& order) {
+  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_, order);
 }
 
 void CpuModel::step(const StepOrder& order) {

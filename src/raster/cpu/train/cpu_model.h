@@ -7,6 +7,7 @@
 
 #include "raster/api/training_model.h"
 #include "raster/cpu/train/backward.h"
+#include "raster/cpu/train/count_errors.h"
 #include "raster/cpu/train/loss.h"
 
 namespace qs::cpu::train {
@@ -26,17 +27,18 @@ class CpuModel final : public qs::train::TrainingModel {
   std::size_t size() const override { return state_.size(); }
   int iteration() const override { return state_.iteration; }
   int changed_before() const override { return state_.changed_before; }
-  void set_state(ModelState state) override { state_ = std::move(state); }
+  void set_state(ModelState state) override;
   const ModelState& state() override { return state_; }
   const qs::train::Parameters& parameters() override { return state_.parameters; }
 
-  const GaussianFacts& facts() override { return facts_ = facts_of(state_); }
-  void apply(const Plan& plan) override { state_ = changed(state_, plan); }
+  const GaussianFacts& facts() override;
+  void apply(const Plan& plan) override { set_state(changed(state_, plan)); }
 
   void forward(const Camera& camera, const RenderSettings& settings, std::stop_token stop) override;
   Image picture() override;
   void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override;
-  void backward() override;
+  void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override;
+  void backward(const BackwardOrder& order) override;
   void step(const StepOrder& order) override;
 
   Loss recent_loss() override { return result_; }
@@ -47,6 +49,7 @@ class CpuModel final : public qs::train::TrainingModel {
 
   ThreadPool& pool_;
   ModelState state_;
+  PixelCounts counts_;
   GaussianFacts facts_;  ///< the copy that facts() returns
 
   // Of the drawn view.

@@ -12,7 +12,8 @@ namespace qs::cpu::train {
 
 using qs::train::DensityStatistics;
 
-/// Adds a view of `width` x `height` pixels. `counted` is 1 for the Gaussians that it counts for.
+/// Adds a view of `width` x `height` pixels, with absolute gradients if `gradients` has them.
+/// `counted` is 1 for the Gaussians that it counts for.
 void add_view(const Gradients<float>& gradients, std::span<const std::uint8_t> counted, int width,
               int height, DensityStatistics& statistics);
 

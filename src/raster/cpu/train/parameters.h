@@ -23,6 +23,9 @@ template <class Real>
 struct Gradients {
   Parameters<Real> by;
   std::vector<glm::vec<2, Real>> mean_px;  ///< by the means on the image
+  /// Per Gaussian: the sums over pixels of the absolute values of the pixels' parts of mean_px.
+  /// Empty if backward() was not asked for them.
+  std::vector<glm::vec<2, Real>> absolute_px;
   /// 1 for Gaussians in the view, see is_in_view() of kernel/cull/in_view.h.
   std::vector<std::uint8_t> visible;
 

@@ -46,6 +46,13 @@ __device__ void sum_of_warp(const PixelSums<float>& sums, float* result) {
   if (lane == 2) result[kSums - 1] = total;
 }
 
+/// The same for two numbers.
+__device__ void sum_of_warp(const glm::vec2& sums, float* result) {
+  const float total = fold<1>(fold<2>(fold<4>(fold<8>(fold<16>(sums.x, sums.y)))));
+  const unsigned lane = lane_index();
+  if (lane % 16 == 0) result[lane / 16] = total;
+}
+
 __device__ float dot(const glm::vec3& a, const glm::vec3& b) {
   return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
 }
@@ -106,10 +113,26 @@ struct SegmentPixel {
   }
 };
 
+/// The absolute values of a pixel's part of the derivative by the mean, see add_pixel().
+__device__ glm::vec2 absolute_of(const SharedSegment& segment, std::uint32_t entry,
+                                 const PixelSums<float>& sums) {
+  const float conic_x = segment.shapes[entry].z, conic_y = segment.shapes[entry].w,
+              conic_z = segment.lights[entry].x;
+  return static_cast<float>(kLn2) * glm::vec2(fabsf(fmaf(2 * conic_x, sums.dx, conic_y * sums.dy)),
+                                              fabsf(fmaf(2 * conic_z, sums.dy, conic_y * sums.dx)));
+}
+
+struct PairSums {
+  PixelSums<float>* pairs;
+  glm::vec2* absolute;  ///< if kAbsolute
+};
+
 /// One block per segment.
-__global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums<float>* pairs) {
+template <bool kAbsolute>
+__global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PairSums out) {
+  constexpr unsigned kNumbers = kSums + (kAbsolute ? 2 : 0);  // per pair
   __shared__ SharedSegment segment;
-  __shared__ float sums_of_warps[kWarps][kWarp * kSums];
+  __shared__ float sums_of_warps[kWarps][kWarp * kNumbers];
   const std::uint32_t tile = in.segment_tiles[blockIdx.x];
   if (tile == kNoTile) return;
   const uint2 range = in.tiles.ranges[tile];
@@ -121,7 +144,7 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums
   float* const own = sums_of_warps[threadIdx.x / kWarp];
   for (std::uint32_t group = 0; group < size; group += kWarp) {
     if (__syncthreads_count(pixel.end > group) == 0) break;
-    for (unsigned k = 0; k < kSums; ++k) own[k * kWarp + lane_index()] = 0;
+    for (unsigned k = 0; k < kNumbers; ++k) own[k * kWarp + lane_index()] = 0;
     __syncwarp();
     for (unsigned reaching = segment.reaching(group, min(size, end_of_warp)); reaching != 0;
          reaching &= reaching - 1) {
@@ -129,52 +152,69 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PixelSums
       PixelSums<float> sums;
       const Contribution by = segment.contribution(group + member, pixel.x, pixel.y);
       const bool blends = pixel.add(by, group + member < pixel.end, sums);
-      if (__any_sync(kAllLanes, blends)) sum_of_warp(sums, own + member * kSums);
+      if (!__any_sync(kAllLanes, blends)) continue;
+      sum_of_warp(sums, own + member * kNumbers);
+      if constexpr (kAbsolute) {
+        sum_of_warp(absolute_of(segment, group + member, sums), own + member * kNumbers + kSums);
+      }
     }
     __syncthreads();
-    for (unsigned k = threadIdx.x; k < kWarp * kSums; k += kTilePixels) {
-      const std::uint32_t entry = group + k / kSums;
+    for (unsigned k = threadIdx.x; k < kWarp * kNumbers; k += kTilePixels) {
+      const std::uint32_t entry = group + k / kNumbers;
       if (entry >= size) break;
       float sum = 0;
       for (unsigned warp = 0; warp < kWarps; ++warp) sum += sums_of_warps[warp][k];
       const std::uint32_t place = in.tiles.places[range.x + first + entry];
-      reinterpret_cast<float*>(pairs + place)[k % kSums] = sum;
+      const unsigned number = k % kNumbers;
+      if (number < kSums)
+        reinterpret_cast<float*>(out.pairs + place)[number] = sum;
+      else
+        reinterpret_cast<float*>(out.absolute + place)[number - kSums] = sum;
     }
   }
 }
 
-/// The sum of values[k * kSums] for k in [begin, end), in this order. The loads of a group do not
-/// wait for each other.
-template <unsigned kGroup>
+/// The sum of values[k * kNumbers] for k in [begin, end), in this order. The loads of a group do
+/// not wait for each other.
+template <unsigned kNumbers, unsigned kGroup>
 __device__ void add_groups(const float* values, std::uint32_t& begin, std::uint32_t end,
                            float& sum) {
   for (; begin + kGroup <= end; begin += kGroup) {
     float group[kGroup];
 #pragma unroll
-    for (unsigned k = 0; k < kGroup; ++k) group[k] = values[std::size_t{begin + k} * kSums];
+    for (unsigned k = 0; k < kGroup; ++k) group[k] = values[std::size_t{begin + k} * kNumbers];
 #pragma unroll
     for (unsigned k = 0; k < kGroup; ++k) sum += group[k];
   }
 }
 
-/// One thread per number of a rank's sums, so the threads of a Gaussian read neighbouring
+/// One thread per number of a rank's kNumbers sums, so the threads of a Gaussian read neighbouring
 /// addresses. The gradients are computed in another kernel, which need not wait for the long lists
 /// of large Gaussians.
+template <unsigned kNumbers>
 __global__ void __launch_bounds__(kThreads)
     sum_gaussians(std::uint32_t count, const std::uint32_t* gaussians, const std::uint64_t* offsets,
                   const float* pairs, float* sums) {
   const std::uint64_t thread = std::uint64_t{blockIdx.x} * kThreads + threadIdx.x;
-  const auto rank = static_cast<std::uint32_t>(thread / kSums);
+  const auto rank = static_cast<std::uint32_t>(thread / kNumbers);
   if (rank >= count) return;
-  const auto k = static_cast<unsigned>(thread % kSums);
+  const auto k = static_cast<unsigned>(thread % kNumbers);
   const float* const values = pairs + k;
   auto begin = static_cast<std::uint32_t>(offsets[rank]);
   const auto end = static_cast<std::uint32_t>(offsets[rank + 1]);
   float sum = 0;
-  add_groups<32>(values, begin, end, sum);
-  add_groups<4>(values, begin, end, sum);
-  add_groups<1>(values, begin, end, sum);
-  sums[std::size_t{gaussians[rank]} * kSums + k] = sum;
+  add_groups<kNumbers, 32>(values, begin, end, sum);
+  add_groups<kNumbers, 4>(values, begin, end, sum);
+  add_groups<kNumbers, 1>(values, begin, end, sum);
+  sums[std::size_t{gaussians[rank]} * kNumbers + k] = sum;
+}
+
+template <unsigned kNumbers>
+void launch_sums(const StepView& view, std::uint32_t count, const DepthOrder& order,
+                 const void* pairs, void* sums) {
+  launch("sum_gaussians", sum_gaussians<kNumbers>, blocks_for(std::uint64_t{kNumbers} * count),
+         view.stream, count, order.gaussians(), order.offsets.data(),
+         static_cast<const float*>(pairs), static_cast<float*>(sums));
 }
 
 struct GaussianInput {
@@ -208,38 +248,49 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const glm::vec3* d_color,
-                        BackwardScratch& scratch) {
+                        bool absolute, BackwardScratch& scratch) {
   const std::uint32_t count = frame.pairs.count;
   if (count == 0) return;
   scratch.pairs.reserve("the step's pairs", frame.room());
+  if (absolute) scratch.absolute.reserve("the step's pairs", frame.room());
   // Pairs that no pixel reached keep 0.
   check(cudaMemsetAsync(scratch.pairs.data(), 0, count * sizeof(PixelSums<float>), view.stream),
         "backward");
-  launch("sum_pairs", sum_pairs, Blocks(frame.segments, kTilePixels), view.stream,
+  if (absolute) {
+    check(cudaMemsetAsync(scratch.absolute.data(), 0, count * sizeof(glm::vec2), view.stream),
+          "backward");
+  }
+  launch("sum_pairs", absolute ? sum_pairs<true> : sum_pairs<false>,
+         Blocks(frame.segments, kTilePixels), view.stream,
          PairInput{frame.tiles(view), frame.segment_tiles.data(), frame.states.data(),
                    frame.color.data(), frame.last.data(), d_color},
-         scratch.pairs.data());
+         PairSums{scratch.pairs.data(), scratch.absolute.data()});
 }
 
 }  // namespace
 
 void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
-              const glm::vec3* d_color, BackwardScratch& scratch, Gradients& gradients) {
+              const glm::vec3* d_color, const qs::train::BackwardOrder& order,
+              BackwardScratch& scratch, Gradients& gradients) {
   gradients.by.resize(parameters.count, parameters.sh_degree);
   gradients.mean_px.reserve("the gradients", with_room(parameters.count));
+  gradients.has_absolute = order.absolute;
+  if (order.absolute) gradients.absolute_px.reserve("the gradients", with_room(parameters.count));
   scratch.sums.reserve("the gradients", with_room(parameters.count));
   if (parameters.count == 0) return;
   view.throw_if_cancelled();
-  sum_pairs_of_tiles(view, frame, d_color, scratch);
+  sum_pairs_of_tiles(view, frame, d_color, order.absolute, scratch);
   const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
                                    view.antialiased(),
                                    std::min(view.settings.sh_degree, parameters.sh_degree)};
   const GaussianInput in{rules, parameters.view(), frame.tile_counts.data(), scratch.sums.data(),
                          frame.splats.data()};
-  launch("sum_gaussians", sum_gaussians, blocks_for(std::uint64_t{kSums} * parameters.count),
-         view.stream, parameters.count, frame.order.gaussians(), frame.order.offsets.data(),
-         reinterpret_cast<const float*>(scratch.pairs.data()),
-         reinterpret_cast<float*>(scratch.sums.data()));
+  launch_sums<kSums>(view, parameters.count, frame.order, scratch.pairs.data(),
+                     scratch.sums.data());
+  if (order.absolute) {
+    launch_sums<2>(view, parameters.count, frame.order, scratch.absolute.data(),
+                   gradients.absolute_px.data());
+  }
   launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,
          gradients.by.view(), gradients.mean_px.data());
 }

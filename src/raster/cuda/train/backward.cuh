@@ -13,18 +13,21 @@
 
 #include "raster/cuda/train/forward.cuh"
 #include "raster/kernel/gradient/pixel.h"
+#include "raster/train/backward_order.h"
 
 namespace qs::cuda::train {
 
 /// Memory of backward() that the next step uses again.
 struct BackwardScratch {
   DeviceBuffer<PixelSums<float>> pairs;  ///< per place, see ForwardFrame::pairs
+  DeviceBuffer<glm::vec2> absolute;      ///< the same for absolute gradients, if asked for
   DeviceBuffer<PixelSums<float>> sums;   ///< per Gaussian
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
 /// Does not wait. Throws Cancelled, and Error(device) if memory is short.
 void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
-              const glm::vec3* d_color, BackwardScratch& scratch, Gradients& gradients);
+              const glm::vec3* d_color, const qs::train::BackwardOrder& order,
+              BackwardScratch& scratch, Gradients& gradients);
 
 }  // namespace qs::cuda::train

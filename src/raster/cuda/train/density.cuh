@@ -23,6 +23,8 @@ struct DensityStatistics {
   /// Per Gaussian: sum of |dL/d mean|, see add_movement(), and the number of views in it.
   DeviceBuffer<float> sums;
   DeviceBuffer<std::uint32_t> views;
+  DeviceBuffer<float> absolute;  ///< the same as `sums` for absolute gradients, if has_absolute
+  bool has_absolute = false;
   std::uint32_t count = 0;
 
   void reset(std::uint32_t gaussians, cudaStream_t stream);

@@ -7,6 +7,7 @@
 #include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/adam.cuh"
 #include "raster/cuda/train/backward.cuh"
+#include "raster/cuda/train/count_errors.cuh"
 #include "raster/cuda/train/density.cuh"
 #include "raster/cuda/train/gpu_model.h"
 #include "raster/cuda/train/loss.cuh"
@@ -25,6 +26,7 @@ struct GpuModel::State {
   Parameters parameters;
   AdamState adam;
   DensityStatistics density;
+  PixelCounts counts;
 
   /// Memory of apply(), exchanged with the model's memory.
   struct Next {
@@ -44,6 +46,7 @@ struct GpuModel::State {
   std::uint64_t comparisons = 0;  ///< since set_state()
   DeviceBuffer<glm::vec3> target, d_color;
   DeviceBuffer<std::uint8_t> mask;  ///< of compare()
+  ErrorScratch errors;
   BackwardScratch backward;
   Gradients gradients;
   PassClock clock;
@@ -59,13 +62,24 @@ struct GpuModel::State {
   StepView view() const { return {camera, settings, stream, stop}; }
   std::size_t pixels() const { return view().pixels(); }
 
-  /// `target_mask` may be null.
-  void compare_with_target(const std::uint8_t* target_mask, std::size_t counted) {
-    train::compare(
-        {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted},
-        stream, loss, d_color);
+  /// The drawn view and `target`. `target_mask` may be null.
+  Comparison comparison(const std::uint8_t* target_mask, std::size_t counted) {
+    return {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted};
+  }
+  /// The same for a photograph, which is copied to `target`.
+  Comparison comparison(std::optional<std::size_t> number,
+                        const qs::train::Photograph& photograph) {
+    assert(photograph.rgb.size() == 3 * pixels());
+    const DevicePhotograph& device_photograph = uploaded(number, photograph);
+    device_photograph.over(settings.background, stream, target);
+    return comparison(device_photograph.has_mask ? device_photograph.mask.data() : nullptr,
+                      device_photograph.counted);
+  }
+
+  void compare(const Comparison& pictures) {
+    train::compare(pictures, stream, loss, d_color);
     clock.end(1, stream);
-    losses[comparisons % 2].begin(loss, 3 * static_cast<double>(counted), stream);
+    losses[comparisons % 2].begin(loss, 3 * static_cast<double>(pictures.counted), stream);
     ++comparisons;
   }
 
@@ -136,6 +150,7 @@ void GpuModel::set_state(qs::train::ModelState state) {
   s.changed_before = state.changed_before;
   s.adam.steps = state.adam.steps;
   s.comparisons = 0;
+  s.counts.count = 0;
   upload(state.parameters, s.stream, s.parameters);
   upload(state.adam.first, s.stream, s.adam.first);
   upload(state.adam.second, s.stream, s.adam.second);
@@ -166,6 +181,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.rotations.data(), s.facts.rotations, p.count, s.stream);
   copy_to_host(p.opacity_logits.data(), s.facts.opacity_logits, p.count, s.stream);
   s.density.download(s.stream, s.facts.density);
+  s.counts.download(s.stream, s.facts.counts);
   return s.facts;
 }
 
@@ -175,6 +191,7 @@ void GpuModel::apply(const qs::train::Plan& plan) {
   s.with_memory([&] { s.gather_next(plan); });
   if (plan.resets_statistics) std::swap(s.density, s.next.density);
   s.changed_before = plan.iteration;
+  s.counts.count = 0;
   std::swap(s.parameters, s.next.parameters);
   std::swap(s.adam.first, s.next.first);
   std::swap(s.adam.second, s.next.second);
@@ -222,11 +239,15 @@ Image GpuModel::picture() {
 void GpuModel::compare_with(std::optional<std::size_t> number,
                             const qs::train::Photograph& photograph) {
   State& s = gpu();
-  assert(photograph.rgb.size() == 3 * s.pixels());
+  s.with_memory([&] { s.compare(s.comparison(number, photograph)); });
+}
+
+void GpuModel::count_errors(std::optional<std::size_t> number,
+                            const qs::train::Photograph& photograph) {
+  State& s = gpu();
   s.with_memory([&] {
-    const DevicePhotograph& uploaded = s.uploaded(number, photograph);
-    uploaded.over(s.settings.background, s.stream, s.target);
-    s.compare_with_target(uploaded.has_mask ? uploaded.mask.data() : nullptr, uploaded.counted);
+    train::count_errors(s.view(), s.frame, s.comparison(number, photograph), s.parameters.count,
+                        s.errors, s.counts);
   });
 }
 
@@ -235,14 +256,15 @@ void GpuModel::compare(std::span<const glm::vec3> target, std::span<const std::u
   s.copy_pixels(target, s.target);
   if (!mask.empty()) s.copy_pixels(mask, s.mask);
   const auto masked = std::count(mask.begin(), mask.end(), std::uint8_t{0});
-  s.compare_with_target(mask.empty() ? nullptr : s.mask.data(),
-                        s.pixels() - static_cast<std::size_t>(masked));
+  s.compare(s.comparison(mask.empty() ? nullptr : s.mask.data(),
+                         s.pixels() - static_cast<std::size_t>(masked)));
 }
 
-void GpuModel::backward() {
+void GpuModel::backward(const qs::train::BackwardOrder& order) {
   State& s = gpu();
   s.with_memory([&] {
-    train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), s.backward, s.gradients);
+    train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), order, s.backward,
+                    s.gradients);
   });
   s.clock.end(2, s.stream);
 }
@@ -302,6 +324,8 @@ GradientCopies GpuModel::gradients() const {
   State& s = gpu();
   return {download(s.gradients.by, s.stream),
           copied(s.gradients.mean_px.data(), s.parameters.count, s.stream),
+          copied(s.gradients.absolute_px.data(), s.gradients.has_absolute ? s.parameters.count : 0,
+                 s.stream),
           copied(s.frame.in_view.data(), s.parameters.count, s.stream)};
 }
 

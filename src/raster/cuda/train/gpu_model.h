@@ -26,7 +26,7 @@ struct PixelCopies {
 /// As the CPU's Gradients.
 struct GradientCopies {
   qs::train::Parameters by;
-  std::vector<glm::vec2> mean_px;
+  std::vector<glm::vec2> mean_px, absolute_px;
   std::vector<std::uint8_t> visible;
 };
 
@@ -53,7 +53,9 @@ class GpuModel final : public qs::train::TrainingModel {
   /// Keeps the photographs in the GPU's memory while they fill less than half of it.
   void compare_with(std::optional<std::size_t> number,
                     const qs::train::Photograph& photograph) override;
-  void backward() override;
+  void count_errors(std::optional<std::size_t> number,
+                    const qs::train::Photograph& photograph) override;
+  void backward(const qs::train::BackwardOrder& order) override;
   void step(const qs::train::StepOrder& order) override;
   Loss recent_loss() override;
   std::optional<qs::train::PassSeconds> pass_seconds() override;

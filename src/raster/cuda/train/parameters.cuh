@@ -78,7 +78,9 @@ struct Parameters {
 /// The same arrays hold derivatives.
 struct Gradients {
   Parameters by;
-  DeviceBuffer<glm::vec2> mean_px;  ///< by the means on the image
+  DeviceBuffer<glm::vec2> mean_px;      ///< by the means on the image
+  DeviceBuffer<glm::vec2> absolute_px;  ///< as the CPU's, if has_absolute
+  bool has_absolute = false;
 };
 
 /// Copies `count` values to the GPU and waits.

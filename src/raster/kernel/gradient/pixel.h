@@ -68,10 +68,21 @@ struct BlendedPixel {
   glm::vec<3, Real> behind, d_pixel;
 };
 
-/// Adds the contribution of a pixel to a Gaussian that it blended.
+/// The derivative by a Gaussian's mean on the image, from sums of d dx and d dy, see PixelSums.
 template <class Real>
-QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, const BlendedPixel<Real>& pixel,
-                     PixelSums<Real>& sums) {
+QS_HD glm::vec<2, Real> mean_gradient(const typename PixelMath<Real>::Splat& splat, Real dx,
+                                      Real dy) {
+  // log2_conic is (-a/2, -b, -c/2) / ln 2, so dE/dmean_x = a dx + b dy is -ln 2 (2 x dx + y dy).
+  const Real scale = -static_cast<Real>(kLn2);
+  return {scale * (2 * splat.log2_conic.x * dx + splat.log2_conic.y * dy),
+          scale * (2 * splat.log2_conic.z * dy + splat.log2_conic.y * dx)};
+}
+
+/// Adds the contribution of a pixel to a Gaussian that it blended. Returns its part of the
+/// derivative by the mean.
+template <class Real>
+QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
+                                  const BlendedPixel<Real>& pixel, PixelSums<Real>& sums) {
   using Math = PixelMath<Real>;
   const Real alpha = pixel.alpha;
   const Real dx = pixel.x - splat.mean_px.x, dy = pixel.y - splat.mean_px.y;
@@ -86,6 +97,7 @@ QS_HD void add_pixel(const typename PixelMath<Real>::Splat& splat, const Blended
   sums.dxx += d * dx * dx;
   sums.dxy += d * dx * dy;
   sums.dyy += d * dy * dy;
+  return mean_gradient<Real>(splat, d * dx, d * dy);
 }
 
 /// The gradient of a Gaussian from the sums over all its pixels.
@@ -93,10 +105,7 @@ template <class Real>
 QS_HD SplatGradient<Real> splat_gradient(const typename PixelMath<Real>::Splat& splat,
                                          const PixelSums<Real>& sums) {
   SplatGradient<Real> result;
-  // log2_conic is (-a/2, -b, -c/2) / ln 2, so dE/dmean_x = a dx + b dy is -ln 2 (2 x dx + y dy).
-  const Real scale = -static_cast<Real>(kLn2);
-  result.mean_px.x = scale * (2 * splat.log2_conic.x * sums.dx + splat.log2_conic.y * sums.dy);
-  result.mean_px.y = scale * (2 * splat.log2_conic.z * sums.dy + splat.log2_conic.y * sums.dx);
+  result.mean_px = mean_gradient<Real>(splat, sums.dx, sums.dy);
   result.conic = {-sums.dxx / 2, -sums.dxy, -sums.dyy / 2};
   result.opacity = splat.opacity > 0 ? sums.d / splat.opacity : Real(0);
   result.color = sums.color;

@@ -27,7 +27,9 @@ struct TrainCommand {
   train::TrainSettings settings;
   train::RunOptions run;
   ViewOptions view;
-  bool in_window = false, amount_is_set = false, keep_best = false, keep_last = false;
+  bool in_window = false, amount_is_set = false, variant_is_set = false;
+  bool keep_best = false, keep_last = false;
+  std::optional<bool> reduces_photographs;  // unset: as the strategy does
   std::optional<std::filesystem::path> init;
   std::optional<Backend> backend;  // unset: the best backend that works
   int device = kFirstGpu, threads = 0, max_gaussians = 0, random_points = 100'000;
@@ -76,11 +78,15 @@ void check_strategy(const TrainCommand& command) {
   const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
   require(command.amount_is_set, "--gaussians", "fastgs", fastgs);
   require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
-  require(settings.final_prunes, "--final-prunes", "adc or mcmc", !fastgs);
+  const bool dash = settings.strategy == "dash";
+  require(settings.final_prunes, "--final-prunes", "adc or mcmc", !fastgs && !dash);
+  require(command.variant_is_set, "--dash-variant", "dash", dash);
 }
 
 Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progress) {
   check_strategy(command);
+  command.settings.reduced_photographs = command.reduces_photographs.value_or(
+      train::find_strategy(command.settings.strategy).reduces_photographs);
   if (command.keep_best && command.keep_last)
     fail(ErrorKind::usage, "--keep-last: contradicts --keep-best");
   if (command.keep_best || command.keep_last) command.run.keep_best = command.keep_best;
@@ -179,6 +185,18 @@ void declare_model_options(Options& options, TrainCommand& command) {
         command.amount_is_set = true;
       },
       "with strategy fastgs: few Gaussians, or more of them for quality (default: few)");
+  options.choice(
+      "--dash-variant", {"current", "2025-06"},
+      [&settings, &command](int chosen) {
+        settings.dash_of_paper = chosen == 1;
+        command.variant_is_set = true;
+      },
+      "with strategy dash: as published now, or in June 2025 (default: current)");
+  options.choice(
+      "--resolution-schedule", {"full", "dash"},
+      [&command](int chosen) { command.reduces_photographs = chosen == 1; },
+      "size of the photographs in the first iterations: full, or reduced at first as by strategy "
+      "dash (default: full, with strategy dash: dash)");
   options.flag("--absolute-gradients", settings.absolute_gradients,
                "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
   options.flag(

@@ -65,6 +65,7 @@ void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, boo
   sized.iteration = state.iteration;
   sized.changed_before = state.changed_before;
   sized.adam.steps = state.adam.steps;
+  sized.growth = state.growth;
   state = std::move(sized);
 }
 
@@ -80,6 +81,8 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
                                         {"absolute", !model.density.absolute.empty()},
+                                        {"growth_initial", model.growth.initial},
+                                        {"growth_budget", model.growth.budget},
                                         {"adam_steps", model.adam.steps}});
   write_file(path, [&](std::ostream& file) {
     HashedStream stream(file);
@@ -127,6 +130,8 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     json_value(json.at("iteration"), model.iteration);
     json_value(json.at("changed_before"), model.changed_before);
     json_value(json.at("adam_steps"), model.adam.steps);
+    json_value(json.at("growth_initial"), model.growth.initial);
+    json_value(json.at("growth_budget"), model.growth.budget);
     const auto degree = json_value<int>(json.at("sh_degree"));
     if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
     resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree,

@@ -82,6 +82,11 @@ void prune(const IterationContext& context, double least_opacity, Plan& plan) {
   });
 }
 
+void remove_faint(double least_opacity, Plan& plan) {
+  const double least_logit = logit_of(least_opacity);
+  plan.keep_if([&](std::size_t i) { return plan.opacity_logits[i] >= least_logit; });
+}
+
 void limit_opacities(double most, Plan& plan) {
   const auto most_logit = static_cast<float>(logit_of(most));
   for (float& logit : plan.opacity_logits) logit = std::min(logit, most_logit);
@@ -99,9 +104,8 @@ bool final_prune_after(int iteration, int first) {
 }
 
 void final_prune(Plan& plan) {
-  const double least_logit = logit_of(kFinalOpacity);
   plan.resets_statistics = true;
-  plan.keep_if([&](std::size_t i) { return plan.opacity_logits[i] >= least_logit; });
+  remove_faint(kFinalOpacity, plan);
 }
 
 }  // namespace qs::train

@@ -30,6 +30,9 @@ void clone_and_split(const IterationContext& context, const GaussianFacts& facts
 /// also Gaussians larger than 10 % of the extent.
 void prune(const IterationContext& context, double least_opacity, Plan& plan);
 
+/// Removes Gaussians with an opacity below `least_opacity`, 0..1.
+void remove_faint(double least_opacity, Plan& plan);
+
 /// No opacity is above `most`, 0..1, afterwards. The moments of all opacities become 0.
 void limit_opacities(double most, Plan& plan);
 

@@ -38,6 +38,7 @@ class ReducedPhotographs {
   ReducedPhotographs(std::size_t views, ReductionFilter filter, ThreadPool& pool)
       : filter_(filter), views_(views), pool_(pool) {}
 
+  int factor() const { return factor_; }
   /// Forgets the views of another factor. Returns true if the factor changes.
   bool set_factor(int factor);
 

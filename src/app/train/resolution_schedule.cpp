@@ -8,7 +8,7 @@
 namespace qs::train {
 namespace {
 
-constexpr double kMostScale = 8, kLeastShare = 0.25;
+constexpr double kMostScale = 8, kLeastSpectrum = 0.25;
 constexpr int kLevels = 32;  // factors from the first to 1
 constexpr int kFirstRenewal = 600, kRenewal = 100;
 constexpr double kDetailScale = 2;
@@ -28,7 +28,7 @@ double scale_with(double wanted, const std::function<double(double)>& within) {
 void PhotographSpectra::add(const Image& photograph, ThreadPool& pool) {
   const Spectrum spectrum = Spectrum::of(photograph, pool);
   const SpectrumSums sums(spectrum);
-  largest_ = std::min(largest_, scale_with(kLeastShare * sums.total(),
+  largest_ = std::min(largest_, scale_with(kLeastSpectrum * sums.total(),
                                            [&](double scale) { return sums.within(scale); }));
   ++photographs_;
   for (Spectrum& same : by_size_) {

@@ -99,7 +99,7 @@ class Run {
     ProgressBar bar("training");
     const Progress progress = bar.progress();
     const Clock::time_point begin = Clock::now();
-    bool stopped = !goes_on(0);
+    bool stopped = !prepared() || !goes_on(0);
     try {
       while (trainer_.iteration() < settings_.iterations && !stopped && !QuitSignals::arrived()) {
         const StepResult step = trainer_.step();
@@ -134,6 +134,20 @@ class Run {
   }
 
  private:
+  // Computes the resolution schedule. Returns false if the user stops the run meanwhile.
+  bool prepared() try {
+    ProgressBar bar("reading frequencies");
+    const Progress shown = bar.progress();
+    trainer_.prepare({[&](float fraction) {
+                        if (QuitSignals::arrived() || !goes_on(0)) throw Cancelled{};
+                        shown.report(fraction);
+                      },
+                      {}});
+    return true;
+  } catch (const Cancelled&) {
+    return false;
+  }
+
   // Carries out the watcher's request. Returns false if the run should stop.
   bool goes_on(double loss) {
     if (!options_.watch) return true;

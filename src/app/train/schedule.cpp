@@ -17,9 +17,13 @@ constexpr int kShDegreeIterations = 1000;
 
 }  // namespace
 
-Rates rates_at(int iteration, double extent, double opacity_rate) {
-  const double t = std::min(1.0, static_cast<double>(iteration) / kMeanRateIterations);
-  const double mean = std::exp((1 - t) * std::log(kFirstMeanRate) + t * std::log(kLastMeanRate));
+Rates rates_at(int iteration, double extent, double opacity_rate, MeanRateStart start) {
+  const int falls_for = std::max(1, kMeanRateIterations - start.falls_from);
+  const double t =
+      std::clamp(static_cast<double>(iteration - start.falls_from) / falls_for, 0.0, 1.0);
+  const bool moves = start.moves_before || iteration >= start.falls_from;
+  const double mean =
+      moves ? std::exp((1 - t) * std::log(kFirstMeanRate) + t * std::log(kLastMeanRate)) : 0;
   return {.mean = mean * extent,
           .log_scale = 5e-3,
           .rotation = 1e-3,

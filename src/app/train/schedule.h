@@ -11,9 +11,15 @@
 
 namespace qs::train {
 
-/// The rate of the means falls from 1.6e-4 to 1.6e-6 times `extent` in 30,000 iterations,
+/// How the rate of the means begins.
+struct MeanRateStart {
+  int falls_from = 0;        ///< the iteration
+  bool moves_before = true;  ///< false: the rate is 0 before
+};
+
+/// The rate of the means falls from 1.6e-4 to 1.6e-6 times `extent` until iteration 30,000,
 /// independent of the number of iterations that are run. `opacity_rate` is the strategy's.
-Rates rates_at(int iteration, double extent, double opacity_rate);
+Rates rates_at(int iteration, double extent, double opacity_rate, MeanRateStart start = {});
 
 /// Starts at 0 and grows by 1 every 1,000 iterations, up to `most`.
 int sh_degree_at(int iteration, int most);

@@ -26,6 +26,8 @@ ordered_json settings_json(const TrainSettings& s) {
           {"gaussians", s.many_gaussians ? "many" : "few"},
           {"absolute_gradients", s.absolute_gradients},
           {"final_prunes", s.final_prunes},
+          {"resolution_schedule", s.reduced_photographs ? "dash" : "full"},
+          {"dash_variant", s.dash_of_paper ? "2025-06" : "current"},
           {"random_points", s.random_points},
           {"count_views", kCountViewsNames[static_cast<int>(s.count_views)]},
           {"step_before_densify", s.step_before_densify},
@@ -47,6 +49,8 @@ TrainSettings settings_of(const ordered_json& json) {
   s.many_gaussians = json.at("gaussians").get<std::string>() == "many";
   json_value(json.at("absolute_gradients"), s.absolute_gradients);
   json_value(json.at("final_prunes"), s.final_prunes);
+  s.reduced_photographs = json.at("resolution_schedule").get<std::string>() == "dash";
+  s.dash_of_paper = json.at("dash_variant").get<std::string>() == "2025-06";
   json_value(json.at("random_points"), s.random_points);
   s.count_views =
       json.at("count_views") == kCountViewsNames[1] ? CountViews::mode : CountViews::exact;
@@ -59,8 +63,9 @@ std::string differences_of(const TrainSettings& a, const TrainSettings& b) {
   const ordered_json left = settings_json(a), right = settings_json(b);
   std::vector<std::string> names;
   for (const auto& [name, value] : left.items()) {
-    if (name != "iterations" && name != "max_gaussians" && value != right.at(name))
-      names.push_back(name);
+    const bool may_differ = (name == "iterations" && !a.depends_on_end() && !b.depends_on_end()) ||
+                            name == "max_gaussians";
+    if (!may_differ && value != right.at(name)) names.push_back(name);
   }
   return joined(names, ", ");
 }

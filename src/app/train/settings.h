@@ -33,10 +33,17 @@ struct TrainSettings {
   bool many_gaussians = false;          ///< `fastgs`: more Gaussians, for quality
   bool absolute_gradients = false;      ///< `adc`: splits by absolute gradients
   bool final_prunes = false;            ///< `adc`, `mcmc`: see final_prune_after()
+  bool reduced_photographs = false;     ///< reduced at first, see ResolutionSchedule
+  bool dash_of_paper = false;           ///< `dash` as of June 2025, which the paper used
   std::size_t random_points = 100'000;  ///< to start from if the data set has no points
   CountViews count_views = CountViews::exact;
   bool step_before_densify = false;  ///< the step before Gaussians are added is taken
   double opacity_rate = 0;           ///< learning rate of opacity logits; 0: the strategy's own
+
+  /// The iteration from which the resolution schedule has full size.
+  int reduced_until() const { return static_cast<int>(9L * iterations / 10); }
+
+  bool depends_on_end() const { return reduced_photographs || strategy == "dash"; }
 
   bool white() const { return !random_background && background == glm::vec3(1); }
 };
@@ -46,7 +53,7 @@ nlohmann::ordered_json settings_json(const TrainSettings& settings);
 TrainSettings settings_of(const nlohmann::ordered_json& json);
 
 /// The names of the settings that differ, except `iterations` and `max_gaussians`: a resumed run
-/// may end later, and may have less memory.
+/// may end later unless its schedules depend on the end, and may have less memory.
 std::string differences_of(const TrainSettings& a, const TrainSettings& b);
 
 }  // namespace qs::train

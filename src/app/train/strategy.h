@@ -19,6 +19,7 @@ struct IterationContext {
   int iteration;
   double extent;  ///< world units, see DataSet::extent()
   Rates rates;
+  int last_factor = 1;  ///< by which the photograph of the iteration before was reduced
 
   /// Adam's step with these rates.
   StepOrder step() const {
@@ -52,6 +53,10 @@ struct Strategy {
   int (*scored_views)(const TrainSettings& settings, int iteration) = [](const TrainSettings&,
                                                                          int) { return 0; };
 
+  /// True if training begins with reduced photographs unless the user chose otherwise, and the rate
+  /// of the means falls from ResolutionSchedule::details_from().
+  bool reduces_photographs = false;
+
   std::size_t max_gaussians(const TrainSettings& settings) const {
     return settings.max_gaussians > 0 ? settings.max_gaussians : default_max_gaussians;
   }
@@ -66,6 +71,9 @@ bool adc_absolute_gradients(const TrainSettings& settings);
 bool adc_changes_before(const TrainSettings& settings, int iteration);
 void adc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder adc_step(const IterationContext& context);
+bool dash_changes_before(const TrainSettings& settings, int iteration);
+void dash_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+StepOrder dash_step(const IterationContext& context);
 bool fastgs_absolute_gradients(const TrainSettings& settings);
 bool fastgs_changes_before(const TrainSettings& settings, int iteration);
 int fastgs_scored_views(const TrainSettings& settings, int iteration);

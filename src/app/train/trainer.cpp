@@ -68,7 +68,40 @@ Trainer::Trainer(const TrainSettings& settings, const DataSet& data,
       pool_(pool),
       model_(std::move(model)),
       views_(data.training.size(), settings.seed),
-      photographs_(data) {}
+      photographs_(data),
+      reduced_(data.training.size(),
+               settings.dash_of_paper ? ReductionFilter::lanczos2 : ReductionFilter::triangle,
+               pool) {}
+
+void Trainer::prepare(const Progress& progress) {
+  if (schedule_) return;
+  if (!settings_.reduced_photographs) {
+    schedule_.emplace();
+    return;
+  }
+  PhotographSpectra spectra;
+  const std::size_t count = data_.training.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    progress.update(static_cast<float>(i) / static_cast<float>(count));
+    const PhotographView* const next = &data_.training[(i + 1) % count];
+    spectra.add(photographs_.view(data_.training[i], {&next, 1}).image(), pool_);
+  }
+  schedule_.emplace(spectra, settings_.reduced_until());
+}
+
+// The photograph at the size of the current iteration.
+const PhotographView& Trainer::reduced_view(std::size_t number, const PhotographView& full) {
+  return reduced_.factor() == 1 ? full : reduced_.view(number, full, !data_.on_disk());
+}
+
+IterationContext Trainer::context_of(int iteration) const {
+  MeanRateStart start;
+  if (strategy_.reduces_photographs) start = {schedule_->details_from(), !settings_.dash_of_paper};
+  const double opacity_rate =
+      settings_.opacity_rate > 0 ? settings_.opacity_rate : strategy_.opacity_rate;
+  return {settings_, iteration, extent_, rates_at(iteration, extent_, opacity_rate, start),
+          schedule_->factor_in(iteration - 1)};
+}
 
 RenderSettings Trainer::render_settings(int iteration) const {
   RenderSettings render;
@@ -111,6 +144,7 @@ void Trainer::count_errors(int iteration, int views) {
           &data_.training[i + 1 < drawn.size() ? drawn[i + 1] : views_.at(iteration)];
       view = &photographs_.view(*view, {&next, 1});
     }
+    view = &reduced_view(drawn[i], *view);
     model_->forward(view->camera, render);
     model_->count_errors(number_of(drawn[i]), view->photograph());
   }
@@ -120,10 +154,9 @@ StepResult Trainer::step() {
   StepResult result;
   StageClock clock;
   const int iteration = model_->iteration() + 1;
-  const double opacity_rate =
-      settings_.opacity_rate > 0 ? settings_.opacity_rate : strategy_.opacity_rate;
-  const IterationContext context{settings_, iteration, extent_,
-                                 rates_at(iteration, extent_, opacity_rate)};
+  prepare();
+  if (reduced_.set_factor(schedule_->factor_in(iteration))) model_->forget_photographs();
+  const IterationContext context = context_of(iteration);
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {
     count_errors(iteration, strategy_.scored_views(settings_, iteration));
@@ -135,7 +168,7 @@ StepResult Trainer::step() {
     fail("{}: no Gaussian is left in iteration {}: the photographs do not fit their cameras",
          data_.folder.string(), iteration);
   }
-  const PhotographView& view = view_of(iteration);
+  const PhotographView& view = reduced_view(views_.at(iteration), view_of(iteration));
   RenderSettings render = render_settings(iteration);
   if (settings_.random_background) {
     const Random random =

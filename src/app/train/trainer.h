@@ -11,6 +11,8 @@
 
 #include "app/train/data_set.h"
 #include "app/train/photograph_cache.h"
+#include "app/train/reduced_photographs.h"
+#include "app/train/resolution_schedule.h"
 #include "app/train/schedule.h"
 #include "app/train/settings.h"
 #include "app/train/strategy.h"
@@ -45,6 +47,10 @@ class Trainer {
   Trainer(const TrainSettings& settings, const DataSet& data, std::unique_ptr<TrainingModel> model,
           ThreadPool& pool);
 
+  /// Computes the resolution schedule, if the settings ask for one and it was not computed before.
+  /// Throws Error(input) and Cancelled. step() calls it too.
+  void prepare(const Progress& progress = {});
+
   /// One iteration. Throws Error(input) when no Gaussian is left.
   StepResult step();
 
@@ -63,6 +69,8 @@ class Trainer {
   RenderSettings render_settings(int iteration) const;
   StepOrder step_order(const IterationContext& context) const;
   const PhotographView& view_of(int iteration);
+  const PhotographView& reduced_view(std::size_t number, const PhotographView& full);
+  IterationContext context_of(int iteration) const;
   std::optional<std::size_t> number_of(std::size_t view) const;
   void count_errors(int iteration, int views);
 
@@ -74,7 +82,9 @@ class Trainer {
   std::unique_ptr<TrainingModel> model_;
   ViewOrder views_;
   PhotographCache photographs_;
-  Plan plan_;  ///< of the last change
+  ReducedPhotographs reduced_;
+  std::optional<ResolutionSchedule> schedule_;  ///< set by prepare()
+  Plan plan_;                                   ///< of the last change
 };
 
 }  // namespace qs::train

@@ -78,6 +78,8 @@ class TrainingModel {
   /// size of the drawn view. `number` identifies it: the backend may keep a copy and does not read
   /// a photograph with the same number again. A photograph without a number is read at every call.
   virtual void compare_with(std::optional<std::size_t> number, const Photograph& photograph) = 0;
+  /// From now on numbers identify other photographs.
+  virtual void forget_photographs() {}
   /// Counts the pixels of the drawn view for every Gaussian, out of the lists of forward(), and
   /// adds them to the counts of facts(). Masked pixels do not count. The arguments are as for
   /// compare_with().

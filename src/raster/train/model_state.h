@@ -37,12 +37,19 @@ struct DensityStatistics {
   float mean_absolute(std::size_t i) const;
 };
 
+/// Numbers of Gaussians that a strategy with a limited growth remembers; 0 before its first change.
+struct GrowthState {
+  std::uint64_t initial = 0;  ///< at the start
+  std::uint64_t budget = 0;   ///< that may be added at full size
+};
+
 struct ModelState {
   int iteration = 0;       ///< of the last step; 0: none was taken
   int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
   Parameters parameters;
   AdamState adam;
   DensityStatistics density;
+  GrowthState growth;
 
   static ModelState starting_with(Parameters parameters);
 

@@ -33,7 +33,7 @@ Parameters gathered(const Parameters& parameters, const std::vector<std::uint32_
 
 GaussianFacts facts_of(const ModelState& state) {
   const Parameters& p = state.parameters;
-  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density, {}};
+  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density, {}, state.growth};
 }
 
 void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
@@ -44,6 +44,7 @@ void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
   sources.resize(facts.size());
   std::iota(sources.begin(), sources.end(), 0u);
   moment_sources = sources;
+  growth = facts.growth;
   clears_opacity_moments = resets_statistics = false;
 }
 
@@ -88,6 +89,7 @@ ModelState changed(const ModelState& state, const Plan& plan) {
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
   }
   next.density = state.density;
+  next.growth = plan.growth;
   if (plan.resets_statistics) next.density.reset(plan.size());
   return next;
 }

@@ -36,6 +36,7 @@ struct GaussianFacts {
   std::vector<float> opacity_logits;
   DensityStatistics density;
   PixelCounts counts;
+  GrowthState growth;
 
   std::size_t size() const { return means.size(); }
 };
@@ -66,6 +67,7 @@ struct Plan {
   /// the old Gaussian whose moments it gets; kZeros: moments 0
   std::vector<std::uint32_t> moment_sources;
 
+  GrowthState growth;                   ///< after the change
   bool clears_opacity_moments = false;  ///< also of Gaussians that keep their other moments
   bool resets_statistics = false;       ///< must be true if the set changes
 

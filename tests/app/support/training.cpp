@@ -111,6 +111,8 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   same_bits(a.density.sums, b.density.sums);
   same_bits(a.density.views, b.density.views);
   same_bits(a.density.absolute, b.density.absolute);
+  EXPECT_EQ(a.growth.initial, b.growth.initial);
+  EXPECT_EQ(a.growth.budget, b.growth.budget);
 }
 
 }  // namespace qs::test

@@ -23,6 +23,7 @@ struct GpuModel::State {
   Stream stream;  // selects the GPU
   std::size_t free_before = DeviceMemory::now().free;
   int iteration = 0, changed_before = 0;
+  qs::train::GrowthState growth;
   Parameters parameters;
   AdamState adam;
   DensityStatistics density;
@@ -148,6 +149,7 @@ void GpuModel::set_state(qs::train::ModelState state) {
   State& s = gpu();
   s.iteration = state.iteration;
   s.changed_before = state.changed_before;
+  s.growth = state.growth;
   s.adam.steps = state.adam.steps;
   s.comparisons = 0;
   s.counts.count = 0;
@@ -168,6 +170,7 @@ const qs::train::ModelState& GpuModel::state() {
   State& s = gpu();
   s.host.iteration = s.iteration;
   s.host.changed_before = s.changed_before;
+  s.host.growth = s.growth;
   s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps};
   s.density.download(s.stream, s.host.density);
   return s.host;
@@ -182,6 +185,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.opacity_logits.data(), s.facts.opacity_logits, p.count, s.stream);
   s.density.download(s.stream, s.facts.density);
   s.counts.download(s.stream, s.facts.counts);
+  s.facts.growth = s.growth;
   return s.facts;
 }
 
@@ -191,6 +195,7 @@ void GpuModel::apply(const qs::train::Plan& plan) {
   s.with_memory([&] { s.gather_next(plan); });
   if (plan.resets_statistics) std::swap(s.density, s.next.density);
   s.changed_before = plan.iteration;
+  s.growth = plan.growth;
   s.counts.count = 0;
   std::swap(s.parameters, s.next.parameters);
   std::swap(s.adam.first, s.next.first);
@@ -227,6 +232,8 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   s.with_memory([&] { train::forward(s.view(), s.parameters, s.frame); });
   s.clock.end(0, s.stream);
 }
+
+void GpuModel::forget_photographs() { gpu().free_photographs(); }
 
 Image GpuModel::picture() {
   State& s = gpu();

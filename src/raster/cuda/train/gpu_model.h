@@ -53,6 +53,7 @@ class GpuModel final : public qs::train::TrainingModel {
   /// Keeps the photographs in the GPU's memory while they fill less than half of it.
   void compare_with(std::optional<std::size_t> number,
                     const qs::train::Photograph& photograph) override;
+  void forget_photographs() override;
   void count_errors(std::optional<std::size_t> number,
                     const qs::train::Photograph& photograph) override;
   void backward(const qs::train::BackwardOrder& order) override;

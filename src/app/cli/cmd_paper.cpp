@@ -79,15 +79,15 @@ ordered_json request_of(const PaperCommand& c) {
 int run(const PaperCommand& command) {
   require_folder("paper", command.root);
   const auto script = find_asset("workflows/paper/run.py");
-  if (!script) fail("paper: the folder workflows/paper is not beside the program: install it again");
+  if (!script)
+    fail("paper: the folder workflows/paper is not beside the program: install it again");
   QuitSignals signals;
   ChildEnd end;
   try {
-    ChildProcess child(
-        {.words = {"python3", script->string(), json_line(request_of(command))},
-         .inherits = {{STDIN_FILENO, STDIN_FILENO},
-                      {STDOUT_FILENO, STDOUT_FILENO},
-                      {STDERR_FILENO, STDERR_FILENO}}});
+    ChildProcess child({.words = {"python3", script->string(), json_line(request_of(command))},
+                        .inherits = {{STDIN_FILENO, STDIN_FILENO},
+                                     {STDOUT_FILENO, STDOUT_FILENO},
+                                     {STDERR_FILENO, STDERR_FILENO}}});
     bool asked = false;
     std::optional<ChildEnd> ended;
     while (!(ended = child.wait_for(std::chrono::milliseconds(100)))) {
@@ -99,7 +99,8 @@ int run(const PaperCommand& command) {
     end.exit_code = kNotFound;
   }
   if (end.exit_code == kNotFound)
-    fail(ErrorKind::device, "paper: python3 was not found: install the packages python3 and snakemake");
+    fail(ErrorKind::device,
+         "paper: python3 was not found: install the packages python3 and snakemake");
   if (end.exit_code == kExitInterrupted) throw Cancelled{};
   if (end.signal != 0) fail(ErrorKind::device, "paper: the workflow ended by {}", end.text());
   return end.exit_code;
@@ -148,8 +149,7 @@ void declare_work(Options& options, PaperCommand& c) {
   options.value("--shard", "I/N",
                 "does every N-th training with its measurements, from the I-th, and writes no "
                 "tables",
-                {"1/2"},
-                [&c](const std::string& text) { c.shard = parse_shard("--shard", text); });
+                {"1/2"}, [&c](const std::string& text) { c.shard = parse_shard("--shard", text); });
   options.flag("--yes", c.yes, "starts without asking");
   options.flag("--partial", c.partial,
                "runs nothing: writes the tables of the results that are finished");

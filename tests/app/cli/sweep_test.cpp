@@ -174,7 +174,7 @@ class Sweep : public testing::TestWithParam<Command> {
 };
 
 TEST_P(Sweep, no_pair_of_options_crashes) {
-  constexpr std::size_t kMost = 8;                               // settings of a run
+  constexpr std::size_t kMost = 8;  // settings of a run
   // At best `view` finds no display, and `paper` no Python.
   const std::string name = GetParam().name;
   const bool headless = name == "view" || name == "paper";

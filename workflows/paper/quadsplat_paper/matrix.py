@@ -160,9 +160,10 @@ def choose(program: Program, names: list[str], methods: Optional[pathlib.Path]) 
         model = by_name.get(row.model)
         if model is None or model.plugin:
             raise Problem(f"--methods: {methods}: row {row.name}: there is no model '{row.model}'")
-        grant_wishes(program, model, row)
         if model.command is None and model.strategy() not in strategies:
             row.why = f"not available in this program: train has no strategy '{model.strategy()}'"
+        else:
+            grant_wishes(program, model, row)
     for plugin in (model for model in own_models if model.plugin):
         if target := next((row.model for row in rows if row.name == plugin.name), None):
             by_name[target].plugin = ",".join(filter(None, (by_name[target].plugin, plugin.plugin)))

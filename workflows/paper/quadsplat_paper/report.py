@@ -332,9 +332,9 @@ def provenance(tables: Tables) -> Iterator[str]:
         done = read_json(tables.folder / unit.folder / "done.json")
         if done:
             device = f"{done['gpu']}, driver {done['driver']}" if done.get("gpu") else str(done.get("cpu") or NONE)
-            lines.append([unit.scene, str(unit.seed), unit.model, str(done["commit"]), device, str(done["host"]),
+            lines.append([unit.scene, str(unit.seed), unit.model, str(done["commit"]), device,
                           str(done["data"])[7:19], f"{done['seconds']:,.1f}", str(done["attempts"]), f"{done['bytes'] / 1e6:,.1f}"])
-    yield from table(["scene", "seed", "model", "commit", "device", "host", "data, SHA-256", "s", "starts", "MB"], lines)
+    yield from table(["scene", "seed", "model", "commit", "device", "data, SHA-256", "s", "starts", "MB"], lines)
 
 
 CHAPTERS = (facts, table_1, table_2, table_3, ratios_chapter, spread, counts, pictures_chapter, others, not_reproduced, provenance)

@@ -226,7 +226,9 @@ class Runs(unittest.TestCase):
             except ProcessLookupError:
                 pass
         process.wait()
-        kept = {path: path.stat().st_mtime_ns for path in (self.folder / "two").glob("*/seed0/*/done.json")}
+        finished = [path.with_name("model") / "train.json" for path in (self.folder / "two").glob("*/seed0/*/done.json")]
+        kept = {path: path.stat().st_mtime_ns for path in finished}
+        self.assertNotEqual(kept, {})
         again = self.paper("two", *rows, "--jobs", "2")
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
         self.assertEqual(kept, {path: path.stat().st_mtime_ns for path in kept})

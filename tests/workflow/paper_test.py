@@ -135,6 +135,7 @@ class Rules(unittest.TestCase):
     def test_fps_of_the_paper_averages_times(self):
         speed = results.speed_of([{"ms_mean": 1, "ms_median": 1, "pairs": 5}, {"ms_mean": 3, "ms_median": 3, "pairs": 6}])
         self.assertEqual((speed["fps_paper"], speed["pairs"]), (500, 11))
+        self.assertEqual(results.speed_of([{"ms_mean": 1, "ms_median": 1, "pairs": 5}], 700)["fps_paper"], 700)
 
     def test_a_lock_lasts_as_long_as_a_child_works(self):
         with tempfile.TemporaryDirectory() as name:
@@ -154,6 +155,17 @@ class Rules(unittest.TestCase):
             pictures.crop_ppm(source, target, (3, 2, 2, 2))
             self.assertEqual(pictures.size_of(target), (2, 2))
             self.assertEqual(pictures.size_of(source), (4, 3))
+
+    def test_a_page_takes_the_tables_between_its_marks(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder, page = pathlib.Path(name), pathlib.Path(name, "page.md")
+            words = [sys.executable, "-B", str(ROOT / "workflows/paper/page.py"), str(folder), str(page)]
+            self.assertEqual(subprocess.run(words, capture_output=True).returncode, 1)
+            (folder / "report.md").write_text("# T\n\ntext\n\n## A\n\n1\n\n## Plots and pictures\n\n![p](x)\n\n## B\n\n2\n")
+            page.write_text("before\n<!-- tables -->\nold\n<!-- end of tables -->\nafter\n")
+            self.assertEqual(subprocess.run(words).returncode, 0)
+            self.assertEqual(page.read_text(), "before\n<!-- tables -->\n\ntext\n\n### A\n\n1\n\n### B\n\n2\n\n"
+                             "<!-- end of tables -->\nafter\n")
 
     def test_charts_of_nothing_are_drawn(self):
         self.assertIn("</svg>", charts.bars("t", [], {}))
@@ -252,6 +264,10 @@ class Runs(unittest.TestCase):
             self.assertNotEqual(run.returncode, 0)
             self.assertIn(sentence, run.stderr)
             self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
+        run = subprocess.run([PROGRAM, "paper", str(self.data), "--out-dir", str(self.data), *TINY], capture_output=True, text=True)
+        self.assertIn("results would be written into the data set", run.stderr)
+        run = self.paper("data/doll/transforms.json")
+        self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
         empty = self.folder / "empty"
         empty.mkdir()
         run = subprocess.run([PROGRAM, "paper", str(empty), "--out-dir", str(self.folder / "bad")], capture_output=True, text=True)

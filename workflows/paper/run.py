@@ -49,8 +49,10 @@ def is_cluster(profile: pathlib.Path) -> bool:
 
 
 def check_earlier(plan: Plan, folder: pathlib.Path) -> None:
-    """Refuses results of other options or data. Raises Problem."""
+    """Refuses results of other options or data, and an output folder of which a data set is a part. Raises Problem."""
     for scene in plan.scenes:
+        if (folder / scene.name).resolve() == pathlib.Path(scene.data).resolve():
+            raise Problem(f"--out-dir: {folder}: results would be written into the data set {scene.data}", EXIT_USAGE)
         data = read_json(folder / scene.name / "data.json")
         if data and data["signature"] != work.signature(pathlib.Path(scene.data), scene.images):
             raise Problem(f"paper: {scene.data}: has changed since {folder / scene.name} was begun: use another --out-dir")
@@ -134,12 +136,12 @@ def run(request: dict[str, Any]) -> int:
         say(report.write_partial(plan, folder))
         return EXIT_OK
     profile, version = profile_folder(request["profile"]), snakemake_version()
+    check_earlier(plan, folder)
     describe(plan)
     folder.mkdir(parents=True, exist_ok=True)
     lock = gpus.try_lock(folder / ".lock")
     if lock is None:
         raise Problem(f"paper: {folder}: another run works in this folder")
-    check_earlier(plan, folder)
     index, count = request["shard"]
     targets = plan.targets(index, count)
     units = [*plan.units()][index - 1::count]
@@ -182,6 +184,9 @@ def main() -> int:
         if str(problem):
             print(f"quadsplat: {problem}", file=sys.stderr)
         return problem.code
+    except OSError as error:
+        print(f"quadsplat: paper: {error.filename or 'a file'}: {error.strerror}", file=sys.stderr)
+        return EXIT_INPUT
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
 

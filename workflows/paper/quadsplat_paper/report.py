@@ -14,6 +14,7 @@ from .plan import Plan, Unit
 
 PUBLISHED = json.loads(pathlib.Path(__file__).with_name("published.json").read_text(encoding="utf-8"))
 NONE = "-"
+NOISE = 0.03  # as in docs/benchmarking.md
 FORMATS: dict[str, Callable[[float], str]] = {
     "psnr": lambda v: f"{v:.2f}", "ssim": lambda v: f"{v:.4f}", "lpips_paper": lambda v: f"{v:.4f}", "lpips": lambda v: f"{v:.4f}",
     "gaussians": lambda v: f"{v / 1e6:.3f} M" if v >= 1e5 else f"{v:,.0f}", "train_seconds": lambda v: f"{v:,.1f}",
@@ -98,13 +99,17 @@ def cell(quantity: str, value: Optional[float]) -> str:
 def facts(tables: Tables) -> Iterator[str]:
     plan = tables.plan
     measured = sum(entry["state"] == "done" for entry in tables.rows)
-    yield f"{measured} of {len(tables.rows)} rows are measured: {len(plan.scenes)} scenes, {plan.seeds} " \
-          f"seed{'s' if plan.seeds > 1 else ''}, {plan.iterations:,} iterations" + \
+    yield f"{measured} of {len(tables.rows)} rows are measured: {len(plan.scenes)} scene{'s' if len(plan.scenes) > 1 else ''}, " \
+          f"{plan.seeds} seed{'s' if plan.seeds > 1 else ''}, {plan.iterations:,} iterations" + \
           (f", further options of train: `{' '.join(plan.train_options)}`" if plan.train_options else "") + "."
     devices = tables.different("gpu") if tables.on_gpu else tables.different("cpu")
     yield f"Measured on: {', '.join(devices) or 'unknown'} (backend {', '.join(tables.different('backend')) or 'unknown'}, pipeline " \
           f"{', '.join(tables.different('pipeline')) or plan.pipeline}); commit {', '.join(tables.different('commit')) or 'unknown'}; " \
           f"{', '.join(tables.different('bench_frames'))} frames and {', '.join(tables.different('bench_rounds'))} rounds per view."
+    rows = [row for unit in plan.units() for row in tables.bench(unit.scene, unit.seed, unit.model)]
+    noisy = sum(max(abs(row["drift"]), row["round_spread"] or 0) > NOISE for row in rows)
+    yield f"Pictures of {', '.join(dict.fromkeys('{width} x {height}'.format(**row) for row in rows)) or 'unknown size'}. " \
+          f"{noisy} of {len(rows)} measurements of a mode in a view are noisy: drift or spread of the rounds above {100 * NOISE:.0f} %."
     if not tables.on_gpu:
         yield "**These numbers were measured on the CPU.** Times of a CPU cannot be compared with the paper's; quality and numbers " \
               "of Gaussians can, up to the rounding of exponentials."

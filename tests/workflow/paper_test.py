@@ -148,6 +148,18 @@ class Rules(unittest.TestCase):
             child.wait()
             self.assertIsNotNone(gpus.try_lock(path))
 
+    def test_two_jobs_never_share_a_gpu(self):
+        numbers = [f"test{os.getpid()}{letter}" for letter in "ab"]
+        try:
+            with gpus.one_gpu(numbers) as (first, _), gpus.one_gpu(numbers) as (second, _):
+                self.assertEqual([first["CUDA_VISIBLE_DEVICES"], second["CUDA_VISIBLE_DEVICES"]], numbers)
+                self.assertIsNone(gpus.try_lock(gpus.gpu_lock(numbers[0])))
+            with gpus.one_gpu([]) as (none, locks):
+                self.assertEqual((none, locks), ({}, []))
+        finally:
+            for number in numbers:
+                gpus.gpu_lock(number).unlink(missing_ok=True)
+
     def test_crops_stay_inside_the_picture(self):
         with tempfile.TemporaryDirectory() as name:
             source, target = pathlib.Path(name, "a.ppm"), pathlib.Path(name, "a.png")
@@ -248,14 +260,18 @@ class Runs(unittest.TestCase):
 
     def test_a_failed_row_does_not_stop_the_others(self):
         methods = self.folder / "methods.json"
-        methods.write_text(json.dumps([{"name": "broken", "command": ["false", "{data}"]}]))
-        run = self.paper("partial", "--rows", "quadbox,broken", "--scenes", "doll", "--methods", str(methods))
+        train = ["{program}", "train", "{data}", "--out-dir", "{out}", "--iterations", "2", "--random-points", "40", "--backend", "cpu"]
+        methods.write_text(json.dumps([{"name": "broken", "command": ["false", "{data}"]}, {"name": "mine", "command": train},
+                                       {"name": "plain", "options": ["--sh-degree", "0"]}]))
+        run = self.paper("partial", "--rows", "mine,plain,broken", "--scenes", "doll", "--methods", str(methods))
         self.assertEqual(run.returncode, 2, run.stdout)
         self.assertIn("failed: train doll 0 broken: training failed", run.stdout)
         self.assertIn("--partial writes the tables", run.stderr)
-        partial = self.paper("partial", "--rows", "quadbox,broken", "--scenes", "doll", "--methods", str(methods), "--partial")
+        partial = self.paper("partial", "--rows", "mine,plain,broken", "--scenes", "doll", "--methods", str(methods), "--partial")
         self.assertEqual(partial.returncode, 0, partial.stderr)
         self.assertIn("- doll, seed 0, broken: not finished.", (self.folder / "partial/report.md").read_text())
+        self.assertEqual({row["row"]: (row["state"], row["gaussians"]) for row in self.rows("partial")},
+                         {"broken": ("missing", ""), "mine": ("done", "40"), "plain": ("done", "300")})
 
     def test_bad_input_gets_one_sentence(self):
         for more, sentence in ((("--scenes", "garden"), "get it from https://jonbarron.info"), (("--rows", "x"), "--rows: 'x' is none of"),
@@ -268,6 +284,14 @@ class Runs(unittest.TestCase):
         self.assertIn("results would be written into the data set", run.stderr)
         run = self.paper("data/doll/transforms.json")
         self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
+        tools = self.folder / "tools"
+        tools.mkdir()
+        for path, sentence in ((tools, "python3 was not found"), (tools, "snakemake was not found")):
+            run = subprocess.run(self.words("bad"), capture_output=True, text=True, env={**os.environ, "PATH": str(path)})
+            self.assertEqual((run.returncode, run.stderr.count("\n")), (3, 1), run.stderr)
+            self.assertIn(sentence, run.stderr)
+            if not (tools / "python3").exists():
+                (tools / "python3").symlink_to(sys.executable)
         empty = self.folder / "empty"
         empty.mkdir()
         run = subprocess.run([PROGRAM, "paper", str(empty), "--out-dir", str(self.folder / "bad")], capture_output=True, text=True)

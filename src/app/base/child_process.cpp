@@ -154,6 +154,10 @@ std::optional<ChildEnd> ChildProcess::wait_for(std::chrono::milliseconds limit) 
   return end_of(status);
 }
 
+void ChildProcess::terminate() {
+  if (running()) ::kill(process_, SIGTERM);
+}
+
 void ChildProcess::kill() {
   if (!running()) return;
   ::kill(process_, SIGKILL);

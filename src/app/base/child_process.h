@@ -74,6 +74,8 @@ class ChildProcess {
   ChildEnd wait();
   /// Nothing if the process still runs after `limit`.
   std::optional<ChildEnd> wait_for(std::chrono::milliseconds limit);
+  /// Asks the process to end, by SIGTERM.
+  void terminate();
   /// Kills the process immediately, by SIGKILL.
   void kill();
 

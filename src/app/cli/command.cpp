@@ -36,6 +36,7 @@
   ROW(bench, "measures the culling modes on scenes and views")                \
   ROW(zoom, "measures the culling modes while the camera approaches a point") \
   ROW(merge, "joins the reports of bench, eval and render that used --shard") \
+  ROW(paper, "makes the paper's tables: trains and measures data sets")       \
   ROW(conformance, "writes scenes that test renderers, and judges them")      \
   ROW(info, "prints format, size and value ranges of scene files")            \
   ROW(convert, "writes a scene in another format")

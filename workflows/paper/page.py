@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Puts the tables of a run into a page, between the lines <!-- tables --> and <!-- end of tables -->.
+
+  page.py OUT PAGE    for example: workflows/paper/page.py ~/tables docs/paper.md
+Chapters go one level deeper; pictures stay in OUT. Exit code 1: OUT has no report, or PAGE no such lines.
+"""
+import pathlib
+import re
+import sys
+
+BEGIN, END = "<!-- tables -->", "<!-- end of tables -->"
+
+
+def body(report: str) -> str:
+    """The report without its title and pictures, one level deeper."""
+    text = report.split("\n", 1)[1].replace("\n#", "\n##")
+    text = re.sub(r"\n### Plots and pictures\n.*?(?=\n### )", "", text, flags=re.S)
+    return text.strip()
+
+
+def main(words: list[str]) -> int:
+    if len(words) != 2:
+        print(__doc__, file=sys.stderr)
+        return 1
+    report, page = pathlib.Path(words[0], "report.md"), pathlib.Path(words[1])
+    if not report.is_file():
+        print(f"page.py: {report}: is missing: run 'quadsplat paper' first", file=sys.stderr)
+        return 1
+    text = page.read_text(encoding="utf-8")
+    if BEGIN not in text or END not in text:
+        print(f"page.py: {page}: lacks the lines {BEGIN} and {END}", file=sys.stderr)
+        return 1
+    before, after = text.split(BEGIN, 1)[0], text.split(END, 1)[1]
+    page.write_text(f"{before}{BEGIN}\n\n{body(report.read_text(encoding='utf-8'))}\n\n{END}{after}", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

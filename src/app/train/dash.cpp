@@ -45,7 +45,7 @@ std::uint64_t wanted_number(const TrainSettings& settings, const GrowthState& gr
   return growth.initial + static_cast<std::uint64_t>(static_cast<double>(growth.budget) / share);
 }
 
-// Gaussians that are not removed, those with the largest gradients first.
+// Gaussians that are not removed; the largest gradient is first.
 std::vector<std::uint32_t> kept_by_gradient(const GaussianFacts& facts) {
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < facts.size(); ++i)

@@ -140,7 +140,7 @@ class Run {
     const Progress shown = bar.progress();
     trainer_.prepare({[&](float fraction) {
                         if (QuitSignals::arrived() || !goes_on(0)) throw Cancelled{};
-                        shown.report(fraction);
+                        shown.update(fraction);
                       },
                       {}});
     return true;

@@ -11,7 +11,7 @@
 
 namespace qs::train {
 
-/// How the rate of the means begins.
+/// The beginning of the rate of the means.
 struct MeanRateStart {
   int falls_from = 0;        ///< the iteration
   bool moves_before = true;  ///< false: the rate is 0 before

@@ -3,6 +3,8 @@
 // The conformance kit: its scenes, the plain renderer, and the tables.
 #include <cmath>
 #include <set>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,11 +14,13 @@
 #include "app/cli/command.h"
 #include "app/conformance/judge.h"
 #include "app/conformance/kit_folder.h"
+#include "app/conformance/kit_scenes.h"
 #include "app/support/run_program.h"
 #include "io/bytes/json_text.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
 #include "support/error_of.h"
+#include "support/golden.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
 #include "support/scenes.h"
@@ -102,6 +106,39 @@ TEST(Conformance, the_files_of_the_kit_hold_its_scenes_and_truth) {
     EXPECT_LE(fit_of(picture8(draw_with(read, {})), truth).largest, 1);
     EXPECT_EQ(picture8(read_image(folder / "truth" / (name + ".pfm"))), truth);
   }
+}
+
+// The numbers of an array in one: each counts with another weight, so that exchanged numbers show.
+template <class Values>
+double digest(const Values& values) {
+  double sum = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    for (int k = 0; k < values[i].length(); ++k) {
+      const double weight = 1 + std::fmod(0.6180339887498949 * static_cast<double>(4 * i + k), 1);
+      if (const double value = values[i][k]; std::isfinite(value)) sum += weight * value;
+    }
+  }
+  return sum;
+}
+
+// Authors compare results of the kit over years, so its scenes never change unnoticed.
+TEST(Conformance, the_scenes_of_the_kit_stay) {
+  std::string text;
+  for (const KitScene& scene : kit_scenes()) {
+    const KitView view = scene.make();
+    const GaussianCloud& cloud = view.cloud;
+    std::vector<glm::vec2> opacities;
+    for (const float logit : cloud.opacity_logits) opacities.emplace_back(logit, 0);
+    // In millionths, because a zero may have any sign.
+    const glm::ivec3 eye = glm::round(1e6 * view.camera.position());
+    text += fmt::format(
+        "{}: {} Gaussians, SH degree {}; means {:.6f}, scales {:.6f}, rotations {:.6f}, opacities "
+        "{:.6f}, SH {:.6f}; {} x {} pixels from {} {} {}, focal length {:.6f}\n",
+        scene.name, cloud.size(), cloud.sh_degree, digest(cloud.positions),
+        digest(cloud.log_scales), digest(cloud.rotations), digest(opacities), digest(cloud.sh),
+        view.camera.width, view.camera.height, eye.x, eye.y, eye.z, view.camera.focal_px.x);
+  }
+  test::expect_golden_text("kit_scenes.txt", text);
 }
 
 TEST(Conformance, fits_are_measured_on_8_bit_values) {

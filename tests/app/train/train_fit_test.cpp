@@ -275,7 +275,7 @@ TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "fastgs"),
+INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "dash", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
   expect_same(model->state(), expected);
 }
 
-INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit, testing::Values("adc", "mcmc", "fastgs"),
+INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit, testing::Values("adc", "mcmc", "dash", "fastgs"),
                          [](const auto& row) { return std::string(row.param); });
 
 class CudaTrainClock : public test::GpuTest {};

@@ -317,12 +317,16 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
                  "--absolute-gradients: is for --strategy adc, not mcmc");
   expect_refused({"--strategy", "fastgs", "--final-prunes"},
                  "--final-prunes: is for --strategy adc or mcmc, not fastgs");
+  expect_refused({"--strategy", "dash", "--final-prunes"},
+                 "--final-prunes: is for --strategy adc or mcmc, not dash");
+  expect_refused({"--dash-variant", "current"}, "--dash-variant: is for --strategy dash, not adc");
   expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
 }
 
 TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians_only) {
-  const std::vector<std::string> words = {"--iterations", "3",      "--random-points", "500",
-                                          "--strategy",   "fastgs", "--gaussians",     "many"};
+  const std::vector<std::string> words = {"--iterations", "3",          "--random-points",
+                                          "500",          "--strategy", "fastgs",
+                                          "--gaussians",  "many",       "--keep-checkpoint"};
   const ProgramRun run = train("model", words);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(parse_json(bytes_of(model("model") / "train.json"), "test")["settings"]["gaussians"],
@@ -331,6 +335,24 @@ TEST_F(TrainProgram, fastgs_trains_and_resumes_with_the_same_choice_of_gaussians
       train("model", {"--iterations", "4", "--random-points", "500", "--strategy", "fastgs",
                       "--gaussians", "few", "--resume"});
   EXPECT_THAT(other.err, HasSubstr("the run was started with other settings: gaussians"));
+}
+
+TEST_F(TrainProgram, dash_reduces_photographs_unless_told_otherwise_and_ends_where_it_began) {
+  const auto schedule_of = [&](const char* name, std::vector<std::string> words) {
+    words.insert(words.end(), {"--iterations", "3", "--random-points", "500", "--keep-checkpoint"});
+    const ProgramRun run = train(name, words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return parse_json(bytes_of(model(name) / "train.json"),
+                      "test")["settings"]["resolution_schedule"];
+  };
+  EXPECT_EQ(schedule_of("usual", {}), "full");
+  EXPECT_EQ(schedule_of("reduced", {"--resolution-schedule", "dash"}), "dash");
+  EXPECT_EQ(schedule_of("whole", {"--strategy", "dash", "--resolution-schedule", "full"}), "full");
+  EXPECT_EQ(schedule_of("model", {"--strategy", "dash", "--dash-variant", "2025-06"}), "dash");
+  const ProgramRun longer =
+      train("model", {"--iterations", "4", "--random-points", "500", "--strategy", "dash",
+                      "--dash-variant", "2025-06", "--resume"});
+  EXPECT_THAT(longer.err, HasSubstr("the run was started with other settings: iterations"));
 }
 
 TEST_F(TrainProgram, starts_from_random_points_where_the_data_set_has_none) {

@@ -85,6 +85,7 @@ std::string continued(const std::filesystem::path& folder, double psnr,
   options.out_dir = folder;
   options.resume = true;
   options.keep_best = keep_best;
+  options.keep_checkpoint = true;
   testing::internal::CaptureStdout();
   run_training(settings, data, options, make_training_model(Backend::cpu, test::pool()),
                test::pool());

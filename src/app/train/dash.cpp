@@ -14,7 +14,6 @@ namespace qs::train {
 namespace {
 
 constexpr int kDashInterval = 100, kDashFirst = 600;
-constexpr int kDashResetInterval = 3000, kDashWhiteReset = 500;
 constexpr float kDashGradient = 2e-4f;
 constexpr double kDashSmall = 0.01;  // times the extent: smaller ones are cloned, others split
 constexpr double kMostGrowth = 0.2;  // of the number, by one change
@@ -30,9 +29,7 @@ bool dash_changes_after(const TrainSettings& settings, int iteration) {
 
 // Published up to 24,000 of 30,000 iterations.
 bool dash_resets_after(const TrainSettings& settings, int iteration) {
-  const bool usual = iteration > 0 && 5L * iteration <= 4L * settings.iterations &&
-                     iteration % kDashResetInterval == 0;
-  return usual || (settings.white() && iteration == kDashWhiteReset);
+  return resets_after(settings, iteration, static_cast<int>(4L * settings.iterations / 5) + 1);
 }
 
 // The number of Gaussians to have after the change behind `iteration`, whose photographs were
@@ -82,8 +79,6 @@ void grow(const IterationContext& context, const GaussianFacts& facts, Plan& pla
     const bool splits = largest_scale(facts, i) > kDashSmall * context.extent;
     candidates.push_back({i, facts.density.mean(i), splits});
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
   clone_and_split(context, facts, std::move(candidates), plan);
   remove_faint(kLeastOpacity, plan);
   const auto grown = static_cast<std::uint64_t>(

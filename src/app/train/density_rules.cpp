@@ -30,8 +30,6 @@ std::vector<Candidate> within_limit(const IterationContext& context, std::size_t
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.urgency > b.urgency; });
   candidates.resize(room);
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
   return candidates;
 }
 
@@ -48,9 +46,11 @@ void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
 
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,
                      std::vector<Candidate> candidates, Plan& plan) {
+  candidates = within_limit(context, facts.size(), std::move(candidates));
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
   std::vector<std::uint32_t> clones, splits;
-  for (const Candidate& each : within_limit(context, facts.size(), std::move(candidates)))
-    (each.splits ? splits : clones).push_back(each.gaussian);
+  for (const Candidate& each : candidates) (each.splits ? splits : clones).push_back(each.gaussian);
   for (const std::uint32_t i : clones) plan.add_copy_of(i);
   const std::size_t first_child = plan.size();
   for (int copy = 0; copy < 2; ++copy) {
@@ -93,8 +93,8 @@ void limit_opacities(double most, Plan& plan) {
   plan.clears_opacity_moments = true;
 }
 
-bool resets_after(const TrainSettings& settings, int iteration) {
-  const bool usual = iteration > 0 && iteration < kDensityEnd && iteration % kResetInterval == 0;
+bool resets_after(const TrainSettings& settings, int iteration, int end) {
+  const bool usual = iteration > 0 && iteration < end && iteration % kResetInterval == 0;
   return usual || (settings.white() && iteration == kWhiteReset);
 }
 

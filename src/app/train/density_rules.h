@@ -21,7 +21,7 @@ struct Candidate {
   bool splits;
 };
 
-/// `candidates` are in ascending order. A clone is a copy. The children of a split replace the
+/// A clone is a copy. The children of a split replace the
 /// Gaussian: they are smaller by 1.6, at points drawn from it.
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,
                      std::vector<Candidate> candidates, Plan& plan);
@@ -36,9 +36,9 @@ void remove_faint(double least_opacity, Plan& plan);
 /// No opacity is above `most`, 0..1, afterwards. The moments of all opacities become 0.
 void limit_opacities(double most, Plan& plan);
 
-/// True if opacities are reset between this iteration and the next: every 3,000 iterations up to
-/// 12,000, and with a white background also after 500.
-bool resets_after(const TrainSettings& settings, int iteration);
+/// True if opacities are reset between this iteration and the next: every 3,000 iterations before
+/// `end`, and with a white background also after 500.
+bool resets_after(const TrainSettings& settings, int iteration, int end = kDensityEnd);
 
 /// True if all Gaussians with an opacity below 0.1 are removed between this iteration and the next
 /// (FastGS, Ren et al. 2026, arXiv 2511.04283): 18,000, 21,000, 24,000 and 27,000, where that is

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "app/support/forwarding_model.h"
 #include "app/support/training.h"
 #include "app/train/density_rules.h"
 #include "app/train/schedule.h"
@@ -160,41 +161,17 @@ TEST(Dash, settings_survive_json) {
 }
 
 // A model that notes the sizes of the views that it draws.
-class NotingModel final : public TrainingModel {
+class NotingModel final : public test::ForwardingModel {
  public:
   std::vector<int> widths;
   int forgotten = 0;
 
-  NotingModel() : model_(make_training_model(Backend::cpu, pool())) {}
-  std::string name() const override { return model_->name(); }
-  std::size_t size() const override { return model_->size(); }
-  void set_state(ModelState state) override { model_->set_state(std::move(state)); }
-  int iteration() const override { return model_->iteration(); }
-  int changed_before() const override { return model_->changed_before(); }
-  const ModelState& state() override { return model_->state(); }
-  const Parameters& parameters() override { return model_->parameters(); }
-  const GaussianFacts& facts() override { return model_->facts(); }
-  void apply(const Plan& plan) override { model_->apply(plan); }
   void forward(const Camera& camera, const RenderSettings& settings,
                std::stop_token stop) override {
     widths.push_back(camera.width);
-    model_->forward(camera, settings, stop);
-  }
-  Image picture() override { return model_->picture(); }
-  void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
-    model_->compare_with(number, photograph);
+    ForwardingModel::forward(camera, settings, std::move(stop));
   }
   void forget_photographs() override { ++forgotten; }
-  void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override {
-    model_->count_errors(number, photograph);
-  }
-  void backward(const BackwardOrder& order) override { model_->backward(order); }
-  void step(const StepOrder& order) override { model_->step(order); }
-  Loss recent_loss() override { return model_->recent_loss(); }
-  std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
-
- private:
-  std::unique_ptr<TrainingModel> model_;
 };
 
 TEST(Dash, training_begins_with_reduced_photographs_and_ends_with_whole_ones) {

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/support/forwarding_model.h"
 #include "app/support/training.h"
 #include "app/train/checkpoint.h"
 #include "app/train/run.h"
@@ -127,40 +128,19 @@ TEST(TrainFit, what_masks_hide_changes_neither_the_model_nor_its_measures) {
   EXPECT_EQ(a.test_quality()->ssim, b.test_quality()->ssim);
 }
 
-// Forwards all calls, but runs out of memory in one iteration.
-class FailingModel final : public TrainingModel {
+// Runs out of memory in one iteration.
+class FailingModel final : public test::ForwardingModel {
  public:
   FailingModel(int iteration, std::function<void()> fails)
       : fails_in_(iteration), fails_(std::move(fails)) {}
 
-  std::string name() const override { return model_->name(); }
-  std::size_t size() const override { return model_->size(); }
-  int iteration() const override { return model_->iteration(); }
-  int changed_before() const override { return model_->changed_before(); }
-  void set_state(ModelState state) override { model_->set_state(std::move(state)); }
-  const ModelState& state() override { return model_->state(); }
-  const Parameters& parameters() override { return model_->parameters(); }
-  const GaussianFacts& facts() override { return model_->facts(); }
-  void apply(const Plan& plan) override { model_->apply(plan); }
   void forward(const Camera& camera, const RenderSettings& settings,
                std::stop_token stop) override {
     if (iteration() + 1 == fails_in_) fails_();
-    model_->forward(camera, settings, std::move(stop));
+    ForwardingModel::forward(camera, settings, std::move(stop));
   }
-  Image picture() override { return model_->picture(); }
-  void compare_with(std::optional<std::size_t> number, const Photograph& photograph) override {
-    model_->compare_with(number, photograph);
-  }
-  void count_errors(std::optional<std::size_t> number, const Photograph& photograph) override {
-    model_->count_errors(number, photograph);
-  }
-  void backward(const BackwardOrder& order) override { model_->backward(order); }
-  void step(const StepOrder& order) override { model_->step(order); }
-  Loss recent_loss() override { return model_->recent_loss(); }
-  std::optional<PassSeconds> pass_seconds() override { return model_->pass_seconds(); }
 
  private:
-  std::unique_ptr<TrainingModel> model_ = make_training_model(Backend::cpu, test::pool());
   int fails_in_;
   std::function<void()> fails_;
 };

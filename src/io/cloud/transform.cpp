@@ -9,31 +9,10 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
 
-#include "raster/kernel/constants.h"
+#include "raster/kernel/sh.h"
 
 namespace qs {
 namespace {
-
-// The basis functions of kernel/sh.h in direction d.
-std::array<double, 16> sh_basis(const glm::dvec3& d) {
-  const double x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
-  return {kSh0,
-          -kSh1 * y,
-          kSh1 * z,
-          -kSh1 * x,
-          kSh2A * x * y,
-          -kSh2A * y * z,
-          kSh2B * (2 * zz - xx - yy),
-          -kSh2A * x * z,
-          kSh2C * (xx - yy),
-          -kSh3A * y * (3 * xx - yy),
-          kSh3B * x * y * z,
-          -kSh3C * y * (4 * zz - xx - yy),
-          kSh3D * z * (2 * zz - 3 * xx - 3 * yy),
-          -kSh3C * x * (4 * zz - xx - yy),
-          kSh3E * z * (xx - yy),
-          -kSh3A * x * (xx - 3 * yy)};
-}
 
 // Calls visit(direction, weight) for a quadrature of the sphere that is exact for products of two
 // functions of degree 3: Gauss-Legendre in z, equal steps in azimuth.

@@ -9,6 +9,7 @@
 
 #include "app/base/progress_bar.h"
 #include "app/framing/huge_gaussians.h"
+#include "app/session/exact_color.h"
 #include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
@@ -36,10 +37,14 @@ int device_of(int device, Backend backend) {
   return backend == Backend::cpu ? 0 : first_gpu();
 }
 
-std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
+std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool exact_color,
                                  const std::optional<Progress>& progress) {
   ProgressBar bar("uploading");
   auto renderer = make_renderer(backend, *session.pool, session.device);
+  if (exact_color && session.scene->network) {
+    renderer = with_exact_color(std::move(renderer), *session.scene->network, session.scene->axes,
+                                *session.pool);
+  }
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
   return renderer;
 }
@@ -52,6 +57,11 @@ void look_for_huge(Scene& scene, bool skips) {
   } else if (const std::size_t count = count_huge(scene.cloud); count > 0) {
     warn(huge_text(count) + "; --skip-huge draws without");
   }
+}
+
+// True if all frames show the network's colours.
+bool draws_network(const Session& session) {
+  return session.network == NetworkUse::if_any || session.network == NetworkUse::always;
 }
 
 std::vector<CullMode> modes_from(CullMode first, CullMode last) {
@@ -94,9 +104,17 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.device = device_of(frame.device, session.backend);
   Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
   look_for_huge(scene, frame.skip_huge);
+  const bool needs_network =
+      frame.network == NetworkUse::reference || frame.network == NetworkUse::always;
+  if (needs_network && !scene.network) {
+    fail(ErrorKind::usage,
+         "--exact-color: {} has no network of colours; only models of Compact-3DGS have one",
+         scene.path.string());
+  }
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
-  session.renderer = upload(session, session.backend, {});
+  session.network = frame.network;
+  session.renderer = upload(session, session.backend, draws_network(session), {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings.mode = frame.modes.front();
   session.settings.pipeline = frame.pipeline;
@@ -110,14 +128,17 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
 
 Renderer& renderer_on(Session& session, Backend backend, const std::optional<Progress>& progress) {
   if (backend == session.backend) return *session.renderer;
-  if (!session.second) session.second = upload(session, backend, progress);
+  if (!session.second)
+    session.second = upload(session, backend, draws_network(session), progress);
   return *session.second;
 }
 
 Image reference_image(Session& session, const Camera& camera, const Progress& progress) {
   RenderSettings settings = session.settings;
   settings.mode = kReferenceMode;
-  Renderer& renderer = renderer_on(session, Backend::cpu);
+  if (session.network == NetworkUse::reference && !session.exact)
+    session.exact = upload(session, Backend::cpu, true, {});
+  Renderer& renderer = session.exact ? *session.exact : renderer_on(session, Backend::cpu);
   renderer.report_frames_to(progress.report);
   Image image = renderer.render(camera, settings, {}, HostImage{}, progress.stop).color;
   renderer.report_frames_to({});

@@ -92,7 +92,7 @@ class StreamStorages {
 // the pickle of the object, behind which the cursor stands.
 Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
                      const std::string& source) {
-  constexpr std::array kMagic = {0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19};
+  constexpr std::array kStreamMagic = {0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19};
   const auto next = [&] {
     Pickle pickle(content.subspan(cursor.offset()), source);
     cursor.take(pickle.size(), "a pickle");
@@ -101,7 +101,7 @@ Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
   const Pickle magic = next();
   const auto number = magic[magic.root()].bytes;
   const bool known = magic[magic.root()].kind == PickleKind::long_integer &&
-                     std::equal(number.begin(), number.end(), kMagic.begin(), kMagic.end(),
+                     std::equal(number.begin(), number.end(), kStreamMagic.begin(), kStreamMagic.end(),
                                 [](std::byte a, int b) { return std::to_integer<int>(a) == b; });
   if (!known) fail("{}: not a file of PyTorch", source);
   const Pickle version = next();

@@ -2,9 +2,10 @@
 """Writes the small Compact-3DGS model of the tests with PyTorch and NumPy: make_compact.py tests/data
 
 corpus/valid/compact_small.{ply,pth,npz} and compact_small_pp.npz hold the same values in all three forms, with a hash
-grid of 2^6 entries per level. tensors/ gets small files of PyTorch and pickles. The committed files were written with
-PyTorch 1.13.0a0 and NumPy 1.24.2 of Debian 12. dahuffman is not needed: its tables are dictionaries, and the class of
-its end symbol is declared here under its name."""
+grid of 2^6 entries per level. corpus/broken/compact_* would do harm to a program that trusts them. tensors/ gets small
+files of PyTorch and pickles. The committed files were written with PyTorch 1.13.0a0 and NumPy 1.24.2 of Debian 12; old
+streams of PyTorch number storages by their addresses, so they differ from run to run. dahuffman is not needed: its
+tables are dictionaries, and the class of its end symbol is declared here under its name."""
 import collections
 import heapq
 import io
@@ -185,10 +186,33 @@ def write_tensors(folder, table, stream):
         file.write(text.getvalue())
 
 
+class RunsCode:
+    def __reduce__(self):
+        return print, ("this code must not run",)
+
+
+def write_broken(folder):
+    """Models of one Gaussian whose first codebook is a pickle that does harm, and a .ply without its network."""
+    deep = []
+    for _ in range(400):
+        deep = [deep]
+    own = []
+    own.append(own)
+    bombs = []
+    for _ in range(80):
+        bombs = [bombs, bombs]
+    for name, item in (("code", RunsCode()), ("deep", deep), ("own", own), ("bomb", bombs)):
+        np.savez_compressed(f"{folder}/compact_{name}.npz", xyz=np.zeros((1, 3), np.float16),
+                            opacity=np.ones((1, 1), np.float16), rvq_info=np.array([STAGES, BITS]),
+                            codebook_scale={"layers.0._codebook.embed": item})
+    write_ply(folder + "/compact_no_network.ply", np.ones((COUNT, 14)))
+
+
 def main():
     folder = sys.argv[1]
     table, stream = write_model(folder + "/corpus/valid/compact_small")
     write_tensors(folder + "/tensors", table, stream)
+    write_broken(folder + "/corpus/broken")
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("opacities", fmt::format("{:.4g} to {:.4g}", report.opacity.low, report.opacity.high));
   line("scales", fmt::format("{:.4g} to {:.4g}", report.scale.low, report.scale.high));
   if (scene.network) {
-    line("SH fit", fmt::format("differs by {:.2g} (rms), in 99 % of the Gaussians by {:.2g} at most",
+    line("SH fit", fmt::format("differs by {:.2g} rms, in 99 % of the Gaussians by at most {:.2g}",
                                scene.network->rms, scene.network->rms_of_99));
   }
   if (report.huge > 0) line("too large", huge_text(report.huge));

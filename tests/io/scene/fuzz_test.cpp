@@ -49,6 +49,9 @@ TEST(Fuzz, every_format_has_a_target) {
                                           "ppm",          "pfm",
                                           "npy",          "cameras_json",
                                           "webp",         "safetensors",
+                                          "compact-3dgs", "pickle",
+                                          "torch",        "array",
+                                          "huffman",
                                           "preferences",  "transforms_json"};
   EXPECT_EQ(names, expected);
 }

@@ -94,8 +94,8 @@ void read_compact(std::span<const std::byte> content, const std::filesystem::pat
 
 std::string fit_sentence(const NetworkColors& network) {
   return fmt::format(
-      "Its network's colours became spherical harmonics of degree 3, which differ by {:.2g} (rms, "
-      "of 0 to 1), in 99 % of the Gaussians by {:.2g} at most.",
+      "The network's colours became spherical harmonics of degree 3: in the 24 directions of the "
+      "fit they differ by {:.2g} rms (of 0 to 1), in 99 % of the Gaussians by at most {:.2g}.",
       network.rms, network.rms_of_99);
 }
 

@@ -250,7 +250,8 @@ void check_bench(const BenchCommand& command) {
          "bench: --holdout chooses the views: it excludes --camera-index, --camera-path and "
          "--scaling");
   }
-  if (command.exact_color && (!command.judges_images() || command.replicate || command.scaling > 0)) {
+  if (command.exact_color &&
+      (!command.judges_images() || command.replicate || command.scaling > 0)) {
     fail(ErrorKind::usage,
          "bench: --exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
          "--replicate and --scaling");

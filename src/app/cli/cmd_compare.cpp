@@ -185,7 +185,8 @@ CommandAction compare_command(Options& options) {
                   "factor on the drawn differences (default: 16)");
   options.flag("--everywhere", command->everywhere,
                "draws every mode on every backend and pipeline that works here");
-  declare_exact_color_option(options, command->exact_color, "every picture of a scene with a network");
+  declare_exact_color_option(options, command->exact_color,
+                             "every picture of a scene with a network");
   options.text("--output", "FILE", command->output, "picture of all crops and differences",
                {"sheet.png"});
   declare_judge_options(options, command->judge);

@@ -79,20 +79,21 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
 }
 
 nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report) {
-  nlohmann::ordered_json json = {{"file", scene.path.string()},
-          {"format", scene.format},
-          {"bytes", scene.file_bytes},
-          {"gaussians", scene.cloud.size()},
-          {"sh_degree", scene.cloud.sh_degree},
-          {"axes", scene.axes},
-          {"antialiased", scene.cloud.antialiased},
-          {"vertical_axis", scene.vertical_axis},
-          {"extents", box_json(report.all)},
-          {"extents_5_95", box_json(report.core)},
-          {"larger_than_the_scene", report.huge},
-          {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
-          {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
-          {"warnings", scene.warnings}};
+  nlohmann::ordered_json json = {
+      {"file", scene.path.string()},
+      {"format", scene.format},
+      {"bytes", scene.file_bytes},
+      {"gaussians", scene.cloud.size()},
+      {"sh_degree", scene.cloud.sh_degree},
+      {"axes", scene.axes},
+      {"antialiased", scene.cloud.antialiased},
+      {"vertical_axis", scene.vertical_axis},
+      {"extents", box_json(report.all)},
+      {"extents_5_95", box_json(report.core)},
+      {"larger_than_the_scene", report.huge},
+      {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
+      {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
+      {"warnings", scene.warnings}};
   for (const FilePart& part : scene.parts) {
     json["parts"].push_back(
         {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});

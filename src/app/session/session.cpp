@@ -128,8 +128,7 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
 
 Renderer& renderer_on(Session& session, Backend backend, const std::optional<Progress>& progress) {
   if (backend == session.backend) return *session.renderer;
-  if (!session.second)
-    session.second = upload(session, backend, draws_network(session), progress);
+  if (!session.second) session.second = upload(session, backend, draws_network(session), progress);
   return *session.second;
 }
 

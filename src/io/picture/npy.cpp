@@ -2,13 +2,14 @@
 //
 // NPY, the arrays of NumPy: height x width (gray) or height x width x channels, 32-bit floats,
 // little endian, in C order, rows from the top.
+#include "io/tensor/npy.h"
+
 #include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "io/picture/picture_formats.h"
-#include "io/tensor/npy.h"
 #include "raster/base/fail.h"
 
 namespace qs {

@@ -69,7 +69,8 @@ NpyHeader parse_npy_header(std::string_view content, const std::string& source) 
   const std::string_view dictionary = content.substr(begin, length);
   NpyHeader header;
   const std::string_view type = value_of(dictionary, "descr");
-  if (type.starts_with('\'')) header.type = type.substr(1, std::min(type.find('\'', 1), type.size()) - 1);
+  if (type.starts_with('\''))
+    header.type = type.substr(1, std::min(type.find('\'', 1), type.size()) - 1);
   header.is_c_order = value_of(dictionary, "fortran_order").starts_with("False");
   header.shape = numbers_of(value_of(dictionary, "shape"));
   header.size = begin + length;
@@ -77,8 +78,8 @@ NpyHeader parse_npy_header(std::string_view content, const std::string& source) 
 }
 
 std::string npy_header(std::string_view type, std::string_view shape) {
-  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type,
-                                 shape);
+  std::string text =
+      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
   const std::size_t before = kMagic.size() + 4;
   text.append(kAlign - (before + text.size() + 1) % kAlign, ' ');
   text += '\n';

@@ -13,9 +13,9 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kMaxOperations = 1u << 20;
-constexpr std::size_t kMaxMarks = 256;          // containers that are open at a time
+constexpr std::size_t kMaxMarks = 256;  // containers that are open at a time
 constexpr std::size_t kMaxMemo = 1u << 18;
-constexpr std::size_t kMaxItems = 1u << 21;     // of all containers together
+constexpr std::size_t kMaxItems = 1u << 21;  // of all containers together
 constexpr std::size_t kMaxLongBytes = 64;
 constexpr int kMaxProtocol = 5;
 
@@ -48,20 +48,34 @@ struct RefusedOperation {
   const char* name;
 };
 constexpr std::array kRefused = {
-    RefusedOperation{'0', "POP"},         RefusedOperation{'1', "POP_MARK"},
-    RefusedOperation{'2', "DUP"},         RefusedOperation{'F', "FLOAT"},
-    RefusedOperation{'I', "INT"},         RefusedOperation{'L', "LONG"},
-    RefusedOperation{'P', "PERSID"},      RefusedOperation{'S', "STRING"},
-    RefusedOperation{'T', "BINSTRING"},   RefusedOperation{'U', "SHORT_BINSTRING"},
-    RefusedOperation{'V', "UNICODE"},     RefusedOperation{'d', "DICT"},
-    RefusedOperation{'g', "GET"},         RefusedOperation{'i', "INST"},
-    RefusedOperation{'l', "LIST"},        RefusedOperation{'o', "OBJ"},
-    RefusedOperation{'p', "PUT"},         RefusedOperation{0x82, "EXT1"},
-    RefusedOperation{0x83, "EXT2"},       RefusedOperation{0x84, "EXT4"},
-    RefusedOperation{0x8b, "LONG4"},      RefusedOperation{0x8d, "BINUNICODE8"},
-    RefusedOperation{0x8f, "EMPTY_SET"},  RefusedOperation{0x90, "ADDITEMS"},
-    RefusedOperation{0x91, "FROZENSET"},  RefusedOperation{0x92, "NEWOBJ_EX"},
-    RefusedOperation{0x96, "BYTEARRAY8"}, RefusedOperation{0x97, "NEXT_BUFFER"},
+    RefusedOperation{'0', "POP"},
+    RefusedOperation{'1', "POP_MARK"},
+    RefusedOperation{'2', "DUP"},
+    RefusedOperation{'F', "FLOAT"},
+    RefusedOperation{'I', "INT"},
+    RefusedOperation{'L', "LONG"},
+    RefusedOperation{'P', "PERSID"},
+    RefusedOperation{'S', "STRING"},
+    RefusedOperation{'T', "BINSTRING"},
+    RefusedOperation{'U', "SHORT_BINSTRING"},
+    RefusedOperation{'V', "UNICODE"},
+    RefusedOperation{'d', "DICT"},
+    RefusedOperation{'g', "GET"},
+    RefusedOperation{'i', "INST"},
+    RefusedOperation{'l', "LIST"},
+    RefusedOperation{'o', "OBJ"},
+    RefusedOperation{'p', "PUT"},
+    RefusedOperation{0x82, "EXT1"},
+    RefusedOperation{0x83, "EXT2"},
+    RefusedOperation{0x84, "EXT4"},
+    RefusedOperation{0x8b, "LONG4"},
+    RefusedOperation{0x8d, "BINUNICODE8"},
+    RefusedOperation{0x8f, "EMPTY_SET"},
+    RefusedOperation{0x90, "ADDITEMS"},
+    RefusedOperation{0x91, "FROZENSET"},
+    RefusedOperation{0x92, "NEWOBJ_EX"},
+    RefusedOperation{0x96, "BYTEARRAY8"},
+    RefusedOperation{0x97, "NEXT_BUFFER"},
     RefusedOperation{0x98, "READONLY_BUFFER"},
 };
 
@@ -249,9 +263,7 @@ class PickleMachine {
     if (items_ > kMaxItems) refuse("its objects have more than {} items", kMaxItems);
   }
 
-  void push_integer(std::int64_t value) {
-    push({.kind = PickleKind::integer, .integer = value});
-  }
+  void push_integer(std::int64_t value) { push({.kind = PickleKind::integer, .integer = value}); }
 
   void push_long(std::size_t size) {
     const auto bytes = in_.take(size, "an integer");
@@ -260,7 +272,8 @@ class PickleMachine {
       return push({.kind = PickleKind::long_integer, .bytes = bytes});
     }
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < size; ++i) value |= std::to_integer<std::uint64_t>(bytes[i]) << 8 * i;
+    for (std::size_t i = 0; i < size; ++i)
+      value |= std::to_integer<std::uint64_t>(bytes[i]) << 8 * i;
     const bool negative = size > 0 && (bytes[size - 1] & std::byte{0x80}) != std::byte{0};
     if (negative && size < sizeof value) value |= ~std::uint64_t{0} << 8 * size;
     push_integer(static_cast<std::int64_t>(value));
@@ -314,7 +327,8 @@ class PickleMachine {
   void reduce() {
     const PickleRef arguments = pop();
     const std::string_view name = used_name(pop(), NameUse::called);
-    if (pickle_[arguments].kind != PickleKind::tuple) refuse("the arguments of {} are not a tuple", name);
+    if (pickle_[arguments].kind != PickleKind::tuple)
+      refuse("the arguments of {} are not a tuple", name);
     if (name == kOrderedDict) {
       if (!pickle_[arguments].items.empty()) refuse("{} has arguments", name);
       return push({.kind = PickleKind::dictionary});

@@ -22,10 +22,10 @@ using PickleRef = std::uint32_t;
 enum class PickleKind : std::uint8_t {
   none,
   boolean,
-  integer,     ///< of at most 64 bits
+  integer,       ///< of at most 64 bits
   long_integer,  ///< of more bits: `bytes`, little endian, two's complement
   real,
-  text,        ///< UTF-8
+  text,  ///< UTF-8
   bytes,
   tuple,
   list,

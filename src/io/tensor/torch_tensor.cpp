@@ -100,9 +100,10 @@ Pickle stream_object(std::span<const std::byte> content, ByteCursor& cursor,
   };
   const Pickle magic = next();
   const auto number = magic[magic.root()].bytes;
-  const bool known = magic[magic.root()].kind == PickleKind::long_integer &&
-                     std::equal(number.begin(), number.end(), kStreamMagic.begin(), kStreamMagic.end(),
-                                [](std::byte a, int b) { return std::to_integer<int>(a) == b; });
+  const bool known =
+      magic[magic.root()].kind == PickleKind::long_integer &&
+      std::equal(number.begin(), number.end(), kStreamMagic.begin(), kStreamMagic.end(),
+                 [](std::byte a, int b) { return std::to_integer<int>(a) == b; });
   if (!known) fail("{}: not a file of PyTorch", source);
   const Pickle version = next();
   if (version.integer(version.root(), "the version") != 1001)
@@ -118,13 +119,11 @@ Tensor read_torch_tensor(const Pickle& pickle, PickleRef object, const TorchStor
   const std::string& source = pickle.source();
   if (pickle[object].text == "torch._utils._rebuild_parameter")
     object = pickle.call(object, "torch._utils._rebuild_parameter", 1, what.c_str())[0];
-  const auto arguments =
-      pickle.call(object, "torch._utils._rebuild_tensor_v2", 4, what.c_str());
+  const auto arguments = pickle.call(object, "torch._utils._rebuild_tensor_v2", 4, what.c_str());
   const std::int64_t offset = pickle.integer(arguments[1], "a tensor's offset");
   const auto sizes = pickle.tuple(arguments[2], "a tensor's shape");
   const auto strides = pickle.tuple(arguments[3], sizes.size(), "a tensor's strides");
-  if (sizes.size() > kMaxDimensions)
-    fail("{}: {} has {} dimensions", source, what, sizes.size());
+  if (sizes.size() > kMaxDimensions) fail("{}: {} has {} dimensions", source, what, sizes.size());
   const TorchStorage storage = storages(pickle, arguments[0]);
   const std::uint64_t item = item_bytes(storage.halves), stored = storage.bytes.size() / item;
 

@@ -22,7 +22,7 @@ namespace qs {
 /// The values behind a tensor.
 struct TorchStorage {
   std::span<const std::byte> bytes;
-  bool halves = false;  ///< 16-bit floats, else 32-bit floats
+  bool halves = false;          ///< 16-bit floats, else 32-bit floats
   Array<std::byte> owned = {};  ///< backing storage of `bytes` if it is unpacked
 };
 
@@ -34,7 +34,8 @@ using TorchStorages = std::function<TorchStorage(const Pickle& pickle, PickleRef
 Tensor read_torch_tensor(const Pickle& pickle, PickleRef object, const TorchStorages& storages,
                          const std::string& what);
 
-/// The storage of a tensor in a pickle that PyTorch did not write itself, such as an array of NumPy.
+/// The storage of a tensor in a pickle that PyTorch did not write itself, such as an array of
+/// NumPy.
 TorchStorage embedded_torch_storage(const Pickle& pickle, PickleRef object);
 
 /// A .pth file that holds a dictionary.

@@ -28,9 +28,8 @@ std::vector<GridLevel> grid_levels(const GridShape& shape) {
   std::uint64_t first = 0;
   for (int number = 0; number < shape.levels; ++number) {
     GridLevel level;
-    level.scale = std::exp2(static_cast<float>(number) * log2_growth) *
-                      static_cast<float>(shape.base) -
-                  1;
+    level.scale =
+        std::exp2(static_cast<float>(number) * log2_growth) * static_cast<float>(shape.base) - 1;
     level.resolution = static_cast<std::uint32_t>(std::ceil(level.scale)) + 1;
     const std::uint64_t side = level.resolution, vertices = side * side * side;
     const std::uint64_t most = std::uint64_t{1} << shape.log2_entries;
@@ -63,8 +62,7 @@ std::vector<double> grid_features(const ColorField& field, const glm::dvec3& mea
         vertex[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(cell[axis]) + upper;
         weight *= upper != 0 ? part[axis] : 1 - part[axis];
       }
-      const std::uint64_t entry =
-          level.first + grid_entry(level, vertex[0], vertex[1], vertex[2]);
+      const std::uint64_t entry = level.first + grid_entry(level, vertex[0], vertex[1], vertex[2]);
       for (std::size_t k = 0; k < sums.size(); ++k)
         sums[k] += weight * static_cast<double>(field.grid_values[entry * kGridFeatures + k]);
     }

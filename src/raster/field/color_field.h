@@ -18,9 +18,9 @@ namespace qs {
 /// The shape of a hash grid. The defaults are those of all published models.
 struct GridShape {
   int levels = 16;
-  int log2_entries = 19;   ///< a level has at most 2^log2_entries entries; 3..24
-  int base = 16;           ///< resolution of the first level
-  float growth = 1.447f;   ///< factor on the resolution from level to level
+  int log2_entries = 19;  ///< a level has at most 2^log2_entries entries; 3..24
+  int base = 16;          ///< resolution of the first level
+  float growth = 1.447f;  ///< factor on the resolution from level to level
 };
 
 /// The levels of a grid, coarse to fine.

@@ -93,8 +93,7 @@ HWY_INLINE Points contracted(const Points& mean) {
   const D d;
   const V one = hn::Set(d, 1.0f), length = length_of(mean);
   const V outside = hn::Div(hn::Sub(hn::Set(d, 2.0f), hn::Div(one, length)), length);
-  const V factor =
-      hn::Mul(hn::IfThenElse(hn::Le(length, one), one, outside), hn::Set(d, 0.25f));
+  const V factor = hn::Mul(hn::IfThenElse(hn::Le(length, one), one, outside), hn::Set(d, 0.25f));
   const auto place = [&](V value) HWY_ATTR {
     const V moved = hn::MulAdd(value, factor, hn::Set(d, 0.5f));
     const auto inside = hn::And(hn::Ge(moved, hn::Zero(d)), hn::Le(moved, one));
@@ -104,8 +103,7 @@ HWY_INLINE Points contracted(const Points& mean) {
 }
 
 /// grid_entry() of kernel/color_field.h. An index of a dense level is below twice its entries.
-HWY_INLINE hn::Vec<U> entries_of(const GridLevel& level, hn::Vec<U> x, hn::Vec<U> y,
-                                 hn::Vec<U> z) {
+HWY_INLINE hn::Vec<U> entries_of(const GridLevel& level, hn::Vec<U> x, hn::Vec<U> y, hn::Vec<U> z) {
   const U u;
   const auto entries = hn::Set(u, level.entries);
   if (level.is_dense) {
@@ -113,8 +111,8 @@ HWY_INLINE hn::Vec<U> entries_of(const GridLevel& level, hn::Vec<U> x, hn::Vec<U
     const auto index = hn::Add(x, hn::Mul(side, hn::Add(y, hn::Mul(side, z))));
     return hn::Min(index, hn::Sub(index, entries));  // wraps around if it is below
   }
-  const auto hash = hn::Xor(x, hn::Xor(hn::Mul(y, hn::Set(u, 2654435761u)),
-                                       hn::Mul(z, hn::Set(u, 805459861u))));
+  const auto hash =
+      hn::Xor(x, hn::Xor(hn::Mul(y, hn::Set(u, 2654435761u)), hn::Mul(z, hn::Set(u, 805459861u))));
   return hn::And(hash, hn::Sub(entries, hn::Set(u, 1u)));
 }
 
@@ -149,14 +147,12 @@ HWY_INLINE void encode(const Packed& packed, const Points& means, float* feature
     for (unsigned corner = 0; corner < 8; ++corner) {
       const bool right = (corner & 1) != 0, below = (corner & 2) != 0, behind = (corner & 4) != 0;
       const auto next = hn::Set(u, 1u);
-      const auto entry =
-          entries_of(level, right ? hn::Add(x, next) : x, below ? hn::Add(y, next) : y,
-                     behind ? hn::Add(z, next) : z);
-      const auto index = hn::BitCast(i, hn::Add(entry, hn::Set(u, static_cast<std::uint32_t>(
-                                                                      level.first))));
+      const auto entry = entries_of(level, right ? hn::Add(x, next) : x,
+                                    below ? hn::Add(y, next) : y, behind ? hn::Add(z, next) : z);
+      const auto index =
+          hn::BitCast(i, hn::Add(entry, hn::Set(u, static_cast<std::uint32_t>(level.first))));
       const auto pair = hn::BitCast(u, hn::GatherIndex(i, entries, index));
-      const V weight =
-          hn::Mul(hn::Mul(right ? fx : gx, below ? fy : gy), behind ? fz : gz);
+      const V weight = hn::Mul(hn::Mul(right ? fx : gx, below ? fy : gy), behind ? fz : gz);
       first = hn::MulAdd(weight, half_below(pair), first);
       second = hn::MulAdd(weight, half_below(hn::ShiftRight<16>(pair)), second);
     }
@@ -173,16 +169,15 @@ HWY_INLINE void encode_directions(const Points& direction, float* features) {
   const auto c = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<float>(value)); };
   const auto moved = [&](V value) HWY_ATTR { return hn::Sub(hn::Add(value, value), c(1)); };
   const V x = moved(direction.x), y = moved(direction.y), z = moved(direction.z);
-  const V values[kDirectionFeatures] = {
-      c(kSh0),
-      hn::Mul(c(-kSh1), y),
-      hn::Mul(c(kSh1), z),
-      hn::Mul(c(-kSh1), x),
-      hn::Mul(c(kSh2A), hn::Mul(x, y)),
-      hn::Mul(c(-kSh2A), hn::Mul(y, z)),
-      hn::MulAdd(c(3 * kSh2B), hn::Mul(z, z), c(-kSh2B)),
-      hn::Mul(c(-kSh2A), hn::Mul(x, z)),
-      hn::Mul(c(kSh2C), hn::Sub(hn::Mul(x, x), hn::Mul(y, y)))};
+  const V values[kDirectionFeatures] = {c(kSh0),
+                                        hn::Mul(c(-kSh1), y),
+                                        hn::Mul(c(kSh1), z),
+                                        hn::Mul(c(-kSh1), x),
+                                        hn::Mul(c(kSh2A), hn::Mul(x, y)),
+                                        hn::Mul(c(-kSh2A), hn::Mul(y, z)),
+                                        hn::MulAdd(c(3 * kSh2B), hn::Mul(z, z), c(-kSh2B)),
+                                        hn::Mul(c(-kSh2A), hn::Mul(x, z)),
+                                        hn::Mul(c(kSh2C), hn::Sub(hn::Mul(x, x), hn::Mul(y, y)))};
   for (std::size_t k = 0; k < kDirectionFeatures; ++k)
     hn::Store(values[k], d, features + k * kCount * hn::Lanes(d));
 }
@@ -305,8 +300,7 @@ void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* s
         }
       }
       for (std::size_t channel = 0; channel < 3; ++channel) {
-        hn::Store(hn::Mul(sum[channel], to_color), d,
-                  fitted.get() + (3 * i + channel) * lanes);
+        hn::Store(hn::Mul(sum[channel], to_color), d, fitted.get() + (3 * i + channel) * lanes);
       }
     }
     V squares = hn::Zero(d);
@@ -315,9 +309,9 @@ void fit_of(const Packed& packed, std::span<const glm::vec3> means, glm::vec3* s
       for (std::size_t channel = 0; channel < 3; ++channel, value += lanes) {
         V difference = hn::Mul(hn::Load(d, value), to_color);
         for (std::size_t i = 0; i < 16; ++i) {
-          difference = hn::NegMulAdd(hn::Set(d, packed.design.basis[j][i]),
-                                     hn::Load(d, fitted.get() + (3 * i + channel) * lanes),
-                                     difference);
+          difference =
+              hn::NegMulAdd(hn::Set(d, packed.design.basis[j][i]),
+                            hn::Load(d, fitted.get() + (3 * i + channel) * lanes), difference);
         }
         squares = hn::MulAdd(difference, difference, squares);
       }

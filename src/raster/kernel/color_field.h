@@ -41,9 +41,8 @@ QS_HD glm::vec<3, Real> contract(const glm::vec<3, Real>& mean) {
 /// The entry of the vertex (x, y, z) in its level.
 QS_HD std::uint32_t grid_entry(const GridLevel& level, std::uint32_t x, std::uint32_t y,
                                std::uint32_t z) {
-  const std::uint32_t index = level.is_dense
-                                  ? x + level.resolution * (y + level.resolution * z)
-                                  : x ^ (2654435761u * y) ^ (805459861u * z);
+  const std::uint32_t index = level.is_dense ? x + level.resolution * (y + level.resolution * z)
+                                             : x ^ (2654435761u * y) ^ (805459861u * z);
   return index % level.entries;
 }
 

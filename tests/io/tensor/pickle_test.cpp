@@ -27,8 +27,8 @@ std::string error_of_pickle(const std::string& text) {
 TEST(Pickle, objects_of_all_protocols_are_as_python_saved_them) {
   for (const int protocol : {3, 4, 5}) {
     SCOPED_TRACE(protocol);
-    const auto bytes = file_bytes(
-        source_path("tests/data/tensors/protocol_" + std::to_string(protocol) + ".pkl"));
+    const auto bytes =
+        file_bytes(source_path("tests/data/tensors/protocol_" + std::to_string(protocol) + ".pkl"));
     const Pickle pickle(bytes, "f");
     EXPECT_EQ(pickle.size(), bytes.size());
     const auto value = [&](const char* key) { return pickle.find(pickle.root(), key); };
@@ -62,15 +62,19 @@ TEST(Pickle, objects_of_all_protocols_are_as_python_saved_them) {
 
 TEST(Pickle, names_that_no_model_needs_are_refused_by_name) {
   const std::string refused = " is not needed by any model and was refused";
-  EXPECT_EQ(error_of_pickle("\x80\x02" "cos\nsystem\n)R."),
+  EXPECT_EQ(error_of_pickle("\x80\x02"
+                            "cos\nsystem\n)R."),
             "f: its pickle: the name os.system" + refused);
-  EXPECT_EQ(error_of_pickle("\x80\x04\x8c\x08" "builtins\x8c\x04" "eval\x93."),
+  EXPECT_EQ(error_of_pickle("\x80\x04\x8c\x08"
+                            "builtins\x8c\x04"
+                            "eval\x93."),
             "f: its pickle: the name builtins.eval" + refused);
   // No part of a known name is known.
   EXPECT_EQ(error_of_pickle("ctorch\n_utils\n."), "f: its pickle: the name torch._utils" + refused);
   EXPECT_EQ(error_of_pickle("ctorch.FloatStorage\n\n."),
             "f: its pickle: the name torch.FloatStorage." + refused);
-  EXPECT_EQ(error_of_pickle("c\x1b[2J\nsystem\n."), "f: its pickle: the name ?[2J.system" + refused);
+  EXPECT_EQ(error_of_pickle("c\x1b[2J\nsystem\n."),
+            "f: its pickle: the name ?[2J.system" + refused);
   EXPECT_EQ(error_of_pickle("c" + std::string(100, 'm') + "\nf\n."),
             "f: its pickle: the name " + std::string(60, 'm') + "....f" + refused);
   EXPECT_EQ(error_of_pickle("cos"), "f: its pickle: a name is cut off");
@@ -95,9 +99,9 @@ TEST(Pickle, known_names_are_called_only_as_they_may_be) {
 TEST(Pickle, operations_that_no_model_needs_are_refused_by_name) {
   const std::string refused = " is not needed by any model and was refused";
   const std::pair<char, const char*> operations[] = {
-      {'i', "INST"}, {'o', "OBJ"}, {'P', "PERSID"},    {'2', "DUP"},     {'0', "POP"},
-      {'1', "POP_MARK"}, {'I', "INT"}, {'\x82', "EXT1"}, {'\x83', "EXT2"}, {'\x84', "EXT4"},
-      {'\x92', "NEWOBJ_EX"}, {'\x97', "NEXT_BUFFER"}};
+      {'i', "INST"},    {'o', "OBJ"},      {'P', "PERSID"},       {'2', "DUP"},
+      {'0', "POP"},     {'1', "POP_MARK"}, {'I', "INT"},          {'\x82', "EXT1"},
+      {'\x83', "EXT2"}, {'\x84', "EXT4"},  {'\x92', "NEWOBJ_EX"}, {'\x97', "NEXT_BUFFER"}};
   for (const auto& [code, name] : operations) {
     EXPECT_EQ(error_of_pickle(std::string("]") + code + "."),
               std::string("f: its pickle: the operation ") + name + refused);
@@ -109,7 +113,8 @@ TEST(Pickle, operations_that_no_model_needs_are_refused_by_name) {
 
 TEST(Pickle, operations_without_operands_are_refused) {
   const std::string lacks = "f: its pickle: an operation lacks its operands";
-  for (const char* text : {".", "a.", "]a.", "K\x01\x85\x86.", "R.", "b.", "Q.", "(s.", "q", "q\x01."})
+  for (const char* text :
+       {".", "a.", "]a.", "K\x01\x85\x86.", "R.", "b.", "Q.", "(s.", "q", "q\x01."})
     EXPECT_THAT(error_of_pickle(text), testing::AnyOf(lacks, StartsWith("f: its pickle: cut off")))
         << text;
   EXPECT_EQ(error_of_pickle("t."), "f: its pickle: an operation lacks its mark");
@@ -119,10 +124,12 @@ TEST(Pickle, operations_without_operands_are_refused) {
   EXPECT_EQ(error_of_pickle("]K\x01K\x02s."),
             "f: its pickle: items are added to a list instead of a dictionary");
   EXPECT_EQ(error_of_pickle("}(K\x01u."), "f: its pickle: a key has no value");
-  EXPECT_EQ(error_of_pickle("]"), "f: its pickle: cut off: an operation needs 1 bytes at offset 1, "
-                                  "0 are left");
-  EXPECT_EQ(error_of_pickle(""), "f: its pickle: cut off: an operation needs 1 bytes at offset 0, "
-                                 "0 are left");
+  EXPECT_EQ(error_of_pickle("]"),
+            "f: its pickle: cut off: an operation needs 1 bytes at offset 1, "
+            "0 are left");
+  EXPECT_EQ(error_of_pickle(""),
+            "f: its pickle: cut off: an operation needs 1 bytes at offset 0, "
+            "0 are left");
 }
 
 TEST(Pickle, lists_may_hold_themselves) {
@@ -155,8 +162,9 @@ TEST(Pickle, bombs_are_refused_within_the_limits) {
   for (int i = 0; i < 300'000; ++i) memo += i == 0 ? "]\x94" : "\x94";
   expect(memo, "f: its pickle: more than 262144 objects are remembered");
   expect("\x8a\xff" + std::string(255, '\1') + ".", "f: its pickle: an integer of 255 bytes");
-  expect("B\xff\xff\xff\xff", "f: its pickle: cut off: bytes needs 4294967295 bytes at offset 5, 0 "
-                              "are left");
+  expect("B\xff\xff\xff\xff",
+         "f: its pickle: cut off: bytes needs 4294967295 bytes at offset 5, 0 "
+         "are left");
   expect(std::string("\x8e\xff\xff\xff\xff\xff\xff\xff\xff", 9),
          "f: its pickle: cut off: bytes needs 18446744073709551615 bytes at offset 9, 0 are left");
   expect("\x95" + std::string(8, '\xff'), "f: its pickle: a frame is cut off");

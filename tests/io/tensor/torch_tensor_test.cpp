@@ -82,7 +82,8 @@ TEST(TorchFile, every_changed_byte_gives_tensors_or_one_sentence) {
 // A pickle of one tensor "t" on a storage "s".
 std::string pickled_tensor(const std::string& storage_size, const std::string& offset,
                            const std::string& shape, const std::string& strides) {
-  return "}\x8c\1tctorch._utils\n_rebuild_tensor_v2\n((\x8c\7storagectorch\nFloatStorage\n\x8c\1s\x8c\3"
+  return "}\x8c\1tctorch._utils\n_rebuild_tensor_v2\n(("
+         "\x8c\7storagectorch\nFloatStorage\n\x8c\1s\x8c\3"
          "cpu" +
          storage_size + "tQ" + offset + shape + strides +
          "\x89"
@@ -91,8 +92,7 @@ std::string pickled_tensor(const std::string& storage_size, const std::string& o
 
 std::string error_of_tensor(const std::string& pickle, std::size_t bytes) {
   const TemporaryFolder folder;
-  write_zip(folder / "a.pth",
-            {{"m/data.pkl", pickle}, {"m/data/s", std::string(bytes, '\0')}});
+  write_zip(folder / "a.pth", {{"m/data.pkl", pickle}, {"m/data/s", std::string(bytes, '\0')}});
   const auto content = file_bytes(folder / "a.pth");
   std::string error;
   expect_within_limits([&] {
@@ -109,11 +109,10 @@ TEST(TorchFile, hostile_tensors_are_refused_with_one_sentence) {
     return error_of_tensor(pickled_tensor(size, offset, shape, strides), bytes);
   };
   const std::string four = "K\4", zero("K\0", 2), one = "K\1";
-  const std::string large("\x8a\7\0\0\0\0\0\0\1", 9);    // 2^48
+  const std::string large("\x8a\7\0\0\0\0\0\0\1", 9);  // 2^48
   const std::string negative("J\xff\xff\xff\xff", 5);
   EXPECT_EQ(error(four, zero, "K\4\x85", "K\1\x85"), "");
-  EXPECT_EQ(error(four, zero, "K\5\x85", "K\1\x85"),
-            "f: t has more values than its storage of 4");
+  EXPECT_EQ(error(four, zero, "K\5\x85", "K\1\x85"), "f: t has more values than its storage of 4");
   EXPECT_EQ(error(four, one, "K\4\x85", "K\1\x85"),
             "f: t has 4 values from 1 on, but its storage has 4");
   EXPECT_EQ(error(four, large, "K\4\x85", "K\1\x85"),
@@ -130,8 +129,7 @@ TEST(TorchFile, hostile_tensors_are_refused_with_one_sentence) {
             "f: cut off: storage s has 12 bytes instead of 16");
   EXPECT_EQ(error(four, zero, "K\4\x85", "K\1\x85", 20),
             "f: m/data/s has 20 bytes unpacked, more than the 16 that make sense");
-  EXPECT_EQ(error(negative, zero, "K\4\x85", "K\1\x85"),
-            "f: its pickle: a storage has -1 values");
+  EXPECT_EQ(error(negative, zero, "K\4\x85", "K\1\x85"), "f: its pickle: a storage has -1 values");
   EXPECT_EQ(error(large, zero, "K\4\x85", "K\1\x85"),
             "f: its pickle: a storage has 281474976710656 values");
   EXPECT_EQ(error("N", zero, "K\4\x85", "K\1\x85"),

@@ -97,8 +97,8 @@ TEST(ColorField, directions_have_their_golden_features) {
 TEST(ColorField, tiny_field_has_golden_features_and_outputs) {
   const ColorField field = test::tiny_field();
   const std::vector<double> features = grid_features(field, kMean);
-  const std::array<double, 8> expected = {0.0492549133,  -0.129748535, -0.113428835, -0.0995612866,
-                                          0.578327788,   0.265860321,  0.0886857447, -0.51629346};
+  const std::array<double, 8> expected = {0.0492549133, -0.129748535, -0.113428835, -0.0995612866,
+                                          0.578327788,  0.265860321,  0.0886857447, -0.51629346};
   ASSERT_EQ(features.size(), expected.size());
   for (std::size_t i = 0; i < features.size(); ++i)
     EXPECT_NEAR(features[i], expected[i], 1e-8) << i;
@@ -228,9 +228,8 @@ TEST(FieldEvaluator, fit_of_a_quadratic_function_is_exact) {
   glm::vec3 out;
   evaluator.outputs({&mean, 1}, glm::vec3(kEye), {&out, 1});
   const glm::vec3 exact = glm::max(static_cast<float>(kSh0) * out + 0.5f, glm::vec3(0));
-  const glm::vec3 fitted = sh_color(3, glm::vec3(kDirection), [&](int i) {
-    return sh[static_cast<std::size_t>(i)];
-  });
+  const glm::vec3 fitted =
+      sh_color(3, glm::vec3(kDirection), [&](int i) { return sh[static_cast<std::size_t>(i)]; });
   expect_near(fitted, {exact.x, exact.y, exact.z}, 1e-5);
 }
 

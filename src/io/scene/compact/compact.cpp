@@ -65,9 +65,10 @@ bool recognises_compact(std::span<const std::byte> content, const std::filesyste
 void read_compact(std::span<const std::byte> content, const std::filesystem::path& path,
                   ThreadPool& pool, const ReadOptions& options, Scene& scene) {
   if (is_torch_archive(content)) {
-    fail("{}: a file of PyTorch, such as the network of a Compact-3DGS model: open the .ply or "
-         ".npz beside it",
-         path.string());
+    fail(
+        "{}: a file of PyTorch, such as the network of a Compact-3DGS model: open the .ply or "
+        ".npz beside it",
+        path.string());
   }
   CompactModel model = is_npz(content) ? read_compact_npz(content, path, options.progress)
                                        : read_compact_ply(content, path, options.progress);

@@ -37,12 +37,12 @@ struct CompactModel {
 };
 
 /// The form of a .ply, whose .pth lies beside it. Throws Error(input), Cancelled.
-CompactModel read_compact_ply(std::span<const std::byte> content,
-                              const std::filesystem::path& path, const Progress& progress);
+CompactModel read_compact_ply(std::span<const std::byte> content, const std::filesystem::path& path,
+                              const Progress& progress);
 
 /// Either form of an .npz. Throws Error(input), Cancelled.
-CompactModel read_compact_npz(std::span<const std::byte> content,
-                              const std::filesystem::path& path, const Progress& progress);
+CompactModel read_compact_npz(std::span<const std::byte> content, const std::filesystem::path& path,
+                              const Progress& progress);
 
 /// The field with these parameters. Files do not state its shape: the number of values tells how
 /// many entries a level has. Throws Error(input) if no field has these numbers of parameters.

@@ -42,8 +42,7 @@ class Npz {
   Entry read(const std::string& name, std::string_view type) {
     Entry entry;
     entry.source = path_ + ": " + name;
-    entry.content =
-        files_->read(name + ".npy", type == "|O" ? kMaxObjectBytes : kMaxEntryBytes);
+    entry.content = files_->read(name + ".npy", type == "|O" ? kMaxObjectBytes : kMaxEntryBytes);
     entry.array = parse_npy(entry.content, entry.source);
     if (entry.array.type != type)
       fail("{}: has values of another type than {}", entry.source, type);
@@ -66,8 +65,8 @@ class Npz {
   Array<std::uint16_t> symbols(const std::string& name, std::optional<std::uint64_t> count) {
     const Entry stream = read(name, "|u1"), object = read("huftable_" + name, "|O");
     const Pickle pickle(object.array.values, object.source);
-    const HuffmanDecoder decoder(
-        read_huffman_table(pickle, object_in_array(pickle), stream.source), stream.source);
+    const HuffmanDecoder decoder(read_huffman_table(pickle, object_in_array(pickle), stream.source),
+                                 stream.source);
     auto found = decoder.decode(stream.array.values, count.value_or(kMaxGridValues));
     if (count && found.size() != *count)
       fail("{}: has {} symbols instead of {}", stream.source, found.size(), *count);
@@ -161,7 +160,7 @@ ResidualCodebook read_sizes(Npz& npz) {
 
 // The codes of `count` Gaussians, stage by stage.
 Array<std::uint16_t> read_codes(Npz& npz, const std::string& name, bool huffman,
-                                      std::uint64_t count, const ResidualCodebook& codebook) {
+                                std::uint64_t count, const ResidualCodebook& codebook) {
   const std::uint64_t numbers = count * codebook.stages;
   if (!huffman) {
     const Entry entry = npz.read(name, "|u1");
@@ -197,8 +196,8 @@ void read_vectors(Npz& npz, const std::string& name, bool huffman, std::size_t c
 
 }  // namespace
 
-CompactModel read_compact_npz(std::span<const std::byte> content,
-                              const std::filesystem::path& path, const Progress& progress) {
+CompactModel read_compact_npz(std::span<const std::byte> content, const std::filesystem::path& path,
+                              const Progress& progress) {
   Npz npz(content, path);
   const bool huffman = npz.has("huftable_hash");
   CompactModel model;
@@ -209,8 +208,9 @@ CompactModel read_compact_npz(std::span<const std::byte> content,
   model.opacities = huffman ? npz.quantised("opacity", count) : npz.halves("opacity", count);
   const ResidualCodebook sizes = read_sizes(npz);
   model.scales.resize(count);
-  read_vectors(npz, "scale", huffman, count, 3, sizes,
-               [&](std::size_t i, const auto& v) { model.scales[i] = {v[0], v[1], v[2]}; });
+  read_vectors(npz, "scale", huffman, count, 3, sizes, [&](std::size_t i, const auto& v) {
+    model.scales[i] = {v[0], v[1], v[2]};
+  });
   model.rotations.resize(count);
   read_vectors(npz, "rotation", huffman, count, 4, sizes, [&](std::size_t i, const auto& v) {
     model.rotations[i] = {v[0], v[1], v[2], v[3]};

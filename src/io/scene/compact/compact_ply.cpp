@@ -57,15 +57,16 @@ FilePart tensor_part(const char* name, const Tensor& tensor) {
 
 }  // namespace
 
-CompactModel read_compact_ply(std::span<const std::byte> content,
-                              const std::filesystem::path& path, const Progress& progress) {
+CompactModel read_compact_ply(std::span<const std::byte> content, const std::filesystem::path& path,
+                              const Progress& progress) {
   std::filesystem::path weights = path;
   weights.replace_extension(".pth");
   std::error_code error;
   if (!std::filesystem::is_regular_file(weights, error)) {
-    fail("{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
-         "is not beside it",
-         path.string(), weights.filename().string());
+    fail(
+        "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a network, but {} "
+        "is not beside it",
+        path.string(), weights.filename().string());
   }
   const PlyHeader header = parse_ply_header(content, path);
   PlyBody body(content, header, path, progress);

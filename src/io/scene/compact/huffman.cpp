@@ -19,8 +19,8 @@ constexpr std::string_view kEndName = "dahuffman.huffmancodec._EndOfFileSymbol";
 std::uint32_t symbol_of(const PickleObject& object, const std::string& source) {
   if (object.kind == PickleKind::call && object.text == kEndName) return kHuffmanEnd;
   const bool is_number = object.kind == PickleKind::real || object.kind == PickleKind::integer;
-  const double value = object.kind == PickleKind::real ? object.real
-                                                       : static_cast<double>(object.integer);
+  const double value =
+      object.kind == PickleKind::real ? object.real : static_cast<double>(object.integer);
   if (!is_number || !(value >= 0 && value < kHuffmanEnd && value == std::floor(value)))
     fail("{}: a symbol of its table is no whole number from 0 to {}", source, kHuffmanEnd - 1);
   return static_cast<std::uint32_t>(value);

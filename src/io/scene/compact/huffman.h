@@ -53,8 +53,8 @@ class HuffmanDecoder {
 
   // The state after some bits: a symbol, another node, or nothing that the table knows.
   struct Step {
-    std::uint32_t to = 0;    // kLeaf + symbol, or a node; 0: no code begins so
-    std::uint8_t bits = 0;   // that were read
+    std::uint32_t to = 0;   // kLeaf + symbol, or a node; 0: no code begins so
+    std::uint8_t bits = 0;  // that were read
   };
   static constexpr std::uint32_t kLeaf = 1u << 31;
 

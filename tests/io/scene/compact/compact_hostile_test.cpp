@@ -208,17 +208,18 @@ TEST(CompactHostile, tables_that_do_not_decode_are_refused) {
   // Codes from 64 on are in no codebook.
   EXPECT_EQ(model.processed([&](ZipEntries& e) {
     replace_entry(e, "huftable_scale.npy",
-            npy("|O", "()", array + "(K\1K\1K\1\x86K\x40K\2" + std::string("K\0", 2) +
-                                "\x86"
-                                "cdahuffman.huffmancodec\n_EndOfFileSymbol\n)\x81K\2K\1\x86u" +
-                                finish));
+                  npy("|O", "()",
+                      array + "(K\1K\1K\1\x86K\x40K\2" + std::string("K\0", 2) +
+                          "\x86"
+                          "cdahuffman.huffmancodec\n_EndOfFileSymbol\n)\x81K\2K\1\x86u" +
+                          finish));
     replace_entry(e, "scale.npy", npy("|u1", "(113,)", std::string(112, '\xff') + '\xe2'));
   }),
             "a.npz: scale: code 64 is not in the codebook of 64");
   const auto with_stream = [&](const std::string& stream) {
     return model.processed([&](ZipEntries& e) {
       replace_entry(e, "opacity.npy",
-              npy("|u1", "(" + std::to_string(stream.size()) + ",)", stream));
+                    npy("|u1", "(" + std::to_string(stream.size()) + ",)", stream));
     });
   };
   EXPECT_EQ(with_stream(""), "a.npz: opacity: has 0 symbols instead of 150");
@@ -229,11 +230,11 @@ TEST(CompactHostile, tables_that_do_not_decode_are_refused) {
 TEST(CompactHostile, networks_that_are_none_are_refused) {
   const ChangedModel model;
   const auto with = [&](const std::string& pickle) {
-    return model.pth(
-        [&](ZipEntries& e) { replace_entry(e, "compact_small/data.pkl", pickle); });
+    return model.pth([&](ZipEntries& e) { replace_entry(e, "compact_small/data.pkl", pickle); });
   };
   EXPECT_EQ(with("}."), "a.pth: has no tensor 0.params");
-  EXPECT_EQ(with("}\x8c\x08" "0.paramsNs."),
+  EXPECT_EQ(with("}\x8c\x08"
+                 "0.paramsNs."),
             "a.pth: its pickle: 0.params is None instead of a result of "
             "torch._utils._rebuild_tensor_v2");
   EXPECT_EQ(with("cbuiltins\nexec\n."),
@@ -253,12 +254,15 @@ TEST(CompactHostile, zip_bombs_are_refused) {
     replace_entry(e, "hash.npy", npy("<f2", "(104857600,)", large));
   }),
             "a.npz: its files have more bytes unpacked than make sense in such a small archive");
-  EXPECT_EQ(model.npz([&](ZipEntries& e) { replace_entry(e, "codebook_scale.npy", npy("|O", "()", large)); }),
+  EXPECT_EQ(model.npz([&](ZipEntries& e) {
+    replace_entry(e, "codebook_scale.npy", npy("|O", "()", large));
+  }),
             "a.npz: codebook_scale.npy has 209715328 bytes unpacked, more than the 67108864 that "
             "make sense");
-  EXPECT_EQ(model.pth([&](ZipEntries& e) { replace_entry(e, "compact_small/data.pkl", large); }),
-            "a.pth: compact_small/data.pkl has 209715200 bytes unpacked, more than the 16777216 that "
-            "make sense");
+  EXPECT_EQ(
+      model.pth([&](ZipEntries& e) { replace_entry(e, "compact_small/data.pkl", large); }),
+      "a.pth: compact_small/data.pkl has 209715200 bytes unpacked, more than the 16777216 that "
+      "make sense");
 }
 
 TEST(CompactHostile, values_that_cannot_be_drawn_are_dropped) {

@@ -141,8 +141,8 @@ TEST(Compact, parts_of_the_files_add_up) {
     EXPECT_GT(parts, scene.file_bytes * 8 / 10) << ending;
   }
   const Scene ply = read_scene(small(".ply")), npz = read_scene(small(".npz"));
-  EXPECT_EQ(ply.file_bytes, std::filesystem::file_size(small(".ply")) +
-                                std::filesystem::file_size(small(".pth")));
+  EXPECT_EQ(ply.file_bytes,
+            std::filesystem::file_size(small(".ply")) + std::filesystem::file_size(small(".pth")));
   EXPECT_EQ(npz.file_bytes, std::filesystem::file_size(small(".npz")));
   ASSERT_EQ(ply.parts.size(), 3u);
   EXPECT_EQ(ply.parts[0].bytes, 14 * 4 * kCount);

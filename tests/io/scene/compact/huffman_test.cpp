@@ -26,8 +26,7 @@ std::vector<std::byte> bytes_of(const std::vector<int>& values) {
 }
 
 // 0, 10, 111, and 110 for the end.
-const std::vector<HuffmanCode> kTable = {
-    {0, 1, 1}, {37, 2, 1}, {255, 3, 1}, {kHuffmanEnd, 3, 0}};
+const std::vector<HuffmanCode> kTable = {{0, 1, 1}, {37, 2, 1}, {255, 3, 1}, {kHuffmanEnd, 3, 0}};
 
 std::vector<int> symbols_of(const std::vector<HuffmanCode>& table, const std::vector<int>& stream,
                             std::uint64_t most = kAny) {
@@ -138,8 +137,8 @@ TEST(Huffman, made_tables_are_optimal_and_read_back) {
 TEST(CodeBits, are_packed_as_numpy_packs_them) {
   const std::vector<std::uint16_t> numbers = {1, 2, 3, 40, 63, 0, 5, 6, 7, 8, 9, 10};
   const auto packed = pack_bits(numbers, 6);
-  EXPECT_THAT(packed, ElementsAreArray(bytes_of(
-                          {0x81, 0x0c, 0x05, 0xfc, 0x0a, 0x18, 0xe0, 0x49, 0x14})));
+  EXPECT_THAT(packed,
+              ElementsAreArray(bytes_of({0x81, 0x0c, 0x05, 0xfc, 0x0a, 0x18, 0xe0, 0x49, 0x14})));
   EXPECT_THAT(unpack_bits(packed, numbers.size(), 6), ElementsAreArray(numbers));
   for (const int bits : {1, 5, 8, 13, 16}) {
     std::vector<std::uint16_t> some;

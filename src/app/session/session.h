@@ -22,7 +22,7 @@ namespace qs {
 /// harmonics.
 enum class NetworkUse {
   never,
-  reference,  ///< those of reference_image()
+  reference,  ///< the frames of reference_image()
   if_any,     ///< all frames of scenes that have a network
   always,     ///< all frames; a scene without a network is an error
 };

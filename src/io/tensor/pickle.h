@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Reads pickles, the serialised objects of Python, as data. Python's own reader runs whatever code
+// Reads pickles, the serialised objects of Python, as data. Python's own reader runs any code that
 // a pickle names; this one builds a description of the objects and calls nothing. It knows the
 // operations and the names that files of PyTorch, NumPy and dahuffman hold, and refuses all others
 // with their name. Operations, nesting and sizes are limited.

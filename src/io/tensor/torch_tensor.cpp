@@ -17,7 +17,7 @@ constexpr std::uint64_t kMaxPickleBytes = 16u << 20;
 constexpr std::size_t kMaxDimensions = 8;
 constexpr std::string_view kPickleFile = "data.pkl";
 
-// What a pickle says about a storage outside of it.
+// A pickle's description of a storage outside of it.
 struct StorageId {
   bool halves = false;
   std::string key;

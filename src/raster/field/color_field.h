@@ -15,7 +15,7 @@
 
 namespace qs {
 
-/// The shape of a hash grid. The defaults are those of all published models.
+/// The shape of a hash grid. All published models have the defaults.
 struct GridShape {
   int levels = 16;
   int log2_entries = 19;  ///< a level has at most 2^log2_entries entries; 3..24

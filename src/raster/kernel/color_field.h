@@ -3,7 +3,7 @@
 // The colour field of Compact-3DGS (Lee et al., Compact 3D Gaussian Representation for Radiance
 // Field, 2024): where a position lies in a multiresolution hash grid (Mueller et al., Instant
 // Neural Graphics Primitives, 2022), and how a direction enters the network. Layout and signs are
-// those of tiny-cuda-nn, which trained the published models.
+// as in tiny-cuda-nn, which trained the published models.
 #pragma once
 
 #include <cmath>

@@ -148,7 +148,7 @@ TEST(Pickle, bombs_are_refused_within_the_limits) {
   };
   expect(std::string(100'000, '('), "f: its pickle: more than 256 objects are nested");
   expect(std::string(2'000'000, ']'), "f: its pickle: it has more than 1048576 operations");
-  // Each pair holds the one before twice: 2^60 lists if they were copied.
+  // Each pair holds the previous pair twice: 2^60 lists if they were copied.
   std::string doubled = "]q\1";
   for (int i = 0; i < 60; ++i) doubled += "h\1\x86q\1";
   expect(doubled + ".", "");

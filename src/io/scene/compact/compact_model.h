@@ -44,8 +44,8 @@ CompactModel read_compact_ply(std::span<const std::byte> content, const std::fil
 CompactModel read_compact_npz(std::span<const std::byte> content, const std::filesystem::path& path,
                               const Progress& progress);
 
-/// The field with these parameters. Files do not state its shape: the number of values tells how
-/// many entries a level has. Throws Error(input) if no field has these numbers of parameters.
+/// The field with these parameters. Files do not state its shape: the number of values determines
+/// the entries of a level. Throws Error(input) if no field has these numbers of parameters.
 ColorField make_color_field(std::vector<float> grid_values, std::vector<float> weights,
                             const std::string& source);
 

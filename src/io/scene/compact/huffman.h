@@ -42,7 +42,7 @@ std::vector<std::byte> huffman_encode(std::span<const HuffmanCode> table,
 
 class HuffmanDecoder {
  public:
-  /// Throws Error(input) if a code is the beginning of another one. Messages begin with `source`.
+  /// Throws Error(input) if a code begins another code. Messages begin with `source`.
   HuffmanDecoder(std::span<const HuffmanCode> table, std::string source);
 
   /// All symbols of a stream. Throws Error(input) if it has more than `most` or is damaged.

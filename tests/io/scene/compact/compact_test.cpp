@@ -77,7 +77,7 @@ TEST(Compact, values_are_as_the_program_that_wrote_them_computed_them) {
   EXPECT_NE(grid[3], 0);
 }
 
-// The shapes must be those of the quaternions as they are stored.
+// Shapes follow from the quaternions as they are stored.
 TEST(Compact, rotations_are_used_as_they_are_stored) {
   const auto bytes = file_bytes(small(".ply"));
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -124,7 +124,7 @@ TEST(Compact, fitted_colours_differ_from_the_network_by_what_is_reported) {
   const double rms = std::sqrt(squares / static_cast<double>(values));
   EXPECT_GT(scene.network->rms, 0);
   EXPECT_LE(scene.network->rms, scene.network->rms_of_99);
-  // 16 coefficients come closer to the 24 values than to those of other directions.
+  // 16 coefficients come closer to the 24 values than to the values of other directions.
   EXPECT_GT(rms, scene.network->rms);
   EXPECT_LT(rms, 2 * scene.network->rms);
   EXPECT_GT(-20 * std::log10(rms), 35);  // PSNR, dB

@@ -66,7 +66,7 @@ TEST(ExactColor, other_axes_give_the_same_colours) {
     options.axes = axes;
     const Scene turned = read_scene(model(), options);
     ASSERT_NE(turned.cloud.positions[1], scene.cloud.positions[1]);
-    // Where the eye is in the turned scene: as the second Gaussian is.
+    // The turn of the axes, which also moves the eye.
     const auto turn = [&](const glm::dvec3& v) {
       return axes[1] == 'U' ? glm::dvec3(v.x, -v.y, -v.z) : glm::dvec3(v.x, -v.z, v.y);
     };

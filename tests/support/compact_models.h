@@ -29,7 +29,7 @@ inline CodedVectors coded_vectors(std::size_t count, std::size_t dimensions, std
   return vectors;
 }
 
-/// `count` Gaussians whose scales and rotations are those of their codes, and a small field.
+/// `count` Gaussians whose scales and rotations follow from codes, and a small field.
 inline SavedModel saved_model(std::size_t count) {
   SavedModel saved;
   saved.scales = coded_vectors(count, 3, 100);

@@ -96,7 +96,9 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
   }
   // f'(d) = f(q^T d), projected on each basis function.
   integrate_sphere([&](const glm::dvec3& d, double weight) {
-    const auto to = sh_basis(d), from = sh_basis(glm::transpose(q) * d);
+    std::array<double, 16> to, from;
+    sh_basis(d, to.data());
+    sh_basis(glm::transpose(q) * d, from.data());
     for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
       for (std::size_t k = 0; k < 2 * l + 1; ++k) {
         for (std::size_t j = 0; j < 2 * l + 1; ++j) {

@@ -58,7 +58,8 @@ ShDesign sh_design() {
   ShDesign design;
   const auto directions = design_directions();
   for (std::size_t j = 0; j < directions.size(); ++j) {
-    const auto basis = sh_basis(directions[j]);
+    std::array<double, 16> basis;
+    sh_basis(directions[j], basis.data());
     for (std::size_t i = 0; i < basis.size(); ++i) {
       design.basis[j][i] = static_cast<float>(basis[i]);
       design.weights[j][i] = static_cast<float>(4 * glm::pi<double>() / kDesignSize * basis[i]);

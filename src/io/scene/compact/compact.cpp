@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "io/bytes/file_source.h"
@@ -75,6 +77,7 @@ void read_compact(std::span<const std::byte> content, const std::filesystem::pat
   scene.format = "compact-3dgs, " + model.form;
   scene.file_bytes = model.file_bytes;
   scene.parts = std::move(model.parts);
+  for (std::string& warning : model.warnings) scene.warnings.push_back(std::move(warning));
   const auto field = std::make_shared<const ColorField>(std::move(model.field));
   const FieldEvaluator evaluator(*field);
   const std::size_t count = model.means.size();

@@ -34,6 +34,7 @@ struct CompactModel {
   std::string form;             ///< the files' kind, for Scene::format
   std::vector<FilePart> parts;  ///< of the files
   std::uint64_t file_bytes = 0;
+  std::vector<std::string> warnings;  ///< whole sentences
 };
 
 /// The form of a .ply, whose .pth lies beside it. Throws Error(input), Cancelled.

@@ -73,6 +73,7 @@ CompactModel read_compact_ply(std::span<const std::byte> content, const std::fil
   const PlyRows rows = body.rows("vertex");
   CompactModel model;
   read_gaussians(rows, path.string(), model);
+  model.warnings = body.leftovers();
   // No sigmoid has a value outside of 0..1, and hardly any training has all its logits inside.
   model.activated = std::all_of(model.opacities.begin(), model.opacities.end(),
                                 [](float opacity) { return !(opacity < 0 || opacity > 1); });

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "raster/field/field_evaluator.h"
 #include "raster/field/sh_design.h"
@@ -114,7 +115,7 @@ TEST(ColorField, published_field_has_golden_features_and_outputs) {
   ASSERT_EQ(features.size(), 32u);
   EXPECT_NEAR(features[0], -0.0735626221, 1e-5);
   EXPECT_NEAR(features[31], -0.248527533, 1e-5);
-  EXPECT_NEAR(std::accumulate(features.begin(), features.end(), 0.0), -0.227245188, 1e-5);
+  EXPECT_NEAR(std::accumulate(features.begin(), features.end(), 0.0), -0.227245188, 1e-4);
   expect_near(output(field, kMean, kDirection), {-0.0121607011, -0.0703391242, -0.0484961576},
               1e-5);
   const glm::dvec3 far(-8, 40, 3);
@@ -163,14 +164,34 @@ void expect_equal_outputs(const ColorField& field, std::size_t count, double bou
   }
 }
 
-TEST(FieldEvaluator, outputs_equal_double_precision) {
+/// Runs with one instruction set only, and skips if the machine does not have it.
+class FieldVectors : public testing::TestWithParam<std::int64_t> {
+ protected:
+  void SetUp() override {
+    if (GetParam() != HWY_SCALAR && (hwy::SupportedTargets() & GetParam()) == 0)
+      GTEST_SKIP() << "this CPU does not have it";
+    choose(GetParam());
+  }
+  void TearDown() override { choose(0); }
+
+  static void choose(std::int64_t instruction_set) {
+    hwy::SetSupportedTargetsForTest(instruction_set);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(InstructionSets, FieldVectors,
+                         testing::Values(HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3),
+                         [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
+
+TEST_P(FieldVectors, outputs_equal_double_precision) {
   for (const std::size_t count : {0, 1, 15, 16, 17, 48, 49, 100})
     expect_equal_outputs(test::tiny_field(), count, 3e-6);
   // Positions in single precision decide about fractions of the finest cells.
   expect_equal_outputs(test::published_field(), 100, 1e-3);
 }
 
-TEST(FieldEvaluator, fit_has_golden_coefficients_and_differences) {
+TEST_P(FieldVectors, fit_has_golden_coefficients_and_differences) {
   const auto fit = [](const ColorField& field) {
     const FieldEvaluator evaluator(field);
     const glm::vec3 mean(kMean);
@@ -190,7 +211,7 @@ TEST(FieldEvaluator, fit_has_golden_coefficients_and_differences) {
   EXPECT_NEAR(std::sqrt(norm), 0.115006319, 1e-6);
 }
 
-TEST(FieldEvaluator, fit_of_any_number_equals_the_projection_of_double_precision) {
+TEST_P(FieldVectors, fit_of_any_number_equals_the_projection_of_double_precision) {
   const ColorField field = test::tiny_field();
   const FieldEvaluator evaluator(field);
   const auto directions = design_directions();
@@ -213,7 +234,7 @@ TEST(FieldEvaluator, fit_of_any_number_equals_the_projection_of_double_precision
 
 // A network whose hidden layers are never cut off is quadratic in the direction, so the fit is
 // exact.
-TEST(FieldEvaluator, fit_of_a_quadratic_function_is_exact) {
+TEST_P(FieldVectors, fit_of_a_quadratic_function_is_exact) {
   ColorField field = test::tiny_field();
   const NetworkShape shape = field.network();
   const auto inputs = static_cast<std::size_t>(shape.inputs());
@@ -238,7 +259,7 @@ TEST(FieldEvaluator, fit_of_a_quadratic_function_is_exact) {
   expect_near(fitted, {exact.x, exact.y, exact.z}, 1e-5);
 }
 
-TEST(FieldEvaluator, positions_without_a_place_read_no_other_memory) {
+TEST_P(FieldVectors, positions_without_a_place_read_no_other_memory) {
   const FieldEvaluator evaluator(test::tiny_field());
   const std::vector<glm::vec3> means = {
       {NAN, 0, 0}, {INFINITY, 1, 1}, {-INFINITY, 0, 3e38f}, {3e38f, 3e38f, -3e38f}, {1e19f, 0, 0}};

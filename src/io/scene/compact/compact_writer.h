@@ -25,8 +25,8 @@ struct CodedVectors {
 void write_compact_ply(const CompactModel& model, const std::filesystem::path& path);
 
 /// Writes an activated model. Scales and rotations are written as codes; model.scales and
-/// model.rotations are not used. Positions, opacities and the field are rounded to half precision. Throws
-/// Error(input).
+/// model.rotations are not used. Positions, opacities and the field are rounded to half precision.
+/// Throws Error(input).
 void write_compact_npz(const CompactModel& model, const CodedVectors& scales,
                        const CodedVectors& rotations, const std::filesystem::path& path);
 

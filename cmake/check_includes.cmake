@@ -44,7 +44,7 @@ room(app/report app/measure app/inspect app/session app/framing app/picture app/
 room(app/measure app/session app/framing app/base io/scene io/camera io/tensor io/bytes raster/api raster/lpips
      raster/clock raster/scene raster/base)
 room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(app/session app/framing app/base io/scene io/cloud io/camera io/picture raster/api raster/field raster/scene
+room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/camera io/picture raster/api raster/field raster/scene
      raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)

@@ -11,6 +11,7 @@
 #include "app/framing/huge_gaussians.h"
 #include "app/session/exact_color.h"
 #include "io/camera/cameras.h"
+#include "io/scene/compact/compact.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -64,6 +65,24 @@ bool draws_network(const Session& session) {
   return session.network == NetworkUse::if_any || session.network == NetworkUse::always;
 }
 
+Scene read_with_progress(const std::filesystem::path& path, ThreadPool& pool, int iteration,
+                         const std::string& axes) {
+  ProgressBar bar("reading");
+  ReadOptions options;
+  options.iteration = iteration;
+  options.axes = axes;
+  options.progress = bar.progress();
+  return read_scene(path, pool, options);
+}
+
+// The difference of the spherical harmonics does not matter if they are not drawn.
+void print_warnings(const Scene& scene, bool exact) {
+  for (const std::string& warning : scene.warnings) {
+    if (exact && scene.network && warning == fit_sentence(*scene.network)) continue;
+    warn("warning: " + warning);
+  }
+}
+
 std::vector<CullMode> modes_from(CullMode first, CullMode last) {
   std::vector<CullMode> modes(static_cast<std::size_t>(last - first + 1));
   std::iota(modes.begin(), modes.end(), first);
@@ -87,13 +106,8 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
 
 Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration,
                  const std::string& axes) {
-  ProgressBar bar("reading");
-  ReadOptions options;
-  options.iteration = iteration;
-  options.axes = axes;
-  options.progress = bar.progress();
-  Scene scene = read_scene(path, pool, options);
-  for (const std::string& warning : scene.warnings) warn("warning: " + warning);
+  Scene scene = read_with_progress(path, pool, iteration, axes);
+  print_warnings(scene, false);
   return scene;
 }
 
@@ -102,7 +116,9 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
   session.device = device_of(frame.device, session.backend);
-  Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
+  session.network = frame.network;
+  Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
+  print_warnings(scene, draws_network(session));
   look_for_huge(scene, frame.skip_huge);
   const bool needs_network =
       frame.network == NetworkUse::reference || frame.network == NetworkUse::always;
@@ -113,7 +129,6 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   }
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
-  session.network = frame.network;
   session.renderer = upload(session, session.backend, draws_network(session), {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings.mode = frame.modes.front();

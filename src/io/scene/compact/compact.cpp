@@ -29,15 +29,16 @@ void fill(const CompactModel& model, GaussianCloud& cloud, std::size_t begin, st
   for (std::size_t i = begin; i < end; ++i) {
     const glm::vec4& q = model.rotations[i];
     cloud.positions[i] = model.means[i];
-    if (model.activated) {
+    cloud.opacity_logits[i] = model.activated_opacities
+                                  ? logit(std::clamp(model.opacities[i], 0.0f, 1.0f))
+                                  : model.opacities[i];
+    if (model.activated_shapes) {
       const ShapeOfGaussian shape = shape_of_raw_rotation(q, model.scales[i]);
       cloud.rotations[i] = shape.rotation;
       cloud.log_scales[i] = shape.log_scale;
-      cloud.opacity_logits[i] = logit(std::clamp(model.opacities[i], 0.0f, 1.0f));
     } else {
       cloud.rotations[i] = glm::quat(q.x, q.y, q.z, q.w);
       cloud.log_scales[i] = model.scales[i];
-      cloud.opacity_logits[i] = model.opacities[i];
     }
   }
 }

@@ -24,11 +24,13 @@ namespace qs {
 struct CompactModel {
   // One entry per Gaussian.
   std::vector<glm::vec3> means;
-  std::vector<glm::vec3> scales;     ///< standard deviations, of any sign; else their logarithms
-  std::vector<glm::vec4> rotations;  ///< w, x, y, z; used as they are if activated, of any length
-  std::vector<float> opacities;      ///< 0..1, else logits
-  /// Final models hold scales and opacities, the models of earlier iterations what is trained.
-  bool activated = true;
+  std::vector<glm::vec3> scales;     ///< if activated standard deviations of any sign, else their
+                                     ///< logarithms
+  std::vector<glm::vec4> rotations;  ///< w, x, y, z, of any length; if activated used as they are
+  std::vector<float> opacities;      ///< if activated 0..1, else logits
+  // Final models hold opacities and scales, the models of earlier iterations what is trained. The
+  // first release of Compact-3DGS left logits in final models.
+  bool activated_opacities = true, activated_shapes = true;
   ColorField field;
 
   std::string form;             ///< the files' kind, for Scene::format

@@ -50,6 +50,20 @@ void read_gaussians(const PlyRows& rows, const std::string& path, CompactModel& 
   }
 }
 
+// The header does not say what the values are.
+void find_activated(CompactModel& model) {
+  // No sigmoid has a value outside of 0..1, and hardly any training has all its logits inside.
+  const auto is_unit = [](float value) { return !(value < 0 || value > 1); };
+  model.activated_opacities = std::all_of(model.opacities.begin(), model.opacities.end(), is_unit);
+  if (model.activated_opacities) return;
+  // Logarithms in 0..1 are standard deviations of 1 to 2.7 units: most Gaussians are smaller.
+  const auto inside =
+      std::count_if(model.scales.begin(), model.scales.end(), [&](const glm::vec3& scale) {
+        return is_unit(scale.x) && is_unit(scale.y) && is_unit(scale.z);
+      });
+  model.activated_shapes = 2 * static_cast<std::size_t>(inside) > model.scales.size();
+}
+
 FilePart tensor_part(const char* name, const Tensor& tensor) {
   return {fmt::format(".pth: {}", name), tensor.values.size() * sizeof(float),
           fmt::format("{} values of 32 bits", tensor.values.size())};
@@ -74,9 +88,7 @@ CompactModel read_compact_ply(std::span<const std::byte> content, const std::fil
   CompactModel model;
   read_gaussians(rows, path.string(), model);
   model.warnings = body.leftovers();
-  // No sigmoid has a value outside of 0..1, and hardly any training has all its logits inside.
-  model.activated = std::all_of(model.opacities.begin(), model.opacities.end(),
-                                [](float opacity) { return !(opacity < 0 || opacity > 1); });
+  find_activated(model);
 
   const MappedFile file(weights);
   const TorchFile torch(file.content(), weights);
@@ -87,7 +99,9 @@ CompactModel read_compact_ply(std::span<const std::byte> content, const std::fil
                   fmt::format("{} rows of {} values", rows.count, rows.columns.size())},
                  tensor_part(kGrid, grid),
                  tensor_part(kNetwork, network)};
-  model.form = model.activated ? ".ply and .pth" : ".ply and .pth, before the last iteration";
+  model.form = model.activated_opacities ? ".ply and .pth"
+               : model.activated_shapes  ? ".ply and .pth, of the first release"
+                                         : ".ply and .pth, before the last iteration";
   model.field =
       make_color_field(std::move(grid.values), std::move(network.values), weights.string());
   return model;

@@ -162,24 +162,40 @@ TEST(Compact, parts_of_the_files_add_up) {
 }
 
 // Models of earlier iterations hold what is trained: logits, logarithms and rotations of any
-// length.
-TEST(Compact, models_of_earlier_iterations_are_told_by_an_opacity_outside_of_0_to_1) {
+// length. The first release saved logits in final models too.
+TEST(Compact, opacities_outside_of_0_to_1_are_logits_and_scales_inside_are_no_logarithms) {
   const auto bytes = file_bytes(small(".ply"));
-  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::size_t body = text.find("end_header\n") + 11;
-  const float logit = 1.5f;
-  std::memcpy(text.data() + body + 6 * sizeof(float), &logit, sizeof logit);
+  const std::string whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t body = whole.find("end_header\n") + 11;
   const TemporaryFolder folder;
-  write_bytes(folder / "a.ply", to_bytes(text));
   std::filesystem::copy(small(".pth"), folder / "a.pth");
-  const Scene scene = read_scene(folder / "a.ply");
-  EXPECT_EQ(scene.format, "compact-3dgs, .ply and .pth, before the last iteration");
-  EXPECT_EQ(scene.cloud.opacity_logits[0], 1.5f);
-  std::array<float, 14> row;
-  std::memcpy(row.data(), text.data() + body, sizeof row);
-  EXPECT_EQ(scene.cloud.log_scales[0], glm::vec3(row[7], row[8], row[9]));
-  const glm::quat expected = glm::normalize(glm::quat(row[10], row[11], row[12], row[13]));
-  EXPECT_NEAR(std::abs(glm::dot(scene.cloud.rotations[0], expected)), 1, 1e-6);
+  const GaussianCloud last = read_scene(small(".ply")).cloud;
+  for (const bool logarithms : {true, false}) {
+    std::string text = whole;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      std::array<float, 14> row;
+      char* const at = text.data() + body + i * sizeof row;
+      std::memcpy(row.data(), at, sizeof row);
+      row[6] = 1.5f;
+      for (std::size_t axis = 7; axis < 10 && logarithms; ++axis) row[axis] = std::log(row[axis]);
+      std::memcpy(at, row.data(), sizeof row);
+    }
+    write_bytes(folder / "a.ply", to_bytes(text));
+    const Scene scene = read_scene(folder / "a.ply");
+    EXPECT_EQ(scene.cloud.opacity_logits[3], 1.5f);
+    if (!logarithms) {
+      EXPECT_EQ(scene.format, "compact-3dgs, .ply and .pth, of the first release");
+      EXPECT_EQ(scene.cloud.log_scales, last.log_scales);
+      EXPECT_EQ(scene.cloud.rotations, last.rotations);
+      continue;
+    }
+    EXPECT_EQ(scene.format, "compact-3dgs, .ply and .pth, before the last iteration");
+    std::array<float, 14> row;
+    std::memcpy(row.data(), text.data() + body, sizeof row);
+    EXPECT_EQ(scene.cloud.log_scales[0], glm::vec3(row[7], row[8], row[9]));
+    const glm::quat expected = glm::normalize(glm::quat(row[10], row[11], row[12], row[13]));
+    EXPECT_NEAR(std::abs(glm::dot(scene.cloud.rotations[0], expected)), 1, 1e-6);
+  }
 }
 
 TEST(Compact, every_form_is_found_in_a_model_folder) {

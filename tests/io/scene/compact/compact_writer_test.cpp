@@ -37,11 +37,15 @@ TEST(CompactWriter, a_ply_and_its_pth_are_read_back_to_equal_values) {
   for (const std::size_t count : {1, 77}) {
     for (const bool activated : {true, false}) {
       SavedModel saved = saved_model(count);
-      if (!activated) saved.model.opacities[0] = -2;
+      if (!activated) {
+        saved.model.opacities[0] = -2;
+        for (glm::vec3& scale : saved.model.scales) scale -= 4.0f;
+      }
       write_compact_ply(saved.model, folder / "point_cloud.ply");
       const auto content = file_bytes(folder / "point_cloud.ply");
       const CompactModel read = read_compact_ply(content, folder / "point_cloud.ply", {});
-      EXPECT_EQ(read.activated, activated);
+      EXPECT_EQ(read.activated_opacities, activated);
+      EXPECT_EQ(read.activated_shapes, activated);
       EXPECT_EQ(read.means, saved.model.means);
       EXPECT_EQ(read.scales, saved.model.scales);
       EXPECT_EQ(read.rotations, saved.model.rotations);

@@ -22,7 +22,6 @@ struct ProjectInput {
   ParametersView parameters;
   View<float> view;
   FootprintRules rules;
-  int sh_degree;
   TileGrid grid;
 };
 
@@ -32,7 +31,7 @@ struct ProjectOutput {
   std::uint32_t* depth_keys;  ///< see DepthOrder
   std::uint32_t* gaussians;   ///< their indices
   unsigned long long* pairs;  ///< their number is added
-  ListedSplat* splats;
+  ListedSplat* splats;  ///< without colours
   std::uint8_t* in_view;
 };
 
@@ -55,12 +54,10 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : DepthOrder::kInvisibleKey;
   if (tiles == 0) return 0;
 
-  const glm::vec3 direction = glm::normalize(gaussian.mean - in.view.position);
-  const glm::vec3 color = sh_color<float>(in.sh_degree, direction,
-                                          [&](int k) { return in.parameters.coefficient(i, k); });
   out.footprints.store(i, projected.footprint);
   out.splats[i] = {make_splat(projected.footprint,
-                              static_cast<float>(opacity) * projected.opacity_factor, color),
+                              static_cast<float>(opacity) * projected.opacity_factor,
+                              glm::vec3(0.0f)),
                    ellipse_of(projected.footprint)};
   return tiles;
 }
@@ -72,6 +69,17 @@ __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, P
   const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
   const auto of_block = sum_of_block<kThreads>(static_cast<unsigned long long>(tiles)).total;
   if (threadIdx.x == 0 && of_block > 0) atomicAdd(out.pairs, of_block);
+}
+
+/// Sets the colours of the visible Gaussians. One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    color_gaussians(ParametersView parameters, glm::vec3 position, int sh_degree,
+                    const std::uint32_t* tile_counts, ListedSplat* splats) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= parameters.count || tile_counts[i] == 0) return;
+  const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
+  splats[i].splat.color = sh_color<float>(
+      sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
 }
 
 /// One thread per tile.
@@ -93,9 +101,33 @@ struct BlendTarget {
   glm::vec3 background;
 };
 
+/// The pixel of a thread while it is composited.
+struct BlendPixel {
+  bool live;
+  glm::vec3 color{0};
+  float transmittance = 1;
+  std::uint32_t last = 0;  ///< entries up to the last blended entry
+
+  /// `end` counts the tile's entries up to the Gaussian.
+  __device__ void add(const Contribution& by, bool exists, std::uint32_t end) {
+    const bool counts = exists && live && by.counts;
+    const float next = by.behind(transmittance);
+    if (counts && next < kTransmittanceMin) live = false;
+    if (!counts || !live) return;
+    const float weight = by.alpha * transmittance;
+    color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
+             fmaf(weight, by.blue, color.z)};
+    transmittance = next;
+    last = end;
+  }
+};
+
 /// A tile is one block with one thread per pixel.
 __global__ void __launch_bounds__(kThreads)
     blend_tiles(ScheduleView schedule, TilesView in, BlendTarget out) {
+  // Contributions that are computed before the first is composited, because they do not depend on
+  // each other.
+  constexpr unsigned kAtOnce = 2;
   __shared__ SharedSegment segment;
   const std::uint32_t tile = schedule.tile(blockIdx.x);
   const unsigned thread = threadIdx.x;
@@ -105,43 +137,46 @@ __global__ void __launch_bounds__(kThreads)
   const uint2 range = in.ranges[tile];
   std::size_t index = first_segment(range.x, tile);
 
-  glm::vec3 color(0.0f);
-  float transmittance = 1;
-  std::uint32_t last = 0;
-  bool live = inside;
-  for (std::uint32_t first = range.x; first < range.y; first += kSegment, ++index) {
-    if (__syncthreads_count(live) == 0) break;
+  BlendPixel pixel{inside};
+  std::uint32_t first = range.x;
+  for (; first < range.y; first += kSegment, ++index) {
+    if (__syncthreads_count(pixel.live) == 0) break;
     const std::uint32_t size = min(range.y - first, kSegment);
     segment.load(in, tile, first, size);
     if (thread == 0) out.segment_tiles[index] = tile;
-    out.states[index * kTilePixels + thread] = {color.x, color.y, color.z, transmittance};
+    out.states[index * kTilePixels + thread] = {pixel.color.x, pixel.color.y, pixel.color.z,
+                                                pixel.transmittance};
     __syncthreads();
-    for (std::uint32_t group = 0; group < size; group += kWarp) {
-      if (!__any_sync(kAllLanes, live)) break;
-      for (unsigned reaching = segment.reaching(group, size); reaching != 0 && live;
-           reaching &= reaching - 1) {
-        const std::uint32_t entry = group + lowest_bit(reaching);
-        const Contribution by = segment.contribution(entry, px, py);
-        if (!by.counts) continue;
-        const float next = by.behind(transmittance);
-        if (next < kTransmittanceMin) {
-          live = false;
-          break;
+    bool any = __any_sync(kAllLanes, pixel.live);
+    for (std::uint32_t group = 0; group < size && any; group += kWarp) {
+      unsigned reaching = segment.reaching(group, size);
+      while (reaching != 0 && any) {
+        std::uint32_t entries[kAtOnce];
+        Contribution by[kAtOnce];
+        bool exists[kAtOnce];
+#pragma unroll
+        for (unsigned k = 0; k < kAtOnce; ++k) {
+          exists[k] = reaching != 0;
+          entries[k] = exists[k] ? group + lowest_bit(reaching) : entries[0];
+          reaching &= reaching - 1;
+          by[k] = segment.contribution(entries[k], px, py);
         }
-        const float weight = by.alpha * transmittance;
-        color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
-                 fmaf(weight, by.blue, color.z)};
-        transmittance = next;
-        last = first - range.x + entry + 1;
+#pragma unroll
+        for (unsigned k = 0; k < kAtOnce; ++k)
+          pixel.add(by[k], exists[k], first - range.x + entries[k] + 1);
+        any = __any_sync(kAllLanes, pixel.live);
       }
     }
   }
+  // Segments that no pixel reached have no gradient. The backward pass writes zeros for them.
+  for (std::uint32_t rest = first + kSegment * thread; rest < range.y; rest += kSegment * kThreads)
+    out.segment_tiles[first_segment(range.x, tile) + (rest - range.x) / kSegment] = tile;
 
   if (!inside) return;
   const std::size_t at = in.index_of(x, y);
-  out.color[at] = color + transmittance * out.background;
-  out.transmittance[at] = transmittance;
-  out.last[at] = last;
+  out.color[at] = pixel.color + pixel.transmittance * out.background;
+  out.transmittance[at] = pixel.transmittance;
+  out.last[at] = pixel.last;
 }
 
 void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
@@ -158,8 +193,7 @@ void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) 
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
       const ProjectInput in{parameters.view(), make_view<float>(view.camera),
-                            footprint_rules(view.settings, view.antialiased()),
-                            std::min(view.settings.sh_degree, parameters.sh_degree), view.grid()};
+                            footprint_rules(view.settings, view.antialiased()), view.grid()};
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
              ProjectOutput{frame.tile_counts.data(), frame.footprints.arrays(),
                            frame.order.buffers.keys.data(), frame.order.buffers.values.data(),
@@ -170,6 +204,14 @@ void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) 
                         cudaMemcpyDeviceToHost, view.stream),
         "project");
   frame.total.arrived.record(view.stream);
+}
+
+void color(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+  if (parameters.count == 0) return;
+  launch("color", color_gaussians, blocks_for(parameters.count), view.stream, parameters.view(),
+         make_view<float>(view.camera).position,
+         std::min(view.settings.sh_degree, parameters.sh_degree), frame.tile_counts.data(),
+         frame.splats.data());
 }
 
 ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
@@ -207,7 +249,7 @@ void blend(const StepView& view, ForwardFrame& frame) {
 
 }  // namespace
 
-void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
   view.throw_if_cancelled();
   project(view, parameters, frame);
   // The GPU sorts while the host waits for the number of pairs.
@@ -215,6 +257,10 @@ void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame) 
   list_pairs(view, parameters.count, frame);
   sort_by_tile(frame.pairs.buffers, frame.pairs.count,
                static_cast<std::uint32_t>(view.grid().count()), 0, view.stream, frame.lists);
+}
+
+void draw_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+  color(view, parameters, frame);
   blend(view, frame);
 }
 

@@ -141,7 +141,11 @@ struct ForwardFrame {
   }
 };
 
-/// Waits once, for the number of pairs. Throws Cancelled, and Error(device) if memory is short.
-void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+/// Projects and lists the Gaussians; does not read their colours. Waits once, for the number of
+/// pairs. Throws Cancelled, and Error(device) if memory is short.
+void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+
+/// Composites the lists of list_view(). Throws Error(device) if memory is short.
+void draw_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
 
 }  // namespace qs::cuda::train

@@ -33,14 +33,18 @@ std::size_t sh_index(std::size_t coefficient, int channel, std::size_t count) {
 
 void Parameters::resize(std::uint32_t gaussians, int degree) {
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(degree));
+  sh_degree = degree;
+  sh.reserve("the model", 3 * coefficients * with_room(gaussians));
+  resize_shapes(gaussians);
+}
+
+void Parameters::resize_shapes(std::uint32_t gaussians) {
   const std::size_t room = with_room(gaussians);
   means.reserve("the model", room);
   log_scales.reserve("the model", room);
   rotations.reserve("the model", room);
   opacity_logits.reserve("the model", room);
-  sh.reserve("the model", 3 * coefficients * room);
   count = gaussians;
-  sh_degree = degree;
 }
 
 void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& parameters) {

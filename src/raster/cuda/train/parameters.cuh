@@ -63,6 +63,8 @@ struct Parameters {
 
   /// Undefined values. Throws Error(device).
   void resize(std::uint32_t gaussians, int degree);
+  /// The same without coefficients of colour.
+  void resize_shapes(std::uint32_t gaussians);
 
   ParametersView view() {
     return {means.data(),
@@ -75,9 +77,13 @@ struct Parameters {
   }
 };
 
-/// The same arrays hold derivatives.
+/// The same arrays hold derivatives, except those by the coefficients of colour.
 struct Gradients {
   Parameters by;
+  /// Zero for the Gaussians that are not visible. The coefficients above `sh_degree` have no
+  /// derivative.
+  DeviceBuffer<ColorGradient<float>> colors;
+  int sh_degree = 0;
   DeviceBuffer<glm::vec2> mean_px;      ///< by the means on the image
   DeviceBuffer<glm::vec2> absolute_px;  ///< as the CPU's, if has_absolute
   bool has_absolute = false;

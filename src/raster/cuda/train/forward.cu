@@ -101,6 +101,34 @@ struct BlendTarget {
   glm::vec3 background;
 };
 
+/// The entries of a segment that reach each warp of a block, in their order.
+struct WarpLists {
+  static constexpr unsigned kAtOnce = 4;  ///< entries in one read
+  alignas(std::uint32_t) std::uint8_t entries[kTilePixels / kWarp][kSegment];
+
+  /// Entry at + k of this warp's list, for k < kAtOnce, is byte k. `at` is a multiple of kAtOnce.
+  __device__ std::uint32_t read(unsigned at) const {
+    return reinterpret_cast<const std::uint32_t*>(entries[threadIdx.x / kWarp])[at / kAtOnce];
+  }
+
+  /// Fills the list of this warp and returns its size. All lanes call it.
+  __device__ unsigned fill(const SharedSegment& segment, std::uint32_t size) {
+    std::uint8_t* const own = entries[threadIdx.x / kWarp];
+    unsigned count = 0;
+    __syncwarp();  // the list may be in use
+    for (std::uint32_t group = 0; group < size; group += kWarp) {
+      const unsigned all = segment.reaching(group, size);
+      if ((all >> lane_index() & 1) != 0) {
+        own[count + static_cast<unsigned>(__popc(all & lanes_below()))] =
+            static_cast<std::uint8_t>(group + lane_index());
+      }
+      count += static_cast<unsigned>(__popc(all));
+    }
+    __syncwarp();
+    return count;
+  }
+};
+
 /// The pixel of a thread while it is composited.
 struct BlendPixel {
   bool live;
@@ -125,10 +153,11 @@ struct BlendPixel {
 /// A tile is one block with one thread per pixel.
 __global__ void __launch_bounds__(kThreads)
     blend_tiles(ScheduleView schedule, TilesView in, BlendTarget out) {
-  // Contributions that are computed before the first is composited, because they do not depend on
-  // each other.
-  constexpr unsigned kAtOnce = 2;
+  // Contributions that are computed before the first of them is composited, because they do not
+  // depend on each other. The time of the longest list depends on it.
+  constexpr unsigned kAtOnce = WarpLists::kAtOnce;
   __shared__ SharedSegment segment;
+  __shared__ WarpLists reaching;
   const std::uint32_t tile = schedule.tile(blockIdx.x);
   const unsigned thread = threadIdx.x;
   const int x = in.x_of(tile, thread), y = in.y_of(tile, thread);
@@ -148,24 +177,20 @@ __global__ void __launch_bounds__(kThreads)
                                                 pixel.transmittance};
     __syncthreads();
     bool any = __any_sync(kAllLanes, pixel.live);
-    for (std::uint32_t group = 0; group < size && any; group += kWarp) {
-      unsigned reaching = segment.reaching(group, size);
-      while (reaching != 0 && any) {
-        std::uint32_t entries[kAtOnce];
-        Contribution by[kAtOnce];
-        bool exists[kAtOnce];
+    const unsigned count = any ? reaching.fill(segment, size) : 0;
+    for (unsigned at = 0; at < count && any; at += kAtOnce) {
+      const std::uint32_t read = reaching.read(at);
+      std::uint32_t entries[kAtOnce];
+      Contribution by[kAtOnce];
 #pragma unroll
-        for (unsigned k = 0; k < kAtOnce; ++k) {
-          exists[k] = reaching != 0;
-          entries[k] = exists[k] ? group + lowest_bit(reaching) : entries[0];
-          reaching &= reaching - 1;
-          by[k] = segment.contribution(entries[k], px, py);
-        }
-#pragma unroll
-        for (unsigned k = 0; k < kAtOnce; ++k)
-          pixel.add(by[k], exists[k], first - range.x + entries[k] + 1);
-        any = __any_sync(kAllLanes, pixel.live);
+      for (unsigned k = 0; k < kAtOnce; ++k) {
+        entries[k] = read >> (8 * k) & 0xff;
+        by[k] = segment.contribution(entries[k], px, py);
       }
+#pragma unroll
+      for (unsigned k = 0; k < kAtOnce; ++k)
+        pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1);
+      any = __any_sync(kAllLanes, pixel.live);
     }
   }
   // Segments that no pixel reached have no gradient. The backward pass writes zeros for them.

@@ -54,8 +54,8 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
 struct ColorStepInput {
   AdamStep step;
   float dc_rate, rest_rate;
-  int sh_degree;   ///< of the gradients
-  int moving;      ///< coefficients whose moments may not be zero
+  int sh_degree;  ///< of the gradients
+  int moving;     ///< coefficients whose moments may not be zero
   const ColorGradient<float>* gradients;
   ParametersView values, first, second;
 };
@@ -108,12 +108,8 @@ void step_all(const Rates& rates, const ParametersView& values, const Parameters
       return reinterpret_cast<float*>(view.*member);
     };
     const std::uint64_t size = std::uint64_t{width} * values.count;
-    in.kinds[kind] = {floats(values),
-                      floats(by),
-                      floats(first),
-                      floats(second),
-                      size,
-                      static_cast<float>(rate)};
+    in.kinds[kind] = {floats(values), floats(by), floats(first),
+                      floats(second), size,       static_cast<float>(rate)};
     blocks += blocks_for((size + kNeighbours - 1) / kNeighbours);
     in.ends[kind++] = blocks;
   };

@@ -119,8 +119,7 @@ __device__ float sum_of_warp(const SharedSegment& segment, const PixelShare (&sh
     sent[kSums + 1] = of_others.y;
   }
 #pragma unroll
-  for (unsigned k = 0; k < kNumbers; ++k)
-    kept[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
+  for (unsigned k = 0; k < kNumbers; ++k) kept[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
   return sum_of_half<kDistance / 2>(kept);
 }
 

@@ -31,7 +31,7 @@ struct ProjectOutput {
   std::uint32_t* depth_keys;  ///< see DepthOrder
   std::uint32_t* gaussians;   ///< their indices
   unsigned long long* pairs;  ///< their number is added
-  ListedSplat* splats;  ///< without colours
+  ListedSplat* splats;        ///< without colours
   std::uint8_t* in_view;
 };
 
@@ -55,10 +55,10 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   if (tiles == 0) return 0;
 
   out.footprints.store(i, projected.footprint);
-  out.splats[i] = {make_splat(projected.footprint,
-                              static_cast<float>(opacity) * projected.opacity_factor,
-                              glm::vec3(0.0f)),
-                   ellipse_of(projected.footprint)};
+  out.splats[i] = {
+      make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
+                 glm::vec3(0.0f)),
+      ellipse_of(projected.footprint)};
   return tiles;
 }
 
@@ -78,8 +78,8 @@ __global__ void __launch_bounds__(kThreads)
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= parameters.count || tile_counts[i] == 0) return;
   const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
-  splats[i].splat.color = sh_color<float>(
-      sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
+  splats[i].splat.color =
+      sh_color<float>(sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
 }
 
 /// One thread per tile.
@@ -204,7 +204,10 @@ __global__ void __launch_bounds__(kThreads)
   out.last[at] = pixel.last;
 }
 
-void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+}  // namespace
+
+void project_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+  view.throw_if_cancelled();
   constexpr const char* kWhat = "the step's Gaussians";
   const std::size_t room = with_room(parameters.count);
   frame.tile_counts.reserve(kWhat, room);
@@ -231,13 +234,16 @@ void project(const StepView& view, Parameters& parameters, ForwardFrame& frame) 
   frame.total.arrived.record(view.stream);
 }
 
-void color(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+void color_view(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+                cudaStream_t stream) {
   if (parameters.count == 0) return;
-  launch("color", color_gaussians, blocks_for(parameters.count), view.stream, parameters.view(),
+  launch("color", color_gaussians, blocks_for(parameters.count), stream, parameters.view(),
          make_view<float>(view.camera).position,
          std::min(view.settings.sh_degree, parameters.sh_degree), frame.tile_counts.data(),
          frame.splats.data());
 }
+
+namespace {
 
 ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
   const auto tiles = static_cast<unsigned>(view.grid().count());
@@ -252,7 +258,17 @@ ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
   return {result.class_sizes.data(), result.tiles.data(), tiles};
 }
 
-void blend(const StepView& view, ForwardFrame& frame) {
+}  // namespace
+
+void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+  // The GPU sorts while the host waits for the number of pairs.
+  sort_by_depth(parameters.count, frame.tile_counts.data(), view.stream, frame.order);
+  list_pairs(view, parameters.count, frame);
+  sort_by_tile(frame.pairs.buffers, frame.pairs.count,
+               static_cast<std::uint32_t>(view.grid().count()), 0, view.stream, frame.lists);
+}
+
+void draw_view(const StepView& view, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's image";
   const std::size_t pixels = view.pixels();
   const auto tiles = static_cast<unsigned>(view.grid().count());
@@ -270,23 +286,6 @@ void blend(const StepView& view, ForwardFrame& frame) {
   launch("blend", blend_tiles, tiles, view.stream, order, frame.tiles(view),
          BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
                      frame.segment_tiles.data(), frame.states.data(), view.settings.background});
-}
-
-}  // namespace
-
-void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
-  view.throw_if_cancelled();
-  project(view, parameters, frame);
-  // The GPU sorts while the host waits for the number of pairs.
-  sort_by_depth(parameters.count, frame.tile_counts.data(), view.stream, frame.order);
-  list_pairs(view, parameters.count, frame);
-  sort_by_tile(frame.pairs.buffers, frame.pairs.count,
-               static_cast<std::uint32_t>(view.grid().count()), 0, view.stream, frame.lists);
-}
-
-void draw_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
-  color(view, parameters, frame);
-  blend(view, frame);
 }
 
 }  // namespace qs::cuda::train

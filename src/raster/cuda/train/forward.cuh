@@ -141,11 +141,19 @@ struct ForwardFrame {
   }
 };
 
-/// Projects and lists the Gaussians; does not read their colours. Waits once, for the number of
-/// pairs. Throws Cancelled, and Error(device) if memory is short.
+// The steps of the pass, in this order. They throw Error(device) if memory is short.
+
+/// Does not read colours. Throws Cancelled.
+void project_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+
+/// Sets the colours of the projected Gaussians, in `stream`, which may run beside list_view().
+void color_view(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+                cudaStream_t stream);
+
+/// Waits once, for the number of pairs. Throws Cancelled.
 void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
 
-/// Composites the lists of list_view(). Throws Error(device) if memory is short.
-void draw_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+/// Composites the lists.
+void draw_view(const StepView& view, ForwardFrame& frame);
 
 }  // namespace qs::cuda::train

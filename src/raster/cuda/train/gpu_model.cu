@@ -18,8 +18,9 @@ namespace qs::cuda::train {
 
 namespace {
 
-/// A stream for work that the passes after it do not need: the sums of the loss, and the colours'
-/// step, beside which the next view is projected and listed.
+/// A stream for work that the passes after it do not need at once: the sums of the loss, the step
+/// of the colours and the next view's colours, beside which that view is projected and listed, and
+/// its photograph.
 class SideStream {
  public:
   SideStream(int device, bool urgent) : stream_(device, urgent) {}
@@ -29,6 +30,11 @@ class SideStream {
   void fork(cudaStream_t from, const Work& work) {
     begin_.record(from);
     begin_.make_wait(stream_);
+    run(work);
+  }
+  /// Calls `work` with the stream.
+  template <class Work>
+  void run(const Work& work) {
     work(static_cast<cudaStream_t>(stream_));
     end_.record(stream_);
     pending_ = true;
@@ -111,18 +117,21 @@ struct GpuModel::State {
   Comparison comparison(const std::uint8_t* target_mask, std::size_t counted) {
     return {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted};
   }
-  /// The same for a photograph, which is copied to `target`.
+  /// The same for a photograph, which is copied to `target`. The last reader of `target` is done,
+  /// because forward() has forked the stream since then, or compare() has.
   Comparison comparison(std::optional<std::size_t> number,
                         const qs::train::Photograph& photograph) {
     assert(photograph.rgb.size() == 3 * pixels());
     const DevicePhotograph& device_photograph = uploaded(number, photograph);
-    device_photograph.over(settings.background, stream, target);
+    side.run(
+        [&](cudaStream_t beside) { device_photograph.over(settings.background, beside, target); });
+    side.join(stream);
     return comparison(device_photograph.has_mask ? device_photograph.mask.data() : nullptr,
                       device_photograph.counted);
   }
 
   void compare(const Comparison& pictures) {
-    side.join(stream);
+    side.join(stream);  // the sums of the last loss are in use
     train::compare(pictures, stream, loss, d_color);
     clock.end(1, stream);
     side.fork(stream, [&](cudaStream_t beside) {
@@ -282,9 +291,12 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   s.stop = std::move(stop);
   s.clock.begin(s.stream);
   s.with_memory([&] {
+    project_view(s.view(), s.parameters, s.frame);
+    s.side.fork(s.stream,
+                [&](cudaStream_t beside) { color_view(s.view(), s.parameters, s.frame, beside); });
     list_view(s.view(), s.parameters, s.frame);
     s.side.join(s.stream);
-    draw_view(s.view(), s.parameters, s.frame);
+    draw_view(s.view(), s.frame);
   });
   s.clock.end(0, s.stream);
 }

@@ -48,7 +48,8 @@ struct Comparison {
 };
 
 /// Compares `color` with `target`, and sets `d_color` to the derivatives of the total by `color`.
-/// LossCopy reads the loss itself, which the backward pass does not need. Does not wait. Throws Error(device) if memory is short.
+/// LossCopy reads the loss itself, which the backward pass does not need. Does not wait. Throws
+/// Error(device) if memory is short.
 void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
              DeviceBuffer<glm::vec3>& d_color);
 

@@ -115,8 +115,7 @@ QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
                                              const GaussianValues<Real>& gaussian,
                                              const Coefficients& coefficients,
                                              const SplatGradient<Real>& splat, const Add& add) {
-  const auto color =
-      ColorGradient<Real>::of(rules, gaussian.mean, coefficients, splat.color);
+  const auto color = ColorGradient<Real>::of(rules, gaussian.mean, coefficients, splat.color);
   return gaussian_gradient(rules, gaussian, coefficients, splat, color, add);
 }
 

@@ -67,7 +67,7 @@ __device__ float dot(const glm::vec3& a, const glm::vec3& b) {
   return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
 }
 
-/// What a pixel adds to the sums of a Gaussian, as the factors of the nine products.
+/// The factors of the nine products that a pixel adds to the sums of a Gaussian.
 struct PixelShare {
   float dx, dy;  ///< from the Gaussian's mean to the pixel
   float d;       ///< by the logarithm of alpha

@@ -39,7 +39,7 @@ class SideStream {
     end_.record(stream_);
     pending_ = true;
   }
-  /// What is enqueued in `to` from now on follows all work of this stream.
+  /// Work enqueued in `to` from now on follows all work of this stream.
   void join(cudaStream_t to) {
     if (pending_) end_.make_wait(to);
     pending_ = false;

@@ -48,7 +48,7 @@ struct GradientRules {
   int sh_degree;
 };
 
-/// What the derivatives by a Gaussian's colour coefficients follow from, see sh_gradient().
+/// The derivatives by the coefficients of colour follow from these, see sh_gradient().
 template <class Real>
 struct ColorGradient {
   glm::vec<3, Real> direction;  ///< from the camera to the Gaussian, unit

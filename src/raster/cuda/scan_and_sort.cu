@@ -23,8 +23,8 @@ void run(const Call& call, DeviceBuffer<std::byte>& scratch, const char* what) {
   check(call(scratch.data(), bytes), what);
 }
 
-/// CUB's policy of sorting with blocks of 2,048 pairs. The usual blocks of 8,832 pairs leave most of
-/// a large GPU idle while it sorts some hundred thousand pairs.
+/// CUB's policy of sorting with blocks of 2,048 pairs. The usual blocks of 8,832 pairs leave most
+/// of a large GPU idle while it sorts some hundred thousand pairs.
 template <class Key>
 struct SmallBlocks {
   using Usual = cub::detail::radix::policy_hub<Key, std::uint32_t, std::uint32_t>;

@@ -8,7 +8,8 @@ namespace qs::cuda::train {
 namespace {
 
 constexpr unsigned kWarps = kTilePixels / kWarp;
-constexpr unsigned kSums = 9;  // numbers of PixelSums
+constexpr unsigned kSums = 9;          // numbers of PixelSums
+constexpr unsigned kBlocksAtOnce = 6;  // of sum_pairs on a multiprocessor
 static_assert(sizeof(PixelSums<float>) == kSums * sizeof(float));
 
 struct PairInput {
@@ -27,8 +28,8 @@ __device__ float fold(float value) {
   return value + __shfl_xor_sync(kAllLanes, value, kDistance);
 }
 template <unsigned kDistance>
-__device__ float fold(float without, float with) {
-  const bool bit = (lane_index() & kDistance) != 0;
+__device__ float fold(unsigned lane, float without, float with) {
+  const bool bit = (lane & kDistance) != 0;
   const float sent = bit ? without : with, kept = bit ? with : without;
   return kept + __shfl_xor_sync(kAllLanes, sent, kDistance);
 }
@@ -36,30 +37,31 @@ __device__ float fold(float without, float with) {
 /// Sums of 16 lanes. Every exchange halves the numbers that a lane holds. All lanes call it; the
 /// result is the sum of the number that number_of_lane() returns.
 template <unsigned kDistance, unsigned kCount>
-__device__ float sum_of_half(const float (&values)[kCount]) {
+__device__ float sum_of_half(unsigned lane, const float (&values)[kCount]) {
   constexpr unsigned kHalf = (kCount + 1) / 2;
   float folded[kHalf];
 #pragma unroll
   for (unsigned k = 0; k < kHalf; ++k) {
-    folded[k] = 2 * k + 1 < kCount ? fold<kDistance>(values[2 * k], values[(2 * k + 1) % kCount])
-                                   : fold<kDistance>(values[2 * k]);
+    folded[k] = 2 * k + 1 < kCount
+                    ? fold<kDistance>(lane, values[2 * k], values[(2 * k + 1) % kCount])
+                    : fold<kDistance>(values[2 * k]);
   }
   if constexpr (kDistance > 1)
-    return sum_of_half<kDistance / 2>(folded);
+    return sum_of_half<kDistance / 2>(lane, folded);
   else
     return folded[0];
 }
 
 /// The index of the sum that sum_of_half() returns to this lane.
 template <unsigned kDistance, unsigned kCount>
-__device__ unsigned number_of_lane() {
+__device__ unsigned number_of_lane(unsigned lane) {
   constexpr unsigned kHalf = (kCount + 1) / 2;
   unsigned half = 0;
   if constexpr (kDistance > 1)
-    half = number_of_lane<kDistance / 2, kHalf>();
+    half = number_of_lane<kDistance / 2, kHalf>(lane);
   else
     static_assert(kHalf == 1);
-  const bool second = (lane_index() & kDistance) != 0 && 2 * half + 1 < kCount;
+  const bool second = (lane & kDistance) != 0 && 2 * half + 1 < kCount;
   return 2 * half + (second ? 1 : 0);
 }
 
@@ -100,27 +102,29 @@ __device__ glm::vec2 absolute_of(const SharedSegment& segment, std::uint32_t ent
 /// The sums of a warp's pixels for two Gaussians. The first exchange gives the lanes of each half
 /// their Gaussian, so it exchanges four factors and not nine products. All lanes call it.
 template <unsigned kNumbers>
-__device__ float sum_of_warp(const SharedSegment& segment, const PixelShare (&shares)[2],
-                             const std::uint32_t (&entries)[2], const glm::vec3& d_color) {
+__device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
+                             const PixelShare (&shares)[2], const std::uint32_t (&entries)[2],
+                             const glm::vec3& d_color) {
   constexpr unsigned kDistance = kWarp / 2;
-  const bool second = (lane_index() & kDistance) != 0;
+  const bool second = (lane & kDistance) != 0;
   const PixelShare own = second ? shares[1] : shares[0], others = second ? shares[0] : shares[1];
-  float kept[kNumbers], sent[kNumbers];
-  own.products(d_color, kept);
+  float own_sums[kNumbers], sent[kNumbers];
+  own.products(d_color, own_sums);
   others.products(d_color, sent);
   if constexpr (kNumbers > kSums) {
     const glm::vec2 absolute[] = {absolute_of(segment, entries[0], shares[0]),
                                   absolute_of(segment, entries[1], shares[1])};
     const glm::vec2 of_own = second ? absolute[1] : absolute[0],
                     of_others = second ? absolute[0] : absolute[1];
-    kept[kSums] = of_own.x;
-    kept[kSums + 1] = of_own.y;
+    own_sums[kSums] = of_own.x;
+    own_sums[kSums + 1] = of_own.y;
     sent[kSums] = of_others.x;
     sent[kSums + 1] = of_others.y;
   }
 #pragma unroll
-  for (unsigned k = 0; k < kNumbers; ++k) kept[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
-  return sum_of_half<kDistance / 2>(kept);
+  for (unsigned k = 0; k < kNumbers; ++k)
+    own_sums[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
+  return sum_of_half<kDistance / 2>(lane, own_sums);
 }
 
 /// The pixel of a thread, composited again with the operations of the forward pass. So its values
@@ -178,14 +182,15 @@ struct PairSums {
 
 /// One block per segment. While some warps add up the sums of a group, others begin the next group.
 template <bool kAbsolute>
-__global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PairSums out) {
+__global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
+    sum_pairs(PairInput in, PairSums out) {
   constexpr unsigned kNumbers = kSums + (kAbsolute ? 2 : 0);  // per pair
   __shared__ SharedSegment segment;
   __shared__ float sums_of_warps[2][kWarps][kWarp * kNumbers];
   __shared__ std::uint32_t ends[kWarps];
   const std::uint32_t tile = in.segment_tiles[blockIdx.x];
   if (tile == kNoTile) return;
-  const unsigned warp = threadIdx.x / kWarp, lane = lane_index();
+  const unsigned warp = threadIdx.x / kWarp, lane = kept(lane_index());
   const uint2 range = in.tiles.ranges[tile];
   const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
@@ -195,7 +200,7 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PairSums 
   if (lane == 0) ends[warp] = end_of_warp;
   __syncthreads();
   const std::uint32_t end = largest_of_warp(ends[lane % kWarps]);
-  const unsigned number = number_of_lane<kWarp / 4, kNumbers>();
+  const unsigned number = kept(number_of_lane<kWarp / 4, kNumbers>(lane));
   for (std::uint32_t group = 0; group < size; group += kWarp) {
     auto& sums = sums_of_warps[group / kWarp % 2];
     if (group < end) {
@@ -215,7 +220,7 @@ __global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PairSums 
         const PixelShare shares[] = {pixel.add(by[0], entries[0] < pixel.end),
                                      pixel.add(by[1], pairs && entries[1] < pixel.end)};
         if (!__any_sync(kAllLanes, shares[0].blends || shares[1].blends)) continue;
-        const float sum = sum_of_warp<kNumbers>(segment, shares, entries, pixel.d_color);
+        const float sum = sum_of_warp<kNumbers>(lane, segment, shares, entries, pixel.d_color);
         const bool second = lane >= kWarp / 2;
         if (pairs || !second) own[(second ? next : member) * kNumbers + number] = sum;
       }

@@ -131,18 +131,21 @@ struct WarpLists {
 
 /// The pixel of a thread while it is composited.
 struct BlendPixel {
-  bool live;
+  float open;  ///< the transmittance, or 0 if the pixel has stopped
   glm::vec3 color{0};
   float transmittance = 1;
   std::uint32_t last = 0;  ///< entries up to the last blended entry
 
+  __device__ bool live() const { return open > 0.0f; }
+
   /// `end` counts the tile's entries up to the Gaussian.
   __device__ void add(const Contribution& by, bool exists, std::uint32_t end) {
-    const bool counts = exists && live && by.counts;
-    const float next = by.behind(transmittance);
-    if (counts && next < kTransmittanceMin) live = false;
-    if (!counts || !live) return;
-    const float weight = by.alpha * transmittance;
+    const bool counts = exists && by.counts;
+    const float next = by.behind(open);
+    const bool blends = counts && !(next < kTransmittanceMin);
+    const float weight = by.alpha * open;
+    open = blends ? next : counts ? 0.0f : open;
+    if (!blends) return;
     color = {fmaf(weight, by.light.z, color.x), fmaf(weight, by.light.w, color.y),
              fmaf(weight, by.blue, color.z)};
     transmittance = next;
@@ -166,17 +169,17 @@ __global__ void __launch_bounds__(kThreads)
   const uint2 range = in.ranges[tile];
   std::size_t index = first_segment(range.x, tile);
 
-  BlendPixel pixel{inside};
+  BlendPixel pixel{inside ? 1.0f : 0.0f};
   std::uint32_t first = range.x;
   for (; first < range.y; first += kSegment, ++index) {
-    if (__syncthreads_count(pixel.live) == 0) break;
+    if (__syncthreads_count(pixel.live()) == 0) break;
     const std::uint32_t size = min(range.y - first, kSegment);
     segment.load(in, tile, first, size);
     if (thread == 0) out.segment_tiles[index] = tile;
     out.states[index * kTilePixels + thread] = {pixel.color.x, pixel.color.y, pixel.color.z,
                                                 pixel.transmittance};
     __syncthreads();
-    bool any = __any_sync(kAllLanes, pixel.live);
+    bool any = __any_sync(kAllLanes, pixel.live());
     const unsigned count = any ? reaching.fill(segment, size) : 0;
     for (unsigned at = 0; at < count && any; at += kAtOnce) {
       const std::uint32_t read = reaching.read(at);
@@ -190,7 +193,7 @@ __global__ void __launch_bounds__(kThreads)
 #pragma unroll
       for (unsigned k = 0; k < kAtOnce; ++k)
         pixel.add(by[k], at + k < count, first - range.x + entries[k] + 1);
-      any = __any_sync(kAllLanes, pixel.live);
+      any = __any_sync(kAllLanes, pixel.live());
     }
   }
   // Segments that no pixel reached have no gradient. The backward pass writes zeros for them.

@@ -54,30 +54,67 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
 struct ColorStepInput {
   AdamStep step;
   float dc_rate, rest_rate;
-  int sh_degree;  ///< of the gradients
-  int moving;     ///< coefficients whose moments may not be zero
+  int sh_degree;        ///< of the gradients
+  unsigned row_blocks;  ///< that step a coefficient
   const ColorGradient<float>* gradients;
   ParametersView values, first, second;
 };
 
-/// One thread per Gaussian. The loads of a coefficient do not depend on each other.
-__global__ void __launch_bounds__(kThreads) step_colors(ColorStepInput in) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= in.values.count) return;
-  const ColorGradient<float> gradient = in.gradients[i];
-  const auto step = [&](int k, const glm::vec3& by) {
-    glm::vec3 value = in.values.coefficient(i, k), first = in.first.coefficient(i, k),
-              second = in.second.coefficient(i, k);
-    const float rate = k == 0 ? in.dc_rate : in.rest_rate;
-    for (int c = 0; c < 3; ++c) adam(in.step, rate, by[c], value[c], first[c], second[c]);
-    in.values.set_coefficient(i, k, value);
-    in.first.set_coefficient(i, k, first);
-    in.second.set_coefficient(i, k, second);
-  };
+/// Four neighbours of a row.
+struct Neighbours {
+  float4 values;
+
+  static __device__ Neighbours load(const float* row) {
+    return {*reinterpret_cast<const float4*>(row)};
+  }
+  __device__ void store(float* row) const { *reinterpret_cast<float4*>(row) = values; }
+  __device__ float& operator[](unsigned n) { return (&values.x)[n]; }
+};
+
+/// The derivative of the colour by a coefficient, without the clamp.
+__device__ float basis_of(int sh_degree, int coefficient, const glm::vec3& direction) {
+  float basis = 0;
   sh_gradient<float>(
-      in.sh_degree, gradient.direction, [](int) { return glm::vec3(0.0f); }, gradient.by_color,
-      step);
-  for (int k = sh_coefficient_count(in.sh_degree); k < in.moving; ++k) step(k, glm::vec3(0.0f));
+      sh_degree, direction, [](int) { return glm::vec3(0.0f); }, glm::vec3(1.0f),
+      [&](int k, const glm::vec3& by) {
+        if (k == coefficient) basis = by.x;
+      });
+  return basis;
+}
+
+/// One thread per coefficient of four Gaussians. Rows have room for all four. The loads of a thread
+/// do not depend on each other.
+__global__ void __launch_bounds__(kThreads) step_colors(ColorStepInput in) {
+  const unsigned coefficient = blockIdx.x / in.row_blocks;
+  const std::uint32_t first_gaussian =
+      kNeighbours * (blockIdx.x % in.row_blocks * kThreads + threadIdx.x);
+  if (first_gaussian >= in.values.count) return;
+  Neighbours value[3], first[3], second[3];
+#pragma unroll
+  for (unsigned c = 0; c < 3; ++c) {
+    const std::size_t at = (3 * coefficient + c) * std::size_t{in.values.sh_row} + first_gaussian;
+    value[c] = Neighbours::load(in.values.sh + at);
+    first[c] = Neighbours::load(in.first.sh + at);
+    second[c] = Neighbours::load(in.second.sh + at);
+  }
+  const float rate = coefficient == 0 ? in.dc_rate : in.rest_rate;
+#pragma unroll
+  for (unsigned n = 0; n < kNeighbours; ++n) {
+    if (first_gaussian + n >= in.values.count) break;
+    const ColorGradient<float> gradient = in.gradients[first_gaussian + n];
+    const glm::vec3 by = basis_of(in.sh_degree, static_cast<int>(coefficient), gradient.direction) *
+                         gradient.by_color;
+#pragma unroll
+    for (unsigned c = 0; c < 3; ++c)
+      adam(in.step, rate, by[static_cast<int>(c)], value[c][n], first[c][n], second[c][n]);
+  }
+#pragma unroll
+  for (unsigned c = 0; c < 3; ++c) {
+    const std::size_t at = (3 * coefficient + c) * std::size_t{in.values.sh_row} + first_gaussian;
+    value[c].store(in.values.sh + at);
+    first[c].store(in.first.sh + at);
+    second[c].store(in.second.sh + at);
+  }
 }
 
 /// Strategy mcmc, before the step. One thread per Gaussian.
@@ -141,10 +178,11 @@ void take_color_step(const StepOrder& order, Parameters& parameters, const Gradi
                      AdamState& state, cudaStream_t stream) {
   if (parameters.count == 0 || !order.moves) return;
   state.sh_degree = std::max(state.sh_degree, gradients.sh_degree);
-  launch("take_step", step_colors, blocks_for(parameters.count), stream,
+  const int moving = sh_coefficient_count(std::min(state.sh_degree, parameters.sh_degree));
+  const unsigned blocks = blocks_for((parameters.count + kNeighbours - 1) / kNeighbours);
+  launch("take_step", step_colors, blocks * static_cast<unsigned>(moving), stream,
          ColorStepInput{AdamStep::number(state.steps), static_cast<float>(order.rates.sh_dc),
-                        static_cast<float>(order.rates.sh_rest), gradients.sh_degree,
-                        sh_coefficient_count(std::min(state.sh_degree, parameters.sh_degree)),
+                        static_cast<float>(order.rates.sh_rest), gradients.sh_degree, blocks,
                         gradients.colors.data(), parameters.view(), state.first.view(),
                         state.second.view()});
 }

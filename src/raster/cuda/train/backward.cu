@@ -257,32 +257,33 @@ __device__ void add_groups(const float* values, std::uint32_t& begin, std::uint3
   }
 }
 
-/// One thread per number of a rank's kNumbers sums, so the threads of a Gaussian read neighbouring
-/// addresses. The gradients are computed in another kernel, which need not wait for the long lists
-/// of large Gaussians.
+/// One thread per number of a Gaussian's kNumbers sums, so the threads of a Gaussian read
+/// neighbouring addresses. The gradients are computed in another kernel, which need not wait for
+/// the long lists of large Gaussians.
 template <unsigned kNumbers>
 __global__ void __launch_bounds__(kThreads)
-    sum_gaussians(std::uint32_t count, const std::uint32_t* gaussians, const std::uint64_t* offsets,
-                  const float* pairs, float* sums) {
+    sum_gaussians(std::uint32_t count, const std::uint32_t* first_places,
+                  const std::uint32_t* tile_counts, const float* pairs, float* sums) {
   const std::uint64_t thread = std::uint64_t{blockIdx.x} * kThreads + threadIdx.x;
-  const auto rank = static_cast<std::uint32_t>(thread / kNumbers);
-  if (rank >= count) return;
-  const auto k = static_cast<unsigned>(thread % kNumbers);
-  const float* const values = pairs + k;
-  auto begin = static_cast<std::uint32_t>(offsets[rank]);
-  const auto end = static_cast<std::uint32_t>(offsets[rank + 1]);
+  const auto gaussian = static_cast<std::uint32_t>(thread / kNumbers);
+  if (gaussian >= count) return;
+  const std::uint32_t size = tile_counts[gaussian];
+  if (size == 0) return;
+  const float* const values = pairs + thread % kNumbers;
+  std::uint32_t begin = first_places[gaussian];
+  const std::uint32_t end = begin + size;
   float sum = 0;
   add_groups<kNumbers, 32>(values, begin, end, sum);
   add_groups<kNumbers, 4>(values, begin, end, sum);
   add_groups<kNumbers, 1>(values, begin, end, sum);
-  sums[std::size_t{gaussians[rank]} * kNumbers + k] = sum;
+  sums[thread] = sum;
 }
 
 template <unsigned kNumbers>
-void launch_sums(const StepView& view, std::uint32_t count, const DepthOrder& order,
+void launch_sums(const StepView& view, std::uint32_t count, const ForwardFrame& frame,
                  const void* pairs, void* sums) {
   launch("sum_gaussians", sum_gaussians<kNumbers>, blocks_for(std::uint64_t{kNumbers} * count),
-         view.stream, count, order.gaussians(), order.offsets.data(),
+         view.stream, count, frame.first_places.data(), frame.tile_counts.data(),
          static_cast<const float*>(pairs), static_cast<float*>(sums));
 }
 
@@ -331,8 +332,8 @@ __global__ void __launch_bounds__(kThreads)
 void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const glm::vec3* d_color,
                         bool absolute, BackwardScratch& scratch) {
   if (frame.pairs.count == 0) return;
-  scratch.pairs.reserve("the step's pairs", frame.room());
-  if (absolute) scratch.absolute.reserve("the step's pairs", frame.room());
+  scratch.pairs.reserve("the step's pairs", frame.pairs.room());
+  if (absolute) scratch.absolute.reserve("the step's pairs", frame.pairs.room());
   launch("sum_pairs", absolute ? sum_pairs<true> : sum_pairs<false>,
          Blocks(frame.segments, kTilePixels), view.stream,
          PairInput{frame.tiles(view), frame.segment_tiles.data(), frame.states.data(),
@@ -359,10 +360,9 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
                                    view.antialiased(), gradients.sh_degree};
   const GaussianInput in{rules, parameters.view(), frame.tile_counts.data(), scratch.sums.data(),
                          frame.splats.data()};
-  launch_sums<kSums>(view, parameters.count, frame.order, scratch.pairs.data(),
-                     scratch.sums.data());
+  launch_sums<kSums>(view, parameters.count, frame, scratch.pairs.data(), scratch.sums.data());
   if (order.absolute) {
-    launch_sums<2>(view, parameters.count, frame.order, scratch.absolute.data(),
+    launch_sums<2>(view, parameters.count, frame, scratch.absolute.data(),
                    gradients.absolute_px.data());
   }
   launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,

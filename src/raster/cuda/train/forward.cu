@@ -4,9 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "raster/cuda/footprint_rules.cuh"
-#include "raster/cuda/schedule.cuh"
 #include "raster/cuda/train/forward.cuh"
-#include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/segment.cuh"
 #include "raster/cuda/warp.cuh"
 #include "raster/kernel/cull/in_view.h"
@@ -28,8 +26,7 @@ struct ProjectInput {
 struct ProjectOutput {
   std::uint32_t* tile_counts;
   FootprintArrays footprints;
-  std::uint32_t* depth_keys;  ///< see DepthOrder
-  std::uint32_t* gaussians;   ///< their indices
+  std::uint32_t *depth_keys, *first_places;
   unsigned long long* pairs;  ///< their number is added
   ListedSplat* splats;        ///< without colours
   std::uint8_t* in_view;
@@ -50,10 +47,9 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
   out.tile_counts[i] = tiles;
   out.in_view[i] = exists && is_in_view(projected.footprint, in.grid) ? 1 : 0;
-  out.gaussians[i] = i;
-  out.depth_keys[i] = tiles > 0 ? __float_as_uint(projected.depth) : DepthOrder::kInvisibleKey;
   if (tiles == 0) return 0;
 
+  out.depth_keys[i] = __float_as_uint(projected.depth);
   out.footprints.store(i, projected.footprint);
   out.splats[i] = {
       make_splat(projected.footprint, static_cast<float>(opacity) * projected.opacity_factor,
@@ -67,8 +63,11 @@ template <class P>
 __global__ void __launch_bounds__(kThreads) project_gaussians(ProjectInput in, ProjectOutput out) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   const unsigned tiles = i < in.parameters.count ? project_gaussian<P>(in, out, i) : 0;
-  const auto of_block = sum_of_block<kThreads>(static_cast<unsigned long long>(tiles)).total;
-  if (threadIdx.x == 0 && of_block > 0) atomicAdd(out.pairs, of_block);
+  __shared__ unsigned long long first;
+  const auto sum = sum_of_block<kThreads>(static_cast<unsigned long long>(tiles));
+  if (threadIdx.x == 0) first = sum.total > 0 ? atomicAdd(out.pairs, sum.total) : 0;
+  __syncthreads();
+  if (tiles > 0) out.first_places[i] = static_cast<std::uint32_t>(first + sum.before);
 }
 
 /// Sets the colours of the visible Gaussians. One thread per Gaussian.
@@ -80,16 +79,6 @@ __global__ void __launch_bounds__(kThreads)
   const glm::vec3 direction = glm::normalize(parameters.means[i] - position);
   splats[i].splat.color =
       sh_color<float>(sh_degree, direction, [&](int k) { return parameters.coefficient(i, k); });
-}
-
-/// One thread per tile.
-__global__ void __launch_bounds__(kThreads)
-    schedule_tiles(const uint2* ranges, std::uint32_t tiles, std::uint32_t* class_sizes,
-                   std::uint32_t* scheduled) {
-  const std::uint32_t tile = blockIdx.x * blockDim.x + threadIdx.x;
-  if (tile >= tiles) return;
-  const unsigned own = length_class(ranges[tile].y - ranges[tile].x);
-  scheduled[own * tiles + atomicAdd(&class_sizes[own], 1u)] = tile;
 }
 
 struct BlendTarget {
@@ -217,7 +206,8 @@ void project_view(const StepView& view, Parameters& parameters, ForwardFrame& fr
   frame.footprints.reserve(kWhat, room);
   frame.splats.reserve(kWhat, room);
   frame.in_view.reserve(kWhat, room);
-  frame.order.reserve(parameters.count);
+  frame.first_places.reserve(kWhat, room);
+  frame.depth_keys.reserve(kWhat, room);
   frame.total.sum.reserve(kWhat, 1);
   check(cudaMemsetAsync(frame.total.sum.data(), 0, sizeof(unsigned long long), view.stream),
         "project");
@@ -227,7 +217,7 @@ void project_view(const StepView& view, Parameters& parameters, ForwardFrame& fr
                             footprint_rules(view.settings, view.antialiased()), view.grid()};
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
              ProjectOutput{frame.tile_counts.data(), frame.footprints.arrays(),
-                           frame.order.buffers.keys.data(), frame.order.buffers.values.data(),
+                           frame.depth_keys.data(), frame.first_places.data(),
                            frame.total.sum.data(), frame.splats.data(), frame.in_view.data()});
     });
   }
@@ -246,37 +236,12 @@ void color_view(const StepView& view, Parameters& parameters, ForwardFrame& fram
          frame.splats.data());
 }
 
-namespace {
-
-ScheduleView schedule(const StepView& view, ForwardFrame& frame) {
-  const auto tiles = static_cast<unsigned>(view.grid().count());
-  TileSchedule& result = frame.schedule;
-  result.class_sizes.reserve("the step's tiles", kLengthClasses);
-  result.tiles.reserve("the step's tiles", std::size_t{kLengthClasses} * tiles);
-  check(cudaMemsetAsync(result.class_sizes.data(), 0, kLengthClasses * sizeof(std::uint32_t),
-                        view.stream),
-        "schedule");
-  launch("schedule", schedule_tiles, blocks_for(tiles), view.stream, frame.lists.ranges.data(),
-         tiles, result.class_sizes.data(), result.tiles.data());
-  return {result.class_sizes.data(), result.tiles.data(), tiles};
-}
-
-}  // namespace
-
-void list_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
-  // The GPU sorts while the host waits for the number of pairs.
-  sort_by_depth(parameters.count, frame.tile_counts.data(), view.stream, frame.order);
-  list_pairs(view, parameters.count, frame);
-  sort_by_tile(frame.pairs.buffers, frame.pairs.count,
-               static_cast<std::uint32_t>(view.grid().count()), 0, view.stream, frame.lists);
-}
-
 void draw_view(const StepView& view, ForwardFrame& frame) {
   constexpr const char* kWhat = "the step's image";
   const std::size_t pixels = view.pixels();
   const auto tiles = static_cast<unsigned>(view.grid().count());
   frame.segments = frame.pairs.count / kSegment + tiles;
-  const std::size_t room = std::max(frame.room() / kSegment + tiles, frame.segments);
+  const std::size_t room = std::max(frame.pairs.room() / kSegment + tiles, frame.segments);
   frame.color.reserve(kWhat, pixels);
   frame.transmittance.reserve(kWhat, pixels);
   frame.last.reserve(kWhat, pixels);
@@ -285,8 +250,7 @@ void draw_view(const StepView& view, ForwardFrame& frame) {
   check(cudaMemsetAsync(frame.segment_tiles.data(), 0xff, frame.segments * sizeof(std::uint32_t),
                         view.stream),
         "blend");
-  const ScheduleView order = schedule(view, frame);
-  launch("blend", blend_tiles, tiles, view.stream, order, frame.tiles(view),
+  launch("blend", blend_tiles, tiles, view.stream, frame.lists.schedule(tiles), frame.tiles(view),
          BlendTarget{frame.color.data(), frame.transmittance.data(), frame.last.data(),
                      frame.segment_tiles.data(), frame.states.data(), view.settings.background});
 }

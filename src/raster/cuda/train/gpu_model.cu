@@ -10,6 +10,7 @@
 #include "raster/cuda/train/count_errors.cuh"
 #include "raster/cuda/train/density.cuh"
 #include "raster/cuda/train/gpu_model.h"
+#include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/loss.cuh"
 #include "raster/cuda/train/pass_clock.cuh"
 #include "raster/cuda/train/photograph.cuh"
@@ -294,7 +295,7 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
     project_view(s.view(), s.parameters, s.frame);
     s.side.fork(s.stream,
                 [&](cudaStream_t beside) { color_view(s.view(), s.parameters, s.frame, beside); });
-    list_view(s.view(), s.parameters, s.frame);
+    list_view(s.view(), s.parameters.count, s.frame);
     s.side.join(s.stream);
     draw_view(s.view(), s.frame);
   });

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+
 #include "raster/cuda/train/adam.cuh"
 
 namespace qs::cuda::train {
 namespace {
 
-/// Values of one kind of parameter, or of all colour coefficients, with their gradients and
-/// moments. Kernels read and write four neighbours at once.
+/// Values of one kind of parameter with their gradients and moments. Kernels read and write four
+/// neighbours at once.
 struct Values {
   float *values, *by, *first, *second;
   std::uint64_t size;
-  std::uint64_t from;  ///< values below it have rate `rate`, the others rate `rest`
-  float rate, rest;
+  float rate;
 };
 
 struct StepInput {
-  static constexpr unsigned kKinds = 5;
+  static constexpr unsigned kKinds = 4;
   AdamStep step;
   Values kinds[kKinds];
   unsigned ends[kKinds];  ///< blocks up to and including the last block of each kind
@@ -29,25 +30,90 @@ __global__ void __launch_bounds__(kThreads) step_values(StepInput in) {
   const unsigned block = blockIdx.x - (kind > 0 ? in.ends[kind - 1] : 0);
   const Values& all = in.kinds[kind];
   const std::uint64_t at = kNeighbours * (std::uint64_t{block} * kThreads + threadIdx.x);
-  const auto step = [&](std::uint64_t i, float gradient, float& value, float& first,
-                        float& second) {
-    adam(in.step, i < all.from ? all.rate : all.rest, gradient, value, first, second);
+  const auto step = [&](float gradient, float& value, float& first, float& second) {
+    adam(in.step, all.rate, gradient, value, first, second);
   };
   if (at + kNeighbours <= all.size) {
     const float4 by = *reinterpret_cast<const float4*>(all.by + at);
     float4 value = *reinterpret_cast<const float4*>(all.values + at);
     float4 first = *reinterpret_cast<const float4*>(all.first + at);
     float4 second = *reinterpret_cast<const float4*>(all.second + at);
-    step(at, by.x, value.x, first.x, second.x);
-    step(at + 1, by.y, value.y, first.y, second.y);
-    step(at + 2, by.z, value.z, first.z, second.z);
-    step(at + 3, by.w, value.w, first.w, second.w);
+    step(by.x, value.x, first.x, second.x);
+    step(by.y, value.y, first.y, second.y);
+    step(by.z, value.z, first.z, second.z);
+    step(by.w, value.w, first.w, second.w);
     *reinterpret_cast<float4*>(all.values + at) = value;
     *reinterpret_cast<float4*>(all.first + at) = first;
     *reinterpret_cast<float4*>(all.second + at) = second;
   } else {
     for (std::uint64_t k = at; k < all.size; ++k)
-      step(k, all.by[k], all.values[k], all.first[k], all.second[k]);
+      step(all.by[k], all.values[k], all.first[k], all.second[k]);
+  }
+}
+
+struct ColorStepInput {
+  AdamStep step;
+  float dc_rate, rest_rate;
+  int sh_degree;        ///< of the gradients
+  unsigned row_blocks;  ///< that step a coefficient
+  const ColorGradient<float>* gradients;
+  ParametersView values, first, second;
+};
+
+/// Four neighbours of a row.
+struct Neighbours {
+  float4 values;
+
+  static __device__ Neighbours load(const float* row) {
+    return {*reinterpret_cast<const float4*>(row)};
+  }
+  __device__ void store(float* row) const { *reinterpret_cast<float4*>(row) = values; }
+  __device__ float& operator[](unsigned n) { return (&values.x)[n]; }
+};
+
+/// The derivative of the colour by a coefficient, without the clamp.
+__device__ float basis_of(int sh_degree, int coefficient, const glm::vec3& direction) {
+  float basis = 0;
+  sh_gradient<float>(
+      sh_degree, direction, [](int) { return glm::vec3(0.0f); }, glm::vec3(1.0f),
+      [&](int k, const glm::vec3& by) {
+        if (k == coefficient) basis = by.x;
+      });
+  return basis;
+}
+
+/// One thread per coefficient of four Gaussians. Rows have room for all four. The loads of a thread
+/// do not depend on each other.
+__global__ void __launch_bounds__(kThreads) step_colors(ColorStepInput in) {
+  const unsigned coefficient = blockIdx.x / in.row_blocks;
+  const std::uint32_t first_gaussian =
+      kNeighbours * (blockIdx.x % in.row_blocks * kThreads + threadIdx.x);
+  if (first_gaussian >= in.values.count) return;
+  Neighbours value[3], first[3], second[3];
+#pragma unroll
+  for (unsigned c = 0; c < 3; ++c) {
+    const std::size_t at = (3 * coefficient + c) * std::size_t{in.values.sh_row} + first_gaussian;
+    value[c] = Neighbours::load(in.values.sh + at);
+    first[c] = Neighbours::load(in.first.sh + at);
+    second[c] = Neighbours::load(in.second.sh + at);
+  }
+  const float rate = coefficient == 0 ? in.dc_rate : in.rest_rate;
+#pragma unroll
+  for (unsigned n = 0; n < kNeighbours; ++n) {
+    if (first_gaussian + n >= in.values.count) break;
+    const ColorGradient<float> gradient = in.gradients[first_gaussian + n];
+    const glm::vec3 by = basis_of(in.sh_degree, static_cast<int>(coefficient), gradient.direction) *
+                         gradient.by_color;
+#pragma unroll
+    for (unsigned c = 0; c < 3; ++c)
+      adam(in.step, rate, by[static_cast<int>(c)], value[c][n], first[c][n], second[c][n]);
+  }
+#pragma unroll
+  for (unsigned c = 0; c < 3; ++c) {
+    const std::size_t at = (3 * coefficient + c) * std::size_t{in.values.sh_row} + first_gaussian;
+    value[c].store(in.values.sh + at);
+    first[c].store(in.first.sh + at);
+    second[c].store(in.second.sh + at);
   }
 }
 
@@ -74,31 +140,20 @@ void step_all(const Rates& rates, const ParametersView& values, const Parameters
   in.step = AdamStep::number(state.steps);
   const ParametersView first = state.first.view(), second = state.second.view();
   unsigned kind = 0, blocks = 0;
-  const auto add = [&](auto member, unsigned width, double rate, std::uint64_t from, double rest) {
+  const auto add = [&](auto member, unsigned width, double rate) {
     const auto floats = [&](const ParametersView& view) {
       return reinterpret_cast<float*>(view.*member);
     };
     const std::uint64_t size = std::uint64_t{width} * values.count;
-    in.kinds[kind] = {floats(values),
-                      floats(by),
-                      floats(first),
-                      floats(second),
-                      size,
-                      from,
-                      static_cast<float>(rate),
-                      static_cast<float>(rest)};
+    in.kinds[kind] = {floats(values), floats(by), floats(first),
+                      floats(second), size,       static_cast<float>(rate)};
     blocks += blocks_for((size + kNeighbours - 1) / kNeighbours);
     in.ends[kind++] = blocks;
   };
-  const auto add_kind = [&](auto member, unsigned width, double rate) {
-    add(member, width, rate, std::uint64_t{width} * values.count, rate);
-  };
-  add_kind(&ParametersView::means, 3, rates.mean);
-  add_kind(&ParametersView::log_scales, 3, rates.log_scale);
-  add_kind(&ParametersView::rotations, 4, rates.rotation);
-  add_kind(&ParametersView::opacity_logits, 1, rates.opacity);
-  const auto channels = 3 * static_cast<unsigned>(values.sh_coefficients);
-  add(&ParametersView::sh, channels, rates.sh_dc, std::uint64_t{3} * values.count, rates.sh_rest);
+  add(&ParametersView::means, 3, rates.mean);
+  add(&ParametersView::log_scales, 3, rates.log_scale);
+  add(&ParametersView::rotations, 4, rates.rotation);
+  add(&ParametersView::opacity_logits, 1, rates.opacity);
   launch("take_step", step_values, blocks, stream, in);
 }
 
@@ -117,6 +172,19 @@ void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradi
     step_all(order.rates, parameters.view(), gradient.view(), state, stream);
   }
   if (order.noise) launch("take_step", add_noise, blocks, stream, *order.noise, parameters.view());
+}
+
+void take_color_step(const StepOrder& order, Parameters& parameters, const Gradients& gradients,
+                     AdamState& state, cudaStream_t stream) {
+  if (parameters.count == 0 || !order.moves) return;
+  state.sh_degree = std::max(state.sh_degree, gradients.sh_degree);
+  const int moving = sh_coefficient_count(std::min(state.sh_degree, parameters.sh_degree));
+  const unsigned blocks = blocks_for((parameters.count + kNeighbours - 1) / kNeighbours);
+  launch("take_step", step_colors, blocks * static_cast<unsigned>(moving), stream,
+         ColorStepInput{AdamStep::number(state.steps), static_cast<float>(order.rates.sh_dc),
+                        static_cast<float>(order.rates.sh_rest), gradients.sh_degree, blocks,
+                        gradients.colors.data(), parameters.view(), state.first.view(),
+                        state.second.view()});
 }
 
 }  // namespace qs::cuda::train

@@ -197,11 +197,11 @@ class TrainStrategy : public testing::TestWithParam<const char*> {
   }
 };
 
-// Beyond iteration 600, after which Gaussians are added and removed.
-constexpr int kStart = 580;
+// Beyond iteration 1,000, after which all strategies add and remove Gaussians.
+constexpr int kStart = 980;
 
 TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
-  constexpr int kBreak = 601, kEnd = 610;
+  constexpr int kBreak = 1001, kEnd = 1010;
   Trainer whole = perturbed_trainer(settings(), 1, kStart);
   while (whole.iteration() < kEnd) whole.step();
   EXPECT_NE(whole.gaussians(), kGaussians) << "the set of Gaussians changed";
@@ -219,7 +219,7 @@ TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
 }
 
 TEST_P(TrainStrategy, all_lossless_culling_modes_give_the_same_bits) {
-  constexpr int kEnd = 605;
+  constexpr int kEnd = 1005;
   std::optional<ModelState> expected;
   for (const char* mode : {"adr", "exact"}) {
     TrainSettings with_mode = settings();
@@ -250,7 +250,7 @@ TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
         ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
     model.iteration = kStart;
     Trainer trainer = test::trainer_on(Backend::cpu, settings, data, std::move(model));
-    while (trainer.iteration() < 601) trainer.step();
+    while (trainer.iteration() < 1001) trainer.step();
     EXPECT_GT(trainer.gaussians(), kGaussians) << views;
   }
 }

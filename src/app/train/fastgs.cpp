@@ -21,6 +21,7 @@ constexpr double kLeastShare = 0.1;  // of the Gaussian's pixels
 constexpr double kCloneThreshold = 2e-4;
 constexpr double kCloned = 0.001;  // times the extent: smaller ones are cloned, larger ones split
 constexpr double kMostOpacity = 0.8;
+constexpr int kManySumsFrom = 20'000;
 
 /// The choice of --gaussians.
 struct Amount {
@@ -53,6 +54,17 @@ std::vector<Candidate> fastgs_candidates(const IterationContext& context,
   return candidates;
 }
 
+/// Iterations between the steps of the coefficients of colour beyond DC, and of all other values,
+/// with --sum-gradients.
+struct StepIntervals {
+  int rest, others;
+};
+
+StepIntervals intervals_in(int iteration) {
+  if (iteration <= kDensityEnd) return {16, 1};
+  return iteration <= kManySumsFrom ? StepIntervals{32, 32} : StepIntervals{64, 64};
+}
+
 }  // namespace
 
 bool fastgs_absolute_gradients(const TrainSettings& /*settings*/) { return true; }
@@ -83,6 +95,12 @@ StepOrder fastgs_step(const IterationContext& context) {
   order.counts_density = context.iteration < kDensityEnd;
   order.moves = !fastgs_changes_after(context.settings, context.iteration) &&
                 !final_prune_after(context.iteration, kDensityEnd);
+  if (context.settings.sum_gradients) {
+    const StepIntervals intervals = intervals_in(context.iteration);
+    order.sums = true;
+    order.moves = order.moves && context.iteration % intervals.others == 0;
+    order.rest_waits = context.iteration % intervals.rest != 0;
+  }
   return order;
 }
 

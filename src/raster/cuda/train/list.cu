@@ -182,7 +182,7 @@ __global__ void __launch_bounds__(kLongBlock) sort_long_lists(Lists lists, std::
   for (unsigned turn = blockIdx.x; turn < lists.tile_count; turn += gridDim.x) {
     const uint2 range = lists.ranges[schedule.tile(turn)];
     const std::uint32_t size = range.y - range.x;
-    // Later tiles have shorter lists, but for those of the same half octave.
+    // Tiles come in half octaves of the lengths of their lists, the longest first.
     if (2 * size <= kUsualList) return;
     if (size <= kUsualList) continue;
     if (size <= shared) {

@@ -235,7 +235,7 @@ void take_color_step(const StepOrder& order, Parameters& parameters, const Gradi
   const unsigned blocks = blocks_for((parameters.count + kNeighbours - 1) / kNeighbours);
   const auto step = [&](unsigned first, unsigned end, const float* summed) {
     if (first == end) return;
-    launch("take_step", summed != nullptr ? step_colors<true> : step_colors<false>,
+    launch("step_colors", summed != nullptr ? step_colors<true> : step_colors<false>,
            blocks * (end - first), stream,
            ColorStepInput{AdamStep::number(state.steps),
                           AdamStep::number(std::max<std::uint64_t>(state.rest_steps, 1)),

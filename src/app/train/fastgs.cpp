@@ -22,6 +22,7 @@ constexpr double kLeastShare = 0.03;  // of the Gaussian's pixels
 constexpr double kCloneThreshold = 2e-4;
 constexpr double kCloned = 0.005;  // times the extent: smaller ones are cloned, larger ones split
 constexpr double kMostOpacity = 0.8;
+constexpr int kManySumsFrom = 20'000;
 
 // The mean absolute gradient above which large Gaussians are split.
 double split_threshold(const TrainSettings& settings) {
@@ -45,6 +46,17 @@ std::vector<Candidate> fastgs_candidates(const IterationContext& context,
     if (urgency > 1) candidates.push_back({i, urgency, splits});
   }
   return candidates;
+}
+
+/// Iterations between the steps of the coefficients of colour beyond DC, and of all other values,
+/// with --sum-gradients.
+struct StepIntervals {
+  int rest, others;
+};
+
+StepIntervals intervals_in(int iteration) {
+  if (iteration <= kDensityEnd) return {16, 1};
+  return iteration <= kManySumsFrom ? StepIntervals{32, 32} : StepIntervals{64, 64};
 }
 
 }  // namespace
@@ -77,6 +89,12 @@ StepOrder fastgs_step(const IterationContext& context) {
   order.counts_density = context.iteration < kDensityEnd;
   order.moves = !fastgs_changes_after(context.iteration) &&
                 !final_prune_after(context.iteration, kDensityEnd);
+  if (context.settings.sum_gradients) {
+    const StepIntervals intervals = intervals_in(context.iteration);
+    order.sums = true;
+    order.moves = order.moves && context.iteration % intervals.others == 0;
+    order.rest_waits = context.iteration % intervals.rest != 0;
+  }
   return order;
 }
 

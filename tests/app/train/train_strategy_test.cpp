@@ -257,6 +257,29 @@ TEST(TrainFastgs, changes_every_500_iterations_after_counting_ten_views) {
   }
 }
 
+TEST(TrainFastgs, steps_seldom_with_sums_of_gradients_if_they_are_chosen) {
+  const Strategy& fastgs = find_strategy("fastgs");
+  TrainSettings settings;
+  EXPECT_FALSE(fastgs.step({settings, 16, 1, {}}).sums);
+  settings.sum_gradients = true;
+  for (const auto& [iteration, moves, rest_moves] : {std::tuple{15, true, false},
+                                                     {16, true, true},
+                                                     {1000, false, false},
+                                                     {14'992, true, true},
+                                                     {15'007, false, false},
+                                                     {15'008, true, true},
+                                                     {15'024, false, false},
+                                                     {20'000, true, true},
+                                                     {20'032, true, true},
+                                                     {20'064, false, false},
+                                                     {20'096, true, true}}) {
+    const StepOrder order = fastgs.step({settings, iteration, 1, {}});
+    EXPECT_TRUE(order.sums);
+    EXPECT_EQ(order.moves, moves) << iteration;
+    EXPECT_EQ(order.moves && !order.rest_waits, rest_moves) << iteration;
+  }
+}
+
 TEST(TrainFastgs, limits_opacities_after_a_change_and_resets_them_every_3000_iterations) {
   for (const auto& [last, opacity_after] : {std::pair{1000, 0.8}, {3000, 0.01}, {15'500, 0.95}}) {
     Case c(2, "fastgs");

@@ -77,6 +77,7 @@ struct GpuModel::State {
   qs::train::GrowthState growth;
   Parameters parameters;
   AdamState adam;
+  GradientSums sums;
   DensityStatistics density;
   PixelCounts counts;
 
@@ -107,6 +108,24 @@ struct GpuModel::State {
   Camera camera;
   RenderSettings settings;
   std::stop_token stop;
+
+  /// Sets host.summed.
+  void download_sums() {
+    host.summed = {};
+    host.summed.sh_degree = parameters.sh_degree;
+    if (sums.empty()) return;
+    host.summed = download(sums.by, stream);
+    const std::size_t stride = host.summed.sh_stride();
+    for (std::size_t at = 0; at < host.summed.sh.size(); ++at) {
+      if (at % stride == 0 ? !sums.has_others : !sums.has_rest) host.summed.sh[at] = glm::vec3(0);
+    }
+    if (sums.has_others) return;
+    qs::train::Parameters zeros;
+    zeros.sh_degree = host.summed.sh_degree;
+    zeros.sh = std::move(host.summed.sh);
+    zeros.resize(host.summed.size());
+    host.summed = std::move(zeros);
+  }
 
   /// Fills `next` by the plan.
   void gather_next(const qs::train::Plan& plan);
@@ -210,6 +229,9 @@ void GpuModel::set_state(qs::train::ModelState state) {
   s.changed_before = state.changed_before;
   s.growth = state.growth;
   s.adam.steps = state.adam.steps;
+  s.adam.rest_steps = state.adam.rest_steps;
+  s.sums.has_rest = s.sums.has_others = state.summed.size() > 0;
+  if (!s.sums.empty()) upload(state.summed, s.stream, s.sums.by);
   s.adam.sh_degree = std::max(used_degree(state.adam.first), used_degree(state.adam.second));
   s.comparisons = 0;
   s.counts.count = 0;
@@ -232,7 +254,9 @@ const qs::train::ModelState& GpuModel::state() {
   s.host.iteration = s.iteration;
   s.host.changed_before = s.changed_before;
   s.host.growth = s.growth;
-  s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps};
+  s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps,
+                 s.adam.rest_steps};
+  s.download_sums();
   s.density.download(s.stream, s.host.density);
   return s.host;
 }
@@ -259,6 +283,7 @@ void GpuModel::apply(const qs::train::Plan& plan) {
   s.changed_before = plan.iteration;
   s.growth = plan.growth;
   s.counts.count = 0;
+  s.sums.has_rest = s.sums.has_others = false;
   std::swap(s.parameters, s.next.parameters);
   std::swap(s.adam.first, s.next.first);
   std::swap(s.adam.second, s.next.second);
@@ -357,10 +382,16 @@ void GpuModel::step(const qs::train::StepOrder& order) {
                                    order.counts_by_mode ? s.frame.tile_counts.data() : nullptr};
     s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
-  take_step(order, s.parameters, s.gradients.by, s.adam, s.stream);
-  if (order.moves) {
+  if (order.sums) {
+    s.with_memory([&] { s.sums.by.resize(s.parameters.count, s.parameters.sh_degree); });
+    add_gradients(order, s.gradients, s.sums, s.stream);
+  }
+  const bool uses_sums = order.sums && (!order.moves || s.sums.has_others);
+  take_step(order, s.parameters, uses_sums ? s.sums.by : s.gradients.by, s.adam, s.stream);
+  if (order.moves || order.sums) {
     s.side.fork(s.stream, [&](cudaStream_t beside) {
-      take_color_step(order, s.parameters, s.gradients, s.adam, beside);
+      if (order.sums) add_color_gradients(order, s.gradients, s.sums, beside);
+      take_color_step(order, s.parameters, s.gradients, s.sums, s.adam, beside);
     });
   }
   s.clock.end(3, s.stream);

@@ -182,7 +182,7 @@ __global__ void __launch_bounds__(kLongBlock) sort_long_lists(Lists lists, std::
   for (unsigned turn = blockIdx.x; turn < lists.tile_count; turn += gridDim.x) {
     const uint2 range = lists.ranges[schedule.tile(turn)];
     const std::uint32_t size = range.y - range.x;
-    // Later tiles have shorter lists, but for those of the same half octave.
+    // Tiles come in half octaves of the lengths of their lists, the longest first.
     if (2 * size <= kUsualList) return;
     if (size <= kUsualList) continue;
     if (size <= shared) {
@@ -219,20 +219,20 @@ void enqueue_lists(const StepView& view, std::uint32_t count, ForwardFrame& fram
                     tiles};
   if (count > 0 && pairs.room() > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      launch("list", list_gaussians<P>, blocks_for(count), view.stream,
+      launch("list_pairs", list_gaussians<P>, blocks_for(count), view.stream,
              ListInput{count, frame.tile_counts.data(), frame.first_places.data(),
                        frame.footprints.arrays(), view.grid(), lists});
     });
   }
-  launch("list", find_ranges, Blocks(1, kLongBlock), view.stream, lists);
+  launch("find_ranges", find_ranges, Blocks(1, kLongBlock), view.stream, lists);
   if (pairs.room() == 0) return;
-  launch("list", fill_lists, blocks_for(pairs.room()), view.stream, lists);
+  launch("fill_lists", fill_lists, blocks_for(pairs.room()), view.stream, lists);
   const std::uint32_t shared = fast::most_in_shared_memory();
-  launch("list", sort_long_lists,
+  launch("sort_long_lists", sort_long_lists,
          Blocks(std::min(tiles, kLongBlocks), kLongBlock, fast::SharedArrays::bytes(shared)),
          view.stream, lists, shared);
-  launch("list", sort_usual_lists, Blocks(tiles, kThreads, fast::SharedArrays::bytes(kUsualList)),
-         view.stream, lists);
+  launch("sort_usual_lists", sort_usual_lists,
+         Blocks(tiles, kThreads, fast::SharedArrays::bytes(kUsualList)), view.stream, lists);
 }
 
 }  // namespace

@@ -78,6 +78,7 @@ void check_strategy(const TrainCommand& command) {
   const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
   const bool dash = settings.strategy == "dash";
   require(command.amount_is_set, "--gaussians", "fastgs", fastgs);
+  require(settings.sum_gradients, "--sum-gradients", "fastgs", fastgs);
   require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
   require(settings.final_prunes, "--final-prunes", "adc or mcmc", !fastgs && !dash);
   require(command.variant_is_set, "--dash-variant", "dash", dash);
@@ -199,6 +200,10 @@ void declare_model_options(Options& options, TrainCommand& command) {
       "dash (default: full, with strategy dash: dash)");
   options.flag("--absolute-gradients", settings.absolute_gradients,
                "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
+  options.flag(
+      "--sum-gradients", settings.sum_gradients,
+      "with strategy fastgs: steps use the gradients of several iterations: 16 for colours "
+      "that depend on the direction; after iteration 15000 32 and then 64 for all values");
   options.flag(
       "--final-prunes", settings.final_prunes,
       "with strategy adc or mcmc: removes faint Gaussians in iterations 18000, 21000, 24000 "

@@ -22,12 +22,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "QSTRAIN3";
+constexpr std::string_view kMagic = "QSTRAIN4";
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
 void for_each_stored(State& state, const Visit& visit) {
-  for (auto* parameters : {&state.parameters, &state.adam.first, &state.adam.second})
+  for (auto* parameters : {&state.parameters, &state.adam.first, &state.adam.second, &state.summed})
     for_each_array([&](std::size_t, auto& array) { visit(array); }, *parameters);
   visit(state.density.sums);
   visit(state.density.views);
@@ -51,9 +51,9 @@ class HashedStream {
 
 // Allocates the arrays after their size was compared with the remaining bytes.
 void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, bool absolute,
-                  std::uint64_t left, const std::string& where) {
+                  bool sums, std::uint64_t left, const std::string& where) {
   const std::uint64_t values =
-      3 * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) +
+      (sums ? 4 : 3) * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) +
       (absolute ? 3 : 2);
   if (!fits(gaussians, 4 * values, left))
     fail("{}: cut off: {} Gaussians do not fit into {} bytes", where, gaussians, left);
@@ -62,9 +62,12 @@ void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, boo
   parameters.resize(gaussians);
   ModelState sized = ModelState::starting_with(std::move(parameters));
   if (absolute) sized.density.absolute.resize(gaussians);
+  sized.summed.sh_degree = sh_degree;
+  if (sums) sized.summed.resize(gaussians);
   sized.iteration = state.iteration;
   sized.changed_before = state.changed_before;
   sized.adam.steps = state.adam.steps;
+  sized.adam.rest_steps = state.adam.rest_steps;
   sized.growth = state.growth;
   state = std::move(sized);
 }
@@ -81,9 +84,11 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
                                         {"absolute", !model.density.absolute.empty()},
+                                        {"sums", model.summed.size() > 0},
                                         {"growth_initial", model.growth.initial},
                                         {"growth_budget", model.growth.budget},
-                                        {"adam_steps", model.adam.steps}});
+                                        {"adam_steps", model.adam.steps},
+                                        {"adam_rest_steps", model.adam.rest_steps}});
   write_file(path, [&](std::ostream& file) {
     HashedStream stream(file);
     const std::uint64_t bytes = header.size();
@@ -130,12 +135,14 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     json_value(json.at("iteration"), model.iteration);
     json_value(json.at("changed_before"), model.changed_before);
     json_value(json.at("adam_steps"), model.adam.steps);
+    json_value(json.at("adam_rest_steps"), model.adam.rest_steps);
     json_value(json.at("growth_initial"), model.growth.initial);
     json_value(json.at("growth_budget"), model.growth.budget);
     const auto degree = json_value<int>(json.at("sh_degree"));
     if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
     resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree,
-                 json_value<bool>(json.at("absolute")), cursor.left(), where);
+                 json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
+                 cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {
     fail("{}: its header is damaged: {}", where, error.what());
   }

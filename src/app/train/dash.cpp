@@ -42,15 +42,30 @@ std::uint64_t wanted_number(const TrainSettings& settings, const GrowthState& gr
   return growth.initial + static_cast<std::uint64_t>(static_cast<double>(growth.budget) / share);
 }
 
-// Gaussians that are not removed; the largest gradient is first.
-std::vector<std::uint32_t> kept_by_gradient(const GaussianFacts& facts) {
-  std::vector<std::uint32_t> kept;
-  for (std::uint32_t i = 0; i < facts.size(); ++i)
-    if (opacity(facts, i) >= kLeastOpacity) kept.push_back(i);
-  std::stable_sort(kept.begin(), kept.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return facts.density.mean(a) > facts.density.mean(b);
+struct Growing {
+  std::size_t kept = 0;                // Gaussians that are not removed
+  std::vector<std::uint32_t> largest;  // those of them whose gradient asks for a copy
+};
+
+Growing growing(const GaussianFacts& facts) {
+  Growing result;
+  for (std::uint32_t i = 0; i < facts.size(); ++i) {
+    if (opacity(facts, i) < kLeastOpacity) continue;
+    ++result.kept;
+    if (facts.density.mean(i) >= kDashGradient) result.largest.push_back(i);
+  }
+  return result;
+}
+
+// Keeps the `number` Gaussians with the largest gradients, the largest first.
+void keep_largest(const GaussianFacts& facts, std::size_t number,
+                  std::vector<std::uint32_t>& gaussians) {
+  const auto end = gaussians.begin() + static_cast<std::ptrdiff_t>(number);
+  std::partial_sort(gaussians.begin(), end, gaussians.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const float of_a = facts.density.mean(a), of_b = facts.density.mean(b);
+    return of_a != of_b ? of_a > of_b : a < b;
   });
-  return kept;
+  gaussians.erase(end, gaussians.end());
 }
 
 // The number of Gaussians to add, if as many want to be cloned or split.
@@ -67,15 +82,12 @@ std::size_t most_additions(const IterationContext& context, const GaussianFacts&
 void grow(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   GrowthState& growth = plan.growth;
   if (growth.initial == 0) growth = {facts.size(), kFirstBudget * facts.size()};
-  const std::vector<std::uint32_t> kept = kept_by_gradient(facts);
-  const auto above = static_cast<std::size_t>(
-      std::find_if(kept.begin(), kept.end(),
-                   [&](std::uint32_t i) { return facts.density.mean(i) < kDashGradient; }) -
-      kept.begin());
-  const std::size_t added = std::min(above, most_additions(context, facts, growth, kept.size()));
+  Growing wanted = growing(facts);
+  const std::size_t above = wanted.largest.size();
+  keep_largest(facts, std::min(above, most_additions(context, facts, growth, wanted.kept)),
+               wanted.largest);
   std::vector<Candidate> candidates;
-  for (std::size_t k = 0; k < added; ++k) {
-    const std::uint32_t i = kept[k];
+  for (const std::uint32_t i : wanted.largest) {
     const bool splits = largest_scale(facts, i) > kDashSmall * context.extent;
     candidates.push_back({i, facts.density.mean(i), splits});
   }

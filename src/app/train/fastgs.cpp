@@ -16,41 +16,47 @@ namespace qs::train {
 namespace {
 
 constexpr int kAfterIteration = 500;
+constexpr int kInterval = 500;  // iterations between changes
 constexpr int kScoredViews = 10;
-constexpr double kLeastShare = 0.1;  // of the Gaussian's pixels
+constexpr double kLeastShare = 0.03;  // of the Gaussian's pixels
 constexpr double kCloneThreshold = 2e-4;
-constexpr double kCloned = 0.001;  // times the extent: smaller ones are cloned, larger ones split
+constexpr double kCloned = 0.005;  // times the extent: smaller ones are cloned, larger ones split
 constexpr double kMostOpacity = 0.8;
+constexpr int kManySumsFrom = 20'000;
 
-/// The choice of --gaussians.
-struct Amount {
-  int interval;            // iterations between changes
-  double split_threshold;  // mean absolute gradient
-};
-
-Amount amount_of(const TrainSettings& settings) {
-  return settings.many_gaussians ? Amount{100, 8e-4} : Amount{500, 12e-4};
+// The mean absolute gradient above which large Gaussians are split.
+double split_threshold(const TrainSettings& settings) {
+  return settings.many_gaussians ? 3e-4 : 7e-4;
 }
 
 // True if Gaussians are added and removed between this iteration and the next.
-bool fastgs_changes_after(const TrainSettings& settings, int iteration) {
-  return iteration > kAfterIteration && iteration < kDensityEnd &&
-         iteration % amount_of(settings).interval == 0;
+bool fastgs_changes_after(int iteration) {
+  return iteration > kAfterIteration && iteration < kDensityEnd && iteration % kInterval == 0;
 }
 
 std::vector<Candidate> fastgs_candidates(const IterationContext& context,
                                          const GaussianFacts& facts) {
-  const double split_threshold = amount_of(context.settings).split_threshold;
+  const double threshold = split_threshold(context.settings);
   std::vector<Candidate> candidates;
   for (std::uint32_t i = 0; i < facts.size(); ++i) {
     if (facts.counts.flagged_share(i) < kLeastShare) continue;
     const bool splits = largest_scale(facts, i) > kCloned * context.extent;
-    const double urgency =
-        splits ? static_cast<double>(facts.density.mean_absolute(i)) / split_threshold
-               : static_cast<double>(facts.density.mean(i)) / kCloneThreshold;
+    const double urgency = splits ? static_cast<double>(facts.density.mean_absolute(i)) / threshold
+                                  : static_cast<double>(facts.density.mean(i)) / kCloneThreshold;
     if (urgency > 1) candidates.push_back({i, urgency, splits});
   }
   return candidates;
+}
+
+/// Iterations between the steps of the coefficients of colour beyond DC, and of all other values,
+/// with --sum-gradients.
+struct StepIntervals {
+  int rest, others;
+};
+
+StepIntervals intervals_in(int iteration) {
+  if (iteration <= kDensityEnd) return {16, 1};
+  return iteration <= kManySumsFrom ? StepIntervals{32, 32} : StepIntervals{64, 64};
 }
 
 }  // namespace
@@ -58,17 +64,17 @@ std::vector<Candidate> fastgs_candidates(const IterationContext& context,
 bool fastgs_absolute_gradients(const TrainSettings& /*settings*/) { return true; }
 
 bool fastgs_changes_before(const TrainSettings& settings, int iteration) {
-  return fastgs_changes_after(settings, iteration - 1) || resets_after(settings, iteration - 1) ||
+  return fastgs_changes_after(iteration - 1) || resets_after(settings, iteration - 1) ||
          final_prune_after(iteration - 1, kDensityEnd);
 }
 
-int fastgs_scored_views(const TrainSettings& settings, int iteration) {
-  return fastgs_changes_after(settings, iteration - 1) ? kScoredViews : 0;
+int fastgs_scored_views(const TrainSettings& /*settings*/, int iteration) {
+  return fastgs_changes_after(iteration - 1) ? kScoredViews : 0;
 }
 
 void fastgs_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   plan.keep_all(facts, context.iteration);
-  if (fastgs_changes_after(context.settings, context.iteration - 1)) {
+  if (fastgs_changes_after(context.iteration - 1)) {
     plan.resets_statistics = true;
     clone_and_split(context, facts, fastgs_candidates(context, facts), plan);
     prune(context, kLeastOpacity, plan);
@@ -81,8 +87,14 @@ void fastgs_plan(const IterationContext& context, const GaussianFacts& facts, Pl
 StepOrder fastgs_step(const IterationContext& context) {
   StepOrder order = context.step();
   order.counts_density = context.iteration < kDensityEnd;
-  order.moves = !fastgs_changes_after(context.settings, context.iteration) &&
+  order.moves = !fastgs_changes_after(context.iteration) &&
                 !final_prune_after(context.iteration, kDensityEnd);
+  if (context.settings.sum_gradients) {
+    const StepIntervals intervals = intervals_in(context.iteration);
+    order.sums = true;
+    order.moves = order.moves && context.iteration % intervals.others == 0;
+    order.rest_waits = context.iteration % intervals.rest != 0;
+  }
   return order;
 }
 

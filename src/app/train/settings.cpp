@@ -25,6 +25,7 @@ ordered_json settings_json(const TrainSettings& s) {
           {"max_gaussians", s.max_gaussians},
           {"gaussians", s.many_gaussians ? "many" : "few"},
           {"absolute_gradients", s.absolute_gradients},
+          {"sum_gradients", s.sum_gradients},
           {"final_prunes", s.final_prunes},
           {"resolution_schedule", s.reduced_photographs ? "dash" : "full"},
           {"dash_variant", s.dash_of_paper ? "2025-06" : "current"},
@@ -48,6 +49,7 @@ TrainSettings settings_of(const ordered_json& json) {
   json_value(json.at("max_gaussians"), s.max_gaussians);
   s.many_gaussians = json.at("gaussians").get<std::string>() == "many";
   json_value(json.at("absolute_gradients"), s.absolute_gradients);
+  json_value(json.at("sum_gradients"), s.sum_gradients);
   json_value(json.at("final_prunes"), s.final_prunes);
   s.reduced_photographs = json.at("resolution_schedule").get<std::string>() == "dash";
   s.dash_of_paper = json.at("dash_variant").get<std::string>() == "2025-06";

@@ -32,6 +32,7 @@ struct TrainSettings {
   std::size_t max_gaussians = 0;        ///< 0: the strategy's own limit
   bool many_gaussians = false;          ///< `fastgs`: more Gaussians, for quality
   bool absolute_gradients = false;      ///< `adc`: splits by absolute gradients
+  bool sum_gradients = false;           ///< `fastgs`: later steps use sums of gradients
   bool final_prunes = false;            ///< `adc`, `mcmc`: see final_prune_after()
   bool reduced_photographs = false;     ///< reduced at first, see ResolutionSchedule
   bool dash_of_paper = false;           ///< `dash` as of June 2025, which the paper used

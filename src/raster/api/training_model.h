@@ -33,6 +33,11 @@ struct StepOrder {
   /// for the Gaussians that mode `exact` lists.
   bool counts_by_mode = false;
   bool moves = true;  ///< takes Adam's step
+  /// Gradients are summed, and a step uses the sums of all iterations since the last step. A change
+  /// of the set of Gaussians drops the sums.
+  bool sums = false;
+  /// With `sums`: the coefficients of colour beyond DC take no step and keep their sums.
+  bool rest_waits = false;
   Rates rates;
   std::optional<Sparsity> sparsity;  ///< in the loss, beside the photograph
   std::optional<Noise> noise;        ///< moves means after the step

@@ -15,6 +15,15 @@ inline constexpr unsigned kAllLanes = 0xffffffffu;
 __device__ inline unsigned lane_index() { return threadIdx.x % kWarp; }
 __device__ inline unsigned lanes_below() { return (1u << lane_index()) - 1; }
 
+/// The value, in a register. Without this, compilers compute a value of few instructions again in
+/// every turn of a loop.
+__device__ inline unsigned kept(unsigned value) {
+#ifdef __CUDA_ARCH__
+  asm volatile("" : "+r"(value));
+#endif
+  return value;
+}
+
 /// Reads a value that another block of the same launch may have written: from the L2 cache, which
 /// all multiprocessors share. Compilers do not move later reads before it.
 template <class T>

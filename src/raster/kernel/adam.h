@@ -29,6 +29,11 @@ struct AdamStep {
   }
 };
 
+/// Adds to a sum of gradients. A gradient that is not finite adds nothing.
+QS_HD void add_gradient(float gradient, float& sum) {
+  if (gradient - gradient == 0.0f) sum += gradient;
+}
+
 /// Moves `value` and updates its moments `first` and `second`, which start at 0. `step` is
 /// AdamStep::number(t) of the current step t >= 1. A gradient that is not finite counts as 0, so
 /// that no value ever becomes NaN.

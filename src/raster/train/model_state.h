@@ -15,6 +15,7 @@ namespace qs::train {
 struct AdamState {
   Parameters first, second;
   std::uint64_t steps = 0;
+  std::uint64_t rest_steps = 0;  ///< of the coefficients of colour beyond DC
 
   /// Zero moments for the Gaussians of `parameters`.
   static AdamState like(const Parameters& parameters);
@@ -48,6 +49,8 @@ struct ModelState {
   int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
   Parameters parameters;
   AdamState adam;
+  Parameters
+      summed;  ///< gradients since the last step, see StepOrder::sums; empty if there are none
   DensityStatistics density;
   GrowthState growth;
 

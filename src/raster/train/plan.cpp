@@ -84,6 +84,7 @@ ModelState changed(const ModelState& state, const Plan& plan) {
   next.adam.first = gathered(state.adam.first, plan.moment_sources);
   next.adam.second = gathered(state.adam.second, plan.moment_sources);
   next.adam.steps = state.adam.steps;
+  next.adam.rest_steps = state.adam.rest_steps;
   if (plan.clears_opacity_moments) {
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);

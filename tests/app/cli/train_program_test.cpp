@@ -319,6 +319,7 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
                  "--final-prunes: is for --strategy adc or mcmc, not fastgs");
   expect_refused({"--strategy", "dash", "--final-prunes"},
                  "--final-prunes: is for --strategy adc or mcmc, not dash");
+  expect_refused({"--sum-gradients"}, "--sum-gradients: is for --strategy fastgs, not adc");
   expect_refused({"--dash-variant", "current"}, "--dash-variant: is for --strategy dash, not adc");
   expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
 }

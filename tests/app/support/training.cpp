@@ -100,6 +100,7 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   EXPECT_EQ(a.iteration, b.iteration);
   EXPECT_EQ(a.changed_before, b.changed_before);
   EXPECT_EQ(a.adam.steps, b.adam.steps);
+  EXPECT_EQ(a.adam.rest_steps, b.adam.rest_steps);
   const auto same_bits = [](const auto& x, const auto& y) {
     ASSERT_EQ(x.size(), y.size());
     // memcmp() takes no null pointers.
@@ -109,6 +110,7 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   const auto same = [&](std::size_t, const auto& x, const auto& y) { same_bits(x, y); };
   train::for_each_array(same, a.parameters, b.parameters);
   train::for_each_array(same, a.adam.first, b.adam.first);
+  train::for_each_array(same, a.summed, b.summed);
   train::for_each_array(same, a.adam.second, b.adam.second);
   same_bits(a.density.sums, b.density.sums);
   same_bits(a.density.views, b.density.views);

@@ -129,12 +129,12 @@ TEST_F(Photos, model_is_the_same_to_the_bit_if_2_of_12_fit) {
   ASSERT_EQ(two.training.size(), 12u);
   TrainSettings settings;
   settings.sh_degree = 0;
-  settings.strategy = "fastgs";  // draws further views, before iteration 601
+  settings.strategy = "fastgs";  // draws further views, before iteration 1001
   settings.many_gaussians = true;
   const auto trained = [&](const DataSet& data) {
     ModelState model =
         ModelState::starting_with(test::perturbed(test::ball_of_gaussians(200, 1), 2));
-    model.iteration = 580;
+    model.iteration = 980;
     Trainer trainer = test::trainer_on(Backend::cpu, settings, data, std::move(model));
     for (int i = 0; i < 30; ++i) trainer.step();
     EXPECT_GT(trainer.gaussians(), 200u);

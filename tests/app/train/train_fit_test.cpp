@@ -197,11 +197,11 @@ class TrainStrategy : public testing::TestWithParam<const char*> {
   }
 };
 
-// Beyond iteration 600, after which Gaussians are added and removed.
-constexpr int kStart = 580;
+// Beyond iteration 1,000, after which all strategies add and remove Gaussians.
+constexpr int kStart = 980;
 
 TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
-  constexpr int kBreak = 601, kEnd = 610;
+  constexpr int kBreak = 1001, kEnd = 1010;
   Trainer whole = perturbed_trainer(settings(), 1, kStart);
   while (whole.iteration() < kEnd) whole.step();
   EXPECT_NE(whole.gaussians(), kGaussians) << "the set of Gaussians changed";
@@ -219,7 +219,7 @@ TEST_P(TrainStrategy, a_resumed_run_and_other_threads_give_the_same_bits) {
 }
 
 TEST_P(TrainStrategy, all_lossless_culling_modes_give_the_same_bits) {
-  constexpr int kEnd = 605;
+  constexpr int kEnd = 1005;
   std::optional<ModelState> expected;
   for (const char* mode : {"adr", "exact"}) {
     TrainSettings with_mode = settings();
@@ -239,6 +239,37 @@ TEST_P(TrainStrategy, another_seed_gives_another_model) {
   EXPECT_NE(a.model().parameters.means, b.model().parameters.means);
 }
 
+// Breaks with sums of the coefficients of colour only, and of all values; a change drops sums.
+TEST(TrainFastgs, a_run_with_summed_gradients_resumes_to_the_same_bits) {
+  TrainSettings settings;
+  settings.sh_degree = 1;
+  settings.strategy = "fastgs";
+  settings.many_gaussians = true;
+  settings.sum_gradients = true;
+  const auto trainer_of = [&](int threads, int start) {
+    ModelState model =
+        ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
+    model.iteration = start;
+    return test::trainer_on(Backend::cpu, settings, synthetic(), std::move(model), threads);
+  };
+  for (const auto& [start, end, pause] :
+       {std::tuple{1090, 1106, 1099}, {1090, 1106, 1103}, {15'020, 15'045, 15'030}}) {
+    Trainer whole = trainer_of(1, start);
+    while (whole.iteration() < end) whole.step();
+    Trainer first = trainer_of(2, start);
+    while (first.iteration() < pause) first.step();
+    EXPECT_EQ(first.model().summed.size(), first.gaussians());
+    const TemporaryFolder folder;
+    write_checkpoint({settings, "data", {}, first.model()}, folder / "checkpoint");
+    Checkpoint read = read_checkpoint(folder / "checkpoint");
+    expect_same(read.model, first.model());
+    Trainer second =
+        test::trainer_on(Backend::cpu, read.settings, synthetic(), std::move(read.model), 1);
+    while (second.iteration() < end) second.step();
+    expect_same(second.model(), whole.model());
+  }
+}
+
 TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
   DataSet data = synthetic();
   TrainSettings settings = flat_colours();
@@ -250,7 +281,7 @@ TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
         ModelState::starting_with(test::perturbed(test::ball_of_gaussians(kGaussians, 1), 2));
     model.iteration = kStart;
     Trainer trainer = test::trainer_on(Backend::cpu, settings, data, std::move(model));
-    while (trainer.iteration() < 601) trainer.step();
+    while (trainer.iteration() < 1001) trainer.step();
     EXPECT_GT(trainer.gaussians(), kGaussians) << views;
   }
 }

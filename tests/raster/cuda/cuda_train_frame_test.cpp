@@ -99,6 +99,28 @@ void expect_equal_gradients(const Result& result, const Result& expected) {
   EXPECT_EQ(result.visible, expected.visible);
 }
 
+// One tile lists all Gaussians, many of them at equal depths. The emulated GPU sorts up to 3,072
+// and 4,096 of them in the shared memory of a block.
+TEST_F(CudaTrainFrame, long_lists_are_sorted_by_depth_then_by_index) {
+  for (const std::size_t count : {3000u, 3500u, 4500u}) {
+    Scene scene = small_scene<float>(count, 1);
+    for (std::size_t i = 0; i < count; ++i) {
+      scene.means[i].z = 2 + static_cast<float>(i % 40) / 16;
+      scene.opacity_logits[i] = -5;
+    }
+    const RenderSettings settings = settings_of(find_culler("3dgs"), false);
+    cpu::train::ForwardFrame<float> frame;
+    const Result expected = on_cpu(scene, settings, frame, kTileSize, kTileSize);
+    EXPECT_GT(frame.lists.pairs(), count * 9 / 10);
+    const Result result = on_gpu(scene, settings, kTileSize, kTileSize);
+    for (std::size_t i = 0; i < expected.pixels.color.size(); ++i) {
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(result.pixels.color[i][c], expected.pixels.color[i][c], 2e-5) << count;
+    }
+    expect_close(result, expected);
+  }
+}
+
 TEST_F(CudaTrainFrame, pixels_equal_those_of_the_cpu) {
   for (const bool antialiased : {false, true}) {
     const Scene scene = small_scene<float>(500, 1);

@@ -51,8 +51,8 @@ TrainSettings settings_of(const std::string& strategy) {
 
 class CudaTrainFit : public test::GpuTest, public testing::WithParamInterface<const char*> {};
 
-// Beyond iteration 600, after which Gaussians are added and removed.
-constexpr int kStart = 590, kBreak = 601, kEnd = 605;
+// Beyond iteration 1,000, after which all strategies add and remove Gaussians.
+constexpr int kStart = 990, kBreak = 1001, kEnd = 1005;
 
 TEST_P(CudaTrainFit, test_views_get_as_good_as_on_the_cpu) {
   const TrainSettings settings = settings_of(GetParam());

@@ -143,6 +143,47 @@ TEST_F(CudaTrainStep, adam_takes_the_steps_of_the_cpu_bit_for_bit) {
   EXPECT_EQ(groups_of(model.state().adam.second), groups_of(state.second));
 }
 
+TEST_F(CudaTrainStep, steps_with_summed_gradients_are_those_of_the_cpu_bit_for_bit) {
+  Scene parameters = small_scene<float>(101, 3);
+  auto state = cpu::train::AdamState::like(parameters);
+  Scene sums;
+  GpuModel model;
+  start(model, parameters);
+  const auto target = random_target(kWidth, kHeight, 4);
+  for (const auto& [moves, rest_waits] : {std::pair{true, false},
+                                          {false, false},
+                                          {true, true},
+                                          {true, true},
+                                          {true, false},
+                                          {false, true},
+                                          {false, true},
+                                          {true, true}}) {
+    draw(model);
+    model.compare(target);
+    model.backward({});
+    const Scene by = model.gradients().by;
+    qs::train::StepOrder order = test::counted_step(kRates);
+    order.sums = true;
+    order.moves = moves;
+    order.rest_waits = rest_waits;
+    model.step(order);
+    cpu::train::add_gradients(by, test::pool(), sums);
+    if (moves) {
+      cpu::train::take_step(parameters, sums, kRates, state, test::pool(), !rest_waits);
+      cpu::train::clear_sums(!rest_waits, sums);
+    }
+    EXPECT_EQ(groups_of(model.state().summed), groups_of(sums));
+    model.set_state(model.state());
+  }
+  EXPECT_EQ(sums.size(), 101u);
+  EXPECT_EQ(groups_of(model.state().parameters), groups_of(parameters));
+  EXPECT_EQ(groups_of(model.state().adam.first), groups_of(state.first));
+  EXPECT_EQ(groups_of(model.state().adam.second), groups_of(state.second));
+  EXPECT_EQ(model.state().adam.steps, state.steps);
+  EXPECT_EQ(model.state().adam.rest_steps, state.rest_steps);
+  EXPECT_LT(state.rest_steps, state.steps);
+}
+
 TEST_F(CudaTrainStep, sparsity_and_noise_are_those_of_the_cpu) {
   const Scene scene = small_scene<float>(80, 16);
   GpuModel model;

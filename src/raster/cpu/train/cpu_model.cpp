@@ -68,7 +68,13 @@ void CpuModel::step(const StepOrder& order) {
                                    gradients_.by.log_scales[i], gradients_.by.opacity_logits[i]);
     });
   }
-  if (order.moves) take_step(p, gradients_.by, order.rates, state_.adam, pool_);
+  if (order.sums) add_gradients(gradients_.by, pool_, state_.summed);
+  if (order.moves) {
+    const bool moves_rest = !(order.sums && order.rest_waits);
+    take_step(p, order.sums ? state_.summed : gradients_.by, order.rates, state_.adam, pool_,
+              moves_rest);
+    if (order.sums) clear_sums(moves_rest, state_.summed);
+  }
   if (order.noise) {
     for_gaussians([&](std::size_t i) {
       p.means[i] =

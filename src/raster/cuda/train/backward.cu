@@ -8,7 +8,8 @@ namespace qs::cuda::train {
 namespace {
 
 constexpr unsigned kWarps = kTilePixels / kWarp;
-constexpr unsigned kSums = 9;  // numbers of PixelSums
+constexpr unsigned kSums = 9;          // numbers of PixelSums
+constexpr unsigned kBlocksAtOnce = 6;  // of sum_pairs on a multiprocessor
 static_assert(sizeof(PixelSums<float>) == kSums * sizeof(float));
 
 struct PairInput {
@@ -27,34 +28,103 @@ __device__ float fold(float value) {
   return value + __shfl_xor_sync(kAllLanes, value, kDistance);
 }
 template <unsigned kDistance>
-__device__ float fold(float without, float with) {
-  const bool bit = (lane_index() & kDistance) != 0;
+__device__ float fold(unsigned lane, float without, float with) {
+  const bool bit = (lane & kDistance) != 0;
   const float sent = bit ? without : with, kept = bit ? with : without;
   return kept + __shfl_xor_sync(kAllLanes, sent, kDistance);
 }
 
-/// Sums over the lanes of a warp into `result`, of kSums numbers. Every exchange halves the numbers
-/// that a lane holds. All lanes call it.
-__device__ void sum_of_warp(const PixelSums<float>& sums, float* result) {
-  const float a[] = {fold<16>(sums.d, sums.dx), fold<16>(sums.dy, sums.dxx),
-                     fold<16>(sums.dxy, sums.dyy), fold<16>(sums.color.x, sums.color.y)};
-  const float b[] = {fold<8>(a[0], a[1]), fold<8>(a[2], a[3])};
-  const float blue = fold<4>(fold<8>(fold<16>(sums.color.z)));
-  const float total = fold<1>(fold<2>(fold<4>(b[0], b[1]), blue));
-  const unsigned lane = lane_index();
-  if (lane % 4 == 0) result[lane / 4 % 2 * 4 + lane / 8 % 2 * 2 + lane / 16] = total;
-  if (lane == 2) result[kSums - 1] = total;
+/// Sums of 16 lanes. Every exchange halves the numbers that a lane holds. All lanes call it; the
+/// result is the sum of the number that number_of_lane() returns.
+template <unsigned kDistance, unsigned kCount>
+__device__ float sum_of_half(unsigned lane, const float (&values)[kCount]) {
+  constexpr unsigned kHalf = (kCount + 1) / 2;
+  float folded[kHalf];
+#pragma unroll
+  for (unsigned k = 0; k < kHalf; ++k) {
+    folded[k] = 2 * k + 1 < kCount
+                    ? fold<kDistance>(lane, values[2 * k], values[(2 * k + 1) % kCount])
+                    : fold<kDistance>(values[2 * k]);
+  }
+  if constexpr (kDistance > 1)
+    return sum_of_half<kDistance / 2>(lane, folded);
+  else
+    return folded[0];
 }
 
-/// The same for two numbers.
-__device__ void sum_of_warp(const glm::vec2& sums, float* result) {
-  const float total = fold<1>(fold<2>(fold<4>(fold<8>(fold<16>(sums.x, sums.y)))));
-  const unsigned lane = lane_index();
-  if (lane % 16 == 0) result[lane / 16] = total;
+/// The index of the sum that sum_of_half() returns to this lane.
+template <unsigned kDistance, unsigned kCount>
+__device__ unsigned number_of_lane(unsigned lane) {
+  constexpr unsigned kHalf = (kCount + 1) / 2;
+  unsigned half = 0;
+  if constexpr (kDistance > 1)
+    half = number_of_lane<kDistance / 2, kHalf>(lane);
+  else
+    static_assert(kHalf == 1);
+  const bool second = (lane & kDistance) != 0 && 2 * half + 1 < kCount;
+  return 2 * half + (second ? 1 : 0);
 }
 
 __device__ float dot(const glm::vec3& a, const glm::vec3& b) {
   return fmaf(a.x, b.x, fmaf(a.y, b.y, a.z * b.z));
+}
+
+/// The factors of the nine products that a pixel adds to the sums of a Gaussian.
+struct PixelShare {
+  float dx, dy;  ///< from the Gaussian's mean to the pixel
+  float d;       ///< by the logarithm of alpha
+  float weight;  ///< of the Gaussian's colour in the pixel
+  bool blends;
+
+  __device__ void products(const glm::vec3& d_color, float* result) const {
+    result[0] = d;
+    result[1] = d * dx;
+    result[2] = d * dy;
+    result[3] = result[1] * dx;
+    result[4] = result[1] * dy;
+    result[5] = result[2] * dy;
+    result[6] = weight * d_color.x;
+    result[7] = weight * d_color.y;
+    result[8] = weight * d_color.z;
+  }
+};
+
+/// The absolute values of a pixel's part of the derivative by the mean, see add_pixel().
+__device__ glm::vec2 absolute_of(const SharedSegment& segment, std::uint32_t entry,
+                                 const PixelShare& share) {
+  const float conic_x = segment.shapes[entry].z, conic_y = segment.shapes[entry].w,
+              conic_z = segment.lights[entry].x;
+  const float dx = share.d * share.dx, dy = share.d * share.dy;
+  return static_cast<float>(kLn2) * glm::vec2(fabsf(fmaf(2 * conic_x, dx, conic_y * dy)),
+                                              fabsf(fmaf(2 * conic_z, dy, conic_y * dx)));
+}
+
+/// The sums of a warp's pixels for two Gaussians. The first exchange gives the lanes of each half
+/// their Gaussian, so it exchanges four factors and not nine products. All lanes call it.
+template <unsigned kNumbers>
+__device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
+                             const PixelShare (&shares)[2], const std::uint32_t (&entries)[2],
+                             const glm::vec3& d_color) {
+  constexpr unsigned kDistance = kWarp / 2;
+  const bool second = (lane & kDistance) != 0;
+  const PixelShare own = second ? shares[1] : shares[0], others = second ? shares[0] : shares[1];
+  float own_sums[kNumbers], sent[kNumbers];
+  own.products(d_color, own_sums);
+  others.products(d_color, sent);
+  if constexpr (kNumbers > kSums) {
+    const glm::vec2 absolute[] = {absolute_of(segment, entries[0], shares[0]),
+                                  absolute_of(segment, entries[1], shares[1])};
+    const glm::vec2 of_own = second ? absolute[1] : absolute[0],
+                    of_others = second ? absolute[0] : absolute[1];
+    own_sums[kSums] = of_own.x;
+    own_sums[kSums + 1] = of_own.y;
+    sent[kSums] = of_others.x;
+    sent[kSums + 1] = of_others.y;
+  }
+#pragma unroll
+  for (unsigned k = 0; k < kNumbers; ++k)
+    own_sums[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
+  return sum_of_half<kDistance / 2>(lane, own_sums);
 }
 
 /// The pixel of a thread, composited again with the operations of the forward pass. So its values
@@ -75,6 +145,7 @@ struct SegmentPixel {
     if (!in.tiles.contains(px, py)) return;
     const std::size_t at = in.tiles.index_of(px, py);
     end = max(in.last[at], first) - first;
+    if (end == 0) return;
     d_color = in.d_color[at];
     const float4 state = in.states[std::size_t{blockIdx.x} * kTilePixels + threadIdx.x];
     product = dot(d_color, in.color[at]);
@@ -82,10 +153,9 @@ struct SegmentPixel {
     transmittance = state.w;
   }
 
-  /// Sets `sums` to the pixel's share of the Gaussian's sums, as add_pixel() of the CPU. If the
-  /// pixel does not blend the Gaussian, the share is zero and the result false. A pixel never stops
-  /// below `end`.
-  __device__ bool add(const Contribution& by, bool exists, PixelSums<float>& sums) {
+  /// The pixel's share of the Gaussian's sums, see add_pixel() of the CPU. It is zero if the pixel
+  /// does not blend the Gaussian. A pixel never stops below `end`.
+  __device__ PixelShare add(const Contribution& by, bool exists) {
     const bool blends = exists && by.counts;
     const float weight = by.alpha * transmittance;
     const float by_color =
@@ -97,79 +167,78 @@ struct SegmentPixel {
     const float after = product - dot(d_color, next);
     const float d_alpha =
         fmaf(by_color, transmittance, -(after * reciprocal_flush(1.0f - by.alpha)));
-    sums.d = blends ? by.unclamped * d_alpha : 0.0f;
-    sums.dx = sums.d * by.dx;
-    sums.dy = sums.d * by.dy;
-    sums.dxx = sums.dx * by.dx;
-    sums.dxy = sums.dx * by.dy;
-    sums.dyy = sums.dy * by.dy;
-    const float shown = blends ? weight : 0.0f;
-    sums.color = shown * d_color;
     if (blends) {
       so_far = next;
       transmittance = by.behind(transmittance);
     }
-    return blends;
+    return {by.dx, by.dy, blends ? by.unclamped * d_alpha : 0.0f, blends ? weight : 0.0f, blends};
   }
 };
-
-/// The absolute values of a pixel's part of the derivative by the mean, see add_pixel().
-__device__ glm::vec2 absolute_of(const SharedSegment& segment, std::uint32_t entry,
-                                 const PixelSums<float>& sums) {
-  const float conic_x = segment.shapes[entry].z, conic_y = segment.shapes[entry].w,
-              conic_z = segment.lights[entry].x;
-  return static_cast<float>(kLn2) * glm::vec2(fabsf(fmaf(2 * conic_x, sums.dx, conic_y * sums.dy)),
-                                              fabsf(fmaf(2 * conic_z, sums.dy, conic_y * sums.dx)));
-}
 
 struct PairSums {
   PixelSums<float>* pairs;
   glm::vec2* absolute;  ///< if kAbsolute
 };
 
-/// One block per segment.
+/// One block per segment. While some warps add up the sums of a group, others begin the next group.
 template <bool kAbsolute>
-__global__ void __launch_bounds__(kTilePixels) sum_pairs(PairInput in, PairSums out) {
+__global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
+    sum_pairs(PairInput in, PairSums out) {
   constexpr unsigned kNumbers = kSums + (kAbsolute ? 2 : 0);  // per pair
   __shared__ SharedSegment segment;
-  __shared__ float sums_of_warps[kWarps][kWarp * kNumbers];
+  __shared__ float sums_of_warps[2][kWarps][kWarp * kNumbers];
+  __shared__ std::uint32_t ends[kWarps];
   const std::uint32_t tile = in.segment_tiles[blockIdx.x];
   if (tile == kNoTile) return;
+  const unsigned warp = threadIdx.x / kWarp, lane = kept(lane_index());
   const uint2 range = in.tiles.ranges[tile];
   const std::uint32_t first = (blockIdx.x - first_segment(range.x, tile)) * kSegment;
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
   segment.load(in.tiles, tile, range.x + first, size);
   SegmentPixel pixel(in, tile, first);
-  const unsigned end_of_warp = largest_of_warp(pixel.end);
-  float* const own = sums_of_warps[threadIdx.x / kWarp];
+  const std::uint32_t end_of_warp = min(size, largest_of_warp(pixel.end));
+  if (lane == 0) ends[warp] = end_of_warp;
+  __syncthreads();
+  const std::uint32_t end = largest_of_warp(ends[lane % kWarps]);
+  const unsigned number = kept(number_of_lane<kWarp / 4, kNumbers>(lane));
   for (std::uint32_t group = 0; group < size; group += kWarp) {
-    if (__syncthreads_count(pixel.end > group) == 0) break;
-    for (unsigned k = 0; k < kNumbers; ++k) own[k * kWarp + lane_index()] = 0;
-    __syncwarp();
-    for (unsigned reaching = segment.reaching(group, min(size, end_of_warp)); reaching != 0;
-         reaching &= reaching - 1) {
-      const unsigned member = lowest_bit(reaching);
-      PixelSums<float> sums;
-      const Contribution by = segment.contribution(group + member, pixel.x, pixel.y);
-      const bool blends = pixel.add(by, group + member < pixel.end, sums);
-      if (!__any_sync(kAllLanes, blends)) continue;
-      sum_of_warp(sums, own + member * kNumbers);
-      if constexpr (kAbsolute) {
-        sum_of_warp(absolute_of(segment, group + member, sums), own + member * kNumbers + kSums);
+    auto& sums = sums_of_warps[group / kWarp % 2];
+    if (group < end) {
+      float* const own = sums[warp];
+      for (unsigned k = 0; k < kNumbers; ++k) own[k * kWarp + lane] = 0;
+      __syncwarp();
+      unsigned reaching = segment.reaching(group, end_of_warp);
+      while (reaching != 0) {
+        const unsigned member = lowest_bit(reaching);
+        reaching &= reaching - 1;
+        const bool pairs = reaching != 0;
+        const unsigned next = pairs ? lowest_bit(reaching) : member;
+        reaching &= reaching - 1;
+        const std::uint32_t entries[] = {group + member, group + next};
+        const Contribution by[] = {segment.contribution(entries[0], pixel.x, pixel.y),
+                                   segment.contribution(entries[1], pixel.x, pixel.y)};
+        const PixelShare shares[] = {pixel.add(by[0], entries[0] < pixel.end),
+                                     pixel.add(by[1], pairs && entries[1] < pixel.end)};
+        if (!__any_sync(kAllLanes, shares[0].blends || shares[1].blends)) continue;
+        const float sum = sum_of_warp<kNumbers>(lane, segment, shares, entries, pixel.d_color);
+        const bool second = lane >= kWarp / 2;
+        if (pairs || !second) own[(second ? next : member) * kNumbers + number] = sum;
       }
+      __syncthreads();
     }
-    __syncthreads();
     for (unsigned k = threadIdx.x; k < kWarp * kNumbers; k += kTilePixels) {
       const std::uint32_t entry = group + k / kNumbers;
       if (entry >= size) break;
       float sum = 0;
-      for (unsigned warp = 0; warp < kWarps; ++warp) sum += sums_of_warps[warp][k];
+      if (group < end) {
+        for (unsigned each = 0; each < kWarps; ++each) sum += sums[each][k];
+      }
       const std::uint32_t place = in.tiles.places[range.x + first + entry];
-      const unsigned number = k % kNumbers;
-      if (number < kSums)
-        reinterpret_cast<float*>(out.pairs + place)[number] = sum;
+      const unsigned which = k % kNumbers;
+      if (which < kSums)
+        reinterpret_cast<float*>(out.pairs + place)[which] = sum;
       else
-        reinterpret_cast<float*>(out.absolute + place)[number - kSums] = sum;
+        reinterpret_cast<float*>(out.absolute + place)[which - kSums] = sum;
     }
   }
 }
@@ -188,33 +257,87 @@ __device__ void add_groups(const float* values, std::uint32_t& begin, std::uint3
   }
 }
 
-/// One thread per number of a rank's kNumbers sums, so the threads of a Gaussian read neighbouring
-/// addresses. The gradients are computed in another kernel, which need not wait for the long lists
-/// of large Gaussians.
+/// Pairs of Gaussians of which a thread adds up one number alone.
+constexpr std::uint32_t kFewPairs = 64;
+
+struct SumInput {
+  std::uint32_t count;  ///< Gaussians
+  const std::uint32_t *first_places, *tile_counts;
+  const float* pairs;
+  float* sums;
+};
+
+/// Adds up the pairs of a Gaussian in their order. A warp reads the next pairs while some of its
+/// lanes add. All lanes call it; `chunk` is memory of the warp.
 template <unsigned kNumbers>
-__global__ void __launch_bounds__(kThreads)
-    sum_gaussians(std::uint32_t count, const std::uint32_t* gaussians, const std::uint64_t* offsets,
-                  const float* pairs, float* sums) {
-  const std::uint64_t thread = std::uint64_t{blockIdx.x} * kThreads + threadIdx.x;
-  const auto rank = static_cast<std::uint32_t>(thread / kNumbers);
-  if (rank >= count) return;
-  const auto k = static_cast<unsigned>(thread % kNumbers);
-  const float* const values = pairs + k;
-  auto begin = static_cast<std::uint32_t>(offsets[rank]);
-  const auto end = static_cast<std::uint32_t>(offsets[rank + 1]);
+__device__ void sum_many_pairs(const SumInput& in, std::uint32_t gaussian, float* chunk) {
+  const unsigned lane = lane_index();
+  const std::uint32_t size = in.tile_counts[gaussian];
+  const float* const values = in.pairs + std::size_t{in.first_places[gaussian]} * kNumbers;
+  float next[kNumbers];
+  const auto read = [&](std::uint32_t first) {
+#pragma unroll
+    for (unsigned k = 0; k < kNumbers; ++k) {
+      const std::uint64_t at = std::uint64_t{first} * kNumbers + k * kWarp + lane;
+      next[k] = at < std::uint64_t{size} * kNumbers ? values[at] : 0.0f;
+    }
+  };
   float sum = 0;
-  add_groups<kNumbers, 32>(values, begin, end, sum);
+  read(0);
+  for (std::uint32_t first = 0; first < size; first += kWarp) {
+#pragma unroll
+    for (unsigned k = 0; k < kNumbers; ++k) chunk[k * kWarp + lane] = next[k];
+    __syncwarp();
+    read(first + kWarp);
+    if (lane < kNumbers) {
+      const std::uint32_t end = min(size - first, kWarp);
+      for (std::uint32_t k = 0; k < end; ++k) sum += chunk[k * kNumbers + lane];
+    }
+    __syncwarp();
+  }
+  if (lane < kNumbers) in.sums[std::size_t{gaussian} * kNumbers + lane] = sum;
+}
+
+/// The first blocks have a thread per Gaussian, and their warps add up the Gaussians of many pairs.
+/// The others have a thread per number of a Gaussian's kNumbers sums, so the threads of a Gaussian
+/// read neighbouring addresses. The gradients are computed in another kernel, which need not wait
+/// for the long lists of large Gaussians.
+template <unsigned kNumbers>
+__global__ void __launch_bounds__(kThreads) sum_gaussians(SumInput in, unsigned blocks_of_many) {
+  __shared__ float chunks[kThreads / kWarp][kWarp * kNumbers];
+  if (blockIdx.x < blocks_of_many) {
+    const std::uint32_t gaussian = blockIdx.x * kThreads + threadIdx.x;
+    const bool has_many = gaussian < in.count && in.tile_counts[gaussian] > kFewPairs;
+    for (unsigned many = __ballot_sync(kAllLanes, has_many); many != 0; many &= many - 1) {
+      sum_many_pairs<kNumbers>(in, gaussian - lane_index() + lowest_bit(many),
+                               chunks[threadIdx.x / kWarp]);
+    }
+    return;
+  }
+  const std::uint64_t thread = std::uint64_t{blockIdx.x - blocks_of_many} * kThreads + threadIdx.x;
+  const auto gaussian = static_cast<std::uint32_t>(thread / kNumbers);
+  if (gaussian >= in.count) return;
+  const std::uint32_t size = in.tile_counts[gaussian];
+  if (size > kFewPairs) return;
+  const float* const values = in.pairs + thread % kNumbers;
+  std::uint32_t begin = size > 0 ? in.first_places[gaussian] : 0;
+  const std::uint32_t end = begin + size;
+  float sum = 0;
+  add_groups<kNumbers, 16>(values, begin, end, sum);
   add_groups<kNumbers, 4>(values, begin, end, sum);
   add_groups<kNumbers, 1>(values, begin, end, sum);
-  sums[std::size_t{gaussians[rank]} * kNumbers + k] = sum;
+  in.sums[thread] = sum;
 }
 
 template <unsigned kNumbers>
-void launch_sums(const StepView& view, std::uint32_t count, const DepthOrder& order,
+void launch_sums(const StepView& view, std::uint32_t count, const ForwardFrame& frame,
                  const void* pairs, void* sums) {
-  launch("sum_gaussians", sum_gaussians<kNumbers>, blocks_for(std::uint64_t{kNumbers} * count),
-         view.stream, count, order.gaussians(), order.offsets.data(),
-         static_cast<const float*>(pairs), static_cast<float*>(sums));
+  const unsigned blocks_of_many = blocks_for(count);
+  launch("sum_gaussians", sum_gaussians<kNumbers>,
+         blocks_of_many + blocks_for(std::uint64_t{kNumbers} * count), view.stream,
+         SumInput{count, frame.first_places.data(), frame.tile_counts.data(),
+                  static_cast<const float*>(pairs), static_cast<float*>(sums)},
+         blocks_of_many);
 }
 
 struct GaussianInput {
@@ -227,39 +350,43 @@ struct GaussianInput {
 
 /// One thread per Gaussian.
 __global__ void __launch_bounds__(kThreads)
-    gaussian_gradients(GaussianInput in, ParametersView out, glm::vec2* d_mean_px) {
+    gaussian_gradients(GaussianInput in, ParametersView out, ColorGradient<float>* colors,
+                       glm::vec2* d_mean_px) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= in.parameters.count) return;
-  const auto set_coefficient = [&](int k, const glm::vec3& by) { out.set_coefficient(i, k, by); };
   GaussianValues<float> gradient{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f};
   glm::vec2 mean_px(0.0f);
-  int set = 0;  // coefficients
+  ColorGradient<float> color{glm::vec3(0.0f), glm::vec3(0.0f)};
   if (in.tile_counts[i] > 0) {
     const SplatGradient<float> splat = splat_gradient<float>(in.splats[i].splat, in.sums[i]);
-    gradient = gaussian_gradient<float>(
-        in.rules, in.parameters.gaussian(i), [&](int k) { return in.parameters.coefficient(i, k); },
-        splat, set_coefficient);
+    const GaussianValues<float> gaussian = in.parameters.gaussian(i);
+    const auto coefficient = [&](int k) { return in.parameters.coefficient(i, k); };
+    color = ColorGradient<float>::of(in.rules, gaussian.mean, coefficient, splat.color);
+    gradient = gaussian_gradient<float>(in.rules, gaussian, coefficient, splat, color,
+                                        [](int, const glm::vec3&) {});
     mean_px = splat.mean_px;
-    set = (in.rules.sh_degree + 1) * (in.rules.sh_degree + 1);
   }
-  for (int k = set; k < in.parameters.sh_coefficients; ++k) set_coefficient(k, glm::vec3(0.0f));
   out.set_gaussian(i, gradient);
+  colors[i] = color;
   d_mean_px[i] = mean_px;
+}
+
+/// One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    expand_color_gradients(int sh_degree, const ColorGradient<float>* colors, ParametersView out) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= out.count) return;
+  for (int k = 0; k < out.sh_coefficients; ++k) out.set_coefficient(i, k, glm::vec3(0.0f));
+  sh_gradient<float>(
+      sh_degree, colors[i].direction, [](int) { return glm::vec3(0.0f); }, colors[i].by_color,
+      [&](int k, const glm::vec3& by) { out.set_coefficient(i, k, by); });
 }
 
 void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const glm::vec3* d_color,
                         bool absolute, BackwardScratch& scratch) {
-  const std::uint32_t count = frame.pairs.count;
-  if (count == 0) return;
-  scratch.pairs.reserve("the step's pairs", frame.room());
-  if (absolute) scratch.absolute.reserve("the step's pairs", frame.room());
-  // Pairs that no pixel reached keep 0.
-  check(cudaMemsetAsync(scratch.pairs.data(), 0, count * sizeof(PixelSums<float>), view.stream),
-        "backward");
-  if (absolute) {
-    check(cudaMemsetAsync(scratch.absolute.data(), 0, count * sizeof(glm::vec2), view.stream),
-          "backward");
-  }
+  if (frame.pairs.count == 0) return;
+  scratch.pairs.reserve("the step's pairs", frame.pairs.room());
+  if (absolute) scratch.absolute.reserve("the step's pairs", frame.pairs.room());
   launch("sum_pairs", absolute ? sum_pairs<true> : sum_pairs<false>,
          Blocks(frame.segments, kTilePixels), view.stream,
          PairInput{frame.tiles(view), frame.segment_tiles.data(), frame.states.data(),
@@ -272,7 +399,8 @@ void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const g
 void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
               const glm::vec3* d_color, const qs::train::BackwardOrder& order,
               BackwardScratch& scratch, Gradients& gradients) {
-  gradients.by.resize(parameters.count, parameters.sh_degree);
+  gradients.by.resize_shapes(parameters.count);
+  gradients.colors.reserve("the gradients", with_room(parameters.count));
   gradients.mean_px.reserve("the gradients", with_room(parameters.count));
   gradients.has_absolute = order.absolute;
   if (order.absolute) gradients.absolute_px.reserve("the gradients", with_room(parameters.count));
@@ -280,19 +408,25 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
   if (parameters.count == 0) return;
   view.throw_if_cancelled();
   sum_pairs_of_tiles(view, frame, d_color, order.absolute, scratch);
+  gradients.sh_degree = std::min(view.settings.sh_degree, parameters.sh_degree);
   const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
-                                   view.antialiased(),
-                                   std::min(view.settings.sh_degree, parameters.sh_degree)};
+                                   view.antialiased(), gradients.sh_degree};
   const GaussianInput in{rules, parameters.view(), frame.tile_counts.data(), scratch.sums.data(),
                          frame.splats.data()};
-  launch_sums<kSums>(view, parameters.count, frame.order, scratch.pairs.data(),
-                     scratch.sums.data());
+  launch_sums<kSums>(view, parameters.count, frame, scratch.pairs.data(), scratch.sums.data());
   if (order.absolute) {
-    launch_sums<2>(view, parameters.count, frame.order, scratch.absolute.data(),
+    launch_sums<2>(view, parameters.count, frame, scratch.absolute.data(),
                    gradients.absolute_px.data());
   }
   launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,
-         gradients.by.view(), gradients.mean_px.data());
+         gradients.by.view(), gradients.colors.data(), gradients.mean_px.data());
+}
+
+void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients) {
+  gradients.by.resize(gradients.by.count, sh_degree);
+  if (gradients.by.count == 0) return;
+  launch("expand_colors", expand_color_gradients, blocks_for(gradients.by.count), stream,
+         gradients.sh_degree, gradients.colors.data(), gradients.by.view());
 }
 
 }  // namespace qs::cuda::train

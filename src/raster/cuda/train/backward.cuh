@@ -30,4 +30,7 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
               const glm::vec3* d_color, const qs::train::BackwardOrder& order,
               BackwardScratch& scratch, Gradients& gradients);
 
+/// Sets gradients.by.sh, for tests, of a model with coefficients up to `sh_degree`.
+void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients);
+
 }  // namespace qs::cuda::train

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The forward pass of training: projects the parameters, orders them by depth, lists them by tiles,
-// sorts by tile, and composites as the CPU's training does. It also stores the values of every
-// pixel that the backward pass needs. Sums are in the same order as on the CPU; alphas differ by
-// rounding.
+// The forward pass of training: projects the parameters, lists them by tiles, sorts the list of
+// every tile by depth, and composites as the CPU's training does. It also stores the values of
+// every pixel that the backward pass needs. Sums are in the same order as on the CPU; alphas differ
+// by rounding.
 //
 // A warp composites 8x4 pixels of a tile, with only those Gaussians of the tile's list that reach
 // them. The list of a tile is divided into segments of 256 Gaussians. The state of every pixel in
@@ -14,9 +14,10 @@
 
 #include "raster/api/renderer.h"
 #include "raster/cuda/ellipse.cuh"
+#include "raster/cuda/fast/macro_tiles.cuh"
 #include "raster/cuda/footprint_arrays.cuh"
-#include "raster/cuda/tile_lists.cuh"
-#include "raster/cuda/train/order.cuh"
+#include "raster/cuda/schedule.cuh"
+#include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/parameters.cuh"
 #include "raster/kernel/blend.h"
 
@@ -88,17 +89,33 @@ struct TilesView {
   }
 };
 
-/// Pairs of a tile and a Gaussian. A pair has a place in the order of ranks, then of tiles.
+/// Pairs of a tile and a Gaussian. The pairs of a Gaussian have neighbouring places, in the order
+/// of tiles.
 struct ListedPairs {
-  /// Keys: tiles; values: places. Sorted by tile, the values are the tile lists.
-  SortBuffers<std::uint32_t> buffers;
-  DeviceBuffer<std::uint32_t> owners;  ///< per place: its Gaussian
+  // Per place.
+  DeviceBuffer<std::uint32_t> owners;  ///< its Gaussian
+  DeviceBuffer<std::uint32_t> tiles;   ///< its tile, until the lists are sorted
+  DeviceBuffer<std::uint32_t> slots;   ///< its index in the tile's list, before that is sorted
+  // The lists of all tiles.
+  DeviceBuffer<fast::MacroEntry> entries;  ///< depths and places, in any order
+  DeviceBuffer<std::uint32_t> places;      ///< front to back
   std::uint32_t count = 0;
+
+  /// Pairs that the buffers have room for. It grows in larger steps than the number of pairs.
+  std::uint32_t room() const { return static_cast<std::uint32_t>(places.capacity()); }
+  void reserve(std::uint32_t pairs);
 };
 
-/// The order in which tiles are composited, see ScheduleView.
-struct TileSchedule {
-  DeviceBuffer<std::uint32_t> class_sizes, tiles;
+struct TileLists {
+  DeviceBuffer<std::uint32_t> sizes;
+  DeviceBuffer<uint2> ranges;  ///< per tile: its list is [x, y)
+  /// The order in which tiles are composited, see ScheduleView.
+  DeviceBuffer<std::uint32_t> class_sizes, scheduled;
+
+  void reserve(unsigned tiles);
+  ScheduleView schedule(unsigned tiles) const {
+    return {class_sizes.data(), scheduled.data(), tiles};
+  }
 };
 
 /// The number of pairs, summed on the GPU and copied to the host.
@@ -110,16 +127,16 @@ struct PairTotal {
 
 struct ForwardFrame {
   // Per Gaussian.
-  DeviceBuffer<std::uint32_t> tile_counts;  ///< 0: not visible; footprint and splat are undefined
+  DeviceBuffer<std::uint32_t> tile_counts;   ///< 0: not visible; the others are undefined
+  DeviceBuffer<std::uint32_t> first_places;  ///< of its pairs
+  DeviceBuffer<std::uint32_t> depth_keys;    ///< bits of the depth, which is positive
   FootprintBuffers footprints;
   DeviceBuffer<ListedSplat> splats;
   DeviceBuffer<std::uint8_t> in_view;  ///< see the CPU's Gradients::visible
 
   PairTotal total;
-  DepthOrder order;
   ListedPairs pairs;
   TileLists lists;
-  TileSchedule schedule;
 
   // Per pixel, row by row.
   DeviceBuffer<glm::vec3> color;      ///< over the background, not clamped
@@ -132,16 +149,22 @@ struct ForwardFrame {
   DeviceBuffer<float4> states;
   std::uint32_t segments = 0;
 
-  /// Pairs that the buffers have room for. It grows in larger steps than the number of pairs.
-  std::uint32_t room() const { return static_cast<std::uint32_t>(pairs.buffers.values.capacity()); }
-
   TilesView tiles(const StepView& view) const {
-    return {lists.ranges.data(), pairs.buffers.values.data(), pairs.owners.data(), splats.data(),
-            view.grid().columns, view.camera.width,           view.camera.height};
+    return {lists.ranges.data(), pairs.places.data(), pairs.owners.data(), splats.data(),
+            view.grid().columns, view.camera.width,   view.camera.height};
   }
 };
 
-/// Waits once, for the number of pairs. Throws Cancelled, and Error(device) if memory is short.
-void forward(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+// The steps of the pass, in this order. They throw Error(device) if memory is short.
+
+/// Does not read colours. Throws Cancelled.
+void project_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+
+/// Sets the colours of the projected Gaussians, in `stream`, which may run beside list_view().
+void color_view(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+                cudaStream_t stream);
+
+/// Composites the lists.
+void draw_view(const StepView& view, ForwardFrame& frame);
 
 }  // namespace qs::cuda::train

@@ -10,22 +10,74 @@
 #include "raster/cuda/train/count_errors.cuh"
 #include "raster/cuda/train/density.cuh"
 #include "raster/cuda/train/gpu_model.h"
+#include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/loss.cuh"
 #include "raster/cuda/train/pass_clock.cuh"
 #include "raster/cuda/train/photograph.cuh"
 
 namespace qs::cuda::train {
 
+namespace {
+
+/// A stream for work that the passes after it do not need at once: the sums of the loss, the step
+/// of the colours and the next view's colours, beside which that view is projected and listed, and
+/// its photograph.
+class SideStream {
+ public:
+  SideStream(int device, bool urgent) : stream_(device, urgent) {}
+
+  /// Calls `work` with the stream, in which it follows all that was enqueued in `from`.
+  template <class Work>
+  void fork(cudaStream_t from, const Work& work) {
+    begin_.record(from);
+    begin_.make_wait(stream_);
+    run(work);
+  }
+  /// Calls `work` with the stream.
+  template <class Work>
+  void run(const Work& work) {
+    work(static_cast<cudaStream_t>(stream_));
+    end_.record(stream_);
+    pending_ = true;
+  }
+  /// Work enqueued in `to` from now on follows all work of this stream.
+  void join(cudaStream_t to) {
+    if (pending_) end_.make_wait(to);
+    pending_ = false;
+  }
+
+ private:
+  Stream stream_;
+  Event begin_, end_;
+  bool pending_ = false;
+};
+
+/// The highest degree of coefficients that are not all zero.
+int used_degree(const qs::train::Parameters& moments) {
+  std::size_t used = 0;
+  for (std::size_t at = 0; at < moments.sh.size(); ++at) {
+    if (moments.sh[at] != glm::vec3(0)) used = std::max(used, at % moments.sh_stride());
+  }
+  int degree = 0;
+  while (static_cast<std::size_t>(sh_coefficient_count(degree)) <= used) ++degree;
+  return degree;
+}
+
+}  // namespace
+
 struct GpuModel::State {
-  explicit State(int device_index) : device(device_index), stream(device_index, true) {}
+  explicit State(int device_index)
+      : device(device_index), stream(device_index, true), side(device_index, false) {}
 
   int device;
   Stream stream;  // selects the GPU
+  SideStream side;
   std::size_t free_before = DeviceMemory::now().free;
   int iteration = 0, changed_before = 0;
   qs::train::GrowthState growth;
   Parameters parameters;
   AdamState adam;
+  GradientSums sums;
   DensityStatistics density;
   PixelCounts counts;
 
@@ -57,6 +109,24 @@ struct GpuModel::State {
   RenderSettings settings;
   std::stop_token stop;
 
+  /// Sets host.summed.
+  void download_sums() {
+    host.summed = {};
+    host.summed.sh_degree = parameters.sh_degree;
+    if (sums.empty()) return;
+    host.summed = download(sums.by, stream);
+    const std::size_t stride = host.summed.sh_stride();
+    for (std::size_t at = 0; at < host.summed.sh.size(); ++at) {
+      if (at % stride == 0 ? !sums.has_others : !sums.has_rest) host.summed.sh[at] = glm::vec3(0);
+    }
+    if (sums.has_others) return;
+    qs::train::Parameters zeros;
+    zeros.sh_degree = host.summed.sh_degree;
+    zeros.sh = std::move(host.summed.sh);
+    zeros.resize(host.summed.size());
+    host.summed = std::move(zeros);
+  }
+
   /// Fills `next` by the plan.
   void gather_next(const qs::train::Plan& plan);
 
@@ -67,20 +137,26 @@ struct GpuModel::State {
   Comparison comparison(const std::uint8_t* target_mask, std::size_t counted) {
     return {camera.width, camera.height, frame.color.data(), target.data(), target_mask, counted};
   }
-  /// The same for a photograph, which is copied to `target`.
+  /// The same for a photograph, which is copied to `target`. The last reader of `target` is done,
+  /// because forward() has forked the stream since then, or compare() has.
   Comparison comparison(std::optional<std::size_t> number,
                         const qs::train::Photograph& photograph) {
     assert(photograph.rgb.size() == 3 * pixels());
     const DevicePhotograph& device_photograph = uploaded(number, photograph);
-    device_photograph.over(settings.background, stream, target);
+    side.run(
+        [&](cudaStream_t beside) { device_photograph.over(settings.background, beside, target); });
+    side.join(stream);
     return comparison(device_photograph.has_mask ? device_photograph.mask.data() : nullptr,
                       device_photograph.counted);
   }
 
   void compare(const Comparison& pictures) {
+    side.join(stream);  // the sums of the last loss are in use
     train::compare(pictures, stream, loss, d_color);
     clock.end(1, stream);
-    losses[comparisons % 2].begin(loss, 3 * static_cast<double>(pictures.counted), stream);
+    side.fork(stream, [&](cudaStream_t beside) {
+      losses[comparisons % 2].begin(loss, 3 * static_cast<double>(pictures.counted), beside);
+    });
     ++comparisons;
   }
 
@@ -126,6 +202,7 @@ GpuModel::GpuModel(int device) {
 
 GpuModel::~GpuModel() {
   cudaSetDevice(state_->device);
+  state_->side.join(state_->stream);
   cudaStreamSynchronize(state_->stream);  // passes may still run
 }
 
@@ -147,10 +224,15 @@ int GpuModel::changed_before() const { return state_->changed_before; }
 
 void GpuModel::set_state(qs::train::ModelState state) {
   State& s = gpu();
+  s.side.join(s.stream);
   s.iteration = state.iteration;
   s.changed_before = state.changed_before;
   s.growth = state.growth;
   s.adam.steps = state.adam.steps;
+  s.adam.rest_steps = state.adam.rest_steps;
+  s.sums.has_rest = s.sums.has_others = state.summed.size() > 0;
+  if (!s.sums.empty()) upload(state.summed, s.stream, s.sums.by);
+  s.adam.sh_degree = std::max(used_degree(state.adam.first), used_degree(state.adam.second));
   s.comparisons = 0;
   s.counts.count = 0;
   upload(state.parameters, s.stream, s.parameters);
@@ -161,6 +243,7 @@ void GpuModel::set_state(qs::train::ModelState state) {
 
 const qs::train::Parameters& GpuModel::parameters() {
   State& s = gpu();
+  s.side.join(s.stream);
   s.host.parameters = download(s.parameters, s.stream);
   return s.host.parameters;
 }
@@ -171,7 +254,9 @@ const qs::train::ModelState& GpuModel::state() {
   s.host.iteration = s.iteration;
   s.host.changed_before = s.changed_before;
   s.host.growth = s.growth;
-  s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps};
+  s.host.adam = {download(s.adam.first, s.stream), download(s.adam.second, s.stream), s.adam.steps,
+                 s.adam.rest_steps};
+  s.download_sums();
   s.density.download(s.stream, s.host.density);
   return s.host;
 }
@@ -192,11 +277,13 @@ const qs::train::GaussianFacts& GpuModel::facts() {
 // Everything is gathered before anything is replaced, so it can be gathered again.
 void GpuModel::apply(const qs::train::Plan& plan) {
   State& s = gpu();
+  s.side.join(s.stream);
   s.with_memory([&] { s.gather_next(plan); });
   if (plan.resets_statistics) std::swap(s.density, s.next.density);
   s.changed_before = plan.iteration;
   s.growth = plan.growth;
   s.counts.count = 0;
+  s.sums.has_rest = s.sums.has_others = false;
   std::swap(s.parameters, s.next.parameters);
   std::swap(s.adam.first, s.next.first);
   std::swap(s.adam.second, s.next.second);
@@ -229,7 +316,14 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   s.settings = settings;
   s.stop = std::move(stop);
   s.clock.begin(s.stream);
-  s.with_memory([&] { train::forward(s.view(), s.parameters, s.frame); });
+  s.with_memory([&] {
+    project_view(s.view(), s.parameters, s.frame);
+    s.side.fork(s.stream,
+                [&](cudaStream_t beside) { color_view(s.view(), s.parameters, s.frame, beside); });
+    list_view(s.view(), s.parameters.count, s.frame);
+    s.side.join(s.stream);
+    draw_view(s.view(), s.frame);
+  });
   s.clock.end(0, s.stream);
 }
 
@@ -288,7 +382,18 @@ void GpuModel::step(const qs::train::StepOrder& order) {
                                    order.counts_by_mode ? s.frame.tile_counts.data() : nullptr};
     s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
-  take_step(order, s.parameters, s.gradients.by, s.adam, s.stream);
+  if (order.sums) {
+    s.with_memory([&] { s.sums.by.resize(s.parameters.count, s.parameters.sh_degree); });
+    add_gradients(order, s.gradients, s.sums, s.stream);
+  }
+  const bool uses_sums = order.sums && (!order.moves || s.sums.has_others);
+  take_step(order, s.parameters, uses_sums ? s.sums.by : s.gradients.by, s.adam, s.stream);
+  if (order.moves || order.sums) {
+    s.side.fork(s.stream, [&](cudaStream_t beside) {
+      if (order.sums) add_color_gradients(order, s.gradients, s.sums, beside);
+      take_color_step(order, s.parameters, s.gradients, s.sums, s.adam, beside);
+    });
+  }
   s.clock.end(3, s.stream);
   s.iteration = order.iteration;
 }
@@ -307,7 +412,11 @@ std::optional<std::uint64_t> GpuModel::gpu_memory_bytes() {
   return before > free ? before - free : 0;
 }
 
-void GpuModel::wait() const { check(cudaStreamSynchronize(gpu().stream), "training"); }
+void GpuModel::wait() const {
+  State& s = gpu();
+  s.side.join(s.stream);
+  check(cudaStreamSynchronize(s.stream), "training");
+}
 
 Loss GpuModel::loss() const {
   State& s = gpu();
@@ -329,6 +438,7 @@ std::vector<glm::vec3> GpuModel::pixel_gradients() const {
 
 GradientCopies GpuModel::gradients() const {
   State& s = gpu();
+  expand_colors(s.parameters.sh_degree, s.stream, s.gradients);
   return {download(s.gradients.by, s.stream),
           copied(s.gradients.mean_px.data(), s.parameters.count, s.stream),
           copied(s.gradients.absolute_px.data(), s.gradients.has_absolute ? s.parameters.count : 0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cassert>
 
 #include "raster/cuda/train/loss.cuh"
 #include "raster/cuda/warp.cuh"
@@ -16,7 +17,12 @@ constexpr int kRow = kSide * kChannels;  // values in a row of a block
 constexpr int kMargin = kSsimRadius * kChannels;
 constexpr int kWideRow = kRow + 2 * kMargin;  // with the values around them that the window reaches
 constexpr int kHighSide = kSide + 2 * kSsimRadius;
-static_assert(kThreads % kSide == 0);
+
+// A thread computes a run of neighbours of one channel, because they share most of their inputs:
+// first kAlong along a row, then kDown down a column.
+constexpr int kAlong = 8, kDown = 4;
+constexpr unsigned kBlock = kRow * kSide / kDown;  // threads
+static_assert(kSide % kAlong == 0 && kHighSide * kRow / kAlong <= int{kBlock});
 
 /// A picture as rows of values, with the channels of a pixel side by side.
 struct Shape {
@@ -28,6 +34,7 @@ struct Shape {
   static Shape of_image(int width, int height) {
     Shape shape{width * kChannels, height, (width + kSide - 1) / kSide, {}};
     const auto weights = ssim_window();
+    for (int k = 0; k < kSsimSize; ++k) assert(weights[k] == weights[kSsimSize - 1 - k]);
     std::copy(weights.begin(), weights.end(), shape.window);
     return shape;
   }
@@ -45,16 +52,16 @@ struct Shape {
 };
 
 /// Values of a block and the values around them that the window reaches, in shared memory. They are
-/// zero outside of the picture.
-template <int kFields>
+/// zero outside of the picture. Rows have odd lengths, so that a column is in all memory banks.
+template <int kFields, int kMoments>
 struct Surroundings {
-  float values[kFields][kHighSide][kWideRow];
-  float rows[kHighSide][kRow];  ///< a field, blurred along the rows
+  float values[kFields][kHighSide][kWideRow + 1];
+  float rows[kMoments][kHighSide][kRow + 1];  ///< moments, blurred along the rows
 
   /// Sets every value of every field f: value_at(f, i) of the picture. A barrier must follow.
   template <class ValueAt>
   __device__ void load(const Shape& shape, const ValueAt& value_at) {
-    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kWideRow; n += kThreads) {
+    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kWideRow; n += int{kBlock}) {
       const int x = shape.left() + n % kWideRow - kMargin;
       const int y = shape.top() + n / kWideRow - kSsimRadius;
       const bool inside = shape.contains(x, y);
@@ -65,27 +72,73 @@ struct Surroundings {
     }
   }
 
-  /// Convolves product_at(y, x), of indices of `values`, with the window; calls
-  /// result(k, sum) for the thread's k-th value. The order of the sums is the CPU's. All threads
-  /// call it.
-  template <class ProductAt, class Result>
-  __device__ void blur(const float* window, const ProductAt& product_at, const Result& result) {
-    __syncthreads();  // rows may be in use
-    for (int n = static_cast<int>(threadIdx.x); n < kHighSide * kRow; n += kThreads) {
-      const int y = n / kRow, x = n % kRow;
-      float sum = 0;
-#pragma unroll
-      for (int k = 0; k < kSsimSize; ++k) sum += window[k] * product_at(y, x + k * kChannels);
-      rows[y][x] = sum;
-    }
+  /// Convolves the moments with the window, for the thread's kDown values. set(in, out) computes
+  /// the moments of a value from its fields. The order of the sums is the CPU's. All threads call
+  /// it.
+  template <class Set>
+  __device__ void blur(const Shape& shape, const Set& set, float (&sums)[kMoments][kDown]) {
     __syncthreads();
+    blur_along_rows(shape, set);
+    __syncthreads();
+    const int x = own_column(), top = own_top();
+    clear(sums);
 #pragma unroll
-    for (int own = 0; own < kChannels; ++own) {
-      const int n = static_cast<int>(threadIdx.x) + own * static_cast<int>(kThreads);
-      float sum = 0;
+    for (int j = 0; j < kDown + kSsimSize - 1; ++j) {
+      float moments[kMoments];
 #pragma unroll
-      for (int k = 0; k < kSsimSize; ++k) sum += window[k] * rows[n / kRow + k][n % kRow];
-      result(own, sum);
+      for (int m = 0; m < kMoments; ++m) moments[m] = rows[m][top + j][x];
+      add_to_run(shape, j, moments, sums);
+    }
+  }
+
+  static __device__ int own_column() { return static_cast<int>(threadIdx.x) % kRow; }
+  static __device__ int own_top() { return static_cast<int>(threadIdx.x) / kRow * kDown; }
+
+ private:
+  template <int kRun>
+  static __device__ void clear(float (&sums)[kMoments][kRun]) {
+#pragma unroll
+    for (int m = 0; m < kMoments; ++m) {
+#pragma unroll
+      for (int own = 0; own < kRun; ++own) sums[m][own] = 0;
+    }
+  }
+
+  /// Adds input j of a run to the sums that it belongs to.
+  template <int kRun>
+  static __device__ void add_to_run(const Shape& shape, int j, const float (&moments)[kMoments],
+                                    float (&sums)[kMoments][kRun]) {
+#pragma unroll
+    for (int own = 0; own < kRun; ++own) {
+      const int k = j - own;
+      if (k < 0 || k >= kSsimSize) continue;
+      // The window is symmetric, so a product with a weight serves two sums.
+      const float weight = shape.window[k <= kSsimRadius ? k : kSsimSize - 1 - k];
+#pragma unroll
+      for (int m = 0; m < kMoments; ++m) sums[m][own] += weight * moments[m];
+    }
+  }
+
+  template <class Set>
+  __device__ void blur_along_rows(const Shape& shape, const Set& set) {
+    const int n = static_cast<int>(threadIdx.x);
+    if (n >= kHighSide * kRow / kAlong) return;
+    const int y = n % kHighSide, run = n / kHighSide;
+    const int begin = run / kChannels * kAlong * kChannels + run % kChannels;
+    float sums[kMoments][kAlong];
+    clear(sums);
+#pragma unroll
+    for (int j = 0; j < kAlong + kSsimSize - 1; ++j) {
+      float in[kFields], moments[kMoments];
+#pragma unroll
+      for (int f = 0; f < kFields; ++f) in[f] = values[f][y][begin + j * kChannels];
+      set(in, moments);
+      add_to_run(shape, j, moments, sums);
+    }
+#pragma unroll
+    for (int m = 0; m < kMoments; ++m) {
+#pragma unroll
+      for (int own = 0; own < kAlong; ++own) rows[m][y][begin + own * kChannels] = sums[m][own];
     }
   }
 };
@@ -93,10 +146,10 @@ struct Surroundings {
 /// Calls visit(k, i) for the thread's values inside the picture: k counts them, i is the index.
 template <class Visit>
 __device__ void for_own_values(const Shape& shape, const Visit& visit) {
+  const int n = static_cast<int>(threadIdx.x);
 #pragma unroll
-  for (int own = 0; own < kChannels; ++own) {
-    const int n = static_cast<int>(threadIdx.x) + own * static_cast<int>(kThreads);
-    const int x = shape.left() + n % kRow, y = shape.top() + n / kRow;
+  for (int own = 0; own < kDown; ++own) {
+    const int x = shape.left() + n % kRow, y = shape.top() + n / kRow * kDown + own;
     if (shape.contains(x, y)) visit(own, static_cast<std::uint32_t>(y * shape.row + x));
   }
 }
@@ -118,24 +171,23 @@ struct Derivatives {
 };
 
 /// One block per 16x16 pixels: SSIM, summed over the block, and its derivatives per value.
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kBlock)
     measure_similarity(Shape shape, Pictures pictures, Derivatives derivatives, LossSums* sums) {
-  __shared__ Surroundings<2> around;
+  __shared__ Surroundings<2, 5> around;
   around.load(shape, [&](int f, std::uint32_t i) {
     if (pictures.masks(i)) return 0.0f;
     return f == 0 ? shown(pictures.color[i]) : pictures.target[i];
   });
-  float moments[5][kChannels];
-  const auto a = [&](int y, int x) { return around.values[0][y][x]; };
-  const auto b = [&](int y, int x) { return around.values[1][y][x]; };
-  const auto measure = [&](int moment, const auto& product_at) {
-    around.blur(shape.window, product_at, [&](int own, float sum) { moments[moment][own] = sum; });
+  float moments[5][kDown];
+  const auto products = [](const float(&in)[2], float(&out)[5]) {
+    const float a = in[0], b = in[1];
+    out[0] = a;
+    out[1] = b;
+    out[2] = a * a;
+    out[3] = b * b;
+    out[4] = a * b;
   };
-  measure(0, a);
-  measure(1, b);
-  measure(2, [&](int y, int x) { return a(y, x) * a(y, x); });
-  measure(3, [&](int y, int x) { return b(y, x) * b(y, x); });
-  measure(4, [&](int y, int x) { return a(y, x) * b(y, x); });
+  around.blur(shape, products, moments);
   double value = 0;
   for_own_values(shape, [&](int own, std::uint32_t i) {
     Similarity<float> s{};
@@ -148,25 +200,23 @@ __global__ void __launch_bounds__(kThreads)
     derivatives.values[derivatives.size + i] = s.by_aa;
     derivatives.values[2 * derivatives.size + i] = s.by_ab;
   });
-  const double total = sum_of_block<kThreads>(value).total;
+  const double total = sum_of_block<kBlock>(value).total;
   if (threadIdx.x == 0) sums[blockIdx.x].ssim = total;
 }
 
 /// One block per 16x16 pixels: the gradient, and the differences of the pictures, summed over the
 /// block.
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kBlock)
     loss_gradients(Shape shape, Pictures pictures, Derivatives derivatives,
                    LossGradient<float> gradient, float* d_color, LossSums* sums) {
-  __shared__ Surroundings<3> around;
+  __shared__ Surroundings<3, 3> around;
   around.load(shape,
               [&](int f, std::uint32_t i) { return derivatives.values[f * derivatives.size + i]; });
-  float blurred[3][kChannels];
-#pragma unroll
-  for (int f = 0; f < 3; ++f) {
-    around.blur(
-        shape.window, [&](int y, int x) { return around.values[f][y][x]; },
-        [&](int own, float sum) { blurred[f][own] = sum; });
-  }
+  float blurred[3][kDown];
+  const auto same = [](const float(&in)[3], float(&out)[3]) {
+    for (int f = 0; f < 3; ++f) out[f] = in[f];
+  };
+  around.blur(shape, same, blurred);
   double l1 = 0, squared = 0;
   for_own_values(shape, [&](int own, std::uint32_t i) {
     d_color[i] = 0;
@@ -177,8 +227,8 @@ __global__ void __launch_bounds__(kThreads)
     const double difference = static_cast<double>(shown(a)) - static_cast<double>(b);
     squared += difference * difference;
   });
-  const double l1_total = sum_of_block<kThreads>(l1).total;
-  const double squared_total = sum_of_block<kThreads>(squared).total;
+  const double l1_total = sum_of_block<kBlock>(l1).total;
+  const double squared_total = sum_of_block<kBlock>(squared).total;
   if (threadIdx.x == 0) {
     sums[blockIdx.x].l1 = l1_total;
     sums[blockIdx.x].squared_error = squared_total;
@@ -209,20 +259,23 @@ void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scrat
   scratch.derivatives.reserve("the loss", std::size_t{3} * count);
   scratch.of_blocks.reserve("the loss", blocks);
   scratch.of_image.reserve("the loss", 1);
+  scratch.blocks = blocks;
   d_color.reserve("the loss", count / kChannels);
   const Pictures values{reinterpret_cast<const float*>(pictures.color),
                         reinterpret_cast<const float*>(pictures.target), pictures.mask};
   const Derivatives derivatives{scratch.derivatives.data(), count};
   LossSums* const sums = scratch.of_blocks.data();
-  launch("measure_similarity", measure_similarity, blocks, stream, shape, values, derivatives,
+  const Blocks launched(blocks, kBlock);
+  launch("measure_similarity", measure_similarity, launched, stream, shape, values, derivatives,
          sums);
-  launch("loss_gradients", loss_gradients, blocks, stream, shape, values, derivatives,
+  launch("loss_gradients", loss_gradients, launched, stream, shape, values, derivatives,
          LossGradient<float>::of(kChannels * static_cast<double>(pictures.counted)),
          reinterpret_cast<float*>(d_color.data()), sums);
-  launch("add_blocks", add_blocks, 1u, stream, sums, blocks, scratch.of_image.data());
 }
 
-void LossCopy::begin(const LossScratch& scratch, double values, cudaStream_t stream) {
+void LossCopy::begin(LossScratch& scratch, double values, cudaStream_t stream) {
+  launch("add_blocks", add_blocks, 1u, stream, scratch.of_blocks.data(), scratch.blocks,
+         scratch.of_image.data());
   values_ = values;
   check(cudaMemcpyAsync(&*sums_, scratch.of_image.data(), sizeof(LossSums), cudaMemcpyDeviceToHost,
                         stream),

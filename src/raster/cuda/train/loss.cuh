@@ -21,14 +21,15 @@ struct LossSums {
 struct LossScratch {
   DeviceBuffer<float> derivatives;  ///< of SSIM, 3 fields
   DeviceBuffer<LossSums> of_blocks, of_image;
+  unsigned blocks = 0;  ///< of the last comparison
 };
 
 /// A loss that is being copied to the host.
 class LossCopy {
  public:
-  /// Enqueues the copy of the loss of `values` values that are not masked. The previous copy must
-  /// have arrived.
-  void begin(const LossScratch& scratch, double values, cudaStream_t stream);
+  /// Adds up the sums of the last comparison, of `values` values that are not masked, and copies
+  /// the result, in `stream`. The previous copy must have arrived.
+  void begin(LossScratch& scratch, double values, cudaStream_t stream);
   /// Waits for the copy.
   Loss wait();
 
@@ -47,7 +48,8 @@ struct Comparison {
 };
 
 /// Compares `color` with `target`, and sets `d_color` to the derivatives of the total by `color`.
-/// Does not wait. Throws Error(device) if memory is short.
+/// LossCopy reads the loss itself, which the backward pass does not need. Does not wait. Throws
+/// Error(device) if memory is short.
 void compare(const Comparison& pictures, cudaStream_t stream, LossScratch& scratch,
              DeviceBuffer<glm::vec3>& d_color);
 

@@ -24,23 +24,28 @@ __global__ void __launch_bounds__(kThreads)
     to.set_coefficient(i, k, zeros ? glm::vec3(0.0f) : from.coefficient(source, k));
 }
 
-// On the GPU every channel of a coefficient has its own array.
-std::size_t sh_index(std::size_t coefficient, int channel, std::size_t count) {
-  return (3 * coefficient + static_cast<std::size_t>(channel)) * count;
+// On the GPU every channel of a coefficient has its own row.
+std::size_t sh_index(std::size_t coefficient, int channel, std::uint32_t count) {
+  return (3 * coefficient + static_cast<std::size_t>(channel)) * sh_row(count);
 }
 
 }  // namespace
 
 void Parameters::resize(std::uint32_t gaussians, int degree) {
   const auto coefficients = static_cast<std::size_t>(sh_coefficient_count(degree));
+  sh_degree = degree;
+  const auto room = sh_row(static_cast<std::uint32_t>(with_room(gaussians)));
+  sh.reserve("the model", 3 * coefficients * room);
+  resize_shapes(gaussians);
+}
+
+void Parameters::resize_shapes(std::uint32_t gaussians) {
   const std::size_t room = with_room(gaussians);
   means.reserve("the model", room);
   log_scales.reserve("the model", room);
   rotations.reserve("the model", room);
   opacity_logits.reserve("the model", room);
-  sh.reserve("the model", 3 * coefficients * room);
   count = gaussians;
-  sh_degree = degree;
 }
 
 void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& parameters) {
@@ -50,10 +55,11 @@ void upload(const qs::train::Parameters& host, cudaStream_t stream, Parameters& 
   }
   const std::size_t count = host.size(), width = host.sh_stride();
   parameters.resize(static_cast<std::uint32_t>(count), host.sh_degree);
-  std::vector<float> sh(3 * width * count);
+  std::vector<float> sh(3 * width * sh_row(parameters.count));
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = 0; k < width; ++k) {
-      for (int c = 0; c < 3; ++c) sh[sh_index(k, c, count) + i] = host.sh[i * width + k][c];
+      for (int c = 0; c < 3; ++c)
+        sh[sh_index(k, c, parameters.count) + i] = host.sh[i * width + k][c];
     }
   }
   copy_to_device(host.means.data(), parameters.means, count, stream);
@@ -72,11 +78,13 @@ qs::train::Parameters download(const Parameters& parameters, cudaStream_t stream
   host.log_scales = copied(parameters.log_scales.data(), count, stream);
   host.rotations = copied(parameters.rotations.data(), count, stream);
   host.opacity_logits = copied(parameters.opacity_logits.data(), count, stream);
-  const std::vector<float> sh = copied(parameters.sh.data(), 3 * width * count, stream);
+  const std::vector<float> sh =
+      copied(parameters.sh.data(), 3 * width * sh_row(parameters.count), stream);
   host.sh.resize(width * count);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = 0; k < width; ++k) {
-      for (int c = 0; c < 3; ++c) host.sh[i * width + k][c] = sh[sh_index(k, c, count) + i];
+      for (int c = 0; c < 3; ++c)
+        host.sh[i * width + k][c] = sh[sh_index(k, c, parameters.count) + i];
     }
   }
   return host;

@@ -23,13 +23,17 @@ inline std::size_t with_room(std::size_t count) {
   return (count + step - 1) / step * step;
 }
 
+/// The length of an array of `count` coefficients, of which the next one begins at the beginning of
+/// a line of the caches.
+inline std::uint32_t sh_row(std::uint32_t count) { return (count + 31) / 32 * 32; }
+
 /// The pointers that kernels use. Passed by value.
 struct ParametersView {
   glm::vec3 *means, *log_scales;
   glm::quat* rotations;
   float* opacity_logits;
-  float* sh;  ///< array 3 k + c, of `count` values: channel c of coefficient k, as in CloudView
-  std::uint32_t count;
+  float* sh;  ///< row 3 k + c, of `sh_row` values: channel c of coefficient k
+  std::uint32_t count, sh_row;
   int sh_coefficients;
 
   __device__ GaussianValues<float> gaussian(std::uint32_t i) const {
@@ -43,14 +47,14 @@ struct ParametersView {
   }
 
   __device__ glm::vec3 coefficient(std::uint32_t i, int k) const {
-    const float* red = sh + std::size_t{3} * k * count + i;
-    return {red[0], red[count], red[std::size_t{2} * count]};
+    const float* red = sh + std::size_t{3} * k * sh_row + i;
+    return {red[0], red[sh_row], red[std::size_t{2} * sh_row]};
   }
   __device__ void set_coefficient(std::uint32_t i, int k, const glm::vec3& value) const {
-    float* red = sh + std::size_t{3} * k * count + i;
+    float* red = sh + std::size_t{3} * k * sh_row + i;
     red[0] = value.x;
-    red[count] = value.y;
-    red[std::size_t{2} * count] = value.z;
+    red[sh_row] = value.y;
+    red[std::size_t{2} * sh_row] = value.z;
   }
 };
 
@@ -63,21 +67,24 @@ struct Parameters {
 
   /// Undefined values. Throws Error(device).
   void resize(std::uint32_t gaussians, int degree);
+  /// The same without coefficients of colour.
+  void resize_shapes(std::uint32_t gaussians);
 
   ParametersView view() {
-    return {means.data(),
-            log_scales.data(),
-            rotations.data(),
-            opacity_logits.data(),
-            sh.data(),
-            count,
-            sh_coefficient_count(sh_degree)};
+    return {means.data(),     log_scales.data(),
+            rotations.data(), opacity_logits.data(),
+            sh.data(),        count,
+            sh_row(count),    sh_coefficient_count(sh_degree)};
   }
 };
 
-/// The same arrays hold derivatives.
+/// The same arrays hold derivatives, except those by the coefficients of colour.
 struct Gradients {
   Parameters by;
+  /// Zero for the Gaussians that are not visible. The coefficients above `sh_degree` have no
+  /// derivative.
+  DeviceBuffer<ColorGradient<float>> colors;
+  int sh_degree = 0;
   DeviceBuffer<glm::vec2> mean_px;      ///< by the means on the image
   DeviceBuffer<glm::vec2> absolute_px;  ///< as the CPU's, if has_absolute
   bool has_absolute = false;

@@ -48,13 +48,33 @@ struct GradientRules {
   int sh_degree;
 };
 
-/// `splat` holds the derivatives by the values that pixels read. `coefficients` is as for
-/// sh_color(). Calls add(k, gradient) for every RGB coefficient of the degree.
+/// The derivatives by the coefficients of colour follow from these, see sh_gradient().
+template <class Real>
+struct ColorGradient {
+  glm::vec<3, Real> direction;  ///< from the camera to the Gaussian, unit
+  glm::vec<3, Real> by_color;   ///< before the clamp
+
+  /// `d_color` is the derivative by the colour that pixels read. `coefficients` is as for
+  /// sh_color().
+  template <class Coefficients>
+  static QS_HD ColorGradient of(const GradientRules<Real>& rules, const glm::vec<3, Real>& mean,
+                                const Coefficients& coefficients,
+                                const glm::vec<3, Real>& d_color) {
+    const glm::vec<3, Real> direction = glm::normalize(mean - rules.view.position);
+    const glm::vec<3, Real> color = sh_color<Real>(rules.sh_degree, direction, coefficients);
+    return {direction, clamp_gradient(color, d_color)};
+  }
+};
+
+/// `splat` holds the derivatives by the values that pixels read, `color` is made of them.
+/// `coefficients` is as for sh_color(). Calls add(k, gradient) for every RGB coefficient of the
+/// degree.
 template <class Real, class Coefficients, class Add>
 QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
                                              const GaussianValues<Real>& gaussian,
                                              const Coefficients& coefficients,
-                                             const SplatGradient<Real>& splat, const Add& add) {
+                                             const SplatGradient<Real>& splat,
+                                             const ColorGradient<Real>& color, const Add& add) {
   using Vec3 = glm::vec<3, Real>;
   const View<Real>& view = rules.view;
   const Covariance3<Real> sigma =
@@ -84,12 +104,19 @@ QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
       view_gradient(view, geometry.mean + pixel_gradient(view, point, splat.mean_px));
 
   const Vec3 offset = gaussian.mean - view.position;
-  const Vec3 direction = glm::normalize(offset);
-  const Vec3 color = sh_color<Real>(rules.sh_degree, direction, coefficients);
-  const Vec3 d_direction = sh_gradient(rules.sh_degree, direction, coefficients,
-                                       clamp_gradient(color, splat.color), add);
+  const Vec3 d_direction =
+      sh_gradient(rules.sh_degree, color.direction, coefficients, color.by_color, add);
   return {d_mean + direction_gradient(offset, d_direction), shape.log_scale, shape.rotation,
           opacity_gradient(opacity, d_opacity)};
+}
+
+template <class Real, class Coefficients, class Add>
+QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
+                                             const GaussianValues<Real>& gaussian,
+                                             const Coefficients& coefficients,
+                                             const SplatGradient<Real>& splat, const Add& add) {
+  const auto color = ColorGradient<Real>::of(rules, gaussian.mean, coefficients, splat.color);
+  return gaussian_gradient(rules, gaussian, coefficients, splat, color, add);
 }
 
 }  // namespace qs

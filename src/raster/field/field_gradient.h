@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// A colour field in training: its outputs for one Gaussian, and the gradient by the hash grid, the
+// network and the direction. Real is float, or double to check gradients. Sums of gradients do not
+// depend on the order in which threads add to the grid: they are integers.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "raster/field/color_field.h"
+
+namespace qs {
+
+/// Derivatives by the values of a grid, as integers in units of 2^-40. A derivative that is not
+/// finite adds nothing, and others are limited to 2^20.
+class GridSums {
+ public:
+  /// Sets all sums to 0.
+  void reset(std::size_t values) { sums_.assign(values, 0); }
+
+  /// Threads may add at the same time.
+  void add(std::size_t at, double by);
+  double sum(std::size_t at) const { return static_cast<double>(sums_[at]) * kUnit; }
+  std::size_t size() const { return sums_.size(); }
+
+ private:
+  static constexpr double kUnit = 0x1p-40, kLargest = 0x1p20;
+  std::vector<std::int64_t> sums_;
+};
+
+template <class Real>
+class FieldGradient {
+ public:
+  static constexpr std::size_t kMostInputs = 64, kMostWidth = 64;
+
+  /// Values of `grid` and `weights` are in the order of ColorField. `grid` must outlive this.
+  /// Throws std::length_error if the network is larger than published ones.
+  FieldGradient(const GridShape& shape, int width, std::span<const Real> grid,
+                std::span<const Real> weights);
+
+  /// The three outputs for a mean in the world, seen from `eye`, as network_output().
+  glm::vec<3, Real> output(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye) const;
+
+  /// `d_output` holds derivatives by these outputs. Adds the derivatives by the grid and by the
+  /// weights to `grid` and `weights`. Returns the derivative by the unit vector from `eye` to
+  /// `mean`. The position in the grid passes no derivative on, as in the published code.
+  glm::vec<3, Real> add(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye,
+                        const glm::vec<3, Real>& d_output, GridSums& grid,
+                        std::span<Real> weights) const;
+
+ private:
+  struct Pass;
+
+  void run(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye, Pass& pass) const;
+
+  std::vector<GridLevel> levels_;
+  NetworkShape network_;
+  std::span<const Real> grid_;
+  std::vector<Real> weights_;
+  std::vector<Real> columns_;  ///< the three matrices by columns
+};
+
+extern template class FieldGradient<float>;
+extern template class FieldGradient<double>;
+
+}  // namespace qs

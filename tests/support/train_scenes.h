@@ -41,6 +41,16 @@ Parameters<Real> small_scene(std::size_t count, unsigned seed) {
   return scene;
 }
 
+/// The scene with masks, of which every seventh masks its Gaussian out.
+template <class Real>
+Parameters<Real> with_masks(Parameters<Real> scene) {
+  scene.has_masks = true;
+  scene.resize(scene.size());
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    scene.mask_logits[i] = i % 7 == 3 ? Real(-5) : Real(2) - static_cast<Real>(i % 5);
+  return scene;
+}
+
 template <class Real>
 std::vector<glm::vec<3, Real>> pixel_weights(int width = kWidth, int height = kHeight) {
   std::mt19937 random(3);
@@ -68,6 +78,7 @@ void for_each_group(Scene& scene, const Visit& visit) {
   visit("rotation", std::size_t{4}, &scene.rotations[0][0]);
   visit("opacity", std::size_t{1}, scene.opacity_logits.data());
   visit("sh", 3 * scene.sh_stride(), &scene.sh[0][0]);
+  if (scene.has_masks) visit("mask", std::size_t{1}, scene.mask_logits.data());
 }
 
 template <class Real>

@@ -76,11 +76,11 @@ void check_strategy(const TrainCommand& command) {
     }
   };
   const bool adc = settings.strategy == "adc", fastgs = settings.strategy == "fastgs";
-  const bool dash = settings.strategy == "dash";
+  const bool dash = settings.strategy == "dash", mcmc = settings.strategy == "mcmc";
   require(command.amount_is_set, "--gaussians", "fastgs", fastgs);
   require(settings.sum_gradients, "--sum-gradients", "fastgs", fastgs);
   require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
-  require(settings.final_prunes, "--final-prunes", "adc or mcmc", !fastgs && !dash);
+  require(settings.final_prunes, "--final-prunes", "adc or mcmc", adc || mcmc);
   require(command.variant_is_set, "--dash-variant", "dash", dash);
 }
 
@@ -219,7 +219,7 @@ void declare_model_options(Options& options, TrainCommand& command) {
                "also takes the optimizer's step in iterations after which Gaussians are added, as "
                "QuadBox's code; 3DGS leaves it out");
   options.real("--opacity-rate", "X", 1e-6, 1, settings.opacity_rate,
-               "learning rate of opacity (default: mcmc 0.05, others 0.025)");
+               "learning rate of opacity (default: mcmc and mask 0.05, others 0.025)");
   options.text("--init", "MODEL", command.init,
                "starts from the Gaussians of a model instead of the data set's points",
                {"scene.ply", "missing.ply"});

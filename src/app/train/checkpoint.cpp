@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "QSTRAIN4";
+constexpr std::string_view kMagic = "QSTRAIN5";
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
@@ -49,20 +49,21 @@ class HashedStream {
   std::uint64_t hash_ = hash_of({});
 };
 
-// Allocates the arrays after their size was compared with the remaining bytes.
-void resize_state(ModelState& state, std::uint64_t gaussians, int sh_degree, bool absolute,
+// Allocates the arrays, of which `kind` has none yet, after their size was compared with the
+// remaining bytes.
+void resize_state(ModelState& state, std::uint64_t gaussians, const Parameters& kind, bool absolute,
                   bool sums, std::uint64_t left, const std::string& where) {
   const std::uint64_t values =
-      (sums ? 4 : 3) * (11 + 3 * static_cast<std::uint64_t>(sh_coefficient_count(sh_degree))) +
+      (sums ? 4 : 3) * (11 + (kind.has_masks ? 1 : 0) + 3 * std::uint64_t{kind.sh_stride()}) +
       (absolute ? 3 : 2);
   if (!fits(gaussians, 4 * values, left))
     fail("{}: cut off: {} Gaussians do not fit into {} bytes", where, gaussians, left);
   Parameters parameters;
-  parameters.sh_degree = sh_degree;
+  parameters.resize_like(kind);
   parameters.resize(gaussians);
   ModelState sized = ModelState::starting_with(std::move(parameters));
   if (absolute) sized.density.absolute.resize(gaussians);
-  sized.summed.sh_degree = sh_degree;
+  sized.summed.resize_like(kind);
   if (sums) sized.summed.resize(gaussians);
   sized.iteration = state.iteration;
   sized.changed_before = state.changed_before;
@@ -83,6 +84,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"changed_before", model.changed_before},
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
+                                        {"masks", model.parameters.has_masks},
                                         {"absolute", !model.density.absolute.empty()},
                                         {"sums", model.summed.size() > 0},
                                         {"growth_initial", model.growth.initial},
@@ -140,7 +142,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     json_value(json.at("growth_budget"), model.growth.budget);
     const auto degree = json_value<int>(json.at("sh_degree"));
     if (degree < 0 || degree > kMaxShDegree) fail("{}: SH degree {}", where, degree);
-    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), degree,
+    Parameters kind;
+    kind.sh_degree = degree;
+    kind.has_masks = json_value<bool>(json.at("masks"));
+    resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), kind,
                  json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
                  cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {

@@ -89,6 +89,12 @@ Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaus
   return gaussians;
 }
 
+Parameters with_masks(Parameters gaussians) {
+  gaussians.has_masks = true;
+  gaussians.mask_logits.assign(gaussians.size(), kFirstMaskLogit);
+  return gaussians;
+}
+
 std::vector<ScenePoint> random_points(const DataSet& data, std::size_t count, std::uint64_t seed) {
   const Random random = Random::of(seed, RandomUse::start, 0);
   const auto uniform = [&](std::size_t i) {

@@ -21,6 +21,9 @@ struct InitialGaussians {
 Parameters gaussians_at(const std::vector<ScenePoint>& points, const InitialGaussians& initial,
                         ThreadPool& pool);
 
+/// The same Gaussians with masks, see kernel/gradient/mask.h.
+Parameters with_masks(Parameters gaussians);
+
 /// `count` gray points. They are uniform in the part of the cameras' bounding box, enlarged 3 times
 /// around its middle, that many training pictures show: at least half as many as show the most
 /// visible place. For Blender's data sets they are uniform in the cube from -1.3 to 1.3.

@@ -71,7 +71,7 @@ ordered_json result_json(const CheckpointView& checkpoint, const DataSet& data,
                          const std::string& backend, int threads) {
   const Environment environment = read_environment();
   ordered_json result = {{"iteration", checkpoint.model.iteration},
-                         {"gaussians", checkpoint.model.size()},
+                         {"gaussians", count_existing(checkpoint.model.parameters)},
                          {"seconds", checkpoint.log.seconds},
                          {"stage_seconds", log_json(checkpoint.log)["stage_seconds"]},
                          {"evaluation_seconds", checkpoint.log.evaluation_seconds}};

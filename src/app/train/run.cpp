@@ -12,6 +12,7 @@
 #include "app/base/text.h"
 #include "app/report/write_report.h"
 #include "app/session/session.h"
+#include "app/train/initial.h"
 #include "app/train/model_folder.h"
 #include "app/train/overfitting.h"
 #include "app/train/train_page.h"
@@ -37,8 +38,10 @@ Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOp
                  ThreadPool& pool) {
   Checkpoint checkpoint{settings, data.fingerprint(), {}, {}};
   if (!options.resume) {
-    checkpoint.model = ModelState::starting_with(
-        options.initial ? *options.initial : starting_gaussians(data, settings, pool));
+    Parameters initial =
+        options.initial ? *options.initial : starting_gaussians(data, settings, pool);
+    if (find_strategy(settings.strategy).has_masks) initial = with_masks(std::move(initial));
+    checkpoint.model = ModelState::starting_with(std::move(initial));
     return checkpoint;
   }
   const auto path = checkpoint_path(options.out_dir);
@@ -127,7 +130,7 @@ class Run {
     const auto file = save(finished && !options_.keep_checkpoint);
     warn(write_train_page(options_.out_dir, settings_, log_));
     fmt::print("wrote {}: {} Gaussians, {} iterations in {:.1f} s\n", file.string(),
-               grouped(trainer_.gaussians()),
+               grouped(trainer_.existing_gaussians()),
                grouped(static_cast<std::uint64_t>(trainer_.iteration())), log_.seconds);
     print_best();
     return finished ? RunEnd::finished : RunEnd::interrupted;

@@ -27,6 +27,16 @@ constexpr std::array kStrategies = {
     Strategy{"fastgs", "adds Gaussians where several views have large errors (FastGS)", 2.5e-2, 0.1,
              1, 0, fastgs_changes_before, fastgs_plan, fastgs_step, fastgs_absolute_gradients,
              fastgs_scored_views},
+    Strategy{.name = "mask",
+             .summary = "learns which Gaussians to drop (Compact-3DGS, with colours as in adc)",
+             .opacity_rate = 5e-2,
+             .initial_opacity = 0.1,
+             .initial_scale = 1,
+             .default_max_gaussians = 0,
+             .changes_before = mask_changes_before,
+             .plan = mask_plan,
+             .step = mask_step,
+             .has_masks = true},
 };
 
 }  // namespace

@@ -56,6 +56,8 @@ struct Strategy {
   /// True if training begins with reduced photographs unless the user chose otherwise, and the rate
   /// of the means falls from ResolutionSchedule::details_from().
   bool reduces_photographs = false;
+  /// True if every Gaussian has a mask that is trained, see kernel/gradient/mask.h.
+  bool has_masks = false;
 
   std::size_t max_gaussians(const TrainSettings& settings) const {
     return settings.max_gaussians > 0 ? settings.max_gaussians : default_max_gaussians;
@@ -79,6 +81,9 @@ bool fastgs_changes_before(const TrainSettings& settings, int iteration);
 int fastgs_scored_views(const TrainSettings& settings, int iteration);
 void fastgs_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder fastgs_step(const IterationContext& context);
+bool mask_changes_before(const TrainSettings& settings, int iteration);
+void mask_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
+StepOrder mask_step(const IterationContext& context);
 bool mcmc_changes_before(const TrainSettings& settings, int iteration);
 void mcmc_plan(const IterationContext& context, const GaussianFacts& facts, Plan& plan);
 StepOrder mcmc_step(const IterationContext& context);

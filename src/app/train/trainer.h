@@ -38,7 +38,7 @@ struct Quality {
   double psnr = 0, ssim = 0;
 };
 
-/// The Gaussians that a run starts from: the data set's points, or random points.
+/// The Gaussians that a run starts from: the data set's points, or random points; without masks.
 Parameters starting_gaussians(const DataSet& data, const TrainSettings& settings, ThreadPool& pool);
 
 class Trainer {
@@ -59,6 +59,10 @@ class Trainer {
 
   int iteration() const { return model_->iteration(); }  ///< of the last step
   std::size_t gaussians() const { return model_->size(); }
+  /// The Gaussians that are not masked out, as files have them. On CUDA this may copy the model.
+  std::size_t existing_gaussians() const {
+    return strategy_.has_masks ? count_existing(model_->parameters()) : model_->size();
+  }
   std::optional<std::uint64_t> gpu_memory_bytes() const { return model_->gpu_memory_bytes(); }
   /// A reference to the model or to a copy of it, until the next call.
   const ModelState& model() const { return model_->state(); }

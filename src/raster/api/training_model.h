@@ -40,6 +40,7 @@ struct StepOrder {
   bool rest_waits = false;
   Rates rates;
   std::optional<Sparsity> sparsity;  ///< in the loss, beside the photograph
+  double mask_weight = 0;            ///< of the mean mask in the loss, if the model has masks
   std::optional<Noise> noise;        ///< moves means after the step
 };
 

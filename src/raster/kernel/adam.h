@@ -14,7 +14,7 @@ inline constexpr double kAdamBeta1 = 0.9, kAdamBeta2 = 0.999, kAdamEpsilon = 1e-
 
 /// The learning rate of each kind of parameter.
 struct Rates {
-  double mean = 0, log_scale = 0, rotation = 0, opacity = 0, sh_dc = 0, sh_rest = 0;
+  double mean = 0, log_scale = 0, rotation = 0, opacity = 0, sh_dc = 0, sh_rest = 0, mask = 0;
 };
 
 /// The values that a step shares between all parameters: the corrections of the moments' start at

@@ -7,9 +7,8 @@ namespace qs::train {
 
 AdamState AdamState::like(const Parameters& parameters) {
   AdamState state;
-  state.first.sh_degree = state.second.sh_degree = parameters.sh_degree;
-  state.first.resize(parameters.size());
-  state.second.resize(parameters.size());
+  state.first.resize_like(parameters);
+  state.second.resize_like(parameters);
   return state;
 }
 

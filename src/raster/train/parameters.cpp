@@ -7,17 +7,28 @@
 
 namespace qs::train {
 
+std::size_t count_existing(const Parameters& parameters) {
+  if (!parameters.has_masks) return parameters.size();
+  return static_cast<std::size_t>(
+      std::count_if(parameters.mask_logits.begin(), parameters.mask_logits.end(),
+                    [](float logit) { return !masked_out(double{logit}); }));
+}
+
 GaussianCloud to_cloud(const Parameters& parameters, bool antialiased) {
   GaussianCloud cloud;
-  cloud.resize(parameters.size(), parameters.sh_degree);
+  cloud.resize(count_existing(parameters), parameters.sh_degree);
   cloud.antialiased = antialiased;
-  std::copy(parameters.means.begin(), parameters.means.end(), cloud.positions.begin());
-  std::copy(parameters.log_scales.begin(), parameters.log_scales.end(), cloud.log_scales.begin());
-  std::copy(parameters.opacity_logits.begin(), parameters.opacity_logits.end(),
-            cloud.opacity_logits.begin());
-  std::copy(parameters.sh.begin(), parameters.sh.end(), cloud.sh.begin());
-  std::transform(parameters.rotations.begin(), parameters.rotations.end(), cloud.rotations.begin(),
-                 [](const glm::quat& q) { return glm::quat(unit_rotation(glm::dquat(q))); });
+  const std::size_t stride = parameters.sh_stride();
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters.is_masked_out(i)) continue;
+    cloud.positions[to] = parameters.means[i];
+    cloud.log_scales[to] = parameters.log_scales[i];
+    cloud.opacity_logits[to] = parameters.opacity_logits[i];
+    cloud.rotations[to] = glm::quat(unit_rotation(glm::dquat(parameters.rotations[i])));
+    std::copy_n(&parameters.sh[i * stride], stride, &cloud.sh[to * stride]);
+    ++to;
+  }
   return cloud;
 }
 

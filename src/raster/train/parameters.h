@@ -9,6 +9,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 
+#include "raster/kernel/gradient/mask.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs::train {
@@ -20,7 +21,9 @@ struct ParametersOf {
   std::vector<glm::qua<Real>> rotations;      ///< of any length above 0, normalised when used
   std::vector<Real> opacity_logits;
   std::vector<glm::vec<3, Real>> sh;  ///< sh_stride() RGB triples per Gaussian, DC first
+  std::vector<Real> mask_logits;      ///< see kernel/gradient/mask.h; empty without masks
   int sh_degree = kMaxShDegree;
+  bool has_masks = false;
 
   std::size_t size() const { return means.size(); }
   std::size_t sh_stride() const {
@@ -34,7 +37,17 @@ struct ParametersOf {
     rotations.resize(count, glm::qua<Real>(0, 0, 0, 0));
     opacity_logits.resize(count);
     sh.resize(count * sh_stride());
+    mask_logits.resize(has_masks ? count : 0);
   }
+  /// The same arrays as `other` has.
+  template <class Other>
+  void resize_like(const ParametersOf<Other>& other) {
+    sh_degree = other.sh_degree;
+    has_masks = other.has_masks;
+    resize(other.size());
+  }
+
+  bool is_masked_out(std::size_t i) const { return has_masks && masked_out(mask_logits[i]); }
 };
 
 using Parameters = ParametersOf<float>;
@@ -48,9 +61,14 @@ void for_each_array(const Visit& visit, First& first, P&... p) {
   visit(std::size_t{1}, first.rotations, p.rotations...);
   visit(std::size_t{1}, first.opacity_logits, p.opacity_logits...);
   visit(stride, first.sh, p.sh...);
+  visit(std::size_t{first.has_masks ? 1u : 0u}, first.mask_logits, p.mask_logits...);
 }
 
-/// The scene as renderers and files have it: rotations are normalised.
+/// The number of Gaussians that are not masked out.
+std::size_t count_existing(const Parameters& parameters);
+
+/// The scene as renderers and files have it: rotations are normalised, and Gaussians that are
+/// masked out are left out.
 GaussianCloud to_cloud(const Parameters& parameters, bool antialiased);
 
 /// The inverse, up to the length of rotations.

@@ -23,6 +23,7 @@ std::vector<T> gathered(const std::vector<T>& array, std::size_t values,
 Parameters gathered(const Parameters& parameters, const std::vector<std::uint32_t>& sources) {
   Parameters result;
   result.sh_degree = parameters.sh_degree;
+  result.has_masks = parameters.has_masks;
   for_each_array(
       [&](std::size_t values, const auto& from, auto& to) { to = gathered(from, values, sources); },
       parameters, result);
@@ -33,7 +34,8 @@ Parameters gathered(const Parameters& parameters, const std::vector<std::uint32_
 
 GaussianFacts facts_of(const ModelState& state) {
   const Parameters& p = state.parameters;
-  return {p.means, p.log_scales, p.rotations, p.opacity_logits, state.density, {}, state.growth};
+  return {p.means,       p.log_scales,  p.rotations, p.opacity_logits,
+          p.mask_logits, state.density, {},          state.growth};
 }
 
 void Plan::keep_all(const GaussianFacts& facts, int in_front_of) {
@@ -76,11 +78,14 @@ ModelState changed(const ModelState& state, const Plan& plan) {
   next.iteration = state.iteration;
   next.changed_before = plan.iteration;
   next.parameters.sh_degree = state.parameters.sh_degree;
+  next.parameters.has_masks = state.parameters.has_masks;
   next.parameters.means = plan.means;
   next.parameters.log_scales = plan.log_scales;
   next.parameters.opacity_logits = plan.opacity_logits;
   next.parameters.rotations = gathered(state.parameters.rotations, 1, plan.sources);
   next.parameters.sh = gathered(state.parameters.sh, state.parameters.sh_stride(), plan.sources);
+  if (state.parameters.has_masks)
+    next.parameters.mask_logits = gathered(state.parameters.mask_logits, 1, plan.sources);
   next.adam.first = gathered(state.adam.first, plan.moment_sources);
   next.adam.second = gathered(state.adam.second, plan.moment_sources);
   next.adam.steps = state.adam.steps;

@@ -34,6 +34,7 @@ struct GaussianFacts {
   std::vector<glm::vec3> means, log_scales;
   std::vector<glm::quat> rotations;
   std::vector<float> opacity_logits;
+  std::vector<float> mask_logits;  ///< empty without masks
   DensityStatistics density;
   PixelCounts counts;
   GrowthState growth;
@@ -63,7 +64,7 @@ struct Plan {
   // Per new Gaussian.
   std::vector<glm::vec3> means, log_scales;
   std::vector<float> opacity_logits;
-  std::vector<std::uint32_t> sources;  ///< the old Gaussian whose rotation and SH it gets
+  std::vector<std::uint32_t> sources;  ///< the old Gaussian whose rotation, SH and mask it gets
   /// the old Gaussian whose moments it gets; kZeros: moments 0
   std::vector<std::uint32_t> moment_sources;
 

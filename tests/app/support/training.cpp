@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "app/train/initial.h"
 #include "io/picture/image_file.h"
 #include "raster/api/renderer.h"
 #include "support/pool.h"
@@ -91,6 +92,11 @@ void write_data_set(const train::DataSet& data, const std::filesystem::path& fol
 
 train::Trainer trainer_on(Backend backend, const train::TrainSettings& settings,
                           const train::DataSet& data, train::ModelState state, int threads) {
+  if (train::find_strategy(settings.strategy).has_masks && !state.parameters.has_masks) {
+    const int iteration = state.iteration;
+    state = train::ModelState::starting_with(train::with_masks(std::move(state.parameters)));
+    state.iteration = iteration;
+  }
   auto model = train::make_training_model(backend, pool(threads));
   model->set_state(std::move(state));
   return {settings, data, std::move(model), pool(threads)};

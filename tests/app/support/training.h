@@ -25,7 +25,7 @@ train::DataSet data_set_of(const train::Parameters& scene, int views);
 /// The same as a folder with cameras.json and images/view00.png, ...
 void write_data_set(const train::DataSet& data, const std::filesystem::path& folder);
 
-/// Trains a model on a backend from a state.
+/// Trains a model on a backend from a state, which gets masks if the strategy has them.
 train::Trainer trainer_on(Backend backend, const train::TrainSettings& settings,
                           const train::DataSet& data, train::ModelState state, int threads = 0);
 

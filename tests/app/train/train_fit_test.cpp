@@ -286,7 +286,8 @@ TEST(TrainFastgs, adds_gaussians_with_fewer_than_ten_training_views) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy, testing::Values("adc", "mcmc", "dash", "fastgs"),
+INSTANTIATE_TEST_SUITE_P(TrainFit, TrainStrategy,
+                         testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/support/training.h"
+#include "app/train/initial.h"
 #include "app/train/schedule.h"
 #include "app/train/strategy.h"
 #include "support/error_of.h"
@@ -28,6 +29,7 @@ struct Case {
     for (float& logit : parameters.opacity_logits) logit = 0;
     for (glm::vec3& log_scale : parameters.log_scales)
       log_scale = glm::vec3(std::log(0.02f), std::log(0.005f), std::log(0.005f));
+    if (find_strategy(strategy).has_masks) parameters = with_masks(std::move(parameters));
     model = ModelState::starting_with(std::move(parameters));
     for (auto* moments : {&model.adam.first, &model.adam.second}) {
       for (glm::vec3& value : moments->means) value = glm::vec3(7);
@@ -374,6 +376,68 @@ TEST(TrainStrategies, have_names_and_others_are_refused) {
   EXPECT_STREQ(find_strategy("adc").name, "adc");
   EXPECT_EQ(test::error_of([] { find_strategy("none"); }, ErrorKind::usage),
             "--strategy: 'none' is no strategy");
+}
+
+TEST(TrainMask, begins_with_masks_that_keep_every_gaussian) {
+  const Parameters gaussians = with_masks(test::ball_of_gaussians(9, 1));
+  EXPECT_TRUE(gaussians.has_masks);
+  EXPECT_EQ(gaussians.mask_logits, std::vector<float>(9, 1.0f));
+  EXPECT_EQ(find_strategy("mask").opacity_rate, 0.05);
+}
+
+TEST(TrainMask, removes_what_is_masked_out_at_changes_and_later_every_thousand_iterations) {
+  for (const auto& [last, removes] : {std::pair{500, false},
+                                      {600, true},
+                                      {650, false},
+                                      {14'900, true},
+                                      {14'950, false},
+                                      {15'000, true},
+                                      {15'100, false},
+                                      {16'000, true},
+                                      {30'000, true}}) {
+    Case c(4, "mask");
+    c.model.parameters.mask_logits = {0, -4.6f, -4.59f, 3};
+    c.prepare_after(last, 10);
+    EXPECT_EQ(c.model.size(), removes ? 3 : 4) << last;
+    if (!removes) continue;
+    EXPECT_EQ(c.model.parameters.mask_logits, (std::vector<float>{0, -4.59f, 3})) << last;
+    EXPECT_EQ(c.model.adam.first.mask_logits.size(), 3u) << last;
+    EXPECT_EQ(c.model.adam.first.means[1], glm::vec3(7)) << last;
+  }
+}
+
+TEST(TrainMask, resets_opacities_as_adc_and_keeps_masks) {
+  Case c(3, "mask");
+  c.model.parameters.mask_logits = {0, 2, 3};
+  c.prepare_after(3000, 10);
+  EXPECT_EQ(c.model.parameters.mask_logits, (std::vector<float>{0, 2, 3}));
+  EXPECT_NEAR(opacity(c.model.parameters, 0), 0.01, 1e-6);
+}
+
+TEST(TrainMask, clones_and_children_of_splits_have_the_mask_of_their_gaussian) {
+  for (const double extent : {10.0, 1.0}) {
+    Case c(4, "mask");
+    c.model.parameters.mask_logits = {0, 1, 2, 3};
+    c.model.adam.second.mask_logits = {1, 1, 1, 1};
+    c.set_gradient(2, 3e-4f);
+    c.prepare_after(600, extent);
+    const bool clones = extent == 10;
+    EXPECT_EQ(c.model.parameters.mask_logits,
+              clones ? (std::vector<float>{0, 1, 2, 3, 2}) : (std::vector<float>{0, 1, 3, 2, 2}));
+    EXPECT_EQ(c.model.adam.second.mask_logits.back(), 0);
+  }
+}
+
+TEST(TrainMask, steps_weigh_the_mean_mask_and_pause_where_gaussians_are_removed) {
+  const TrainSettings settings;
+  const auto step = [&](int iteration) { return mask_step({settings, iteration, 1, {}}); };
+  EXPECT_EQ(step(1).mask_weight, 5e-4);
+  EXPECT_EQ(step(1).rates.mask, 0.01);
+  EXPECT_TRUE(step(599).moves);
+  EXPECT_FALSE(step(600).moves);
+  EXPECT_FALSE(step(15'000).moves);
+  EXPECT_TRUE(step(15'001).moves);
+  EXPECT_FALSE(step(16'000).moves);
 }
 
 }  // namespace

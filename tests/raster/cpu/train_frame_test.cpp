@@ -94,11 +94,83 @@ TEST(TrainFrame, gradients_of_every_parameter_equal_differences) {
   }
 }
 
+// The threshold has no derivative. The mask that replaces it is 1 plus the change of the sigmoid.
+TEST(TrainFrame, gradients_of_masks_equal_differences_of_scales_and_opacities_times_the_mask) {
+  for (const bool antialiased : {false, true}) {
+    const RenderSettings settings = settings_of(find_culler("3dgs"), antialiased);
+    const Parameters<double> scene = test::with_masks(small_scene<double>(24, 5));
+    const Camera camera = test::front_camera(kWidth, kHeight);
+    const auto weights = pixel_weights<double>();
+    const std::vector<double> by = gradients_of(scene, settings).by.mask_logits;
+    ForwardFrame<double> frame;
+    double scale = 0;
+    for (const double value : by) scale = std::max(scale, std::abs(value));
+    ASSERT_GT(scale, 0);
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      const auto loss = [&](double change) {
+        Parameters<double> moved = scene;
+        const double logit = scene.mask_logits[i];
+        const double mask = 1 + opacity_of(logit + change) - opacity_of(logit);
+        moved.log_scales[i] += std::log(mask);
+        const double opacity = mask * opacity_of(scene.opacity_logits[i]);
+        moved.opacity_logits[i] = std::log(opacity / (1 - opacity));
+        forward({camera, settings, pool(1)}, moved, frame);
+        double sum = 0;
+        for (std::size_t k = 0; k < weights.size(); ++k)
+          sum += glm::dot(weights[k], frame.color[k]);
+        return sum;
+      };
+      constexpr double kStep = 1e-6;
+      EXPECT_NEAR(by[i], (loss(kStep) - loss(-kStep)) / (2 * kStep), 1e-6 * scale) << i;
+      EXPECT_EQ(by[i] == 0, scene.is_masked_out(i)) << i;
+    }
+  }
+}
+
+TEST(TrainFrame, gaussians_that_are_masked_out_are_neither_drawn_nor_counted_nor_saved) {
+  const Parameters<float> scene = test::with_masks(small_scene<float>(300, 1));
+  Parameters<float> rest = scene;
+  rest.has_masks = false;
+  rest.resize(0);
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    if (scene.is_masked_out(i)) continue;
+    rest.means.push_back(scene.means[i]);
+    rest.log_scales.push_back(scene.log_scales[i]);
+    rest.rotations.push_back(scene.rotations[i]);
+    rest.opacity_logits.push_back(scene.opacity_logits[i]);
+    for (std::size_t k = 0; k < scene.sh_stride(); ++k)
+      rest.sh.push_back(scene.sh[i * scene.sh_stride() + k]);
+  }
+  ASSERT_EQ(rest.size(), 257u);
+  EXPECT_EQ(qs::train::count_existing(scene), rest.size());
+  EXPECT_EQ(qs::train::count_existing(rest), rest.size());
+  const Camera camera = test::front_camera(kWidth, kHeight);
+  const RenderSettings settings = settings_of(default_mode(), false);
+  ForwardFrame<float> frame, expected;
+  forward({camera, settings, pool()}, scene, frame);
+  forward({camera, settings, pool()}, rest, expected);
+  EXPECT_EQ(frame.color, expected.color);
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    if (scene.is_masked_out(i)) {
+      EXPECT_EQ(frame.in_view[i] + frame.listed[i], 0) << i;
+    }
+  }
+  const GaussianCloud cloud = to_cloud(scene, false), expected_cloud = to_cloud(rest, false);
+  EXPECT_EQ(cloud.size(), rest.size());
+  EXPECT_EQ(cloud.positions, expected_cloud.positions);
+  EXPECT_EQ(cloud.log_scales, expected_cloud.log_scales);
+  EXPECT_EQ(cloud.rotations, expected_cloud.rotations);
+  EXPECT_EQ(cloud.opacity_logits, expected_cloud.opacity_logits);
+  EXPECT_EQ(cloud.sh, expected_cloud.sh);
+}
+
 TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) {
   for (const bool antialiased : {false, true}) {
     const RenderSettings settings = settings_of(default_mode(), antialiased);
-    const auto values = groups_of(gradients_of(small_scene<float>(24, 5), settings).by);
-    const auto expected = groups_of(gradients_of(small_scene<double>(24, 5), settings).by);
+    const auto values =
+        groups_of(gradients_of(test::with_masks(small_scene<float>(24, 5)), settings).by);
+    const auto expected =
+        groups_of(gradients_of(test::with_masks(small_scene<double>(24, 5)), settings).by);
     for (std::size_t group = 0; group < values.size(); ++group) {
       SCOPED_TRACE(group);
       test::expect_close(values[group], expected[group], 1e-3);

@@ -184,9 +184,10 @@ TEST(TrainLoss, of_equal_pictures_is_0_and_flat) {
 TEST(TrainAdam, follows_the_published_rule_with_the_rate_of_each_kind) {
   Parameters<float> parameters;
   parameters.sh_degree = 1;
+  parameters.has_masks = true;
   parameters.resize(3);
   AdamState state = AdamState::like(parameters);
-  const Rates rates{1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3};
+  const Rates rates{1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3};
   std::mt19937 random(8);
   std::normal_distribution<float> normal;
 
@@ -204,6 +205,7 @@ TEST(TrainAdam, follows_the_published_rule_with_the_rate_of_each_kind) {
       {"opacity", 4e-3, [](auto& p) -> float& { return p.opacity_logits[2]; }},
       {"sh dc", 5e-3, [](auto& p) -> float& { return p.sh[4].x; }},
       {"sh rest", 6e-3, [](auto& p) -> float& { return p.sh[7].y; }},
+      {"mask", 7e-3, [](auto& p) -> float& { return p.mask_logits[1]; }},
   };
   for (int t = 1; t <= 200; ++t) {
     Gradients<float> gradients;
@@ -241,6 +243,24 @@ TEST(TrainAdam, never_lets_a_gradient_that_is_not_finite_into_a_parameter) {
   }
   EXPECT_TRUE(std::isfinite(parameters.means[0].x));
   EXPECT_TRUE(std::isfinite(parameters.opacity_logits[0]));
+}
+
+TEST(TrainMasks, the_weight_of_the_mean_mask_has_the_gradient_of_differences) {
+  for (const double logit : {-4.0, -0.5, 1.0, 6.0}) {
+    const auto loss = [](const std::vector<double>& x) { return 3 * opacity_of(x[0]) / 5; };
+    EXPECT_NEAR(mask_weight_gradient(3, 5, static_cast<float>(logit)),
+                test::differences(loss, {logit})[0], 1e-7);
+  }
+}
+
+TEST(TrainMasks, a_mask_is_out_where_its_sigmoid_is_at_most_a_hundredth) {
+  EXPECT_FALSE(masked_out(static_cast<double>(kFirstMaskLogit)));
+  EXPECT_NEAR(opacity_of(static_cast<double>(kMaskedOutLogit)), 0.01, 1e-8);
+  EXPECT_TRUE(masked_out(static_cast<double>(kMaskedOutLogit)));
+  EXPECT_FALSE(masked_out(-4.5951));
+  EXPECT_TRUE(masked_out(-4.5952));
+  EXPECT_TRUE(masked_out(-INFINITY));
+  EXPECT_TRUE(masked_out(static_cast<double>(NAN)));
 }
 
 TEST(TrainDensity, averages_the_gradient_over_the_views_that_showed_a_gaussian) {

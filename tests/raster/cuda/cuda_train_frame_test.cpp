@@ -139,7 +139,7 @@ TEST_F(CudaTrainFrame, pixels_equal_those_of_the_cpu) {
 }
 
 TEST_F(CudaTrainFrame, gradients_equal_those_of_the_cpu_in_every_mode) {
-  const Scene scene = small_scene<float>(300, 5);
+  const Scene scene = test::with_masks(small_scene<float>(300, 5));
   for (const CullMode mode : test::tiled_modes()) {
     for (const bool antialiased : {false, true}) {
       SCOPED_TRACE(testing::Message() << mode_name(mode) << (antialiased ? ", antialiased" : ""));

@@ -7,6 +7,7 @@
 
 #include "app/support/training.h"
 #include "app/train/checkpoint.h"
+#include "app/train/initial.h"
 #include "app/train/strategy.h"
 #include "support/error_of.h"
 #include "support/gpu.h"
@@ -102,6 +103,14 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
   const Strategy& strategy = find_strategy(GetParam());
   const TrainSettings settings = settings_of(GetParam());
   ModelState state = perturbed_state(3000);
+  if (strategy.has_masks) {
+    state = ModelState::starting_with(with_masks(state.parameters));
+    state.iteration = 3000;
+    for (std::size_t i = 0; i < kGaussians; ++i) {
+      state.parameters.mask_logits[i] = i % 9 == 5 ? -5.0f : static_cast<float>(i);
+      state.adam.second.mask_logits[i] = static_cast<float>(i);
+    }
+  }
   for (std::size_t i = 0; i < kGaussians; ++i) {
     state.density.sums[i] = i % 4 == 0 ? 1e-2f : 1e-4f;
     state.density.views[i] = 2;
@@ -121,7 +130,8 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
   expect_same(model->state(), expected);
 }
 
-INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit, testing::Values("adc", "mcmc", "dash", "fastgs"),
+INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit,
+                         testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
 
 class CudaTrainClock : public test::GpuTest {};

@@ -22,7 +22,7 @@ using test::small_scene;
 using test::start;
 using Scene = cpu::train::Parameters<float>;
 
-constexpr Rates kRates{1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3};
+constexpr Rates kRates{1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3};
 
 class CudaTrainStep : public test::GpuTest {};
 
@@ -125,7 +125,7 @@ TEST_F(CudaTrainStep,
 }
 
 TEST_F(CudaTrainStep, adam_takes_the_steps_of_the_cpu_bit_for_bit) {
-  Scene parameters = small_scene<float>(100, 3);
+  Scene parameters = test::with_masks(small_scene<float>(100, 3));
   auto state = cpu::train::AdamState::like(parameters);
   GpuModel model;
   start(model, parameters);
@@ -144,7 +144,7 @@ TEST_F(CudaTrainStep, adam_takes_the_steps_of_the_cpu_bit_for_bit) {
 }
 
 TEST_F(CudaTrainStep, steps_with_summed_gradients_are_those_of_the_cpu_bit_for_bit) {
-  Scene parameters = small_scene<float>(101, 3);
+  Scene parameters = test::with_masks(small_scene<float>(101, 3));
   auto state = cpu::train::AdamState::like(parameters);
   Scene sums;
   GpuModel model;
@@ -223,6 +223,32 @@ TEST_F(CudaTrainStep, sparsity_and_noise_are_those_of_the_cpu) {
       for (std::size_t i = 0; i < groups[group].size(); ++i)
         ASSERT_NEAR(groups[group][i], wanted[group][i], 1e-6) << "group " << group;
     }
+  }
+}
+
+TEST_F(CudaTrainStep, the_weight_of_the_mean_mask_is_that_of_the_cpu) {
+  const Scene scene = test::with_masks(small_scene<float>(80, 16));
+  GpuModel model;
+  start(model, scene);
+  draw(model);
+  model.compare(random_target(kWidth, kHeight, 17));
+  model.backward({});
+  Scene total = model.gradients().by;
+  const std::vector<float> before = total.mask_logits;
+  qs::train::StepOrder order;
+  order.rates = kRates;
+  order.mask_weight = 30;
+  model.step(order);
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    total.mask_logits[i] += mask_weight_gradient(30, 80, scene.mask_logits[i]);
+  EXPECT_NE(total.mask_logits, before);
+  Scene expected = scene;
+  auto state = cpu::train::AdamState::like(expected);
+  cpu::train::take_step(expected, total, kRates, state, test::pool());
+  const auto groups = groups_of(model.state().parameters), wanted = groups_of(expected);
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    for (std::size_t i = 0; i < groups[group].size(); ++i)
+      ASSERT_NEAR(groups[group][i], wanted[group][i], 1e-6) << "group " << group;
   }
 }
 

@@ -32,6 +32,10 @@ void take_step(Parameters<float>& parameters, const Parameters<float>& gradient,
       values(step_of_most, rates.opacity, 1, &parameters.opacity_logits[i],
              &gradient.opacity_logits[i], &state.first.opacity_logits[i],
              &state.second.opacity_logits[i]);
+      if (parameters.has_masks) {
+        values(step_of_most, rates.mask, 1, &parameters.mask_logits[i], &gradient.mask_logits[i],
+               &state.first.mask_logits[i], &state.second.mask_logits[i]);
+      }
       vector(rates.sh_dc, 3, &P::sh, i * stride, step_of_most);
       for (std::size_t k = 1; k < stride && moves_rest; ++k)
         vector(rates.sh_rest, 3, &P::sh, i * stride + k, step_of_rest);
@@ -40,8 +44,7 @@ void take_step(Parameters<float>& parameters, const Parameters<float>& gradient,
 }
 
 void add_gradients(const Parameters<float>& gradient, ThreadPool& pool, Parameters<float>& sums) {
-  sums.sh_degree = gradient.sh_degree;
-  sums.resize(gradient.size());
+  sums.resize_like(gradient);
   qs::train::for_each_array(
       [&](std::size_t values, const auto& from, auto& to) {
         pool.for_chunks(gradient.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
@@ -58,9 +61,9 @@ void add_gradients(const Parameters<float>& gradient, ThreadPool& pool, Paramete
 }
 
 void clear_sums(bool rest_too, Parameters<float>& sums) {
-  const int degree = sums.sh_degree;
   Parameters<float> kept;
-  kept.sh_degree = degree;
+  kept.sh_degree = sums.sh_degree;
+  kept.has_masks = sums.has_masks;
   if (!rest_too) {
     const std::size_t stride = sums.sh_stride();
     kept.sh = std::move(sums.sh);

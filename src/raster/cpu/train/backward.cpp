@@ -92,13 +92,14 @@ void set_gradient(const GradientRules<Real>& rules, const Parameters<Real>& para
   const GaussianValues<Real> gradient = gaussian_gradient<Real>(
       rules,
       {parameters.means[i], parameters.log_scales[i], parameters.rotations[i],
-       parameters.opacity_logits[i]},
+       parameters.opacity_logits[i], parameters.has_masks ? parameters.mask_logits[i] : Real{0}},
       [sh](int k) { return sh[k]; }, splat,
       [d_sh](int k, const glm::vec<3, Real>& by) { d_sh[k] = by; });
   gradients.by.means[i] = gradient.mean;
   gradients.by.log_scales[i] = gradient.log_scale;
   gradients.by.rotations[i] = gradient.rotation;
   gradients.by.opacity_logits[i] = gradient.opacity_logit;
+  if (parameters.has_masks) gradients.by.mask_logits[i] = gradient.mask_logit;
   gradients.mean_px[i] = splat.mean_px;
 }
 

@@ -68,6 +68,13 @@ void CpuModel::step(const StepOrder& order) {
                                    gradients_.by.log_scales[i], gradients_.by.opacity_logits[i]);
     });
   }
+  if (order.moves && p.has_masks) {
+    const auto count = static_cast<double>(p.size());
+    for_gaussians([&](std::size_t i) {
+      gradients_.by.mask_logits[i] +=
+          mask_weight_gradient(order.mask_weight, count, p.mask_logits[i]);
+    });
+  }
   if (order.sums) add_gradients(gradients_.by, pool_, state_.summed);
   if (order.moves) {
     const bool moves_rest = !(order.sums && order.rest_waits);

@@ -70,6 +70,7 @@ void project_all(const StepView& step, const FrameContext& context,
       parameters.size(), VisibleSlots::kChunk, [&](std::size_t begin, std::size_t end, int) {
         std::size_t slot = begin;
         for (std::size_t i = begin; i < end; ++i) {
+          if (parameters.is_masked_out(i)) continue;
           // Activate and project.
           const glm::vec<3, Real>& mean = parameters.means[i];
           const Covariance3<double> sigma =

@@ -31,8 +31,7 @@ struct Gradients {
 
   /// Sets all derivatives to 0, for the number of Gaussians and the SH degree of `parameters`.
   void reset(const Parameters<Real>& parameters) {
-    by.sh_degree = parameters.sh_degree;
-    by.resize(parameters.size());
+    by.resize_like(parameters);
     for_each_array(
         [](std::size_t, auto& array) {
           std::fill(array.begin(), array.end(),

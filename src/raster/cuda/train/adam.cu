@@ -15,7 +15,7 @@ struct Values {
 };
 
 struct StepInput {
-  static constexpr unsigned kKinds = 4;
+  static constexpr unsigned kKinds = 5;
   AdamStep step;
   Values kinds[kKinds];
   unsigned ends[kKinds];  ///< blocks up to and including the last block of each kind
@@ -155,7 +155,7 @@ __global__ void __launch_bounds__(kThreads)
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= by.count) return;
   const GaussianValues<float> gradient = by.gaussian(i);
-  GaussianValues<float> sum{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f};
+  GaussianValues<float> sum{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f, 0.0f};
   if (!fresh) sum = sums.gaussian(i);
   for (int k = 0; k < 3; ++k) {
     add_gradient(gradient.mean[k], sum.mean[k]);
@@ -163,6 +163,7 @@ __global__ void __launch_bounds__(kThreads)
   }
   for (int k = 0; k < 4; ++k) add_gradient(gradient.rotation[k], sum.rotation[k]);
   add_gradient(gradient.opacity_logit, sum.opacity_logit);
+  add_gradient(gradient.mask_logit, sum.mask_logit);
   sums.set_gaussian(i, sum);
 }
 
@@ -173,6 +174,15 @@ __global__ void __launch_bounds__(kThreads)
   if (i >= values.count) return;
   sparsity.add_gradient(static_cast<double>(values.count), values.log_scales[i],
                         values.opacity_logits[i], by.log_scales[i], by.opacity_logits[i]);
+}
+
+/// The share of the mean mask in the loss, before the step. One thread per Gaussian.
+__global__ void __launch_bounds__(kThreads)
+    add_mask_weight(double weight, ParametersView values, ParametersView by) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= values.count) return;
+  by.mask_logits[i] +=
+      mask_weight_gradient(weight, static_cast<double>(values.count), values.mask_logits[i]);
 }
 
 /// Strategy mcmc, after the step. One thread per Gaussian.
@@ -203,6 +213,7 @@ void step_all(const Rates& rates, const ParametersView& values, const Parameters
   add(&ParametersView::log_scales, 3, rates.log_scale);
   add(&ParametersView::rotations, 4, rates.rotation);
   add(&ParametersView::opacity_logits, 1, rates.opacity);
+  if (values.mask_logits != nullptr) add(&ParametersView::mask_logits, 1, rates.mask);
   launch("take_step", step_values, blocks, stream, in);
 }
 
@@ -219,6 +230,10 @@ void take_step(const StepOrder& order, Parameters& parameters, Parameters& gradi
   if (order.moves) {
     if (order.sparsity) {
       launch("take_step", add_sparsity, blocks, stream, *order.sparsity, parameters.view(),
+             gradient.view());
+    }
+    if (parameters.has_masks) {
+      launch("take_step", add_mask_weight, blocks, stream, order.mask_weight, parameters.view(),
              gradient.view());
     }
     step_all(order.rates, parameters.view(), gradient.view(), state, stream);

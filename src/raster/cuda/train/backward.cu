@@ -354,7 +354,8 @@ __global__ void __launch_bounds__(kThreads)
                        glm::vec2* d_mean_px) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= in.parameters.count) return;
-  GaussianValues<float> gradient{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f};
+  GaussianValues<float> gradient{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f,
+                                 0.0f};
   glm::vec2 mean_px(0.0f);
   ColorGradient<float> color{glm::vec3(0.0f), glm::vec3(0.0f)};
   if (in.tile_counts[i] > 0) {
@@ -399,7 +400,7 @@ void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const g
 void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
               const glm::vec3* d_color, const qs::train::BackwardOrder& order,
               BackwardScratch& scratch, Gradients& gradients) {
-  gradients.by.resize_shapes(parameters.count);
+  gradients.by.resize_shapes(parameters.count, parameters.has_masks);
   gradients.colors.reserve("the gradients", with_room(parameters.count));
   gradients.mean_px.reserve("the gradients", with_room(parameters.count));
   gradients.has_absolute = order.absolute;
@@ -423,7 +424,7 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
 }
 
 void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients) {
-  gradients.by.resize(gradients.by.count, sh_degree);
+  gradients.by.resize(gradients.by.count, sh_degree, gradients.by.has_masks);
   if (gradients.by.count == 0) return;
   launch("expand_colors", expand_color_gradients, blocks_for(gradients.by.count), stream,
          gradients.sh_degree, gradients.colors.data(), gradients.by.view());

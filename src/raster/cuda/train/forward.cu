@@ -43,6 +43,7 @@ __device__ unsigned project_gaussian(const ProjectInput& in, const ProjectOutput
   const double opacity = opacity_of(static_cast<double>(gaussian.opacity_logit));
   Projected projected;
   const bool exists =
+      !masked_out(double{gaussian.mask_logit}) &&
       project(in.view, in.rules, active_gaussian(gaussian.mean, sigma, opacity), projected);
   const unsigned tiles = exists ? count_tiles<P>(projected.footprint, in.grid) : 0;
   out.tile_counts[i] = tiles;

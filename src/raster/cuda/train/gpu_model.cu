@@ -113,6 +113,7 @@ struct GpuModel::State {
   void download_sums() {
     host.summed = {};
     host.summed.sh_degree = parameters.sh_degree;
+    host.summed.has_masks = parameters.has_masks;
     if (sums.empty()) return;
     host.summed = download(sums.by, stream);
     const std::size_t stride = host.summed.sh_stride();
@@ -122,6 +123,7 @@ struct GpuModel::State {
     if (sums.has_others) return;
     qs::train::Parameters zeros;
     zeros.sh_degree = host.summed.sh_degree;
+    zeros.has_masks = host.summed.has_masks;
     zeros.sh = std::move(host.summed.sh);
     zeros.resize(host.summed.size());
     host.summed = std::move(zeros);
@@ -268,6 +270,7 @@ const qs::train::GaussianFacts& GpuModel::facts() {
   copy_to_host(p.log_scales.data(), s.facts.log_scales, p.count, s.stream);
   copy_to_host(p.rotations.data(), s.facts.rotations, p.count, s.stream);
   copy_to_host(p.opacity_logits.data(), s.facts.opacity_logits, p.count, s.stream);
+  copy_to_host(p.mask_logits.data(), s.facts.mask_logits, p.has_masks ? p.count : 0, s.stream);
   s.density.download(s.stream, s.facts.density);
   s.counts.download(s.stream, s.facts.counts);
   s.facts.growth = s.growth;
@@ -383,7 +386,9 @@ void GpuModel::step(const qs::train::StepOrder& order) {
     s.density.add(s.gradients, counted, s.camera.width, s.camera.height, s.stream);
   }
   if (order.sums) {
-    s.with_memory([&] { s.sums.by.resize(s.parameters.count, s.parameters.sh_degree); });
+    s.with_memory([&] {
+      s.sums.by.resize(s.parameters.count, s.parameters.sh_degree, s.parameters.has_masks);
+    });
     add_gradients(order, s.gradients, s.sums, s.stream);
   }
   const bool uses_sums = order.sums && (!order.moves || s.sums.has_others);

@@ -32,18 +32,21 @@ struct ParametersView {
   glm::vec3 *means, *log_scales;
   glm::quat* rotations;
   float* opacity_logits;
-  float* sh;  ///< row 3 k + c, of `sh_row` values: channel c of coefficient k
+  float* mask_logits;  ///< null without masks
+  float* sh;           ///< row 3 k + c, of `sh_row` values: channel c of coefficient k
   std::uint32_t count, sh_row;
   int sh_coefficients;
 
   __device__ GaussianValues<float> gaussian(std::uint32_t i) const {
-    return {means[i], log_scales[i], rotations[i], opacity_logits[i]};
+    return {means[i], log_scales[i], rotations[i], opacity_logits[i],
+            mask_logits != nullptr ? mask_logits[i] : kFirstMaskLogit};
   }
   __device__ void set_gaussian(std::uint32_t i, const GaussianValues<float>& values) const {
     means[i] = values.mean;
     log_scales[i] = values.log_scale;
     rotations[i] = values.rotation;
     opacity_logits[i] = values.opacity_logit;
+    if (mask_logits != nullptr) mask_logits[i] = values.mask_logit;
   }
 
   __device__ glm::vec3 coefficient(std::uint32_t i, int k) const {
@@ -61,20 +64,26 @@ struct ParametersView {
 struct Parameters {
   DeviceBuffer<glm::vec3> means, log_scales;
   DeviceBuffer<glm::quat> rotations;
-  DeviceBuffer<float> opacity_logits, sh;
+  DeviceBuffer<float> opacity_logits, mask_logits, sh;
   std::uint32_t count = 0;
   int sh_degree = kMaxShDegree;
+  bool has_masks = false;
 
   /// Undefined values. Throws Error(device).
-  void resize(std::uint32_t gaussians, int degree);
+  void resize(std::uint32_t gaussians, int degree, bool masks);
   /// The same without coefficients of colour.
-  void resize_shapes(std::uint32_t gaussians);
+  void resize_shapes(std::uint32_t gaussians, bool masks);
 
   ParametersView view() {
-    return {means.data(),     log_scales.data(),
-            rotations.data(), opacity_logits.data(),
-            sh.data(),        count,
-            sh_row(count),    sh_coefficient_count(sh_degree)};
+    return {means.data(),
+            log_scales.data(),
+            rotations.data(),
+            opacity_logits.data(),
+            has_masks ? mask_logits.data() : nullptr,
+            sh.data(),
+            count,
+            sh_row(count),
+            sh_coefficient_count(sh_degree)};
   }
 };
 

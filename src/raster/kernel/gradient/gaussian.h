@@ -11,6 +11,7 @@
 #include "raster/kernel/activation.h"
 #include "raster/kernel/gradient/activation.h"
 #include "raster/kernel/gradient/footprint.h"
+#include "raster/kernel/gradient/mask.h"
 #include "raster/kernel/gradient/pixel.h"
 #include "raster/kernel/gradient/project.h"
 #include "raster/kernel/gradient/sh.h"
@@ -37,6 +38,7 @@ struct GaussianValues {
   glm::vec<3, Real> mean, log_scale;
   glm::qua<Real> rotation;  ///< of any length above 0, normalised when used
   Real opacity_logit;
+  Real mask_logit{kFirstMaskLogit};  ///< see kernel/gradient/mask.h
 };
 
 /// The values that the gradients of all Gaussians in a view share.
@@ -106,8 +108,11 @@ QS_HD GaussianValues<Real> gaussian_gradient(const GradientRules<Real>& rules,
   const Vec3 offset = gaussian.mean - view.position;
   const Vec3 d_direction =
       sh_gradient(rules.sh_degree, color.direction, coefficients, color.by_color, add);
-  return {d_mean + direction_gradient(offset, d_direction), shape.log_scale, shape.rotation,
-          opacity_gradient(opacity, d_opacity)};
+  return {
+      d_mean + direction_gradient(offset, d_direction), shape.log_scale, shape.rotation,
+      opacity_gradient(opacity, d_opacity),
+      mask_gradient(gaussian.mask_logit, shape.log_scale.x + shape.log_scale.y + shape.log_scale.z,
+                    opacity * d_opacity)};
 }
 
 template <class Real, class Coefficients, class Add>

@@ -44,22 +44,24 @@ room(app/report app/measure app/inspect app/session app/framing app/picture app/
 room(app/measure app/session app/framing app/base io/scene io/camera io/tensor io/bytes raster/api raster/lpips
      raster/clock raster/scene raster/base)
 room(app/inspect app/picture app/base raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(app/session app/framing app/base io/scene io/cloud io/camera io/picture raster/api raster/scene raster/base)
+room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/camera io/picture raster/api raster/field raster/scene
+     raster/base)
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/base io/bytes raster/base)
-room(io/scene io/scene/gltf io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes raster/scene
-     raster/base)
+room(io/scene io/scene/gltf io/scene/compact io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes
+     raster/scene raster/base)
 room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)
+room(io/scene/compact io/scene/ply io/cloud io/tensor io/bytes raster/scene raster/field raster/kernel raster/base)
 room(io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/base)
 room(io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)
 room(io/scene/sog io/cloud io/picture io/bytes raster/scene raster/base)
 room(io/scene/splat io/cloud io/bytes raster/scene raster/kernel raster/base)
-room(io/cloud raster/scene raster/kernel raster/base)
+room(io/cloud raster/scene raster/field raster/kernel raster/base)
 room(io/camera io/picture io/bytes raster/scene raster/base)
-room(io/picture io/picture/oiio io/bytes raster/scene raster/base)
+room(io/picture io/picture/oiio io/tensor io/bytes raster/scene raster/base)
 room(io/picture/oiio raster/scene)
-room(io/tensor io/bytes raster/base)
+room(io/tensor io/bytes raster/kernel raster/base)
 room(io/bytes raster/scene raster/base)
 room(quadsplat)
 room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
@@ -78,6 +80,7 @@ room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster
 room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
+room(raster/field raster/kernel raster/base)
 room(raster/train raster/scene raster/kernel/gradient raster/kernel)
 room(raster/scene raster/kernel raster/base)
 room(raster/kernel/gradient raster/kernel)

@@ -14,8 +14,12 @@
 #include "io/camera/points.h"
 #include "io/picture/picture_formats.h"
 #include "io/picture/webp_image.h"
+#include "io/scene/compact/huffman.h"
 #include "io/scene/reader.h"
+#include "io/tensor/npy.h"
+#include "io/tensor/pickle.h"
 #include "io/tensor/safetensors.h"
+#include "io/tensor/torch_tensor.h"
 #include "raster/base/error.h"
 #include "support/gzip.h"
 #include "support/temporary_folder.h"
@@ -72,6 +76,7 @@ fs::path path_for(std::string_view reader) {
   const fs::path valid = kData / "corpus/valid";
   if (reader == "sog") return valid / "sog_v1_folder/meta.json";
   if (reader == "streamed sog") return valid / "lod_of_sog_v1/lod-meta.json";
+  if (reader == "compact-3dgs") return valid / "compact_small.ply";
   return valid / "fuzzed";
 }
 
@@ -174,6 +179,49 @@ void read_tensors(Bytes content) {
   });
 }
 
+// ---- pickles ------------------------------------------------------------------------------------
+
+void read_pickle(Bytes content) {
+  expect_sentence_at_most("pickle", [&] {
+    const Pickle pickle(content, "pickle");
+    for (PickleRef object = 0; object < pickle.object_count(); ++object) {
+      for (const PickleRef item : pickle[object].items)
+        demand(item > 0 && item < pickle.object_count(), "items are objects");
+    }
+  });
+}
+
+void read_torch(Bytes content) {
+  expect_sentence_at_most("torch", [&] {
+    const TorchFile file(content, "torch");
+    for (const char* name : {"0.params", "1.params", "floats", "halves", "part", "parameter"}) {
+      if (!file.has(name)) continue;
+      const Tensor tensor = file.tensor(name);
+      std::uint64_t count = 1;
+      for (const std::uint64_t side : tensor.shape) count *= side;
+      demand(tensor.values.size() == count, "tensors have their size");
+    }
+  });
+}
+
+void read_array(Bytes content) {
+  expect_sentence_at_most("array", [&] {
+    const NpyArray array = parse_npy(content, "array");
+    demand(array.type == "|O" || array.values.size() >= array.count(), "arrays have their size");
+  });
+}
+
+// A pickle of a table, and a stream.
+void read_huffman(Bytes content) {
+  expect_sentence_at_most("huffman", [&] {
+    const Pickle pickle(content, "huffman");
+    const HuffmanDecoder decoder(read_huffman_table(pickle, pickle.root(), "huffman"), "huffman");
+    constexpr std::uint64_t kMost = 100'000;
+    const auto symbols = decoder.decode(content.subspan(pickle.size()), kMost);
+    demand(symbols.size() <= kMost, "there are not too many symbols");
+  });
+}
+
 void read_preferences_text(Bytes content) {
   Viewer viewer;
   glm::ivec2 window_size(1280, 720);
@@ -202,6 +250,10 @@ std::vector<FuzzTarget> fuzz_targets() {
   for (const PictureFormat& format : picture_formats()) targets.push_back(picture_target(format));
   targets.push_back({"webp", ".webp", read_webp});
   targets.push_back({"safetensors", ".safetensors", read_tensors});
+  targets.push_back({"pickle", ".pkl", read_pickle});
+  targets.push_back({"torch", ".pth", read_torch});
+  targets.push_back({"array", ".npy", read_array});
+  targets.push_back({"huffman", ".huffman", read_huffman});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

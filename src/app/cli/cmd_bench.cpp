@@ -39,7 +39,7 @@ struct BenchCommand {
   int holdout = 0;  // 0: not the test views
   int scaling = 0;
   Shard shard;
-  bool psnr = false, load = false;
+  bool psnr = false, load = false, exact_color = false;
   std::vector<std::filesystem::path> plugins;
   int plugin_timeout = 60;  // s
 
@@ -96,6 +96,7 @@ class Bench {
   void one_scene(const std::filesystem::path& path, glm::ivec2 copies) {
     FrameOptions frame = command_.frame;
     frame.scene = path;
+    if (command_.exact_color) frame.network = NetworkUse::reference;
     const bool grid = copies != glm::ivec2(1);
     Session session = open_session(frame, [&](Scene& scene) {
       if (grid) scene.cloud = replicate(scene.cloud, copies, world_up(scene.vertical_axis));
@@ -249,6 +250,12 @@ void check_bench(const BenchCommand& command) {
          "bench: --holdout chooses the views: it excludes --camera-index, --camera-path and "
          "--scaling");
   }
+  if (command.exact_color &&
+      (!command.judges_images() || command.replicate || command.scaling > 0)) {
+    fail(ErrorKind::usage,
+         "bench: --exact-color needs --psnr or --plugin, whose reference it changes, and excludes "
+         "--replicate and --scaling");
+  }
   const std::vector<CullMode>& modes = command.frame.modes;
   if (command.baseline && std::find(modes.begin(), modes.end(), *command.baseline) == modes.end()) {
     fail(ErrorKind::usage, "bench: --baseline {0} is not measured: add {0} to --cull",
@@ -298,6 +305,7 @@ void declare_measuring(Options& options, BenchCommand* c) {
   options.flag("--psnr", c->psnr,
                "adds PSNR, SSIM and FLIP against mode reference, and whether two frames are equal "
                "(seconds per view)");
+  declare_exact_color_option(options, c->exact_color, "the reference of --psnr, and only that,");
 }
 
 void declare_plugins(Options& options, BenchCommand* c) {

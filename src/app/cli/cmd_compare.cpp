@@ -34,6 +34,7 @@ struct CompareCommand {
   CullMode against = kReferenceMode;
   int amplification = 16;
   bool everywhere = false;
+  bool exact_color = false;
 };
 
 std::optional<PixelBox> parse_crop(const std::string& text) {
@@ -133,6 +134,7 @@ int run_two_scenes(const CompareCommand& command) {
   }
   JudgeOptions judge = command.judge;
   judge.frame = command.frame;
+  if (command.exact_color) judge.frame.network = NetworkUse::if_any;
   judge.cameras = command.cameras;
   judge.judged = command.others.front();
   judge.sheet = command.output;
@@ -145,6 +147,7 @@ int run_one_scene(CompareCommand& command) {
   if (command.judge.csv || command.judge.json || command.judge.out_dir)
     fail(ErrorKind::usage, "compare: --csv, --json and --out-dir need a second scene");
   if (command.frame.modes.empty()) command.frame.modes = all_modes();
+  if (command.exact_color) command.frame.network = NetworkUse::always;
   if (command.cameras.several())
     fail(ErrorKind::usage, "compare: it shows one view: choose one camera");
   note_inputs(command.frame);
@@ -182,6 +185,8 @@ CommandAction compare_command(Options& options) {
                   "factor on the drawn differences (default: 16)");
   options.flag("--everywhere", command->everywhere,
                "draws every mode on every backend and pipeline that works here");
+  declare_exact_color_option(options, command->exact_color,
+                             "every picture of a scene with a network");
   options.text("--output", "FILE", command->output, "picture of all crops and differences",
                {"sheet.png"});
   declare_judge_options(options, command->judge);

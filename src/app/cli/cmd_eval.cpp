@@ -38,6 +38,7 @@ struct EvalCommand {
   int holdout = 0, images_scale = 1;
   SsimBorder ssim_border = SsimBorder::zeros;
   std::string save_format = "png";
+  bool exact_color = false;
 };
 
 // A camera and its photograph.
@@ -233,6 +234,7 @@ CommandAction eval_command(Options& options) {
                "adds LPIPS with the weights of this .safetensors file, which scripts/lpips_weights "
                "makes: for the network's input 0..1, as papers on 3DGS print it, and for -1..1",
                {"vgg16.safetensors"});
+  declare_exact_color_option(options, command->exact_color, "every picture");
   options.text("--out-dir", "DIR", command->out_dir, "folder of eval.csv and eval.json", {"out"});
   options.text("--csv", "FILE", command->csv, "one row per view and mode; - = stdout",
                {"-", "eval.csv"});
@@ -254,6 +256,7 @@ CommandAction eval_command(Options& options) {
     if (command->csv == "-" && command->json == "-")
       fail(ErrorKind::usage, "eval: --csv and --json cannot both go to stdout");
     note_inputs(command->frame);
+    if (command->exact_color) command->frame.network = NetworkUse::always;
     if (command->lpips) note_input(*command->lpips);
     check_report(command->out_dir, kEvalFiles);
     check_targets({command->csv, command->json});

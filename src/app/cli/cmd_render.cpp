@@ -39,6 +39,7 @@ struct RenderCommand {
   std::optional<Shard> shard;
   double reference_threshold = 0;
   bool psnr = false;
+  bool exact_color = false;
 
   bool several_modes() const { return frame.modes.size() > 1; }
   bool measures() const { return several_modes() || repeats.has_value() || psnr; }
@@ -298,6 +299,7 @@ CommandAction render_command(Options& options) {
   options.overwrite();
   options.flag("--psnr", command->psnr,
                "adds each mode's PSNR against mode reference to the table (seconds per view)");
+  declare_exact_color_option(options, command->exact_color, "every picture");
   options.text("--reference", "FILE", command->reference,
                "prints the PSNR against this picture and writes OUT.difference.png",
                {"reference.pfm", "missing.png"});
@@ -322,6 +324,7 @@ CommandAction render_command(Options& options) {
     check_quantity(*command);
     if (command->reference) require_reference(*command->reference);
     note_inputs(command->frame);
+    if (command->exact_color) command->frame.network = NetworkUse::always;
     const bool one = !command->several_modes() && !command->cameras.several();
     check_targets({command->stats, one ? command->output : std::nullopt});
     if (command->output) check_picture_name(*command->output);

@@ -115,6 +115,13 @@ class Judging {
         pool_(options.frame.threads) {}
 
   void run() {
+    if (options_.frame.network == NetworkUse::if_any && !has_network(truth_) &&
+        !has_network(judged_)) {
+      fail(ErrorKind::usage,
+           "--exact-color: neither {} nor {} has a network of colours; only models of Compact-3DGS "
+           "have one",
+           truth_.path.string(), judged_.path.string());
+    }
     result_.truth = truth_.path.string();
     result_.judged = judged_.path.string();
     const std::vector<JudgedView> views = choose_views();
@@ -124,6 +131,10 @@ class Judging {
   }
 
  private:
+  static bool has_network(const Side& side) {
+    return side.session.scene && side.session.scene->network;
+  }
+
   const Side* scene() const {
     if (!truth_.pictures) return &truth_;
     return judged_.pictures ? nullptr : &judged_;

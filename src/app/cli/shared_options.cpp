@@ -272,6 +272,13 @@ void declare_window_options(Options& options, ViewOptions& view) {
                "plays an input script in the window, see docs/viewer.md", {"missing.txt"});
 }
 
+void declare_exact_color_option(Options& options, bool& exact_color, const std::string& what) {
+  options.flag("--exact-color", exact_color,
+               what +
+                   " has the colours of the scene's network, which only models of Compact-3DGS "
+                   "have, instead of spherical harmonics");
+}
+
 PixelRect parse_part(const std::string& text, const char* problem) {
   const std::vector<std::string> words = separated(text);
   if (words.size() != 4) fail(ErrorKind::usage, "--part: '{}' is {}", text, problem);

@@ -100,6 +100,9 @@ PixelRect parse_part(const std::string& text, const char* problem);
 /// Throws Error(usage) unless the part lies in the pictures of the camera.
 void require_part_inside(const PixelRect& part, const Camera& camera);
 
+/// --exact-color. `what` is drawn so.
+void declare_exact_color_option(Options& options, bool& exact_color, const std::string& what);
+
 /// --shard, for a Shard or a std::optional<Shard>.
 template <class T>
 void declare_shard_option(Options& options, T& shard, const std::string& help) {

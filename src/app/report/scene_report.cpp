@@ -54,6 +54,12 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   };
   line("format", scene.format);
   line("bytes", fmt::format("{} ({})", grouped(scene.file_bytes), bytes_text(scene.file_bytes)));
+  std::uint64_t rest = scene.file_bytes;
+  for (const FilePart& part : scene.parts) {
+    line("", fmt::format("{:>13}  {}, {}", grouped(part.bytes), part.name, part.content));
+    rest -= std::min(rest, part.bytes);
+  }
+  if (!scene.parts.empty()) line("", fmt::format("{:>13}  names and headers", grouped(rest)));
   line("Gaussians", grouped(scene.cloud.size()));
   line("SH degree", fmt::format("{}", scene.cloud.sh_degree));
   line("axes", scene.axes);
@@ -63,26 +69,39 @@ std::string report_text(const Scene& scene, const SceneReport& report) {
   line("extents 5-95 %", box_text(report.core));
   line("opacities", fmt::format("{:.4g} to {:.4g}", report.opacity.low, report.opacity.high));
   line("scales", fmt::format("{:.4g} to {:.4g}", report.scale.low, report.scale.high));
+  if (scene.network) {
+    line("SH fit", fmt::format("differs by {:.2g} rms, in 99 % of the Gaussians by at most {:.2g}",
+                               scene.network->rms, scene.network->rms_of_99));
+  }
   if (report.huge > 0) line("too large", huge_text(report.huge));
   for (const std::string& warning : scene.warnings) line("warning", warning);
   return text;
 }
 
 nlohmann::ordered_json report_json(const Scene& scene, const SceneReport& report) {
-  return {{"file", scene.path.string()},
-          {"format", scene.format},
-          {"bytes", scene.file_bytes},
-          {"gaussians", scene.cloud.size()},
-          {"sh_degree", scene.cloud.sh_degree},
-          {"axes", scene.axes},
-          {"antialiased", scene.cloud.antialiased},
-          {"vertical_axis", scene.vertical_axis},
-          {"extents", box_json(report.all)},
-          {"extents_5_95", box_json(report.core)},
-          {"larger_than_the_scene", report.huge},
-          {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
-          {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
-          {"warnings", scene.warnings}};
+  nlohmann::ordered_json json = {
+      {"file", scene.path.string()},
+      {"format", scene.format},
+      {"bytes", scene.file_bytes},
+      {"gaussians", scene.cloud.size()},
+      {"sh_degree", scene.cloud.sh_degree},
+      {"axes", scene.axes},
+      {"antialiased", scene.cloud.antialiased},
+      {"vertical_axis", scene.vertical_axis},
+      {"extents", box_json(report.all)},
+      {"extents_5_95", box_json(report.core)},
+      {"larger_than_the_scene", report.huge},
+      {"opacity", {{"low", report.opacity.low}, {"high", report.opacity.high}}},
+      {"scale", {{"low", report.scale.low}, {"high", report.scale.high}}},
+      {"warnings", scene.warnings}};
+  for (const FilePart& part : scene.parts) {
+    json["parts"].push_back(
+        {{"name", part.name}, {"bytes", part.bytes}, {"content", part.content}});
+  }
+  if (scene.network) {
+    json["sh_fit"] = {{"rms", scene.network->rms}, {"rms_of_99_percent", scene.network->rms_of_99}};
+  }
+  return json;
 }
 
 }  // namespace qs

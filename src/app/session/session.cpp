@@ -9,7 +9,9 @@
 
 #include "app/base/progress_bar.h"
 #include "app/framing/huge_gaussians.h"
+#include "app/session/exact_color.h"
 #include "io/camera/cameras.h"
+#include "io/scene/compact/compact.h"
 #include "raster/base/fail.h"
 
 namespace qs {
@@ -36,10 +38,14 @@ int device_of(int device, Backend backend) {
   return backend == Backend::cpu ? 0 : first_gpu();
 }
 
-std::unique_ptr<Renderer> upload(const Session& session, Backend backend,
+std::unique_ptr<Renderer> upload(const Session& session, Backend backend, bool exact_color,
                                  const std::optional<Progress>& progress) {
   ProgressBar bar("uploading");
   auto renderer = make_renderer(backend, *session.pool, session.device);
+  if (exact_color && session.scene->network) {
+    renderer = with_exact_color(std::move(renderer), *session.scene->network, session.scene->axes,
+                                *session.pool);
+  }
   renderer->upload(cloud_of(session.scene), progress.value_or(bar.progress()));
   return renderer;
 }
@@ -51,6 +57,29 @@ void look_for_huge(Scene& scene, bool skips) {
     if (dropped > 0) warn(huge_text(dropped) + ": left out");
   } else if (const std::size_t count = count_huge(scene.cloud); count > 0) {
     warn(huge_text(count) + "; --skip-huge draws without");
+  }
+}
+
+// True if all frames show the network's colours.
+bool draws_network(const Session& session) {
+  return session.network == NetworkUse::if_any || session.network == NetworkUse::always;
+}
+
+Scene read_with_progress(const std::filesystem::path& path, ThreadPool& pool, int iteration,
+                         const std::string& axes) {
+  ProgressBar bar("reading");
+  ReadOptions options;
+  options.iteration = iteration;
+  options.axes = axes;
+  options.progress = bar.progress();
+  return read_scene(path, pool, options);
+}
+
+// The difference of the spherical harmonics does not matter if they are not drawn.
+void print_warnings(const Scene& scene, bool exact) {
+  for (const std::string& warning : scene.warnings) {
+    if (exact && scene.network && warning == fit_sentence(*scene.network)) continue;
+    warn("warning: " + warning);
   }
 }
 
@@ -77,13 +106,8 @@ std::shared_ptr<const GaussianCloud> cloud_of(const std::shared_ptr<const Scene>
 
 Scene load_scene(const std::filesystem::path& path, ThreadPool& pool, int iteration,
                  const std::string& axes) {
-  ProgressBar bar("reading");
-  ReadOptions options;
-  options.iteration = iteration;
-  options.axes = axes;
-  options.progress = bar.progress();
-  Scene scene = read_scene(path, pool, options);
-  for (const std::string& warning : scene.warnings) warn("warning: " + warning);
+  Scene scene = read_with_progress(path, pool, iteration, axes);
+  print_warnings(scene, false);
   return scene;
 }
 
@@ -92,11 +116,20 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
   session.backend = choose_backend(frame);
   session.pool = std::make_unique<ThreadPool>(frame.threads);
   session.device = device_of(frame.device, session.backend);
-  Scene scene = load_scene(frame.scene, *session.pool, frame.iteration, frame.axes);
+  session.network = frame.network;
+  Scene scene = read_with_progress(frame.scene, *session.pool, frame.iteration, frame.axes);
+  print_warnings(scene, draws_network(session));
   look_for_huge(scene, frame.skip_huge);
+  const bool needs_network =
+      frame.network == NetworkUse::reference || frame.network == NetworkUse::always;
+  if (needs_network && !scene.network) {
+    fail(ErrorKind::usage,
+         "--exact-color: {} has no network of colours; only models of Compact-3DGS have one",
+         scene.path.string());
+  }
   if (change) change(scene);
   session.scene = std::make_shared<const Scene>(std::move(scene));
-  session.renderer = upload(session, session.backend, {});
+  session.renderer = upload(session, session.backend, draws_network(session), {});
   const bool white = !frame.background && model_wants_white_background(session.scene->path);
   session.settings.mode = frame.modes.front();
   session.settings.pipeline = frame.pipeline;
@@ -110,14 +143,16 @@ Session open_session(const FrameOptions& frame, const std::function<void(Scene&)
 
 Renderer& renderer_on(Session& session, Backend backend, const std::optional<Progress>& progress) {
   if (backend == session.backend) return *session.renderer;
-  if (!session.second) session.second = upload(session, backend, progress);
+  if (!session.second) session.second = upload(session, backend, draws_network(session), progress);
   return *session.second;
 }
 
 Image reference_image(Session& session, const Camera& camera, const Progress& progress) {
   RenderSettings settings = session.settings;
   settings.mode = kReferenceMode;
-  Renderer& renderer = renderer_on(session, Backend::cpu);
+  if (session.network == NetworkUse::reference && !session.exact)
+    session.exact = upload(session, Backend::cpu, true, {});
+  Renderer& renderer = session.exact ? *session.exact : renderer_on(session, Backend::cpu);
   renderer.report_frames_to(progress.report);
   Image image = renderer.render(camera, settings, {}, HostImage{}, progress.stop).color;
   renderer.report_frames_to({});

@@ -18,6 +18,15 @@
 
 namespace qs {
 
+/// The frames that show the colours of a scene's network (Compact-3DGS) instead of spherical
+/// harmonics.
+enum class NetworkUse {
+  never,
+  reference,  ///< the frames of reference_image()
+  if_any,     ///< all frames of scenes that have a network
+  always,     ///< all frames; a scene without a network is an error
+};
+
 /// The choices that every rendering command offers; cli/shared_options.h declares their options.
 struct FrameOptions {
   std::filesystem::path scene;
@@ -39,6 +48,7 @@ struct FrameOptions {
   std::optional<bool> antialiased;  ///< unset: as the scene was trained
   int tile_px = kTileSize;
   bool skip_huge = false;  ///< leaves out the Gaussians of drop_huge()
+  NetworkUse network = NetworkUse::never;
 };
 
 /// Modes 1 to culler_count(): the meaning of `--cull all`.
@@ -55,6 +65,8 @@ struct Session {
   RenderSettings settings;             ///< mode: the first of FrameOptions::modes
   std::unique_ptr<Renderer> renderer;  ///< of `backend`
   std::unique_ptr<Renderer> second;    ///< of another backend, see renderer_on()
+  NetworkUse network = NetworkUse::never;
+  std::unique_ptr<Renderer> exact;  ///< of reference_image() with NetworkUse::reference
 };
 
 /// The name of a pipeline in reports: "cpu" for the default pipeline of the CPU backend. The

@@ -29,6 +29,15 @@ class FolderFiles : public FileSource {
     return {file.content().begin(), file.content().end()};
   }
 
+  bool has(const std::string& name) const override {
+    std::error_code error;
+    return std::filesystem::is_regular_file(scene_file_.parent_path() / name, error);
+  }
+
+  std::uint64_t stored_bytes(const std::string& name) const override {
+    return std::filesystem::file_size(scene_file_.parent_path() / name);
+  }
+
   bool is_folder() const override { return true; }
 
  private:

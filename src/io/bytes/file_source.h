@@ -25,6 +25,12 @@ class FileSource {
   /// is unsafe, the file is missing or damaged, or has more than `max_bytes`.
   virtual Array<std::byte> read(const std::string& name, std::uint64_t max_bytes) = 0;
 
+  /// True if there is a file `name`.
+  virtual bool has(const std::string& name) const = 0;
+
+  /// Bytes that an existing file takes: in an archive as it is compressed there, without headers.
+  virtual std::uint64_t stored_bytes(const std::string& name) const = 0;
+
   /// True if the files are separate from the scene file, so that their sizes must be added to the
   /// scene's.
   virtual bool is_folder() const = 0;
@@ -39,6 +45,13 @@ std::unique_ptr<FileSource> files_in_zip(std::span<const std::byte> content,
                                          const std::filesystem::path& path, std::string_view root);
 
 bool is_zip(std::span<const std::byte> content);
+
+/// The name of the first file in a zip archive, as its own header states it; empty if it has none.
+std::string_view first_name_in_zip(std::span<const std::byte> content);
+
+/// True for zip archives of NumPy (.npz) and PyTorch (.pth).
+bool is_npz(std::span<const std::byte> content);
+bool is_torch_archive(std::span<const std::byte> content);
 
 /// The normalised `name`, so that different spellings are recognised as one file. Throws
 /// Error(input) "source: unsafe file name ..." unless it is a plain relative path.

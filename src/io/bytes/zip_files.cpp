@@ -2,10 +2,12 @@
 //
 // files_in_zip() through libzip. The number of entries, the size of each and the sum of all are
 // limited before anything is unpacked; checksums are verified by reading to the end.
+#include <algorithm>
 #include <memory>
 
 #include <zip.h>
 
+#include "io/bytes/byte_cursor.h"
 #include "io/bytes/file_source.h"
 #include "raster/base/fail.h"
 
@@ -79,6 +81,18 @@ class ZipFiles : public FileSource {
     return bytes;
   }
 
+  bool has(const std::string& name) const override {
+    return zip_name_locate(archive_.get(), (prefix_ + name).c_str(), 0) >= 0;
+  }
+
+  std::uint64_t stored_bytes(const std::string& name) const override {
+    zip_stat_t stat;
+    zip_stat_init(&stat);
+    const bool known = zip_stat(archive_.get(), (prefix_ + name).c_str(), 0, &stat) == 0 &&
+                       (stat.valid & ZIP_STAT_COMP_SIZE) != 0;
+    return known ? stat.comp_size : 0;
+  }
+
   bool is_folder() const override { return false; }
 
  private:
@@ -117,6 +131,22 @@ bool is_zip(std::span<const std::byte> content) {
   const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
   constexpr std::string_view kEntry = "PK\x03\x04", kEmpty = "PK\x05\x06";
   return text.starts_with(kEntry) || text.starts_with(kEmpty);
+}
+
+std::string_view first_name_in_zip(std::span<const std::byte> content) {
+  constexpr std::size_t kLength = 26, kName = 30;  // of the header
+  if (!is_zip(content) || content.size() < kName) return {};
+  const std::size_t length = load<std::uint16_t>(content.data() + kLength);
+  return {reinterpret_cast<const char*>(content.data()) + kName,
+          std::min(length, content.size() - kName)};
+}
+
+bool is_npz(std::span<const std::byte> content) {
+  return first_name_in_zip(content).ends_with(".npy");
+}
+
+bool is_torch_archive(std::span<const std::byte> content) {
+  return first_name_in_zip(content).ends_with("/data.pkl");
 }
 
 }  // namespace qs

@@ -7,17 +7,36 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "raster/base/progress.h"
+#include "raster/field/color_field.h"
 #include "raster/scene/gaussian_cloud.h"
 
 namespace qs {
 
+/// A part of a scene's files.
+struct FilePart {
+  std::string name;
+  std::uint64_t bytes = 0;  ///< in the file, as it is compressed there
+  std::string content;      ///< "600 values of 16 bits"
+};
+
+/// A scene whose colours a network computes (Compact-3DGS). Its cloud has spherical harmonics that
+/// were fitted to the network.
+struct NetworkColors {
+  std::shared_ptr<const ColorField> field;
+  double rms = 0;        ///< of the fit's difference in 24 directions, in units of 0..1
+  double rms_of_99 = 0;  ///< 99 % of the Gaussians have at most this rms
+};
+
 /// A cloud and the facts its file states about it.
 struct Scene {
   GaussianCloud cloud;
+  std::optional<NetworkColors> network;
   std::filesystem::path path;  ///< the file that was read (of a model directory: the chosen file)
   std::string format;  ///< name of the reader's row, with a variant: "ply, binary little endian"
   std::vector<std::string> warnings;  ///< one sentence each: values that were dropped or assumed
@@ -26,6 +45,7 @@ struct Scene {
   std::string declared_axes = "RDF";
   std::string vertical_axis;     ///< as the file declares it ("y", "-z", ...); empty if it does not
   std::uint64_t file_bytes = 0;  ///< of all files that were read
+  std::vector<FilePart> parts;   ///< of formats that consist of arrays; empty for others
   double unpack_ms = 0;          ///< headers, decompression and allocation
   double fill_ms = 0;            ///< conversion of the values into the cloud, with checks
 };

@@ -9,31 +9,10 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/matrix.hpp>
 
-#include "raster/kernel/constants.h"
+#include "raster/kernel/sh.h"
 
 namespace qs {
 namespace {
-
-// The basis functions of kernel/sh.h in direction d.
-std::array<double, 16> sh_basis(const glm::dvec3& d) {
-  const double x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
-  return {kSh0,
-          -kSh1 * y,
-          kSh1 * z,
-          -kSh1 * x,
-          kSh2A * x * y,
-          -kSh2A * y * z,
-          kSh2B * (2 * zz - xx - yy),
-          -kSh2A * x * z,
-          kSh2C * (xx - yy),
-          -kSh3A * y * (3 * xx - yy),
-          kSh3B * x * y * z,
-          -kSh3C * y * (4 * zz - xx - yy),
-          kSh3D * z * (2 * zz - 3 * xx - 3 * yy),
-          -kSh3C * x * (4 * zz - xx - yy),
-          kSh3E * z * (xx - yy),
-          -kSh3A * x * (xx - 3 * yy)};
-}
 
 // Calls visit(direction, weight) for a quadrature of the sphere that is exact for products of two
 // functions of degree 3: Gauss-Legendre in z, equal steps in azimuth.
@@ -117,7 +96,9 @@ Transform::Transform(const glm::dmat4& matrix) : matrix_(matrix), linear_(matrix
   }
   // f'(d) = f(q^T d), projected on each basis function.
   integrate_sphere([&](const glm::dvec3& d, double weight) {
-    const auto to = sh_basis(d), from = sh_basis(glm::transpose(q) * d);
+    std::array<double, 16> to, from;
+    sh_basis(d, to.data());
+    sh_basis(glm::transpose(q) * d, from.data());
     for (std::size_t l = 0; l <= kMaxShDegree; ++l) {
       for (std::size_t k = 0; k < 2 * l + 1; ++k) {
         for (std::size_t j = 0; j < 2 * l + 1; ++j) {

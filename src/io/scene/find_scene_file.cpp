@@ -2,8 +2,9 @@
 //
 // Finds the scene file for a path. A training run writes
 // MODEL/point_cloud/iteration_N/point_cloud.ply; the path may be the model, its point_cloud folder
-// or one iteration's folder.
+// or one iteration's folder. Compact-3DGS may leave point_cloud.npz there instead.
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 #include <string_view>
@@ -16,10 +17,18 @@ namespace qs {
 namespace {
 
 constexpr const char* kSceneFile = "point_cloud.ply";
+constexpr std::array kSceneFiles = {kSceneFile, "point_cloud.npz", "point_cloud_pp.npz"};
 
 bool is_file(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error);
+}
+
+// The first of kSceneFiles in a folder.
+std::optional<std::filesystem::path> scene_file_in(const std::filesystem::path& folder) {
+  for (const char* name : kSceneFiles)
+    if (is_file(folder / name)) return folder / name;
+  return std::nullopt;
 }
 
 // N of "iteration_N".
@@ -41,8 +50,8 @@ std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const auto iteration = iteration_of(entry->path().filename().string());
-    const std::filesystem::path file = entry->path() / kSceneFile;
-    if (iteration && is_file(file)) found.emplace(*iteration, file);
+    if (!iteration) continue;
+    if (const auto file = scene_file_in(entry->path())) found.emplace(*iteration, *file);
   }
   return found;
 }
@@ -63,7 +72,7 @@ std::filesystem::path find_scene_file(const std::filesystem::path& path, int ite
   auto iterations = find_iterations(path / "point_cloud");
   if (iterations.empty()) iterations = find_iterations(path);
   if (iterations.empty()) {
-    if (is_file(path / kSceneFile)) return path / kSceneFile;
+    if (const auto file = scene_file_in(path)) return *file;
     if (is_file(path / "meta.json")) return path / "meta.json";
     if (is_file(path / "lod-meta.json")) return path / "lod-meta.json";
     fail("{}: a folder without point_cloud/iteration_*/{}; give a model folder or a splat file",

@@ -12,6 +12,7 @@
 #include "io/cloud/axes.h"
 #include "io/cloud/sample.h"
 #include "io/cloud/transform.h"
+#include "io/scene/compact/compact.h"
 #include "io/scene/gltf/gltf.h"
 #include "io/scene/ply/compressed_ply.h"
 #include "io/scene/ply/ply.h"
@@ -30,6 +31,9 @@ constexpr std::array kReaders = {
               recognises_ply, read_ply},
     ReaderRow{"compressed.ply", ".compressed.ply .ply", "PlayCanvas, SuperSplat, gsplat", "RDF",
               "0-4", "SH values within -4..4", recognises_compressed_ply, read_compressed_ply},
+    ReaderRow{"compact-3dgs", ".ply .npz", "Compact-3DGS: .ply with .pth beside it, .npz, _pp.npz",
+              "RDF", "3, fitted", "colours of the network only with --exact-color",
+              recognises_compact, read_compact},
     ReaderRow{"spz", ".spz", "Niantic, versions 1 to 4", "RUB, or as its extension says", "0-4",
               "no level-of-detail trees; at most 1032 times its size unpacked", recognises_spz,
               read_spz},

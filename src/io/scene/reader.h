@@ -44,7 +44,8 @@ Scene read_scene(const std::filesystem::path& path, ThreadPool& pool,
 /// frame or a wrong one. Throws Error(usage) unless is_axes(axes).
 void assume_axes(Scene& scene, std::string_view axes);
 
-/// FOLDER/iteration_N/point_cloud.ply by N, in increasing order: 30000 comes after 7000.
+/// The scene file of FOLDER/iteration_N, point_cloud.ply for most, by N, in increasing order: 30000
+/// comes after 7000.
 std::map<int, std::filesystem::path> find_iterations(const std::filesystem::path& folder);
 
 /// The scene file for `path`: `path` itself, or the file inside a model directory.

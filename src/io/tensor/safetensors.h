@@ -5,19 +5,14 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <span>
 #include <string>
-#include <vector>
+
+#include "io/tensor/tensor.h"
 
 namespace qs {
-
-struct Tensor {
-  std::vector<std::uint64_t> shape;  ///< the last index varies fastest
-  std::vector<float> values;
-};
 
 struct TensorFile {
   std::map<std::string, Tensor> tensors;

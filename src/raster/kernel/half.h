@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Half precision (IEEE binary16) without special hardware. Infinities and NaN have no half here.
+// Half precision (IEEE binary16) without special hardware. float_of_half() and to_half() are for
+// finite values; the other two know infinities and NaN.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -32,6 +34,34 @@ QS_HD bool to_half(float value, std::uint16_t& half) {
   std::memcpy(&bits, &scaled, sizeof bits);
   half = static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | (bits >> kHalfShift & 0x7fffu));
   return float_of_half(half) == value;
+}
+
+/// As float_of_half(), also for infinities and NaN.
+QS_HD float float_of_any_half(std::uint16_t half) {
+  const float value = float_of_half(half);
+  if ((half & 0x7c00u) != 0x7c00u) return value;
+  if ((half & 0x3ffu) != 0) return NAN;
+  return value < 0 ? -INFINITY : INFINITY;
+}
+
+/// The half nearest to `value`; of two that are equally near, the half whose last bit is 0. Values
+/// from 65520 on give infinity.
+QS_HD std::uint16_t round_to_half(float value) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  const std::uint32_t sign = bits >> 16 & 0x8000u;
+  bits &= 0x7fffffffu;
+  if (bits > 0x7f800000u) return static_cast<std::uint16_t>(sign | 0x7e00u);   // NaN
+  if (bits >= 0x477ff000u) return static_cast<std::uint16_t>(sign | 0x7c00u);  // 65520 on
+  if (bits < 0x38800000u) {  // below 2^-14, where halves are multiples of 2^-24, as floats at 1/2
+    float magnitude;
+    std::memcpy(&magnitude, &bits, sizeof magnitude);
+    magnitude += 0.5f;
+    std::memcpy(&bits, &magnitude, sizeof bits);
+    return static_cast<std::uint16_t>(sign | (bits - 0x3f000000u));
+  }
+  bits += 0xfffu + (bits >> kHalfShift & 1u);
+  return static_cast<std::uint16_t>(sign | ((bits - (112u << 23)) >> kHalfShift));
 }
 
 }  // namespace qs

@@ -40,4 +40,27 @@ QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
   return glm::max(color + Real(0.5), Vec3(0));
 }
 
+/// Writes the 16 functions of degrees 0 to 3 at the unit vector `d`. sh_color() is the sum of their
+/// products with the coefficients, plus 1/2, before the clamp.
+template <class Real>
+QS_HD void sh_basis(const glm::vec<3, Real>& d, Real* values) {
+  const Real x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
+  values[0] = Real(kSh0);
+  values[1] = -Real(kSh1) * y;
+  values[2] = Real(kSh1) * z;
+  values[3] = -Real(kSh1) * x;
+  values[4] = Real(kSh2A) * x * y;
+  values[5] = -Real(kSh2A) * y * z;
+  values[6] = Real(kSh2B) * (2 * zz - xx - yy);
+  values[7] = -Real(kSh2A) * x * z;
+  values[8] = Real(kSh2C) * (xx - yy);
+  values[9] = -Real(kSh3A) * y * (3 * xx - yy);
+  values[10] = Real(kSh3B) * x * y * z;
+  values[11] = -Real(kSh3C) * y * (4 * zz - xx - yy);
+  values[12] = Real(kSh3D) * z * (2 * zz - 3 * xx - 3 * yy);
+  values[13] = -Real(kSh3C) * x * (4 * zz - xx - yy);
+  values[14] = Real(kSh3E) * z * (xx - yy);
+  values[15] = -Real(kSh3A) * x * (xx - 3 * yy);
+}
+
 }  // namespace qs

@@ -170,6 +170,21 @@ TEST(Damage, sog_archive_survives) {
   expect_damage_is_survived(file_bytes(committed_corpus() / "valid/sog_v1_zipped.sog"));
 }
 
+// Every 97th truncation, because each copy has the whole network.
+TEST(Damage, compact_npz_survives) {
+  const Bytes bytes = file_bytes(committed_corpus() / "valid/compact_small_pp.npz");
+  for (std::size_t size = 0; size < bytes.size(); size += 97) {
+    SCOPED_TRACE("cut to " + std::to_string(size));
+    expect_sound(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(size)));
+  }
+  for (std::size_t at = 0; at < bytes.size(); at += at < 512 ? 1 : 97) {
+    SCOPED_TRACE("byte " + std::to_string(at));
+    Bytes damaged = bytes;
+    damaged[at] ^= std::byte{0x11};
+    expect_sound(damaged);
+  }
+}
+
 TEST(Damage, sog_folder_survives) {
   const TemporaryFolder folder;
   const auto scene_file = folder / "sog/meta.json";

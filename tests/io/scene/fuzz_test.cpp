@@ -38,18 +38,35 @@ TEST(Fuzz, every_format_has_a_target) {
   std::set<std::string> names;
   for (const FuzzTarget& target : fuzz_targets())
     EXPECT_TRUE(names.insert(target.name).second) << target.name;
-  const std::set<std::string> expected = {"ply",          "compressed_ply",
-                                          "spz",          "splat",
-                                          "ksplat",       "sog",
-                                          "streamed_sog", "gltf",
-                                          "cameras_bin",  "cameras_txt",
-                                          "images_bin",   "images_txt",
-                                          "jpg",          "png",
-                                          "points3D_bin", "points3D_txt",
-                                          "ppm",          "pfm",
-                                          "npy",          "cameras_json",
-                                          "webp",         "safetensors",
-                                          "preferences",  "transforms_json"};
+  const std::set<std::string> expected = {"ply",
+                                          "compressed_ply",
+                                          "spz",
+                                          "splat",
+                                          "ksplat",
+                                          "sog",
+                                          "streamed_sog",
+                                          "gltf",
+                                          "cameras_bin",
+                                          "cameras_txt",
+                                          "images_bin",
+                                          "images_txt",
+                                          "jpg",
+                                          "png",
+                                          "points3D_bin",
+                                          "points3D_txt",
+                                          "ppm",
+                                          "pfm",
+                                          "npy",
+                                          "cameras_json",
+                                          "webp",
+                                          "safetensors",
+                                          "compact-3dgs",
+                                          "pickle",
+                                          "torch",
+                                          "array",
+                                          "huffman",
+                                          "preferences",
+                                          "transforms_json"};
   EXPECT_EQ(names, expected);
 }
 

@@ -6,6 +6,7 @@
 
 #include "raster/kernel/activation.h"
 #include "raster/kernel/adam.h"
+#include "raster/kernel/color_field.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/modes.h"
 #include "raster/kernel/density.h"
@@ -44,6 +45,15 @@ __global__ void use_frustum(View<float> view, FootprintRules rules, TileGrid gri
 
 __global__ void use_half(const float* values, std::uint16_t* halves, float* back) {
   if (to_half(values[0], halves[0])) back[0] = float_of_half(halves[0]);
+  back[1] = float_of_any_half(round_to_half(values[1]));
+}
+
+__global__ void use_color_field(GridLevel level, const glm::vec3* means, std::uint32_t* entries,
+                                float* features, float* basis) {
+  const glm::vec3 place = level.scale * contract(means[0]) + 0.5f;
+  entries[0] = grid_entry(level, static_cast<std::uint32_t>(place.x), 1, 2);
+  encode_direction(means[1], features);
+  sh_basis(means[1], basis);
 }
 
 template <class Real>

@@ -134,12 +134,6 @@ void refuse_other_contents(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertices = header.find("vertex");
   const bool has_faces = header.find("face") != nullptr;
   if (vertices == nullptr) fail("{}: not a splat file: it has no element 'vertex'", path);
-  if (!vertices->has("f_dc_0") && vertices->has("opacity") && vertices->has("rot_0")) {
-    fail(
-        "{}: its Gaussians have no colours (f_dc); Compact-3DGS keeps them in a neural network, "
-        "which cannot be read",
-        path);
-  }
   for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"}) {
     if (vertices->has(name)) return;
   }
@@ -222,8 +216,18 @@ std::string describe(PlyFormat format) {
   return {};
 }
 
+bool is_ply_without_colors(std::span<const std::byte> content) {
+  if (!is_ply(content)) return false;
+  const std::string_view header = ply_header_text(content);
+  const auto has = [&](std::string_view property) {
+    return header.find(property) != std::string_view::npos;
+  };
+  return has(" opacity") && has(" rot_0") && !has(" f_dc_") && !has(" packed_position");
+}
+
 bool recognises_ply(std::span<const std::byte> content, const std::filesystem::path& path) {
-  return is_ply(content) && !recognises_compressed_ply(content, path);
+  return is_ply(content) && !recognises_compressed_ply(content, path) &&
+         !is_ply_without_colors(content);
 }
 
 void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,

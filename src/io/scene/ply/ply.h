@@ -17,6 +17,9 @@
 
 namespace qs {
 
+/// True for Gaussians without colours, as Compact-3DGS saves them. Point clouds and meshes are not.
+bool is_ply_without_colors(std::span<const std::byte> content);
+
 bool recognises_ply(std::span<const std::byte> content, const std::filesystem::path& path);
 void read_ply(std::span<const std::byte> content, const std::filesystem::path& path,
               ThreadPool& pool, const ReadOptions& options, Scene& scene);

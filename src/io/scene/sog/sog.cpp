@@ -188,7 +188,7 @@ class SceneFiles {
 }  // namespace
 
 bool recognises_sog(std::span<const std::byte> content, const std::filesystem::path&) {
-  if (is_zip(content)) return true;
+  if (is_zip(content)) return !is_npz(content) && !is_torch_archive(content);
   return json_kind(text_of(content).substr(0, kMaxMetaBytes)) == JsonKind::sog;
 }
 

@@ -20,6 +20,7 @@
 #include "app/viewer/state/camera_actions.h"
 #include "io/camera/cameras.h"
 #include "io/picture/image_file.h"
+#include "support/corpus.h"
 #include "support/pool.h"
 #include "support/recording_host.h"
 #include "support/scene_files.h"
@@ -121,6 +122,15 @@ TEST_F(SceneOpeningTest, reads_then_uploads_then_tells_the_scene) {
   EXPECT_EQ(viewer().scene->path, path);
   EXPECT_EQ(viewer().scene->gaussians, 30u);
   EXPECT_EQ(context_.session.scene->cloud.size(), 30u);
+}
+
+TEST_F(SceneOpeningTest, a_fit_of_colours_is_a_message) {
+  open_wholly(test::committed_corpus() / "valid/compact_small.npz");
+  EXPECT_EQ(viewer().scene->gaussians, 150u);
+  const auto& log = viewer().log;
+  EXPECT_TRUE(std::any_of(log.begin(), log.end(), [](const LogEntry& entry) {
+    return entry.text.starts_with("The network's colours became spherical harmonics of degree 3");
+  }));
 }
 
 TEST_F(SceneOpeningTest, a_file_that_cannot_be_read_ends_with_a_sentence_and_the_old_scene) {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+//
+// Compact-3DGS (Lee et al. 2024): Gaussians whose colours a hash grid and a network compute. The
+// cloud gets spherical harmonics of degree 3 that are fitted to the network in 24 directions;
+// Scene::network keeps the network and the size of the difference.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+#include "io/cloud/scene.h"
+#include "raster/base/parallel.h"
+
+namespace qs {
+
+bool recognises_compact(std::span<const std::byte> content, const std::filesystem::path& path);
+
+void read_compact(std::span<const std::byte> content, const std::filesystem::path& path,
+                  ThreadPool& pool, const ReadOptions& options, Scene& scene);
+
+/// The difference between spherical harmonics and network, as a sentence.
+std::string fit_sentence(const NetworkColors& network);
+
+}  // namespace qs

@@ -1,0 +1,460 @@
+// SPDX-License-Identifier: MIT
+#include "io/tensor/pickle.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <map>
+
+#include "io/bytes/byte_cursor.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+namespace {
+
+constexpr std::size_t kMaxOperations = 1u << 20;
+constexpr std::size_t kMaxMarks = 256;  // containers that are open at a time
+constexpr std::size_t kMaxMemo = 1u << 18;
+constexpr std::size_t kMaxItems = 1u << 21;  // of all containers together
+constexpr std::size_t kMaxLongBytes = 64;
+constexpr int kMaxProtocol = 5;
+
+enum class NameUse : std::uint8_t { called, made, mentioned };
+
+struct KnownName {
+  std::string_view name;
+  NameUse use;  // as a function; as a class without arguments (NEWOBJ); only as an argument
+};
+
+constexpr std::string_view kOrderedDict = "collections.OrderedDict";
+
+constexpr std::array kNames = {
+    KnownName{kOrderedDict, NameUse::called},
+    KnownName{"torch._utils._rebuild_tensor_v2", NameUse::called},
+    KnownName{"torch._utils._rebuild_parameter", NameUse::called},
+    KnownName{"torch.FloatStorage", NameUse::mentioned},
+    KnownName{"torch.HalfStorage", NameUse::mentioned},
+    KnownName{"torch.storage._load_from_bytes", NameUse::called},
+    KnownName{"numpy.core.multiarray._reconstruct", NameUse::called},
+    KnownName{"numpy._core.multiarray._reconstruct", NameUse::called},
+    KnownName{"numpy.ndarray", NameUse::mentioned},
+    KnownName{"numpy.dtype", NameUse::called},
+    KnownName{"dahuffman.huffmancodec._EndOfFileSymbol", NameUse::made},
+};
+
+// The operations of all protocols that are refused, for messages.
+struct RefusedOperation {
+  unsigned char code;
+  const char* name;
+};
+constexpr std::array kRefused = {
+    RefusedOperation{'0', "POP"},
+    RefusedOperation{'1', "POP_MARK"},
+    RefusedOperation{'2', "DUP"},
+    RefusedOperation{'F', "FLOAT"},
+    RefusedOperation{'I', "INT"},
+    RefusedOperation{'L', "LONG"},
+    RefusedOperation{'P', "PERSID"},
+    RefusedOperation{'S', "STRING"},
+    RefusedOperation{'T', "BINSTRING"},
+    RefusedOperation{'U', "SHORT_BINSTRING"},
+    RefusedOperation{'V', "UNICODE"},
+    RefusedOperation{'d', "DICT"},
+    RefusedOperation{'g', "GET"},
+    RefusedOperation{'i', "INST"},
+    RefusedOperation{'l', "LIST"},
+    RefusedOperation{'o', "OBJ"},
+    RefusedOperation{'p', "PUT"},
+    RefusedOperation{0x82, "EXT1"},
+    RefusedOperation{0x83, "EXT2"},
+    RefusedOperation{0x84, "EXT4"},
+    RefusedOperation{0x8b, "LONG4"},
+    RefusedOperation{0x8d, "BINUNICODE8"},
+    RefusedOperation{0x8f, "EMPTY_SET"},
+    RefusedOperation{0x90, "ADDITEMS"},
+    RefusedOperation{0x91, "FROZENSET"},
+    RefusedOperation{0x92, "NEWOBJ_EX"},
+    RefusedOperation{0x96, "BYTEARRAY8"},
+    RefusedOperation{0x97, "NEXT_BUFFER"},
+    RefusedOperation{0x98, "READONLY_BUFFER"},
+};
+
+// A name of the file for a message: printable, in one line, not longer than a line.
+std::string printable(std::string_view name) {
+  constexpr std::size_t kLongest = 60;
+  std::string shown(name.substr(0, kLongest));
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return name.size() > kLongest ? shown + "..." : shown;
+}
+
+const char* describe(PickleKind kind) {
+  switch (kind) {
+    case PickleKind::none:
+      return "None";
+    case PickleKind::boolean:
+      return "a boolean";
+    case PickleKind::integer:
+    case PickleKind::long_integer:
+      return "an integer";
+    case PickleKind::real:
+      return "a real number";
+    case PickleKind::text:
+      return "a text";
+    case PickleKind::bytes:
+      return "bytes";
+    case PickleKind::tuple:
+      return "a tuple";
+    case PickleKind::list:
+      return "a list";
+    case PickleKind::dictionary:
+      return "a dictionary";
+    case PickleKind::name:
+      return "a name";
+    case PickleKind::call:
+      return "an object";
+    case PickleKind::persistent:
+      return "a storage";
+  }
+  return "";
+}
+
+}  // namespace
+
+/// The stack machine that a pickle is a program for.
+class PickleMachine {
+ public:
+  explicit PickleMachine(Pickle& pickle)
+      : pickle_(pickle), in_(pickle.content_, pickle.source_ + ": its pickle") {
+    pickle_.objects_.emplace_back();  // "no object"
+  }
+
+  void run() {
+    for (std::size_t operations = 0;; ++operations) {
+      if (operations == kMaxOperations) refuse("it has more than {} operations", kMaxOperations);
+      const auto code = in_.read<std::uint8_t>("an operation");
+      if (code == '.') break;
+      step(code);
+    }
+    pickle_.root_ = pop();
+    pickle_.size_ = in_.offset();
+    if (!stack_.empty() || !marks_.empty()) refuse("objects are left over at its end");
+  }
+
+ private:
+  template <class... Args>
+  [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) const {
+    fail("{}: its pickle: {}", pickle_.source_, fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  void step(std::uint8_t code) {
+    switch (code) {
+      case 0x80:  // PROTO
+        if (const int protocol = in_.read<std::uint8_t>("a protocol"); protocol > kMaxProtocol)
+          refuse("protocol {} is unknown, {} is the newest known", protocol, kMaxProtocol);
+        return;
+      case 0x95:  // FRAME
+        if (in_.read<std::uint64_t>("a frame") > in_.left()) refuse("a frame is cut off");
+        return;
+      case '(':  // MARK
+        if (marks_.size() == kMaxMarks) refuse("more than {} objects are nested", kMaxMarks);
+        return marks_.push_back(stack_.size());
+      case 'q':  // BINPUT
+        return remember(in_.read<std::uint8_t>("a number"));
+      case 'r':  // LONG_BINPUT
+        return remember(in_.read<std::uint32_t>("a number"));
+      case 0x94:  // MEMOIZE
+        return remember(static_cast<std::uint32_t>(memo_.size()));
+      case 'h':  // BINGET
+        return recall(in_.read<std::uint8_t>("a number"));
+      case 'j':  // LONG_BINGET
+        return recall(in_.read<std::uint32_t>("a number"));
+      case 'c': {  // GLOBAL
+        const std::string_view module = line();
+        return push_name(module, line());
+      }
+      case 0x93: {  // STACK_GLOBAL
+        const PickleRef name = pop(), module = pop();
+        return push_name(text_of(module), text_of(name));
+      }
+      case 'R':  // REDUCE
+        return reduce();
+      case 'b':  // BUILD
+        return build();
+      case 0x81:  // NEWOBJ
+        return new_object();
+      case 'Q': {  // BINPERSID
+        const PickleRef id = pop();
+        return push({.kind = PickleKind::persistent, .items = {id}});
+      }
+      case '}':  // EMPTY_DICT
+        return push({.kind = PickleKind::dictionary});
+      case ']':  // EMPTY_LIST
+        return push({.kind = PickleKind::list});
+      case ')':  // EMPTY_TUPLE
+        return push({.kind = PickleKind::tuple});
+      case 't':  // TUPLE
+        return push({.kind = PickleKind::tuple, .items = pop_to_mark()});
+      case 0x85:  // TUPLE1 to TUPLE3
+      case 0x86:
+      case 0x87:
+        return push({.kind = PickleKind::tuple, .items = pop(code - 0x84u)});
+      case 's':  // SETITEM
+        return add(PickleKind::dictionary, pop(2));
+      case 'u':  // SETITEMS
+        return add(PickleKind::dictionary, pop_to_mark());
+      case 'a':  // APPEND
+        return add(PickleKind::list, pop(1));
+      case 'e':  // APPENDS
+        return add(PickleKind::list, pop_to_mark());
+      default:
+        return step_value(code);
+    }
+  }
+
+  void step_value(std::uint8_t code) {
+    switch (code) {
+      case 'N':  // NONE
+        return push({.kind = PickleKind::none});
+      case 0x88:  // NEWTRUE, NEWFALSE
+      case 0x89:
+        return push({.kind = PickleKind::boolean, .integer = code == 0x88});
+      case 'J':  // BININT
+        return push_integer(in_.read<std::int32_t>("an integer"));
+      case 'K':  // BININT1
+        return push_integer(in_.read<std::uint8_t>("an integer"));
+      case 'M':  // BININT2
+        return push_integer(in_.read<std::uint16_t>("an integer"));
+      case 0x8a:  // LONG1
+        return push_long(in_.read<std::uint8_t>("a length"));
+      case 'G': {  // BINFLOAT, big endian
+        std::uint64_t bits = 0;
+        for (const std::byte byte : in_.take(8, "a real number"))
+          bits = bits << 8 | static_cast<std::uint64_t>(byte);
+        return push({.kind = PickleKind::real, .real = std::bit_cast<double>(bits)});
+      }
+      case 'X':  // BINUNICODE
+        return push_text(in_.read<std::uint32_t>("a length"));
+      case 0x8c:  // SHORT_BINUNICODE
+        return push_text(in_.read<std::uint8_t>("a length"));
+      case 'C':  // SHORT_BINBYTES
+        return push_bytes(in_.read<std::uint8_t>("a length"));
+      case 'B':  // BINBYTES
+        return push_bytes(in_.read<std::uint32_t>("a length"));
+      case 0x8e:  // BINBYTES8
+        return push_bytes(in_.read<std::uint64_t>("a length"));
+      default:
+        for (const RefusedOperation& operation : kRefused) {
+          if (operation.code == code)
+            refuse("the operation {} is not needed by any model and was refused", operation.name);
+        }
+        refuse("the operation {:#04x} is unknown", code);
+    }
+  }
+
+  void push(PickleObject object) {
+    count_items(object.items.size());
+    stack_.push_back(static_cast<PickleRef>(pickle_.objects_.size()));
+    pickle_.objects_.push_back(std::move(object));
+  }
+
+  void count_items(std::size_t items) {
+    items_ += items;
+    if (items_ > kMaxItems) refuse("its objects have more than {} items", kMaxItems);
+  }
+
+  void push_integer(std::int64_t value) { push({.kind = PickleKind::integer, .integer = value}); }
+
+  void push_long(std::size_t size) {
+    const auto bytes = in_.take(size, "an integer");
+    if (size > kMaxLongBytes) refuse("an integer of {} bytes", size);
+    if (size > sizeof(std::int64_t)) {
+      return push({.kind = PickleKind::long_integer, .bytes = bytes});
+    }
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i)
+      value |= std::to_integer<std::uint64_t>(bytes[i]) << 8 * i;
+    const bool negative = size > 0 && (bytes[size - 1] & std::byte{0x80}) != std::byte{0};
+    if (negative && size < sizeof value) value |= ~std::uint64_t{0} << 8 * size;
+    push_integer(static_cast<std::int64_t>(value));
+  }
+
+  void push_text(std::uint64_t size) {
+    const auto bytes = in_.take(size, "a text");
+    push({.kind = PickleKind::text,
+          .text = {reinterpret_cast<const char*>(bytes.data()), bytes.size()}});
+  }
+
+  void push_bytes(std::uint64_t size) {
+    push({.kind = PickleKind::bytes, .bytes = in_.take(size, "bytes")});
+  }
+
+  // Text up to the end of the line.
+  std::string_view line() {
+    const auto rest = pickle_.content_.subspan(in_.offset());
+    const auto end = std::find(rest.begin(), rest.end(), std::byte{'\n'});
+    if (end == rest.end()) refuse("a name is cut off");
+    const auto size = static_cast<std::size_t>(end - rest.begin());
+    in_.take(size + 1, "a name");
+    return {reinterpret_cast<const char*>(rest.data()), size};
+  }
+
+  std::string_view text_of(PickleRef object) const {
+    return pickle_.text(object, "a part of a name");
+  }
+
+  void push_name(std::string_view module, std::string_view name) {
+    for (const KnownName& known : kNames) {
+      if (known.name.size() == module.size() + 1 + name.size() && known.name.starts_with(module) &&
+          known.name[module.size()] == '.' && known.name.ends_with(name)) {
+        return push({.kind = PickleKind::name, .text = known.name});
+      }
+    }
+    refuse("the name {}.{} is not needed by any model and was refused", printable(module),
+           printable(name));
+  }
+
+  // The known name that `object` is, if it may be used so.
+  std::string_view used_name(PickleRef object, NameUse use) const {
+    const PickleObject& name = pickle_[object];
+    if (name.kind != PickleKind::name) refuse("{} is called", describe(name.kind));
+    for (const KnownName& known : kNames) {
+      if (known.name == name.text && known.use == use) return known.name;
+    }
+    refuse("{} is called, but must only be mentioned", name.text);
+  }
+
+  void reduce() {
+    const PickleRef arguments = pop();
+    const std::string_view name = used_name(pop(), NameUse::called);
+    if (pickle_[arguments].kind != PickleKind::tuple)
+      refuse("the arguments of {} are not a tuple", name);
+    if (name == kOrderedDict) {
+      if (!pickle_[arguments].items.empty()) refuse("{} has arguments", name);
+      return push({.kind = PickleKind::dictionary});
+    }
+    push({.kind = PickleKind::call, .text = name, .items = pickle_[arguments].items});
+  }
+
+  void new_object() {
+    const PickleRef arguments = pop();
+    const std::string_view name = used_name(pop(), NameUse::made);
+    if (pickle_[arguments].kind != PickleKind::tuple || !pickle_[arguments].items.empty())
+      refuse("{} has arguments", name);
+    push({.kind = PickleKind::call, .text = name});
+  }
+
+  // The state of dictionaries (PyTorch's _metadata) does not matter.
+  void build() {
+    const PickleRef state = pop();
+    PickleObject& object = top();
+    if (object.kind == PickleKind::dictionary) return;
+    if (object.kind != PickleKind::call) refuse("{} is given a state", describe(object.kind));
+    object.state = state;
+  }
+
+  void add(PickleKind kind, const std::vector<PickleRef>& items) {
+    PickleObject& container = top();
+    if (container.kind != kind) {
+      refuse("items are added to {} instead of {}", describe(container.kind), describe(kind));
+    }
+    if (kind == PickleKind::dictionary && items.size() % 2 != 0) refuse("a key has no value");
+    count_items(items.size());
+    container.items.insert(container.items.end(), items.begin(), items.end());
+  }
+
+  std::size_t bottom() const { return marks_.empty() ? 0 : marks_.back(); }
+
+  PickleRef pop() { return pop(1).front(); }
+
+  std::vector<PickleRef> pop(std::size_t count) {
+    if (stack_.size() - bottom() < count) refuse("an operation lacks its operands");
+    const auto begin = stack_.end() - static_cast<std::ptrdiff_t>(count);
+    std::vector<PickleRef> objects(begin, stack_.end());
+    stack_.erase(begin, stack_.end());
+    return objects;
+  }
+
+  std::vector<PickleRef> pop_to_mark() {
+    if (marks_.empty()) refuse("an operation lacks its mark");
+    std::vector<PickleRef> objects = pop(stack_.size() - marks_.back());
+    marks_.pop_back();
+    return objects;
+  }
+
+  PickleObject& top() {
+    if (stack_.size() == bottom()) refuse("an operation lacks its operands");
+    return pickle_.objects_[stack_.back()];
+  }
+
+  void remember(std::uint32_t number) {
+    top();
+    if (memo_.size() == kMaxMemo) refuse("more than {} objects are remembered", kMaxMemo);
+    memo_[number] = stack_.back();
+  }
+
+  void recall(std::uint32_t number) {
+    const auto found = memo_.find(number);
+    if (found == memo_.end()) refuse("object {} was not remembered", number);
+    stack_.push_back(found->second);
+  }
+
+  Pickle& pickle_;
+  ByteCursor in_;
+  std::vector<PickleRef> stack_;
+  std::vector<std::size_t> marks_;  // sizes of the stack
+  std::map<std::uint32_t, PickleRef> memo_;
+  std::size_t items_ = 0;
+};
+
+Pickle::Pickle(std::span<const std::byte> content, std::string source)
+    : content_(content), source_(std::move(source)) {
+  PickleMachine(*this).run();
+}
+
+std::int64_t Pickle::integer(PickleRef object, const char* what) const {
+  const PickleObject& found = objects_[object];
+  if (found.kind == PickleKind::integer) return found.integer;
+  fail("{}: its pickle: {} is {} instead of an integer", source_, what, describe(found.kind));
+}
+
+std::string_view Pickle::text(PickleRef object, const char* what) const {
+  const PickleObject& found = objects_[object];
+  if (found.kind == PickleKind::text) return found.text;
+  fail("{}: its pickle: {} is {} instead of a text", source_, what, describe(found.kind));
+}
+
+std::span<const PickleRef> Pickle::tuple(PickleRef object, const char* what) const {
+  const PickleObject& found = objects_[object];
+  if (found.kind == PickleKind::tuple) return found.items;
+  fail("{}: its pickle: {} is {} instead of a tuple", source_, what, describe(found.kind));
+}
+
+std::span<const PickleRef> Pickle::tuple(PickleRef object, std::size_t count,
+                                         const char* what) const {
+  const auto items = tuple(object, what);
+  if (items.size() == count) return items;
+  fail("{}: its pickle: {} has {} items instead of {}", source_, what, items.size(), count);
+}
+
+std::span<const PickleRef> Pickle::call(PickleRef object, std::string_view name, std::size_t count,
+                                        const char* what) const {
+  const PickleObject& found = objects_[object];
+  if (found.kind == PickleKind::call && found.text == name && found.items.size() >= count)
+    return found.items;
+  fail("{}: its pickle: {} is {} instead of a result of {}", source_, what,
+       found.kind == PickleKind::call ? printable(found.text) : describe(found.kind), name);
+}
+
+PickleRef Pickle::find(PickleRef dictionary, std::string_view key) const {
+  const PickleObject& found = objects_[dictionary];
+  if (found.kind != PickleKind::dictionary) return 0;
+  // Of equal keys the last one counts.
+  for (std::size_t i = found.items.size(); i >= 2; i -= 2) {
+    const PickleObject& candidate = objects_[found.items[i - 2]];
+    if (candidate.kind == PickleKind::text && candidate.text == key) return found.items[i - 1];
+  }
+  return 0;
+}
+
+}  // namespace qs

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "raster/field/color_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace qs {
+namespace {
+
+// Products of a matrix with `rows` rows and a vector.
+std::vector<double> multiplied(const float* matrix, std::size_t rows, const std::vector<double>& x,
+                               bool relu) {
+  std::vector<double> y(rows);
+  for (std::size_t row = 0; row < rows; ++row, matrix += x.size()) {
+    double sum = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) sum += static_cast<double>(matrix[k]) * x[k];
+    y[row] = relu ? std::max(sum, 0.0) : sum;
+  }
+  return y;
+}
+
+}  // namespace
+
+std::vector<GridLevel> grid_levels(const GridShape& shape) {
+  std::vector<GridLevel> levels;
+  const float log2_growth = std::log2(shape.growth);
+  std::uint64_t first = 0;
+  for (int number = 0; number < shape.levels; ++number) {
+    GridLevel level;
+    level.scale =
+        std::exp2(static_cast<float>(number) * log2_growth) * static_cast<float>(shape.base) - 1;
+    level.resolution = static_cast<std::uint32_t>(std::ceil(level.scale)) + 1;
+    const std::uint64_t side = level.resolution, vertices = side * side * side;
+    const std::uint64_t most = std::uint64_t{1} << shape.log2_entries;
+    level.entries = static_cast<std::uint32_t>(std::min((vertices + 7) / 8 * 8, most));
+    level.is_dense = vertices <= level.entries;
+    level.first = first;
+    first += level.entries;
+    levels.push_back(level);
+  }
+  return levels;
+}
+
+std::size_t grid_value_count(const GridShape& shape) {
+  const GridLevel last = grid_levels(shape).back();
+  return (last.first + last.entries) * kGridFeatures;
+}
+
+std::vector<double> grid_features(const ColorField& field, const glm::dvec3& mean) {
+  const glm::dvec3 position = contract(mean);
+  std::vector<double> features;
+  for (const GridLevel& level : grid_levels(field.grid)) {
+    const glm::dvec3 place = static_cast<double>(level.scale) * position + 0.5;
+    const glm::dvec3 cell = glm::floor(place), part = place - cell;
+    std::array<double, kGridFeatures> sums{};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      double weight = 1;
+      std::array<std::uint32_t, 3> vertex;
+      for (int axis = 0; axis < 3; ++axis) {
+        const unsigned upper = corner >> axis & 1;
+        vertex[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(cell[axis]) + upper;
+        weight *= upper != 0 ? part[axis] : 1 - part[axis];
+      }
+      const std::uint64_t entry = level.first + grid_entry(level, vertex[0], vertex[1], vertex[2]);
+      for (std::size_t k = 0; k < sums.size(); ++k)
+        sums[k] += weight * static_cast<double>(field.grid_values[entry * kGridFeatures + k]);
+    }
+    features.insert(features.end(), sums.begin(), sums.end());
+  }
+  return features;
+}
+
+glm::dvec3 network_output(const ColorField& field, const std::vector<double>& features,
+                          const glm::dvec3& direction) {
+  const NetworkShape shape = field.network();
+  std::vector<double> x(static_cast<std::size_t>(shape.inputs()), 1.0);
+  std::copy(features.begin(), features.end(), x.begin());
+  encode_direction(direction, x.data() + features.size());
+  const auto width = static_cast<std::size_t>(shape.width);
+  const float* const weights = field.weights.data();
+  x = multiplied(weights, width, x, true);
+  x = multiplied(weights + shape.second(), width, x, true);
+  x = multiplied(weights + shape.third(), 3, x, false);
+  return {x[0], x[1], x[2]};
+}
+
+}  // namespace qs

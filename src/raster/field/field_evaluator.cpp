@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "raster/field/field_evaluator.h"
+
+#include <array>
+#include <cassert>
+
+#include "raster/kernel/half.h"
+
+namespace qs {
+namespace {
+
+using field_vectors::kRows;
+
+float rounded(float value) { return float_of_any_half(round_to_half(value)); }
+
+// Columns [begin, end) of the first `rows` rows of a matrix, in blocks of kBlock rows; missing rows
+// are 0.
+template <std::size_t kBlock>
+std::vector<float> blocks(const float* matrix, std::size_t rows, std::size_t columns,
+                          std::size_t begin, std::size_t end) {
+  std::vector<float> packed;
+  for (std::size_t row = 0; row < rows; row += kBlock) {
+    for (std::size_t column = begin; column < end; ++column) {
+      for (std::size_t i = row; i < row + kBlock; ++i)
+        packed.push_back(i < rows ? rounded(matrix[i * columns + column]) : 0.0f);
+    }
+  }
+  return packed;
+}
+
+}  // namespace
+
+FieldEvaluator::FieldEvaluator(const ColorField& field) {
+  const NetworkShape shape = field.network();
+  const auto width = static_cast<std::size_t>(shape.width);
+  const auto inputs = static_cast<std::size_t>(shape.inputs());
+  const auto grid_inputs = static_cast<std::size_t>(shape.grid_inputs);
+  const std::size_t ones = grid_inputs + kDirectionFeatures;
+  const float* const first = field.weights.data();
+
+  packed_.levels = grid_levels(field.grid);
+  packed_.entries.resize(field.grid_values.size() / kGridFeatures);
+  for (std::size_t i = 0; i < packed_.entries.size(); ++i) {
+    const float* const values = &field.grid_values[i * kGridFeatures];
+    packed_.entries[i] =
+        round_to_half(values[0]) | static_cast<std::uint32_t>(round_to_half(values[1])) << 16;
+  }
+  packed_.width = width;
+  packed_.from_grid = blocks<kRows>(first, width, inputs, 0, grid_inputs);
+  packed_.from_direction = blocks<kRows>(first, width, inputs, grid_inputs, ones);
+  packed_.hidden = blocks<kRows>(first + shape.second(), width, width, 0, width);
+  packed_.last = blocks<field_vectors::kOutRows>(first + shape.third(), 3, width, 0, width);
+  packed_.design = sh_design();
+  packed_.bias.resize(width);
+  for (std::size_t row = 0; row < width; ++row) {
+    for (std::size_t column = ones; column < inputs; ++column)
+      packed_.bias[row] += rounded(first[row * inputs + column]);
+  }
+  for (const glm::dvec3& direction : design_directions()) {
+    std::array<double, kDirectionFeatures> features;
+    encode_direction(direction, features.data());
+    for (std::size_t row = 0; row < width; ++row) {
+      double sum = static_cast<double>(packed_.bias[row]);
+      for (std::size_t k = 0; k < features.size(); ++k)
+        sum += features[k] * static_cast<double>(rounded(first[row * inputs + grid_inputs + k]));
+      packed_.of_design.push_back(static_cast<float>(sum));
+    }
+  }
+}
+
+void FieldEvaluator::outputs(std::span<const glm::vec3> means, const glm::vec3& eye,
+                             std::span<glm::vec3> out) const {
+  assert(out.size() == means.size());
+  field_vectors::outputs(packed_, means, eye, out.data());
+}
+
+void FieldEvaluator::fit_sh(std::span<const glm::vec3> means, std::span<glm::vec3> sh,
+                            std::span<float> rms) const {
+  assert(sh.size() == 16 * means.size() && rms.size() == means.size());
+  field_vectors::fit(packed_, means, sh.data(), rms.data());
+}
+
+}  // namespace qs

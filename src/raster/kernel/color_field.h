@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// The colour field of Compact-3DGS (Lee et al., Compact 3D Gaussian Representation for Radiance
+// Field, 2024): where a position lies in a multiresolution hash grid (Mueller et al., Instant
+// Neural Graphics Primitives, 2022), and how a direction enters the network. Layout and signs are
+// as in tiny-cuda-nn, which trained the published models.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include "raster/kernel/constants.h"
+#include "raster/kernel/hd.h"
+
+namespace qs {
+
+inline constexpr int kGridFeatures = 2;       ///< values per entry of the hash grid
+inline constexpr int kDirectionFeatures = 9;  ///< SH of degree 2
+
+/// One level of a hash grid. Its entries are numbered from 0.
+struct GridLevel {
+  float scale = 0;               ///< cells per unit of length
+  std::uint32_t resolution = 0;  ///< vertices along an axis
+  std::uint32_t entries = 0;     ///< at most 2^31
+  std::uint64_t first = 0;       ///< entries of all levels before
+  bool is_dense = false;         ///< every vertex has its own entry; else vertices are hashed
+};
+
+/// Maps all of space into [0, 1]^3: the unit ball into the ball of radius 1/4, the rest around it.
+template <class Real>
+QS_HD glm::vec<3, Real> contract(const glm::vec<3, Real>& mean) {
+  const Real length = std::sqrt(mean.x * mean.x + mean.y * mean.y + mean.z * mean.z);
+  const Real factor = length <= 1 ? Real(1) : (2 - 1 / length) / length;
+  return mean * (factor / 4) + Real(0.5);
+}
+
+/// The entry of the vertex (x, y, z) in its level.
+QS_HD std::uint32_t grid_entry(const GridLevel& level, std::uint32_t x, std::uint32_t y,
+                               std::uint32_t z) {
+  const std::uint32_t index = level.is_dense ? x + level.resolution * (y + level.resolution * z)
+                                             : x ^ (2654435761u * y) ^ (805459861u * z);
+  return index % level.entries;
+}
+
+/// The kDirectionFeatures inputs of the network for the unit vector `d` from the camera to the
+/// Gaussian. The published models pass `d` where the encoding expects values of 0..1, so it maps
+/// them by 2 d - 1: the SH are evaluated at vectors that are not unit.
+template <class Real>
+QS_HD void encode_direction(const glm::vec<3, Real>& d, Real* features) {
+  const Real x = 2 * d.x - 1, y = 2 * d.y - 1, z = 2 * d.z - 1;
+  features[0] = Real(kSh0);
+  features[1] = -Real(kSh1) * y;
+  features[2] = Real(kSh1) * z;
+  features[3] = -Real(kSh1) * x;
+  features[4] = Real(kSh2A) * x * y;
+  features[5] = -Real(kSh2A) * y * z;
+  features[6] = Real(kSh2B) * (3 * z * z - 1);
+  features[7] = -Real(kSh2A) * x * z;
+  features[8] = Real(kSh2C) * (x * x - y * y);
+}
+
+}  // namespace qs

@@ -104,6 +104,32 @@ struct ProjectedBlock {
   /// Reserves room for the staged entries. The counts become the first slots in the macro-tiles.
   __device__ __forceinline__ void reserve_room(const MacroTiles& macro_tiles,
                                                const BlockCounts& counts) {
+#if QS_TRY_RESERVE
+    constexpr unsigned kEach = BlockCounts::kMost / kThreads / 2;  // additions under way
+    for (unsigned first = threadIdx.x; first < counts.size(); first += kEach * kThreads) {
+      std::uint32_t here[kEach], begin[kEach];
+#pragma unroll
+      for (unsigned k = 0; k < kEach; ++k) {
+        const unsigned c = first + k * kThreads;
+        here[k] = c < counts.size() ? counts[c] : 0;
+      }
+#pragma unroll
+      for (unsigned k = 0; k < kEach; ++k) {
+        const unsigned c = first + k * kThreads;
+        begin[k] = 0;
+        if (here[k] > 0) begin[k] = atomicAdd(&macro_tiles.counts[counts.macro_tile_of(c)], here[k]);
+      }
+      std::uint32_t beyond = 0;
+#pragma unroll
+      for (unsigned k = 0; k < kEach; ++k) {
+        if (here[k] == 0) continue;
+        const std::uint32_t end = begin[k] + here[k];
+        beyond += end - min(end, max(begin[k], macro_tiles.slicing.size.capacity));
+        counts[first + k * kThreads] = begin[k];
+      }
+      if (beyond > 0) atomicAdd(&spilled, beyond);
+    }
+#else
     for (unsigned c = threadIdx.x; c < counts.size(); c += kThreads) {
       const std::uint32_t here = counts[c];
       if (here == 0) continue;
@@ -113,6 +139,7 @@ struct ProjectedBlock {
       if (beyond > 0) atomicAdd(&spilled, beyond);
       counts[c] = begin;
     }
+#endif
     __syncthreads();
     if (threadIdx.x == 0 && spilled > 0) {
       next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
@@ -153,15 +180,28 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
 
   const bool visible = shared.project_own(in, out, first + threadIdx.x, large, counters);
   const int visible_here = __syncthreads_count(visible);
+#if QS_TRY_RESERVE
+  // The last thread has the least to do below. The result is awaited at the end.
+  const bool counts_block = threadIdx.x == kThreads - 1 && visible_here > 0;
+  std::uint32_t place_of_block = 0;
+  if (counts_block) {
+    atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
+    place_of_block = atomicAdd(&counters->visible_blocks, 1u);
+  }
+#else
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
     out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
   }
+#endif
   shared.stage_entries(first, out, macro_tiles, in.grid, counts);
   __syncthreads();
   shared.reserve_room(macro_tiles, counts);
   __syncthreads();
   shared.store_entries(first, macro_tiles, counts);
+#if QS_TRY_RESERVE
+  if (counts_block) out.blocks[place_of_block] = block;
+#endif
   __syncthreads();
 }
 
@@ -401,8 +441,13 @@ void FastVisible::reserve(std::size_t gaussians) {
   splats.reserve("the frame's Gaussians", gaussians);
 }
 
+#if QS_TRY_EARLY_COLOR
+void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
+             Scratch& scratch, Event& footprints_known) {
+#else
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
              Scratch& scratch) {
+#endif
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
@@ -418,6 +463,9 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
                              BlockCounts::bytes(size.macro_tiles()));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
+#if QS_TRY_EARLY_COLOR
+    footprints_known.record(frame.stream);
+#endif
     launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
            cloud, frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
   });

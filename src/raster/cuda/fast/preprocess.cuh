@@ -12,6 +12,7 @@
 
 #include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/fast/scratch.cuh"
+#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/frame_context.cuh"
 
 namespace qs::cuda::fast {
@@ -79,8 +80,13 @@ struct FastVisible {
 };
 
 /// The first work of a frame: also clears the frame's counters.
+#if QS_TRY_EARLY_COLOR
+void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
+             Scratch& scratch, Event& footprints_known);
+#else
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
              Scratch& scratch);
+#endif
 void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
            cudaStream_t stream);
 

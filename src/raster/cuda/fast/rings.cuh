@@ -5,6 +5,7 @@
 #pragma once
 
 #include "raster/cuda/fast/column.cuh"
+#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/reach.cuh"
 #include "raster/cuda/warp.cuh"
 
@@ -14,7 +15,7 @@ constexpr unsigned kLanes = kWarp / kSubTiles;  // of a sub-tile, a column of pi
 static_assert(kLanes == kSubWidth && kPixels == kSubHeight);
 
 constexpr unsigned kUnroll = 4;  // slots composited per loop iteration
-constexpr unsigned kRing = 48;   // slots
+constexpr unsigned kRing = QS_TRY_RING;  // slots
 static_assert(kRing % kUnroll == 0 && kRing > kWarp);
 
 /// The slots of one sub-tile, circular. A slot without a Gaussian has c0 = -inf, so alpha is 0.

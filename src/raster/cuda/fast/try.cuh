@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// Switches of attempts that are being measured. They go when the attempts are decided.
+#pragma once
+
+#ifndef QS_TRY_ONE_WARP  // blend(): blocks of one warp, half a tile each
+#define QS_TRY_ONE_WARP 0
+#endif
+#ifndef QS_TRY_RING  // slots of a ring, a multiple of 4
+#define QS_TRY_RING 48
+#endif
+#ifndef QS_TRY_WARPS  // warps of blend() per multiprocessor, at most; 0: as many as fit
+#define QS_TRY_WARPS 0
+#endif
+#ifndef QS_TRY_RESERVE  // project: a thread's reservations are under way at the same time
+#define QS_TRY_RESERVE 0
+#endif
+#ifndef QS_TRY_EARLY_COLOR  // `color` begins beside append_large
+#define QS_TRY_EARLY_COLOR 0
+#endif
+#ifndef QS_TRY_PLACE  // list: fewer dependent accesses to global memory
+#define QS_TRY_PLACE 0
+#endif
+#ifndef QS_TRY_STOPS  // far views: stopping pixels are found once per list
+#define QS_TRY_STOPS 0
+#endif
+#ifndef QS_TRY_JOIN_BLOCKS
+#define QS_TRY_JOIN_BLOCKS 256
+#endif
+#ifndef QS_TRY_SEGMENT_BLOCKS
+#define QS_TRY_SEGMENT_BLOCKS 1024
+#endif
+#ifndef QS_TRY_FEW_PIXELS
+#define QS_TRY_FEW_PIXELS 4
+#endif
+#ifndef QS_TRY_DRAIN  // blend: cheaper bookkeeping of rings
+#define QS_TRY_DRAIN 0
+#endif

@@ -6,7 +6,7 @@ namespace qs::cuda::fast {
 namespace {
 
 #if QS_TRY_ONE_WARP
-constexpr unsigned kHalvesHere = 1, kTileThreads = kWarp, kTileBlocks = 28;
+constexpr unsigned kHalvesHere = 1, kTileThreads = kWarp, kTileBlocks = QS_TRY_COPY ? 22 : 28;
 #else
 constexpr unsigned kHalvesHere = kHalfTiles, kTileThreads = kBlendThreads,
                    kTileBlocks = kBlendBlocks;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "raster/cuda/fast/macro_tiles.cuh"
+#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/pixels.cuh"
 #include "raster/cuda/reach.cuh"
 #include "raster/cuda/warp.cuh"
@@ -78,7 +79,7 @@ struct SegmentsView {
   /// warp walks through a list.
   static std::uint32_t longest_uncut_of(TileGrid grid) {
     constexpr int kSmall = 5000;  // tiles
-    return grid.count() < kSmall ? 2048 : 4096;
+    return grid.count() < kSmall ? 2048 : QS_TRY_UNCUT;
   }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as

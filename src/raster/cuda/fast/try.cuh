@@ -33,6 +33,12 @@
 #ifndef QS_TRY_FEW_PIXELS
 #define QS_TRY_FEW_PIXELS 4
 #endif
-#ifndef QS_TRY_DRAIN  // blend: cheaper bookkeeping of rings
-#define QS_TRY_DRAIN 0
+#ifndef QS_TRY_SEGMENT  // samples of a segment
+#define QS_TRY_SEGMENT 64
+#endif
+#ifndef QS_TRY_UNCUT  // pairs of a list in an ordinary picture that is not cut
+#define QS_TRY_UNCUT 4096
+#endif
+#ifndef QS_TRY_COPY  // blend: splats are copied to shared memory ahead, four lanes a splat
+#define QS_TRY_COPY 0
 #endif

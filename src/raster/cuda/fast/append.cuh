@@ -4,6 +4,9 @@
 // macro-tiles with this code.
 #pragma once
 
+#include <cstring>
+#include <type_traits>
+
 #include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/warp.cuh"
 
@@ -68,6 +71,30 @@ __device__ inline TileRect macro_rect(const TileRect& tiles) {
           {tiles.rows.begin / kRows, (tiles.rows.end - 1) / kRows + 1}};
 }
 
+/// The lane that owns an item, if lane l owns the items from end - own to end - 1, and `end` is the
+/// inclusive sum of `own`: the first lane whose `end` exceeds the item.
+__device__ inline unsigned owner_of_item(unsigned item, unsigned end) {
+  unsigned owner = 0;
+  for (unsigned step = kWarp / 2; step > 0; step /= 2) {
+    if (__shfl_sync(kAllLanes, end, owner + step - 1) <= item) owner += step;
+  }
+  return owner;
+}
+
+/// The value of another lane.
+template <class T>
+__device__ T value_of_lane(const T& value, unsigned lane) {
+  constexpr unsigned kWords = sizeof(T) / sizeof(std::uint32_t);
+  static_assert(kWords * sizeof(std::uint32_t) == sizeof(T) && std::is_trivially_copyable_v<T>);
+  std::uint32_t words[kWords];
+  std::memcpy(words, &value, sizeof(T));
+#pragma unroll
+  for (unsigned w = 0; w < kWords; ++w) words[w] = __shfl_sync(kAllLanes, words[w], lane);
+  T result;
+  std::memcpy(&result, words, sizeof(T));
+  return result;
+}
+
 /// A projected Gaussian in shared memory, with the walk of mode P unless that is large. Its size is
 /// an odd number of words, so that lanes read different banks.
 template <class P>
@@ -117,6 +144,57 @@ struct Appended {
     }
     return true;
   }
+
+#if QS_TRY_LINES
+  /// As set() for the Gaussian of each lane, which has the record of its lane in `records`. All lanes
+  /// of a warp call it together and share the lines of all walks.
+  static __device__ bool set_all(Appended* records, bool exists, const Footprint& footprint,
+                                 TileGrid grid) {
+    Appended& own = records[lane_index()];
+    if constexpr (!kWalks<P>) {
+      return !exists || own.set(footprint, grid);
+    } else {
+      constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
+      decltype(P::walk(footprint, grid)) walk{};
+      bool fits = true;
+      unsigned own_lines = 0;
+      int first = 0;
+      if (exists) {
+        walk = P::walk(footprint, grid);
+        const Span widest = walk.widest();
+        const int border = walk.by_rows ? kColumns : kRows;
+        first = widest.begin / border * border;
+        if (walk.lines.size() > kLines || widest.end - first > kBits) {
+          fits = bounds<P>(footprint, grid).is_empty();
+        } else {
+          own_lines = static_cast<unsigned>(walk.lines.size());
+          own.line_begin = static_cast<std::uint16_t>(walk.lines.begin);
+          own.across_begin = static_cast<std::uint16_t>(first);
+          own.lines = static_cast<std::uint8_t>(own_lines);
+          own.by_rows = walk.by_rows;
+          own.set_macro_tiles(TileRect::of_lines(walk.by_rows, walk.lines, widest));
+        }
+      }
+      const unsigned end = inclusive_sum_of_warp(own_lines);
+      const unsigned total = __shfl_sync(kAllLanes, end, kWarp - 1);
+      for (unsigned item = lane_index(); item - lane_index() < total; item += kWarp) {
+        const unsigned owner = owner_of_item(item, end);
+        const unsigned line = item - __shfl_sync(kAllLanes, end - own_lines, owner);
+        const auto walk_there = value_of_lane(walk, owner);
+        const int first_there = __shfl_sync(kAllLanes, first, owner);
+        if (item >= total) continue;
+        const Span run = walk_there.span(walk_there.lines.begin + static_cast<int>(line));
+        records[owner].runs[line] =
+            run.size() > 0 ? (0xffffffffu >> (kBits - run.size())) << (run.begin - first_there) : 0;
+      }
+      __syncwarp();
+      std::uint32_t any = 0;
+      for (unsigned line = 0; line < own_lines; ++line) any |= own.runs[line];
+      if (any == 0) own.clear();
+      return fits;
+    }
+  }
+#endif
 
   __device__ unsigned tiles_in(int column, int row, std::uint32_t place,
                                const FastVisibleView& visible, TileGrid grid) const {

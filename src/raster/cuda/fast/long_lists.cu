@@ -252,8 +252,8 @@ struct Stops {
 /// pixel.
 __global__ void __launch_bounds__(kTileSize* kTileSize) find_stops(SegmentsView view) {
   constexpr unsigned kPixelsOfTile = kTileSize * kTileSize, kBatch = 8;
-  constexpr unsigned kHalves = kMaxSegments * kHalfTiles, kBits = 32;
-  __shared__ std::uint32_t stopping[kHalves / kBits];
+  constexpr unsigned kHalves = kMaxSegments * kHalfTiles;
+  __shared__ bool stopping[kHalves];  // a pixel stops in the half segment
   const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
   for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
     const std::uint32_t index = view.first_segments[list];
@@ -261,7 +261,7 @@ __global__ void __launch_bounds__(kTileSize* kTileSize) find_stops(SegmentsView 
     const std::uint32_t tile = view.segments[index].tile, segments = view.segments[index].count;
     if (tile == Segment::kNoTile || segments < 2) continue;
     const unsigned place = threadIdx.x;
-    if (place < kHalves / kBits) stopping[place] = 0;
+    for (unsigned i = place; i < kHalves; i += kPixelsOfTile) stopping[i] = false;
     __syncthreads();
     SegmentResult* const first = view.results + index;
     float before = first->transmittance[place], at = 0;
@@ -287,14 +287,12 @@ __global__ void __launch_bounds__(kTileSize* kTileSize) find_stops(SegmentsView 
     const Stops stops{first};
     stops.before(place) = at;
     stops.set_segment(place, stop);
-    const unsigned half = stop * kHalfTiles + place / (kPixelsOfTile / kHalfTiles);
-    if (stop > 0) atomicOr(&stopping[half / kBits], 1u << half % kBits);
+    const unsigned half = place / (kPixelsOfTile / kHalfTiles);
+    if (stop > 0) stopping[stop * kHalfTiles + half] = true;
     __syncthreads();
-#pragma unroll
     for (unsigned i = place; i < kHalves; i += kPixelsOfTile) {
-      const bool is_stopping = (stopping[i / kBits] >> i % kBits & 1) != 0;
-      const std::uint32_t slot = reserve_slot(is_stopping, &view.counters->stopping_halves);
-      if (is_stopping) view.waves.again[slot] = index * kHalfTiles + i;
+      const std::uint32_t slot = reserve_slot(stopping[i], &view.counters->stopping_halves);
+      if (stopping[i]) view.waves.again[slot] = index * kHalfTiles + i;
     }
     __syncthreads();
   }

@@ -39,7 +39,7 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
-constexpr unsigned kProjectBlocks = 5;          // per multiprocessor, to hide latency
+constexpr unsigned kProjectBlocks = QS_TRY_PROJECT_BLOCKS;  // per multiprocessor, to hide latency
 constexpr unsigned kProjectGrid = 4096;         // blocks that share the Gaussians, at most
 constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
@@ -63,10 +63,17 @@ struct ProjectedBlock {
     Appended<P>& own = appended[threadIdx.x];
     own.clear();
     Projected projected;
+#if QS_TRY_LINES
+    const bool exists =
+        i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected);
+    const bool is_large = !Appended<P>::set_all(appended + threadIdx.x / kWarp * kWarp, exists,
+                                                projected.footprint, in.grid);
+#else
     bool is_large = false;
     if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
       is_large = !own.set(projected.footprint, in.grid);
     }
+#endif
     const bool visible = is_large || own.has_walk();
     own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
     if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;

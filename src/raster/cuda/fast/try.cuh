@@ -33,6 +33,12 @@
 #ifndef QS_TRY_FEW_PIXELS
 #define QS_TRY_FEW_PIXELS 4
 #endif
+#ifndef QS_TRY_LINES  // project: the lanes of a warp share the lines of its walks
+#define QS_TRY_LINES 0
+#endif
+#ifndef QS_TRY_PROJECT_BLOCKS  // per multiprocessor
+#define QS_TRY_PROJECT_BLOCKS 5
+#endif
 #ifndef QS_TRY_SEGMENT  // samples of a segment
 #define QS_TRY_SEGMENT 64
 #endif

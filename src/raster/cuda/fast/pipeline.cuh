@@ -65,9 +65,7 @@ class FastPipeline {
   Stream side_stream_;  // low priority: its kernels yield to the main stream
   Stream full_stream_;  // for full macro-tiles
   Event projected_, listed_, colored_, scheduled_, blended_;
-#if QS_TRY_EARLY_COLOR
   Event footprints_known_;
-#endif
   Graph graph_;
   PinnedValue<FastCounters> counters_;
   Scratch scratch_;

@@ -191,6 +191,10 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
   __shared__ Rings<false> rings[kHalfTiles];
   const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
+#if QS_TRY_STOPS
+  // With few turns, hardly any segment has finished when others begin.
+  const bool has_waves = turns > 2 * kHalfTiles * gridDim.x;
+#endif
   for (;;) {
     const std::uint32_t turn = next_turn(&view.counters->turns[0]);
     if (turn >= turns) return;
@@ -201,8 +205,18 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     bool any;
     {
       Front front;
+#if QS_TRY_STOPS
+      if (has_waves) {
+        front.begin(own, half);
+        front.advance(own, half);
+      } else {
+#pragma unroll
+        for (int j = 0; j < kPixels; ++j) front.before[j] = 1.0f;
+      }
+#else
       front.begin(own, half);
       front.advance(own, half);
+#endif
       any = front.any_live();
 #pragma unroll
       for (int j = 0; j < kPixels; ++j) {

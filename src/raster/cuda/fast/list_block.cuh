@@ -14,7 +14,7 @@ namespace qs::cuda::fast {
 
 // Threads of a block for a usual number of Gaussians and for a larger one, and blocks per
 // multiprocessor.
-constexpr unsigned kUsualThreads = 256, kUsualBlocks = 6;
+constexpr unsigned kUsualThreads = 256, kUsualBlocks = QS_TRY_LIST_BLOCKS;
 constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1, kMediumBlocks = 2;
 
 /// The memory to which lists are written. A kernel parameter.

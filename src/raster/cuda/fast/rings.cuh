@@ -81,7 +81,11 @@ struct AheadSplats {
   static __device__ void copy(const float4* from, float4* to) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
     const auto address = static_cast<unsigned>(__cvta_generic_to_shared(to));
+#if QS_TRY_COPY == 2
+    asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" ::"r"(address), "l"(from) : "memory");
+#else
     asm volatile("cp.async.ca.shared.global [%0], [%1], 16;" ::"r"(address), "l"(from) : "memory");
+#endif
 #else
     *to = *from;
 #endif

@@ -39,6 +39,12 @@
 #ifndef QS_TRY_PROJECT_BLOCKS  // per multiprocessor
 #define QS_TRY_PROJECT_BLOCKS 5
 #endif
+#ifndef QS_TRY_FILL  // fill_slices: reservations under way at the same time
+#define QS_TRY_FILL 0
+#endif
+#ifndef QS_TRY_LIST_BLOCKS  // blocks per multiprocessor that list usual macro-tiles
+#define QS_TRY_LIST_BLOCKS 6
+#endif
 #ifndef QS_TRY_SEGMENT  // samples of a segment
 #define QS_TRY_SEGMENT 64
 #endif

@@ -99,7 +99,7 @@ __device__ T value_of_lane(const T& value, unsigned lane) {
 /// an odd number of words, so that lanes read different banks.
 template <class P>
 struct Appended {
-  static constexpr int kLines = 12, kBits = 32;
+  static constexpr int kLines = QS_TRY_KEPT_LINES, kBits = 32;
 
   std::uint32_t depth_key;
   std::uint16_t line_begin, across_begin;  ///< of the walk; across_begin: a macro-tile's border

@@ -36,6 +36,9 @@
 #ifndef QS_TRY_LINES  // project: the lanes of a warp share the lines of its walks
 #define QS_TRY_LINES 0
 #endif
+#ifndef QS_TRY_KEPT_LINES  // project: lines of a walk in shared memory
+#define QS_TRY_KEPT_LINES 12
+#endif
 #ifndef QS_TRY_PROJECT_BLOCKS  // per multiprocessor
 #define QS_TRY_PROJECT_BLOCKS 5
 #endif

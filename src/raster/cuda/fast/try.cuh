@@ -39,6 +39,9 @@
 #ifndef QS_TRY_KEPT_LINES  // project: lines of a walk in shared memory
 #define QS_TRY_KEPT_LINES 12
 #endif
+#ifndef QS_TRY_MATCH  // sort: one instruction finds equal digits
+#define QS_TRY_MATCH 0
+#endif
 #ifndef QS_TRY_PROJECT_BLOCKS  // per multiprocessor
 #define QS_TRY_PROJECT_BLOCKS 5
 #endif

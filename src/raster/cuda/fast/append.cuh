@@ -119,6 +119,9 @@ struct Appended {
       const TileRect rect = bounds<P>(footprint, grid);
       if (rect.is_empty()) return true;
       if (rect.columns.size() > kBits || rect.rows.size() > kLines) return false;
+#if QS_TRY_MACRO
+      if (meets_many(rect)) return false;
+#endif
       set_macro_tiles(rect);
     } else {
       const auto walk = P::walk(footprint, grid);
@@ -127,6 +130,11 @@ struct Appended {
       if (walk.lines.size() > kLines || widest.end - first > kBits) {
         return bounds<P>(footprint, grid).is_empty();
       }
+#if QS_TRY_MACRO
+      if (meets_many(TileRect::of_lines(walk.by_rows, walk.lines, widest))) {
+        return bounds<P>(footprint, grid).is_empty();
+      }
+#endif
       std::uint32_t any = 0;
       for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
         const Span run = walk.span(line);
@@ -223,6 +231,11 @@ struct Appended {
   }
 
  private:
+  static __device__ bool meets_many(const TileRect& tiles) {
+    const TileRect rect = macro_rect(tiles);
+    return rect.columns.size() * rect.rows.size() > QS_TRY_MACRO;
+  }
+
   __device__ void set_macro_tiles(const TileRect& tiles) {
     const TileRect rect = macro_rect(tiles);
     const auto width = static_cast<unsigned>(rect.columns.size());

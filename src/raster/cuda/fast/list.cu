@@ -37,7 +37,7 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
 __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
     list_usual_macro_tiles(MacroTiles macro_tiles, Lists out, bool lists_all) {
   const std::uint32_t own = macro_tiles.order[blockIdx.x], size = macro_tiles.counts[own];
-  const bool is_usual = size < MacroTiles::kUsual;
+  const bool is_usual = size < macro_tiles.slicing.size.least_whole();
   if (!is_usual && !lists_all) return;
   list_macro_tile<kUsualThreads>(macro_tiles, own, is_usual ? size : 0, MacroTiles::kUsual, out);
 }
@@ -50,7 +50,7 @@ __global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
   const auto count = static_cast<unsigned>(macro_tiles.count());
   for (unsigned place = blockIdx.x; place < count; place += gridDim.x) {
     const std::uint32_t own = macro_tiles.order[place], size = macro_tiles.counts[own];
-    if (size < MacroTiles::kUsual) return;
+    if (size < macro_tiles.slicing.size.least_whole()) return;
     list_macro_tile<kLargeThreads>(macro_tiles, own, size <= capacity ? size : 0, capacity, out);
   }
 }

@@ -59,9 +59,10 @@ std::optional<MacroSize> MacroSizePolicy::next(const FastCounters& counters,
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
   constexpr std::uint32_t kStep = 1024;
   const std::uint32_t fullest = counters.fullest_macro_tile;
-  if (fullest < MacroTiles::kUsual / 8 * 7) return MacroSize{};
+  if (fullest < MacroSize::kHeavy / 8 * 7) return MacroSize{};
   MacroSize whole;
-  whole.capacity = (fullest + fullest / 8 + kStep) / kStep * kStep;
+  whole.capacity =
+      std::max((fullest + fullest / 8 + kStep) / kStep * kStep, MacroTiles::kUsual + kStep);
   if (whole.capacity <= most_ &&
       whole.capacity * size.macro_tiles() * MacroTiles::kBytesEach <= kMostBytes) {
     return whole;

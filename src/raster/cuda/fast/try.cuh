@@ -42,6 +42,12 @@
 #ifndef QS_TRY_MATCH  // sort: one instruction finds equal digits
 #define QS_TRY_MATCH 0
 #endif
+#ifndef QS_TRY_MACRO  // project: a Gaussian that meets more macro-tiles is large
+#define QS_TRY_MACRO 0
+#endif
+#ifndef QS_TRY_HEAVY  // Gaussians of a macro-tile that 1,024 threads sort
+#define QS_TRY_HEAVY 3072
+#endif
 #ifndef QS_TRY_PROJECT_BLOCKS  // per multiprocessor
 #define QS_TRY_PROJECT_BLOCKS 5
 #endif

@@ -7,7 +7,8 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kWholeBlocks = 132;  // share the macro-tiles with at least kUsual Gaussians
+constexpr unsigned kWholeResident = QS_TRY_HEAVY < 3072 ? 2 : 1;  // blocks per multiprocessor
+constexpr unsigned kWholeBlocks = 132 * kWholeResident;  // share the macro-tiles with at least kUsual Gaussians
 
 /// Lists a macro-tile, or the empty list if `size` is 0.
 template <unsigned kBlock>
@@ -44,7 +45,7 @@ __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
 
 /// Lists the macro-tiles with at least kUsual Gaussians, which come first in the order. Blocks take
 /// them in turns.
-__global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
+__global__ void __launch_bounds__(kLargeThreads, kWholeResident)
     list_whole_macro_tiles(MacroTiles macro_tiles, Lists out) {
   const std::uint32_t capacity = macro_tiles.slicing.size.capacity;
   const auto count = static_cast<unsigned>(macro_tiles.count());

@@ -4,9 +4,6 @@
 // macro-tiles with this code.
 #pragma once
 
-#include <cstring>
-#include <type_traits>
-
 #include "raster/cuda/fast/preprocess.cuh"
 #include "raster/cuda/warp.cuh"
 
@@ -71,35 +68,11 @@ __device__ inline TileRect macro_rect(const TileRect& tiles) {
           {tiles.rows.begin / kRows, (tiles.rows.end - 1) / kRows + 1}};
 }
 
-/// The lane that owns an item, if lane l owns the items from end - own to end - 1, and `end` is the
-/// inclusive sum of `own`: the first lane whose `end` exceeds the item.
-__device__ inline unsigned owner_of_item(unsigned item, unsigned end) {
-  unsigned owner = 0;
-  for (unsigned step = kWarp / 2; step > 0; step /= 2) {
-    if (__shfl_sync(kAllLanes, end, owner + step - 1) <= item) owner += step;
-  }
-  return owner;
-}
-
-/// The value of another lane.
-template <class T>
-__device__ T value_of_lane(const T& value, unsigned lane) {
-  constexpr unsigned kWords = sizeof(T) / sizeof(std::uint32_t);
-  static_assert(kWords * sizeof(std::uint32_t) == sizeof(T) && std::is_trivially_copyable_v<T>);
-  std::uint32_t words[kWords];
-  std::memcpy(words, &value, sizeof(T));
-#pragma unroll
-  for (unsigned w = 0; w < kWords; ++w) words[w] = __shfl_sync(kAllLanes, words[w], lane);
-  T result;
-  std::memcpy(&result, words, sizeof(T));
-  return result;
-}
-
 /// A projected Gaussian in shared memory, with the walk of mode P unless that is large. Its size is
 /// an odd number of words, so that lanes read different banks.
 template <class P>
 struct Appended {
-  static constexpr int kLines = QS_TRY_KEPT_LINES, kBits = 32;
+  static constexpr int kLines = 12, kBits = 32;
 
   std::uint32_t depth_key;
   std::uint16_t line_begin, across_begin;  ///< of the walk; across_begin: a macro-tile's border
@@ -119,9 +92,6 @@ struct Appended {
       const TileRect rect = bounds<P>(footprint, grid);
       if (rect.is_empty()) return true;
       if (rect.columns.size() > kBits || rect.rows.size() > kLines) return false;
-#if QS_TRY_MACRO
-      if (meets_many(rect)) return false;
-#endif
       set_macro_tiles(rect);
     } else {
       const auto walk = P::walk(footprint, grid);
@@ -130,11 +100,6 @@ struct Appended {
       if (walk.lines.size() > kLines || widest.end - first > kBits) {
         return bounds<P>(footprint, grid).is_empty();
       }
-#if QS_TRY_MACRO
-      if (meets_many(TileRect::of_lines(walk.by_rows, walk.lines, widest))) {
-        return bounds<P>(footprint, grid).is_empty();
-      }
-#endif
       std::uint32_t any = 0;
       for (int line = walk.lines.begin; line < walk.lines.end; ++line) {
         const Span run = walk.span(line);
@@ -152,57 +117,6 @@ struct Appended {
     }
     return true;
   }
-
-#if QS_TRY_LINES
-  /// As set() for the Gaussian of each lane, which has the record of its lane in `records`. All lanes
-  /// of a warp call it together and share the lines of all walks.
-  static __device__ bool set_all(Appended* records, bool exists, const Footprint& footprint,
-                                 TileGrid grid) {
-    Appended& own = records[lane_index()];
-    if constexpr (!kWalks<P>) {
-      return !exists || own.set(footprint, grid);
-    } else {
-      constexpr int kColumns = MacroTiles::kColumns, kRows = MacroTiles::kRows;
-      decltype(P::walk(footprint, grid)) walk{};
-      bool fits = true;
-      unsigned own_lines = 0;
-      int first = 0;
-      if (exists) {
-        walk = P::walk(footprint, grid);
-        const Span widest = walk.widest();
-        const int border = walk.by_rows ? kColumns : kRows;
-        first = widest.begin / border * border;
-        if (walk.lines.size() > kLines || widest.end - first > kBits) {
-          fits = bounds<P>(footprint, grid).is_empty();
-        } else {
-          own_lines = static_cast<unsigned>(walk.lines.size());
-          own.line_begin = static_cast<std::uint16_t>(walk.lines.begin);
-          own.across_begin = static_cast<std::uint16_t>(first);
-          own.lines = static_cast<std::uint8_t>(own_lines);
-          own.by_rows = walk.by_rows;
-          own.set_macro_tiles(TileRect::of_lines(walk.by_rows, walk.lines, widest));
-        }
-      }
-      const unsigned end = inclusive_sum_of_warp(own_lines);
-      const unsigned total = __shfl_sync(kAllLanes, end, kWarp - 1);
-      for (unsigned item = lane_index(); item - lane_index() < total; item += kWarp) {
-        const unsigned owner = owner_of_item(item, end);
-        const unsigned line = item - __shfl_sync(kAllLanes, end - own_lines, owner);
-        const auto walk_there = value_of_lane(walk, owner);
-        const int first_there = __shfl_sync(kAllLanes, first, owner);
-        if (item >= total) continue;
-        const Span run = walk_there.span(walk_there.lines.begin + static_cast<int>(line));
-        records[owner].runs[line] =
-            run.size() > 0 ? (0xffffffffu >> (kBits - run.size())) << (run.begin - first_there) : 0;
-      }
-      __syncwarp();
-      std::uint32_t any = 0;
-      for (unsigned line = 0; line < own_lines; ++line) any |= own.runs[line];
-      if (any == 0) own.clear();
-      return fits;
-    }
-  }
-#endif
 
   __device__ unsigned tiles_in(int column, int row, std::uint32_t place,
                                const FastVisibleView& visible, TileGrid grid) const {
@@ -231,11 +145,6 @@ struct Appended {
   }
 
  private:
-  static __device__ bool meets_many(const TileRect& tiles) {
-    const TileRect rect = macro_rect(tiles);
-    return rect.columns.size() * rect.rows.size() > QS_TRY_MACRO;
-  }
-
   __device__ void set_macro_tiles(const TileRect& tiles) {
     const TileRect rect = macro_rect(tiles);
     const auto width = static_cast<unsigned>(rect.columns.size());

@@ -5,24 +5,15 @@
 namespace qs::cuda::fast {
 namespace {
 
-#if QS_TRY_ONE_WARP
-constexpr unsigned kHalvesHere = 1, kTileThreads = kWarp, kTileBlocks = QS_TRY_COPY ? 22 : 28;
-#else
-constexpr unsigned kHalvesHere = kHalfTiles, kTileThreads = kBlendThreads,
-                   kTileBlocks = kBlendBlocks;
-#endif
-
 /// Draws lists of `longest` Gaussians at most. kMaps: draws all lists and also fills
 /// BlendOutput::evaluated and used, which is slower.
 template <bool kMaps, Rows kRows>
-__global__ void __launch_bounds__(kTileThreads, kTileBlocks)
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_tiles(ScheduleView schedule, ListInput in, BlendOutput out, std::uint32_t longest) {
   constexpr Cut kCut = Walk<kMaps, kRows>::kCut;
-  __shared__ Rings<kMaps> rings[kHalvesHere];
-  const unsigned warp = threadIdx.x / kWarp;
-  const unsigned turn = blockIdx.x * kHalvesHere + warp;
-  const unsigned tile = schedule.tile(turn / kHalfTiles);
-  const HalfTile half(tile, turn % kHalfTiles, in.columns);
+  __shared__ Rings<kMaps> rings[kHalfTiles];
+  const unsigned tile = schedule.tile(blockIdx.x), warp = threadIdx.x / kWarp;
+  const HalfTile half(tile, warp, in.columns);
   const ListRange range = in.ranges[tile];
   if (!kMaps && range.size() > longest) return;
 
@@ -53,22 +44,13 @@ __global__ void __launch_bounds__(kTileThreads, kTileBlocks)
   }
 }
 
-/// Bytes of dynamic shared memory that limit the blocks per multiprocessor.
-std::size_t unused_memory() {
-  if (QS_TRY_WARPS == 0) return 0;
-  constexpr std::size_t kAll = 227 << 10, kSystem = 1 << 10;
-  constexpr std::size_t own = sizeof(Rings<false>) * kHalvesHere + kSystem;
-  constexpr std::size_t each = kAll / (QS_TRY_WARPS > 0 ? QS_TRY_WARPS / kHalvesHere : 1);
-  return each > own ? (each - own) / 128 * 128 : 0;
-}
-
 template <Rows kRows>
 void blend_rows(const FrameContext& frame, const ListedTiles& listed, const Outputs& outputs,
                 Pixels& pixels, cudaStream_t stream) {
   const Scratch& scratch = listed.scratch;
   const auto tiles = static_cast<unsigned>(frame.grid.count());
   launch("blend", cuts_long_lists(outputs) ? blend_tiles<false, kRows> : blend_tiles<true, kRows>,
-         Blocks(tiles * kHalfTiles / kHalvesHere, kTileThreads, unused_memory()), stream,
+         Blocks(tiles, kBlendThreads), stream,
          ScheduleView{scratch.class_sizes, scratch.schedule, tiles}, input_of(frame, listed),
          BlendOutput::of(pixels, outputs), scratch.segments.longest_uncut);
 }

@@ -40,7 +40,7 @@ inline ListInput input_of(const FrameContext& frame, const ListedTiles& listed) 
 }
 
 constexpr unsigned kBlendThreads = kHalfTiles * kWarp;
-constexpr unsigned kBlendBlocks = QS_TRY_COPY ? (kRing > 40 ? 12 : 13) : 14;  ///< per multiprocessor, to hide latency
+constexpr unsigned kBlendBlocks = 14;  ///< per multiprocessor, to hide latency
 
 /// Fills the parts of `pixels` that `outputs` requests, in tiles without long lists or in all.
 /// Runs in `stream`, not in the frame's.

@@ -7,8 +7,7 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kWholeResident = QS_TRY_HEAVY < 3072 ? 2 : 1;  // blocks per multiprocessor
-constexpr unsigned kWholeBlocks = 132 * kWholeResident;  // share the macro-tiles with at least kUsual Gaussians
+constexpr unsigned kWholeBlocks = 132;  // share the macro-tiles with at least kUsual Gaussians
 
 /// Lists a macro-tile, or the empty list if `size` is 0.
 template <unsigned kBlock>
@@ -38,20 +37,20 @@ __device__ void list_macro_tile(const MacroTiles& macro_tiles, std::uint32_t own
 __global__ void __launch_bounds__(kUsualThreads, kUsualBlocks)
     list_usual_macro_tiles(MacroTiles macro_tiles, Lists out, bool lists_all) {
   const std::uint32_t own = macro_tiles.order[blockIdx.x], size = macro_tiles.counts[own];
-  const bool is_usual = size < macro_tiles.slicing.size.least_whole();
+  const bool is_usual = size < MacroTiles::kUsual;
   if (!is_usual && !lists_all) return;
   list_macro_tile<kUsualThreads>(macro_tiles, own, is_usual ? size : 0, MacroTiles::kUsual, out);
 }
 
 /// Lists the macro-tiles with at least kUsual Gaussians, which come first in the order. Blocks take
 /// them in turns.
-__global__ void __launch_bounds__(kLargeThreads, kWholeResident)
+__global__ void __launch_bounds__(kLargeThreads, kLargeBlocks)
     list_whole_macro_tiles(MacroTiles macro_tiles, Lists out) {
   const std::uint32_t capacity = macro_tiles.slicing.size.capacity;
   const auto count = static_cast<unsigned>(macro_tiles.count());
   for (unsigned place = blockIdx.x; place < count; place += gridDim.x) {
     const std::uint32_t own = macro_tiles.order[place], size = macro_tiles.counts[own];
-    if (size < macro_tiles.slicing.size.least_whole()) return;
+    if (size < MacroTiles::kUsual) return;
     list_macro_tile<kLargeThreads>(macro_tiles, own, size <= capacity ? size : 0, capacity, out);
   }
 }

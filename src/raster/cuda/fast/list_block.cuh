@@ -7,14 +7,13 @@
 #include "raster/cuda/fast/list.cuh"
 #include "raster/cuda/fast/macro_sort.cuh"
 #include "raster/cuda/fast/segments.cuh"
-#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/schedule.cuh"
 
 namespace qs::cuda::fast {
 
 // Threads of a block for a usual number of Gaussians and for a larger one, and blocks per
 // multiprocessor.
-constexpr unsigned kUsualThreads = 256, kUsualBlocks = QS_TRY_LIST_BLOCKS;
+constexpr unsigned kUsualThreads = 256, kUsualBlocks = 6;
 constexpr unsigned kLargeThreads = 1024, kLargeBlocks = 1, kMediumBlocks = 2;
 
 /// The memory to which lists are written. A kernel parameter.
@@ -59,11 +58,6 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
     begin = atomicAdd(reinterpret_cast<unsigned long long*>(&counters->tile_pairs),
                       static_cast<unsigned long long>(total));
   }
-#if QS_TRY_PLACE
-  // If the pairs do not fit, the frame is drawn again, so the class of the whole list suffices.
-  const unsigned own = length_class(length);
-  const std::uint32_t place = exists ? atomicAdd(&out.class_sizes[own], 1u) : 0;
-#endif
   begin = __shfl_sync(kAllLanes, begin, 0) + end - length;
   if (!exists) return begin;
   const int tile = row * out.grid.columns + column;
@@ -72,10 +66,8 @@ __device__ inline std::uint64_t place_list(const Lists& out, const TileRect& win
   const auto first = static_cast<std::uint32_t>(min(begin, capacity));
   const auto last = static_cast<std::uint32_t>(min(begin + length, capacity));
   out.ranges[tile] = first < last ? ListRange{first, last} : ListRange{0, 0};
-#if !QS_TRY_PLACE
   const unsigned own = length_class(last - first);
   const std::uint32_t place = atomicAdd(&out.class_sizes[own], 1u);
-#endif
   out.scheduled[own * static_cast<unsigned>(out.grid.count()) + place] = tile_index;
   if (length > 0) atomicMax(&counters->max_pairs_in_a_tile, length);
   if (last - first > out.segments.longest_uncut)

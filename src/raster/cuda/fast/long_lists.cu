@@ -14,9 +14,9 @@
 namespace qs::cuda::fast {
 namespace {
 
-constexpr unsigned kSegmentBlocks = QS_TRY_SEGMENT_BLOCKS;             // share the segments of long lists
+constexpr unsigned kSegmentBlocks = 1024;             // share the segments of long lists
 constexpr unsigned kCountBlocks = 1056;               // share the segments when they are counted
-constexpr unsigned kJoinBlocks = QS_TRY_JOIN_BLOCKS;                 // share the long lists
+constexpr unsigned kJoinBlocks = 256;                 // share the long lists
 constexpr float kStopped = 0.1f * kTransmittanceMin;  // transmittance of an opaque segment
 
 /// Calls visit(index, segment, list) for all reserved segments. Warps take them in turns.
@@ -89,10 +89,8 @@ struct HalfSegment {
   unsigned half_index;
 
   __device__ HalfSegment(const SegmentsView& view, std::uint32_t turn)
-      : HalfSegment(view, view.waves.order[turn / kHalfTiles], turn % kHalfTiles) {}
-
-  __device__ HalfSegment(const SegmentsView& view, std::uint32_t index, unsigned half_)
-      : half_index(half_) {
+      : half_index(turn % kHalfTiles) {
+    const std::uint32_t index = view.waves.order[turn / kHalfTiles];
     segment = view.segments + index;
     result = view.results + index;
     number = segment->number;
@@ -191,10 +189,6 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     blend_segments(SegmentsView view, ListInput in) {
   __shared__ Rings<false> rings[kHalfTiles];
   const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
-#if QS_TRY_STOPS
-  // With few turns, hardly any segment has finished when others begin.
-  const bool has_waves = turns > 2 * kHalfTiles * gridDim.x;
-#endif
   for (;;) {
     const std::uint32_t turn = next_turn(&view.counters->turns[0]);
     if (turn >= turns) return;
@@ -205,18 +199,8 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     bool any;
     {
       Front front;
-#if QS_TRY_STOPS
-      if (has_waves) {
-        front.begin(own, half);
-        front.advance(own, half);
-      } else {
-#pragma unroll
-        for (int j = 0; j < kPixels; ++j) front.before[j] = 1.0f;
-      }
-#else
       front.begin(own, half);
       front.advance(own, half);
-#endif
       any = front.any_live();
 #pragma unroll
       for (int j = 0; j < kPixels; ++j) {
@@ -247,85 +231,10 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
   }
 }
 
-#if QS_TRY_STOPS
-/// Where the pixels of a long list stop: `segment` is 0 if a pixel stops in the first segment or in
-/// none. They are stored in place of SegmentResult::front, which finished segments do not need.
-struct Stops {
-  SegmentResult* first;
-
-  __device__ float& before(unsigned place) const { return first[0].front[place]; }
-  __device__ std::uint32_t segment(unsigned place) const {
-    return __float_as_uint(first[1].front[place]);
-  }
-  __device__ void set_segment(unsigned place, std::uint32_t segment) const {
-    first[1].front[place] = __uint_as_float(segment);
-  }
-};
-
-/// Each block finds the pixels of long lists that stop, one list after the other, a thread per
-/// pixel.
-__global__ void __launch_bounds__(kTileSize* kTileSize) find_stops(SegmentsView view) {
-  constexpr unsigned kPixelsOfTile = kTileSize * kTileSize, kBatch = 8;
-  constexpr unsigned kHalves = kMaxSegments * kHalfTiles;
-  __shared__ bool stopping[kHalves];  // a pixel stops in the half segment
-  const std::uint32_t lists = min(view.counters->long_lists, view.capacity);
-  for (std::uint32_t list = blockIdx.x; list < lists; list += gridDim.x) {
-    const std::uint32_t index = view.first_segments[list];
-    if (index >= view.capacity) continue;
-    const std::uint32_t tile = view.segments[index].tile, segments = view.segments[index].count;
-    if (tile == Segment::kNoTile || segments < 2) continue;
-    const unsigned place = threadIdx.x;
-    for (unsigned i = place; i < kHalves; i += kPixelsOfTile) stopping[i] = false;
-    __syncthreads();
-    SegmentResult* const first = view.results + index;
-    float before = first->transmittance[place], at = 0;
-    std::uint32_t stop = 0;
-    for (std::uint32_t s = 1; s < segments; s += kBatch) {
-      if (!__any_sync(kAllLanes, before >= kTransmittanceMin)) break;
-      float own[kBatch];
-#pragma unroll
-      for (unsigned k = 0; k < kBatch; ++k) {
-        own[k] = s + k < segments ? first[s + k].transmittance[place] : 1.0f;
-      }
-#pragma unroll
-      for (unsigned k = 0; k < kBatch; ++k) {
-        const float behind = before * own[k];
-        if (before < kTransmittanceMin) continue;
-        if (behind < kTransmittanceMin) {
-          stop = s + k;
-          at = before;
-        }
-        before = behind;
-      }
-    }
-    const Stops stops{first};
-    stops.before(place) = at;
-    stops.set_segment(place, stop);
-    const unsigned half = place / (kPixelsOfTile / kHalfTiles);
-    if (stop > 0) stopping[stop * kHalfTiles + half] = true;
-    __syncthreads();
-    for (unsigned i = place; i < kHalves; i += kPixelsOfTile) {
-      const std::uint32_t slot = reserve_slot(stopping[i], &view.counters->stopping_halves);
-      if (stopping[i]) view.waves.again[slot] = index * kHalfTiles + i;
-    }
-    __syncthreads();
-  }
-}
-#endif
-
 /// Sets the pixels that stop in a segment to their transmittance in front of it, and the other
 /// pixels to 0. Requires all segments to be finished.
 __device__ void find_stopping(const HalfSegment& own, const HalfTile& half,
                               WalkedPixel (&pixels)[kPixels]) {
-#if QS_TRY_STOPS
-  const Stops of_list{own.result - own.number};
-#pragma unroll
-  for (int j = 0; j < kPixels; ++j) {
-    const unsigned place = half.place(j);
-    const bool stops = of_list.segment(place) == own.number;
-    pixels[j] = {stops ? of_list.before(place) : 0.0f, 0, 0, 0};
-  }
-#else
   Front front;
   front.front_end = own.segment->front_end[own.half_index];
 #pragma unroll
@@ -338,7 +247,6 @@ __device__ void find_stopping(const HalfSegment& own, const HalfTile& half,
     const bool stops = before >= kTransmittanceMin && behind < kTransmittanceMin;
     pixels[j] = {stops ? before : 0.0f, 0, 0, 0};
   }
-#endif
 }
 
 /// Composites many pixels of half a tile at the same time.
@@ -366,20 +274,11 @@ template <Rows kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
     finish_segments(SegmentsView view, ListInput in) {
   __shared__ Rings<false> rings[kHalfTiles];
-#if QS_TRY_STOPS
-  const std::uint32_t turns = view.counters->stopping_halves;
-#else
   const std::uint32_t turns = kHalfTiles * view.counters->cut_segments;
-#endif
   for (;;) {
     const std::uint32_t turn = next_turn(&view.counters->turns[1]);
     if (turn >= turns) return;
-#if QS_TRY_STOPS
-    const std::uint32_t half_segment = view.waves.again[turn];
-    const HalfSegment own(view, half_segment / kHalfTiles, half_segment % kHalfTiles);
-#else
     const HalfSegment own(view, turn);
-#endif
     if (own.number == 0) continue;
     const HalfTile half = own.half(in);
     WalkedPixel pixels[kPixels];
@@ -422,18 +321,8 @@ __global__ void __launch_bounds__(kTileSize* kTileSize)
     const SegmentResult* const first = view.results + index;
     glm::vec3 color(first->red[place], first->green[place], first->blue[place]);
     float before = first->transmittance[place];
-#if QS_TRY_STOPS
-    std::uint32_t last = 0;  // the pixel's last segment
-    if (segments > 1 && before >= kTransmittanceMin) {
-      last = Stops{view.results + index}.segment(place);
-      if (last == 0) last = segments - 1;
-    }
-    const std::uint32_t end = largest_of_warp(last) + 1;
-#else
-    const std::uint32_t end = segments;
-#endif
 #pragma unroll 8
-    for (std::uint32_t s = 1; s < end; ++s) {
+    for (std::uint32_t s = 1; s < segments; ++s) {
       const float own = first[s].transmittance[place];
       const glm::vec3 more(first[s].red[place], first[s].green[place], first[s].blue[place]);
       if (!(before >= kTransmittanceMin)) continue;
@@ -457,9 +346,6 @@ void blend_segment_rows(const FrameContext& frame, const SegmentsView& segments,
                         const ListInput& in) {
   const Blocks blocks(kSegmentBlocks, kBlendThreads);
   launch("blend", blend_segments<kRows>, blocks, frame.stream, segments, in);
-#if QS_TRY_STOPS
-  launch("blend", find_stops, Blocks(kJoinBlocks, kTileSize * kTileSize), frame.stream, segments);
-#endif
   launch("blend", finish_segments<kRows>, blocks, frame.stream, segments, in);
 }
 

@@ -163,11 +163,7 @@ class MacroSort {
       const bool exists = first + lane_index() < part_.end;
       const Index item = exists ? arrays_.order[first + lane_index()] : 0;
       const unsigned digit = digit_of_item(item);
-#if QS_TRY_MATCH
-      const unsigned peers = __match_any_sync(kAllLanes, exists ? digit : kDigits);
-#else
       const unsigned peers = peers_of<kDigitBits>(digit, exists);
-#endif
       const unsigned below = __popc(peers & lanes_below());
       const unsigned begin = count_of(warp, digit);
       __syncwarp();

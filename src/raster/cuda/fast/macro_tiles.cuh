@@ -9,7 +9,6 @@
 #pragma once
 
 #include "raster/cuda/device_buffer.cuh"
-#include "raster/cuda/fast/try.cuh"
 #include "raster/kernel/hd.h"
 #include "raster/kernel/tile_grid.h"
 
@@ -39,9 +38,6 @@ struct EntryOrder {
 /// The sizes of the memory for macro-tiles and slices, chosen from the needs of earlier frames.
 struct MacroSize {
   static constexpr std::uint32_t kUsual = 3072;
-  /// Gaussians of a macro-tile that takes many threads to sort: few threads would end last. A class
-  /// of lengths begins here (schedule.cuh).
-  static constexpr std::uint32_t kHeavy = QS_TRY_HEAVY;
   /// The capacity of slices if smaller ones need more samples than a block can sort: two blocks
   /// share a multiprocessor.
   static constexpr std::uint32_t kMedium = 10240;
@@ -57,9 +53,7 @@ struct MacroSize {
 
   QS_HD bool has_slices() const { return slice_capacity > 0; }
   /// True if blocks sort macro-tiles with more than the usual number of Gaussians whole.
-  QS_HD bool keeps_whole() const { return capacity > kUsual; }
-  /// The number of Gaussians from which on a macro-tile is sorted whole by many threads or is full.
-  QS_HD std::uint32_t least_whole() const { return keeps_whole() ? kHeavy : kUsual; }
+  bool keeps_whole() const { return capacity > kUsual; }
 };
 
 /// The memory with which full macro-tiles are cut: spilled entries, samples and slices. A kernel

@@ -59,10 +59,9 @@ std::optional<MacroSize> MacroSizePolicy::next(const FastCounters& counters,
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
   constexpr std::uint32_t kStep = 1024;
   const std::uint32_t fullest = counters.fullest_macro_tile;
-  if (fullest < MacroSize::kHeavy / 8 * 7) return MacroSize{};
+  if (fullest < MacroTiles::kUsual / 8 * 7) return MacroSize{};
   MacroSize whole;
-  whole.capacity =
-      std::max((fullest + fullest / 8 + kStep) / kStep * kStep, MacroTiles::kUsual + kStep);
+  whole.capacity = (fullest + fullest / 8 + kStep) / kStep * kStep;
   if (whole.capacity <= most_ &&
       whole.capacity * size.macro_tiles() * MacroTiles::kBytesEach <= kMostBytes) {
     return whole;
@@ -170,15 +169,9 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   const auto mark = [&](Stage stage) {
     if (side_stream == frame.stream) clock.end(stage, frame.stream);
   };
-#if QS_TRY_EARLY_COLOR
   project(frame, size, visible_, scratch_, footprints_known_);
   projected_.record(frame.stream);
   footprints_known_.make_wait(side_stream);
-#else
-  project(frame, size, visible_, scratch_);
-  projected_.record(frame.stream);
-  projected_.make_wait(side_stream);
-#endif
   if (needs_color(outputs)) color(frame, scratch_, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);

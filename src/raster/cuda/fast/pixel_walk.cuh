@@ -10,7 +10,7 @@
 
 namespace qs::cuda::fast {
 
-inline constexpr unsigned kFewPixels = QS_TRY_FEW_PIXELS;
+inline constexpr unsigned kFewPixels = 4;
 
 /// A pixel whose colour and transmittance are known up to an entry of the list.
 struct WalkedPixel {

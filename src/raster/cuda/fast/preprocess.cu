@@ -39,7 +39,7 @@ __device__ std::uint32_t depth_key(float depth, std::uint32_t nearest_bits) {
   return bits > nearest_bits ? bits - nearest_bits : 0;
 }
 
-constexpr unsigned kProjectBlocks = QS_TRY_PROJECT_BLOCKS;  // per multiprocessor, to hide latency
+constexpr unsigned kProjectBlocks = 5;          // per multiprocessor, to hide latency
 constexpr unsigned kProjectGrid = 4096;         // blocks that share the Gaussians, at most
 constexpr unsigned kColorGrid = 16384;          // the same for `color`
 constexpr unsigned kFindGrid = 16;              // blocks that clear memory, at least
@@ -63,17 +63,10 @@ struct ProjectedBlock {
     Appended<P>& own = appended[threadIdx.x];
     own.clear();
     Projected projected;
-#if QS_TRY_LINES
-    const bool exists =
-        i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected);
-    const bool is_large = !Appended<P>::set_all(appended + threadIdx.x / kWarp * kWarp, exists,
-                                                projected.footprint, in.grid);
-#else
     bool is_large = false;
     if (i < in.cloud.count && project(in.view, in.rules, in.cloud.gaussian(i), projected)) {
       is_large = !own.set(projected.footprint, in.grid);
     }
-#endif
     const bool visible = is_large || own.has_walk();
     own.depth_key = visible ? depth_key(projected.depth, in.nearest_bits) : kInvisibleKey;
     if (i < in.cloud.count) out.depth_keys[i] = own.depth_key;
@@ -111,32 +104,6 @@ struct ProjectedBlock {
   /// Reserves room for the staged entries. The counts become the first slots in the macro-tiles.
   __device__ __forceinline__ void reserve_room(const MacroTiles& macro_tiles,
                                                const BlockCounts& counts) {
-#if QS_TRY_RESERVE
-    constexpr unsigned kEach = BlockCounts::kMost / kThreads / 2;  // additions under way
-    for (unsigned first = threadIdx.x; first < counts.size(); first += kEach * kThreads) {
-      std::uint32_t here[kEach], begin[kEach];
-#pragma unroll
-      for (unsigned k = 0; k < kEach; ++k) {
-        const unsigned c = first + k * kThreads;
-        here[k] = c < counts.size() ? counts[c] : 0;
-      }
-#pragma unroll
-      for (unsigned k = 0; k < kEach; ++k) {
-        const unsigned c = first + k * kThreads;
-        begin[k] = 0;
-        if (here[k] > 0) begin[k] = atomicAdd(&macro_tiles.counts[counts.macro_tile_of(c)], here[k]);
-      }
-      std::uint32_t beyond = 0;
-#pragma unroll
-      for (unsigned k = 0; k < kEach; ++k) {
-        if (here[k] == 0) continue;
-        const std::uint32_t end = begin[k] + here[k];
-        beyond += end - min(end, max(begin[k], macro_tiles.slicing.size.capacity));
-        counts[first + k * kThreads] = begin[k];
-      }
-      if (beyond > 0) atomicAdd(&spilled, beyond);
-    }
-#else
     for (unsigned c = threadIdx.x; c < counts.size(); c += kThreads) {
       const std::uint32_t here = counts[c];
       if (here == 0) continue;
@@ -146,7 +113,6 @@ struct ProjectedBlock {
       if (beyond > 0) atomicAdd(&spilled, beyond);
       counts[c] = begin;
     }
-#endif
     __syncthreads();
     if (threadIdx.x == 0 && spilled > 0) {
       next_spilled = atomicAdd(macro_tiles.slicing.part_count(Slicing::own_part()), spilled);
@@ -187,28 +153,15 @@ __device__ void project_block(const ProjectInput& in, const FastVisibleView& out
 
   const bool visible = shared.project_own(in, out, first + threadIdx.x, large, counters);
   const int visible_here = __syncthreads_count(visible);
-#if QS_TRY_RESERVE
-  // The last thread has the least to do below. The result is awaited at the end.
-  const bool counts_block = threadIdx.x == kThreads - 1 && visible_here > 0;
-  std::uint32_t place_of_block = 0;
-  if (counts_block) {
-    atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
-    place_of_block = atomicAdd(&counters->visible_blocks, 1u);
-  }
-#else
   if (threadIdx.x == 0 && visible_here > 0) {
     atomicAdd(&counters->visible, static_cast<std::uint32_t>(visible_here));
     out.blocks[atomicAdd(&counters->visible_blocks, 1u)] = block;
   }
-#endif
   shared.stage_entries(first, out, macro_tiles, in.grid, counts);
   __syncthreads();
   shared.reserve_room(macro_tiles, counts);
   __syncthreads();
   shared.store_entries(first, macro_tiles, counts);
-#if QS_TRY_RESERVE
-  if (counts_block) out.blocks[place_of_block] = block;
-#endif
   __syncthreads();
 }
 
@@ -320,106 +273,6 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counter
   if (tiles.slicing.size.has_slices()) number_slices(tiles, full, counters);
 }
 
-#if QS_TRY_MACRO
-/// The macro-tiles that a large Gaussian may meet, and the lines of its walk, for the threads of a
-/// warp or of a block. The threads call each function together.
-template <class P>
-struct LargeGaussian {
-  TileGrid grid;
-  Footprint footprint;
-  Span lines{0, 0};
-  bool by_rows = true;
-  TileRect rect;
-
-  __device__ LargeGaussian(const Footprint& from, TileGrid tiles) : grid(tiles), footprint(from) {
-    TileRect all;
-    if constexpr (kWalks<P>) {
-      const auto walk = P::walk(footprint, grid);
-      lines = walk.lines;
-      by_rows = walk.by_rows;
-      all = TileRect::of_lines(by_rows, lines, walk.widest());
-    } else {
-      all = bounds<P>(footprint, grid);
-    }
-    rect = macro_rect(all);
-  }
-
-  __device__ int count() const { return rect.columns.size() * rect.rows.size(); }
-
-  /// Stores the runs of the lines, as far as there is room for `most`. The threads must wait for
-  /// each other afterwards.
-  __device__ void find_runs(Span* runs, int most, unsigned thread, unsigned threads) const {
-    if constexpr (kWalks<P>) {
-      const auto walk = P::walk(footprint, grid);
-      const int last = min(lines.end, lines.begin + most);
-      for (int line = lines.begin + static_cast<int>(thread); line < last;
-           line += static_cast<int>(threads)) {
-        runs[line - lines.begin] = walk.span(line);
-      }
-    }
-  }
-
-  __device__ void append(const Span* runs, int most, unsigned thread, unsigned threads,
-                         MacroEntry entry, const MacroTiles& macro_tiles) const {
-    const int width = rect.columns.size();
-    for (int i = static_cast<int>(thread); i < count(); i += static_cast<int>(threads)) {
-      const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
-      unsigned tiles = 0;
-      if (kWalks<P> && lines.size() <= most) {
-        MacroMask listed(column, row);
-        listed.add_walk(by_rows, lines, [&](int line) { return runs[line - lines.begin]; });
-        tiles = listed.mask;
-      } else {
-        tiles = tiles_in<P>(footprint, grid, column, row);
-      }
-      const auto macro_tile = static_cast<unsigned>(row * macro_tiles.columns + column);
-      if (tiles != 0) macro_tiles.append(macro_tile, entry, tiles);
-    }
-  }
-};
-
-/// Appends large Gaussians to macro-tiles: with a warp each, or with a whole block if they meet very
-/// many. The last block to end then orders the macro-tiles.
-template <class P>
-__global__ void __launch_bounds__(kAppendThreads)
-    append_large(CloudView cloud, TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
-                 const std::uint32_t* large, FastCounters* counters) {
-  constexpr unsigned kWarps = kAppendThreads / kWarp;
-  constexpr int kWarpLines = 32, kWarpMacroTiles = 4 * kWarp;
-  __shared__ Span runs[kLargeLines], runs_of_warps[kWarps][kWarpLines];
-  __shared__ std::uint32_t huge[kWarps];  // places of Gaussians for the whole block
-  constexpr std::uint32_t kNone = 0xffffffffu;
-  const std::uint32_t count = counters->large;
-  const unsigned warp = threadIdx.x / kWarp;
-  for (std::uint32_t first = blockIdx.x; first < count; first += gridDim.x * kWarps) {
-    const std::uint32_t l = first + warp * gridDim.x;
-    std::uint32_t huge_here = kNone;
-    if (l < count) {
-      const std::uint32_t place = large[l];
-      const LargeGaussian<P> own(visible.footprints[place].footprint(), grid);
-      if (own.lines.size() <= kWarpLines && own.count() <= kWarpMacroTiles) {
-        own.find_runs(runs_of_warps[warp], kWarpLines, lane_index(), kWarp);
-        __syncwarp();
-        own.append(runs_of_warps[warp], kWarpLines, lane_index(), kWarp,
-                   {visible.depth_keys[place], place}, macro_tiles);
-      } else {
-        huge_here = place;
-      }
-    }
-    if (lane_index() == 0) huge[warp] = huge_here;
-    __syncthreads();
-    for (const std::uint32_t place : huge) {
-      if (place == kNone) continue;
-      const LargeGaussian<P> own(visible.footprints[place].footprint(), grid);
-      own.find_runs(runs, kLargeLines, threadIdx.x, kAppendThreads);
-      __syncthreads();
-      own.append(runs, kLargeLines, threadIdx.x, kAppendThreads,
-                 {visible.depth_keys[place], place}, macro_tiles);
-      __syncthreads();
-    }
-    __syncthreads();
-  }
-#else
 /// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
 /// orders the macro-tiles.
 template <class P>
@@ -466,7 +319,6 @@ __global__ void __launch_bounds__(kAppendThreads)
       if (tiles != 0) macro_tiles.append(macro_tile, entry, tiles);
     }
   }
-#endif
   __shared__ bool is_last;
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -549,13 +401,8 @@ void FastVisible::reserve(std::size_t gaussians) {
   splats.reserve("the frame's Gaussians", gaussians);
 }
 
-#if QS_TRY_EARLY_COLOR
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
              Scratch& scratch, Event& footprints_known) {
-#else
-void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch) {
-#endif
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
@@ -571,9 +418,7 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
                              BlockCounts::bytes(size.macro_tiles()));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
-#if QS_TRY_EARLY_COLOR
     footprints_known.record(frame.stream);
-#endif
     launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
            cloud, frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
   });

@@ -3,8 +3,8 @@
 // Stage 1 of the fast pipeline: `project` computes visibility and footprints, and appends the
 // visible Gaussians to the macro-tiles that they meet. `color` evaluates the spherical harmonics
 // and writes the splats for blending. `color` reads most of the scene's bytes, but only blending
-// depends on it, so it runs concurrently with listing. Blocks of Gaussians that the view cannot
-// show are skipped unread.
+// depends on it, so it runs concurrently with appending large Gaussians and with listing. Blocks of
+// Gaussians that the view cannot show are skipped unread.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 #include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/fast/scratch.cuh"
-#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/frame_context.cuh"
+#include "raster/cuda/stream.cuh"
 
 namespace qs::cuda::fast {
 
@@ -79,14 +79,10 @@ struct FastVisible {
   }
 };
 
-/// The first work of a frame: also clears the frame's counters.
-#if QS_TRY_EARLY_COLOR
+/// The first work of a frame: also clears the frame's counters. Records `footprints_known` when
+/// color() may begin, before the large Gaussians are appended.
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
              Scratch& scratch, Event& footprints_known);
-#else
-void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch);
-#endif
 void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
            cudaStream_t stream);
 

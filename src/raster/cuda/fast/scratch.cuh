@@ -5,7 +5,6 @@
 #pragma once
 
 #include "raster/cuda/fast/macro_tiles.cuh"
-#include "raster/cuda/fast/try.cuh"
 #include "raster/cuda/pixels.cuh"
 #include "raster/cuda/reach.cuh"
 #include "raster/cuda/warp.cuh"
@@ -30,7 +29,6 @@ struct FastCounters {
   std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
   std::uint32_t cut_blocks_done;     ///< blocks that have finished cutting segments
-  std::uint32_t stopping_halves;     ///< half segments in which a pixel stops, see Stops
 };
 
 /// A part of a long list. The segments of a list are adjacent. Arrays have an element for each half
@@ -62,7 +60,6 @@ inline constexpr std::uint32_t kMaxSegments = 256;  ///< of a list
 struct WavesView {
   std::uint32_t* sizes;  ///< kMaxSegments; later the first turns of the waves
   std::uint32_t* order;  ///< per turn: a segment
-  std::uint32_t* again;  ///< per half segment in which a pixel stops: kHalfTiles * segment + half
 };
 
 struct SegmentsView {
@@ -79,7 +76,7 @@ struct SegmentsView {
   /// warp walks through a list.
   static std::uint32_t longest_uncut_of(TileGrid grid) {
     constexpr int kSmall = 5000;  // tiles
-    return grid.count() < kSmall ? 2048 : QS_TRY_UNCUT;
+    return grid.count() < kSmall ? 2048 : 4096;
   }
 
   /// The bits of a list that begins at pair p begin in word p / kPairsPerMark. A word has twice as
@@ -132,7 +129,7 @@ struct Scratch {
                 first_segments_.data(),
                 marks_.data(),
                 results_.data(),
-                {wave_sizes_, waves_.data(), waves_.data() + size.segment_capacity},
+                {wave_sizes_, waves_.data()},
                 size.segment_capacity,
                 SegmentsView::longest_uncut_of(size.grid),
                 counters};
@@ -169,7 +166,7 @@ struct Scratch {
     first_segments_.reserve(kSegments, size.segment_capacity);
     marks_.reserve(kSegments, size.pair_capacity / SegmentsView::kPairsPerMark + 1);
     results_.reserve(kSegments, size.segment_capacity);
-    waves_.reserve(kSegments, (1 + kHalfTiles) * std::size_t{size.segment_capacity});
+    waves_.reserve(kSegments, size.segment_capacity);
     large_.reserve("the frame's Gaussians", size.gaussians);
     const MacroSize& macro = size.macro;
     entries_.reserve(kMacroTiles, macro_count * macro.capacity);

@@ -21,7 +21,7 @@
 namespace qs::cuda::fast {
 
 inline constexpr std::uint32_t kSampled = 8;
-inline constexpr std::uint32_t kSegment = QS_TRY_SEGMENT;  ///< samples per segment, at least
+inline constexpr std::uint32_t kSegment = 64;  ///< samples per segment, at least
 
 /// True for one Gaussian in kSampled, regardless of their order (Appleby, MurmurHash3: finalizer).
 QS_HD bool may_be_sample(std::uint32_t gaussian) {

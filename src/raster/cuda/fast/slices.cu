@@ -70,22 +70,6 @@ __device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
   const Slicing& slicing = tiles.slicing;
   const Slicing::Slices slices = slicing.slices[moved.macro_tile];
   if (!slicing.holds(slices)) return kNoSlice;
-#if QS_TRY_FILL
-  const auto last_before = [&](std::uint64_t key) {
-    std::uint32_t slice = slices.first;
-    for (std::uint32_t count = slices.count; count > 1;) {
-      const std::uint32_t half = count / 2;
-      if (slicing.least_keys[slice + half] <= key) slice += half;
-      count -= half;
-    }
-    return slice;
-  };
-  // The index in the file is read only if the depth does not decide.
-  const std::uint64_t depth = moved.entry.depth_key;
-  const std::uint32_t slice = last_before(depth << 32 | 0xffffffffu);
-  if (slicing.least_keys[slice] >> 32 != depth) return slice;
-  return last_before(tiles.entry_order.key(moved.entry));
-#else
   const std::uint64_t key = tiles.entry_order.key(moved.entry);
   std::uint32_t slice = slices.first;  // the last slice that begins before the entry
   for (std::uint32_t count = slices.count; count > 1;) {
@@ -94,7 +78,6 @@ __device__ std::uint32_t slice_of(const MacroTiles& tiles, const Moved& moved) {
     count -= half;
   }
   return slice;
-#endif
 }
 
 /// Copies `count` entries to their slices; entry_at(i) returns them. A block counts first, so that
@@ -118,28 +101,9 @@ __device__ void move_entries(const MacroTiles& tiles, std::uint32_t* counts, std
     if (chosen[k] != kNoSlice && counts_here) atomicAdd(&counts[chosen[k]], 1u);
   }
   __syncthreads();
-#if QS_TRY_FILL
-  constexpr unsigned kEach = 8;  // additions under way
-  for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kEach * kThreads) {
-    std::uint32_t here[kEach], begin[kEach];
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      here[k] = s + k * kThreads < slices ? counts[s + k * kThreads] : 0;
-    }
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      if (here[k] > 0) begin[k] = atomicAdd(&slicing.counts[s + k * kThreads], here[k]);
-    }
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k) {
-      if (here[k] > 0) counts[s + k * kThreads] = begin[k];
-    }
-  }
-#else
   for (std::uint32_t s = threadIdx.x; s < slices && counts_here; s += kThreads) {
     if (counts[s] > 0) counts[s] = atomicAdd(&slicing.counts[s], counts[s]);
   }
-#endif
   __syncthreads();
 #pragma unroll
   for (unsigned k = 0; k < kMovedEach; ++k) {

@@ -65,29 +65,15 @@ class Walk {
     if (begin == end) return;
     const unsigned lane = lane_index(), sub = lane / kLanes;
     std::uint32_t gaussian = in_.gaussians[min(begin + lane, end - 1)];
-#if QS_TRY_COPY
-    AheadSplats::wait();
-    rings_.ahead.begin(in_.splats, gaussian);
-    gaussian = in_.gaussians[min(begin + kWarp + lane, end - 1)];
-#endif
     for (std::uint32_t next = begin; next < end;) {
       const unsigned live = live_sub_tiles();
       if (live == 0) break;
       unsigned longest;
       do {
-#if QS_TRY_COPY
-        const std::uint32_t own = next + lane;
-        const BoundedSplat splat = rings_.ahead.finish();
-        next += kWarp;
-        rings_.ahead.begin(in_.splats, gaussian);
-        gaussian = in_.gaussians[min(next + kWarp + lane, end - 1)];
-        const bool clamps = fill(own, own < end, splat, live);
-#else
         const std::uint32_t own = next + lane, current = gaussian;
         next += kWarp;
         gaussian = in_.gaussians[min(next + lane, end - 1)];
         const bool clamps = fill(own, own < end, current, live);
-#endif
         longest = 0;
 #pragma unroll
         for (unsigned s = 0; s < kSubTiles; ++s) longest = max(longest, lengths_[s]);
@@ -140,12 +126,8 @@ class Walk {
 
   /// Appends the Gaussian of this lane, list entry `entry`, to the rings that it reaches. Returns
   /// true if the alpha of an appended Gaussian may exceed kAlphaMax.
-#if QS_TRY_COPY
-  __device__ bool fill(std::uint32_t entry, bool exists, const BoundedSplat& splat, unsigned live) {
-#else
   __device__ bool fill(std::uint32_t entry, bool exists, std::uint32_t gaussian, unsigned live) {
     const BoundedSplat splat = in_.splats[gaussian];
-#endif
     const float x0 = x_ - splat.x, y0 = y_ - splat.y, rows = splat.clamp_rows;
     const Reach reach(splat.ellipse, x0, y0);
     const bool clamps = exists && y0 <= rows && y0 + (kHalfTileHeight - 1) >= -rows;

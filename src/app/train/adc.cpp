@@ -28,11 +28,14 @@ bool adc_prunes_after(const TrainSettings& settings, int iteration) {
 std::vector<Candidate> adc_candidates(const IterationContext& context, const GaussianFacts& facts) {
   std::vector<Candidate> candidates;
   for (std::uint32_t i = 0; i < facts.size(); ++i) {
-    const bool splits = largest_scale(facts, i) > kSmall * context.extent;
-    const double urgency =
-        splits && context.settings.absolute_gradients
+    const double moved = static_cast<double>(facts.density.mean(i)) / kGradientThreshold;
+    const double pulled =
+        context.settings.absolute_gradients
             ? static_cast<double>(facts.density.mean_absolute(i)) / kAbsoluteThreshold
-            : static_cast<double>(facts.density.mean(i)) / kGradientThreshold;
+            : moved;
+    if (!(moved > 1) && !(pulled > 1)) continue;  // for most, so the scale need not be computed
+    const bool splits = largest_scale(facts, i) > kSmall * context.extent;
+    const double urgency = splits ? pulled : moved;
     if (urgency > 1) candidates.push_back({i, urgency, splits});
   }
   return candidates;

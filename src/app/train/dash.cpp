@@ -44,7 +44,7 @@ std::uint64_t wanted_number(const TrainSettings& settings, const GrowthState& gr
 
 struct Growing {
   std::size_t kept = 0;                // Gaussians that are not removed
-  std::vector<std::uint32_t> largest;  // those of them whose gradient asks for a copy
+  std::vector<std::uint32_t> largest;  // kept Gaussians whose gradient asks for a copy
 };
 
 Growing growing(const GaussianFacts& facts) {

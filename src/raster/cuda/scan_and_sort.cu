@@ -23,36 +23,9 @@ void run(const Call& call, DeviceBuffer<std::byte>& scratch, const char* what) {
   check(call(scratch.data(), bytes), what);
 }
 
-/// CUB's policy of sorting with blocks of 2,048 pairs. The usual blocks of 8,832 pairs leave most
-/// of a large GPU idle while it sorts some hundred thousand pairs.
-template <class Key>
-struct SmallBlocks {
-  using Usual = cub::detail::radix::policy_hub<Key, std::uint32_t, std::uint32_t>;
-  struct MaxPolicy : cub::ChainedPolicy<500, MaxPolicy, MaxPolicy>,
-                     Usual::template OnesweepSmallKeyTunedPolicy<
-                         cub::detail::radix::sm90_small_key_tuning<sizeof(Key), 4, 4>> {
-    static constexpr int kThreadsPerBlock = 256, kPairsPerThread = 8, kDigitBits = 8;
-    using OnesweepPolicy = cub::AgentRadixSortOnesweepPolicy<
-        kThreadsPerBlock, kPairsPerThread, Key, 1, cub::RADIX_RANK_MATCH_EARLY_COUNTS_ANY,
-        cub::BLOCK_SCAN_RAKING_MEMOIZE, cub::RADIX_SORT_STORE_DIRECT, kDigitBits>;
-  };
-};
-
-/// Sorts of fewer pairs use small blocks.
-constexpr std::uint32_t kManyPairs = 2'000'000;
-
-template <class Key>
-auto sort_call(cub::DoubleBuffer<Key>& keys, cub::DoubleBuffer<std::uint32_t>& values,
+auto sort_call(cub::DoubleBuffer<std::uint64_t>& keys, cub::DoubleBuffer<std::uint32_t>& values,
                std::uint32_t size, int key_bits, cudaStream_t stream) {
   return [=, &keys, &values](void* scratch, std::size_t& bytes) {
-    if constexpr (sizeof(Key) == 4) {
-      if (size < kManyPairs) {
-        return cub::DispatchRadixSort<cub::SortOrder::Ascending, Key, std::uint32_t, std::uint32_t,
-                                      cub::detail::identity_decomposer_t,
-                                      SmallBlocks<Key>>::Dispatch(scratch, bytes, keys, values,
-                                                                  size, 0, key_bits, true, stream);
-      }
-    }
     return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, values, size, 0, key_bits, stream);
   };
 }
@@ -69,14 +42,13 @@ void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32
   run(call, scratch, "scan");
 }
 
-template <class Key>
-void SortBuffers<Key>::reserve(const char* what, std::uint32_t size) {
+void SortBuffers::reserve(const char* what, std::uint32_t size) {
   if (size <= other_values.capacity()) return;  // other_values is reserved last
-  constexpr int kKeyBits = 8 * sizeof(Key);
-  cub::DoubleBuffer<Key> no_keys;
+  constexpr int kKeyBits = 64;
+  cub::DoubleBuffer<std::uint64_t> no_keys;
   cub::DoubleBuffer<std::uint32_t> no_values;
   const auto bytes_for = [&](std::uint32_t room) {
-    constexpr std::uint64_t kPairBytes = 2 * (sizeof(Key) + sizeof(std::uint32_t));
+    constexpr std::uint64_t kPairBytes = 2 * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
     return kPairBytes * room +
            scratch_bytes(sort_call(no_keys, no_values, room, kKeyBits, nullptr), "sort");
   };
@@ -94,18 +66,12 @@ void SortBuffers<Key>::reserve(const char* what, std::uint32_t size) {
   other_values.reserve(what, room);
 }
 
-template <class Key>
-void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cudaStream_t stream) {
+void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t stream) {
   cub::DoubleBuffer keys(buffers.keys.data(), buffers.other_keys.data());
   cub::DoubleBuffer values(buffers.values.data(), buffers.other_values.data());
   run(sort_call(keys, values, size, key_bits, stream), buffers.scratch, "sort");
   if (keys.selector != 0) buffers.keys.swap(buffers.other_keys);
   if (values.selector != 0) buffers.values.swap(buffers.other_values);
 }
-
-template struct SortBuffers<std::uint32_t>;
-template struct SortBuffers<std::uint64_t>;
-template void sort_pairs(SortBuffers<std::uint32_t>&, std::uint32_t, int, cudaStream_t);
-template void sort_pairs(SortBuffers<std::uint64_t>&, std::uint32_t, int, cudaStream_t);
 
 }  // namespace qs::cuda

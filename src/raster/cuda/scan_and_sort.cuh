@@ -15,11 +15,9 @@ namespace qs::cuda {
 void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32_t size,
                    DeviceBuffer<std::byte>& scratch, cudaStream_t stream);
 
-/// Two buffers each for keys and values: every sorting pass moves them from one to the other. `Key`
-/// is std::uint32_t or std::uint64_t.
-template <class Key>
+/// Two buffers each for keys and values: every sorting pass moves them from one to the other.
 struct SortBuffers {
-  DeviceBuffer<Key> keys, other_keys;
+  DeviceBuffer<std::uint64_t> keys, other_keys;
   DeviceBuffer<std::uint32_t> values, other_values;
   DeviceBuffer<std::byte> scratch;
 
@@ -30,7 +28,6 @@ struct SortBuffers {
 
 /// Sorts `size` pairs stably by the lowest `key_bits` bits of their keys. The result is in `keys`
 /// and `values`.
-template <class Key>
-void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cudaStream_t stream);
+void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t stream);
 
 }  // namespace qs::cuda

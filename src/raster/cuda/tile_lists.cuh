@@ -14,8 +14,7 @@ struct TileLists {
 
 /// Sorts `count` pairs, whose keys have the tile from bit `tile_bit` on, by all bits of the keys.
 /// Pairs of equal keys keep their order.
-template <class Key>
-void sort_by_tile(SortBuffers<Key>& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
+void sort_by_tile(SortBuffers& pairs, std::uint32_t count, std::uint32_t tiles, int tile_bit,
                   cudaStream_t stream, TileLists& lists);
 
 }  // namespace qs::cuda

@@ -71,6 +71,29 @@ TEST_P(CudaMacroTiles, list_large_gaussians_in_large_pictures) {
   }
 }
 
+// A Gaussian is appended by its warp if it meets few macro-tiles, and by a warp or a block of its
+// own if it meets more.
+TEST_P(CudaMacroTiles, list_a_gaussian_that_meets_few_or_many_macro_tiles) {
+  const Camera camera = test::front_camera(900, 900);
+  struct Case {
+    double radius_px;
+    std::uint64_t least, most;  // macro-tiles
+  };
+  for (const Case& c : {Case{60, 2, 16}, {150, 17, 128}, {400, 129, 435}}) {
+    SCOPED_TRACE(c.radius_px);
+    const double sigma = c.radius_px / 3.3 * 3 / camera.focal_px.x;
+    const GaussianCloud cloud =
+        test::single_gaussian({0, 0, 3}, static_cast<float>(sigma), {1, 1, 1}, 5);
+    const auto cpu = renderer_of(Backend::cpu, cloud), gpu = renderer_of(Backend::cuda, cloud);
+    expect_lists_of_the_cpu(*cpu, *gpu, camera, settings_of_pipeline());
+    RenderSettings settings = settings_of_pipeline();
+    settings.mode = find_culler("exact");
+    const std::uint64_t entries = gpu->render(camera, settings).stats.sort_bytes / 8;
+    EXPECT_GE(entries, c.least);
+    EXPECT_LE(entries, c.most);
+  }
+}
+
 // A block of Gaussians has a counter for each of 2,048 macro-tiles, and a hash table for more.
 TEST_P(CudaMacroTiles, list_the_tiles_of_the_cpu_in_pictures_of_every_size) {
   const GaussianCloud cloud =

@@ -13,17 +13,15 @@ void exclusive_sum(const std::uint32_t* counts, std::uint64_t* sums, std::uint32
   std::exclusive_scan(counts, counts + size, sums, std::uint64_t{0});
 }
 
-template <class Key>
-void SortBuffers<Key>::reserve(const char* what, std::uint32_t size) {
-  constexpr std::uint64_t kPairBytes = 2 * (sizeof(Key) + sizeof(std::uint32_t));
+void SortBuffers::reserve(const char* what, std::uint32_t size) {
+  constexpr std::uint64_t kPairBytes = 2 * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
   require_memory(what, kPairBytes * size, kPairBytes * values.capacity());
   keys.reserve(what, size);
   values.reserve(what, size);
 }
 
-template <class Key>
-void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cudaStream_t) {
-  std::vector<std::pair<Key, std::uint32_t>> pairs(size);
+void sort_pairs(SortBuffers& buffers, std::uint32_t size, int key_bits, cudaStream_t) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> pairs(size);
   for (std::uint32_t i = 0; i < size; ++i)
     pairs[i] = {buffers.keys.data()[i], buffers.values.data()[i]};
   const std::uint64_t mask = key_bits == 64 ? ~0ull : (1ull << key_bits) - 1;
@@ -35,10 +33,5 @@ void sort_pairs(SortBuffers<Key>& buffers, std::uint32_t size, int key_bits, cud
     buffers.values.data()[i] = pairs[i].second;
   }
 }
-
-template struct SortBuffers<std::uint32_t>;
-template struct SortBuffers<std::uint64_t>;
-template void sort_pairs(SortBuffers<std::uint32_t>&, std::uint32_t, int, cudaStream_t);
-template void sort_pairs(SortBuffers<std::uint64_t>&, std::uint32_t, int, cudaStream_t);
 
 }  // namespace qs::cuda

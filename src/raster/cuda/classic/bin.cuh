@@ -14,7 +14,7 @@ inline constexpr int kDepthBits = 32;  ///< of a key
 /// Keys are tile << kDepthBits | bits of the depth; values are indices in the cloud, ascending
 /// before sort().
 struct ClassicPairs {
-  SortBuffers<std::uint64_t> buffers;
+  SortBuffers buffers;
   DeviceBuffer<std::uint64_t> offsets;  ///< per Gaussian: its first pair; last: number of pairs
   PinnedValue<std::uint64_t> total;     ///< number of pairs, copied to the host
   std::uint32_t count = 0;

@@ -73,6 +73,8 @@ __device__ inline TileRect macro_rect(const TileRect& tiles) {
 template <class P>
 struct Appended {
   static constexpr int kLines = 12, kBits = 32;
+  /// A block would take too long to append neighbours that meet more macro-tiles.
+  static constexpr int kMacroTiles = 16;
 
   std::uint32_t depth_key;
   std::uint16_t line_begin, across_begin;  ///< of the walk; across_begin: a macro-tile's border
@@ -91,13 +93,15 @@ struct Appended {
     if constexpr (!kWalks<P>) {
       const TileRect rect = bounds<P>(footprint, grid);
       if (rect.is_empty()) return true;
-      if (rect.columns.size() > kBits || rect.rows.size() > kLines) return false;
+      if (rect.columns.size() > kBits || rect.rows.size() > kLines || meets_many(rect))
+        return false;
       set_macro_tiles(rect);
     } else {
       const auto walk = P::walk(footprint, grid);
       const Span widest = walk.widest();
       const int border = walk.by_rows ? kColumns : kRows, first = widest.begin / border * border;
-      if (walk.lines.size() > kLines || widest.end - first > kBits) {
+      if (walk.lines.size() > kLines || widest.end - first > kBits ||
+          meets_many(TileRect::of_lines(walk.by_rows, walk.lines, widest))) {
         return bounds<P>(footprint, grid).is_empty();
       }
       std::uint32_t any = 0;
@@ -145,6 +149,11 @@ struct Appended {
   }
 
  private:
+  static __device__ bool meets_many(const TileRect& tiles) {
+    const TileRect rect = macro_rect(tiles);
+    return rect.columns.size() * rect.rows.size() > kMacroTiles;
+  }
+
   __device__ void set_macro_tiles(const TileRect& tiles) {
     const TileRect rect = macro_rect(tiles);
     const auto width = static_cast<unsigned>(rect.columns.size());

@@ -169,9 +169,9 @@ void FastPipeline::run(const FrameContext& frame, const FrameSize& size, const O
   const auto mark = [&](Stage stage) {
     if (side_stream == frame.stream) clock.end(stage, frame.stream);
   };
-  project(frame, size, visible_, scratch_);
+  project(frame, size, visible_, scratch_, footprints_known_);
   projected_.record(frame.stream);
-  projected_.make_wait(side_stream);
+  footprints_known_.make_wait(side_stream);
   if (needs_color(outputs)) color(frame, scratch_, visible_, side_stream);
   colored_.record(side_stream);
   mark(Stage::preprocess);

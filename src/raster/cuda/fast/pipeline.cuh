@@ -64,7 +64,7 @@ class FastPipeline {
 
   Stream side_stream_;  // low priority: its kernels yield to the main stream
   Stream full_stream_;  // for full macro-tiles
-  Event projected_, listed_, colored_, scheduled_, blended_;
+  Event footprints_known_, projected_, listed_, colored_, scheduled_, blended_;
   Graph graph_;
   PinnedValue<FastCounters> counters_;
   Scratch scratch_;

@@ -273,42 +273,51 @@ __device__ void order_macro_tiles(const MacroTiles& tiles, FastCounters* counter
   if (tiles.slicing.size.has_slices()) number_slices(tiles, full, counters);
 }
 
-/// Appends large Gaussians to macro-tiles, each with a whole block. The last block to end then
-/// orders the macro-tiles.
+/// The macro-tiles that a large Gaussian may meet, and the lines of its walk, for the threads of a
+/// warp or of a block. The threads call each function together.
 template <class P>
-__global__ void __launch_bounds__(kAppendThreads)
-    append_large(CloudView cloud, TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
-                 const std::uint32_t* large, FastCounters* counters) {
-  __shared__ Span runs[kLargeLines];
-  const std::uint32_t count = counters->large;
-  for (std::uint32_t l = blockIdx.x; l < count; l += gridDim.x) {
-    const std::uint32_t place = large[l];
-    const MacroEntry entry{visible.depth_keys[place], place};
-    const Footprint footprint = visible.footprints[place].footprint();
-    TileRect tiles_of_all;
-    Span lines{0, 0};
-    bool by_rows = true;
+struct LargeGaussian {
+  TileGrid grid;
+  Footprint footprint;
+  Span lines{0, 0};
+  bool by_rows = true;
+  TileRect rect;
+
+  __device__ LargeGaussian(const Footprint& from, TileGrid tiles) : grid(tiles), footprint(from) {
+    TileRect all;
     if constexpr (kWalks<P>) {
       const auto walk = P::walk(footprint, grid);
       lines = walk.lines;
       by_rows = walk.by_rows;
-      tiles_of_all = TileRect::of_lines(by_rows, lines, walk.widest());
-      __syncthreads();
-      const int last = min(lines.end, lines.begin + kLargeLines);
-      for (int line = lines.begin + static_cast<int>(threadIdx.x); line < last;
-           line += static_cast<int>(kAppendThreads)) {
+      all = TileRect::of_lines(by_rows, lines, walk.widest());
+    } else {
+      all = bounds<P>(footprint, grid);
+    }
+    rect = macro_rect(all);
+  }
+
+  __device__ int count() const { return rect.columns.size() * rect.rows.size(); }
+
+  /// Stores the runs of the lines, as far as there is room for `most`. The threads must wait for
+  /// each other afterwards.
+  __device__ void find_runs(Span* runs, int most, unsigned thread, unsigned threads) const {
+    if constexpr (kWalks<P>) {
+      const auto walk = P::walk(footprint, grid);
+      const int last = min(lines.end, lines.begin + most);
+      for (int line = lines.begin + static_cast<int>(thread); line < last;
+           line += static_cast<int>(threads)) {
         runs[line - lines.begin] = walk.span(line);
       }
-      __syncthreads();
-    } else {
-      tiles_of_all = bounds<P>(footprint, grid);
     }
-    const TileRect rect = macro_rect(tiles_of_all);
-    const int width = rect.columns.size(), all = width * rect.rows.size();
-    for (int i = static_cast<int>(threadIdx.x); i < all; i += static_cast<int>(kAppendThreads)) {
+  }
+
+  __device__ void append(const Span* runs, int most, unsigned thread, unsigned threads,
+                         MacroEntry entry, const MacroTiles& macro_tiles) const {
+    const int width = rect.columns.size();
+    for (int i = static_cast<int>(thread); i < count(); i += static_cast<int>(threads)) {
       const int column = rect.columns.begin + i % width, row = rect.rows.begin + i / width;
       unsigned tiles = 0;
-      if (kWalks<P> && lines.size() <= kLargeLines) {
+      if (kWalks<P> && lines.size() <= most) {
         MacroMask listed(column, row);
         listed.add_walk(by_rows, lines, [&](int line) { return runs[line - lines.begin]; });
         tiles = listed.mask;
@@ -318,6 +327,49 @@ __global__ void __launch_bounds__(kAppendThreads)
       const auto macro_tile = static_cast<unsigned>(row * macro_tiles.columns + column);
       if (tiles != 0) macro_tiles.append(macro_tile, entry, tiles);
     }
+  }
+};
+
+/// Appends large Gaussians to macro-tiles: with a warp each, or with a whole block if they meet
+/// very many. The last block to end then orders the macro-tiles.
+template <class P>
+__global__ void __launch_bounds__(kAppendThreads)
+    append_large(TileGrid grid, FastVisibleView visible, MacroTiles macro_tiles,
+                 const std::uint32_t* large, FastCounters* counters) {
+  constexpr unsigned kWarps = kAppendThreads / kWarp;
+  constexpr int kWarpLines = 32, kWarpMacroTiles = 4 * kWarp;
+  __shared__ Span runs[kLargeLines], runs_of_warps[kWarps][kWarpLines];
+  __shared__ std::uint32_t huge[kWarps];  // places of Gaussians for the whole block
+  constexpr std::uint32_t kNone = 0xffffffffu;
+  const std::uint32_t count = counters->large;
+  const unsigned warp = threadIdx.x / kWarp;
+  for (std::uint32_t first = blockIdx.x; first < count; first += gridDim.x * kWarps) {
+    const std::uint32_t l = first + warp * gridDim.x;
+    std::uint32_t huge_here = kNone;
+    if (l < count) {
+      const std::uint32_t place = large[l];
+      const LargeGaussian<P> own(visible.footprints[place].footprint(), grid);
+      if (own.lines.size() <= kWarpLines && own.count() <= kWarpMacroTiles) {
+        own.find_runs(runs_of_warps[warp], kWarpLines, lane_index(), kWarp);
+        __syncwarp();
+        own.append(runs_of_warps[warp], kWarpLines, lane_index(), kWarp,
+                   {visible.depth_keys[place], place}, macro_tiles);
+      } else {
+        huge_here = place;
+      }
+    }
+    if (lane_index() == 0) huge[warp] = huge_here;
+    __syncthreads();
+    for (const std::uint32_t place : huge) {
+      if (place == kNone) continue;
+      const LargeGaussian<P> own(visible.footprints[place].footprint(), grid);
+      own.find_runs(runs, kLargeLines, threadIdx.x, kAppendThreads);
+      __syncthreads();
+      own.append(runs, kLargeLines, threadIdx.x, kAppendThreads, {visible.depth_keys[place], place},
+                 macro_tiles);
+      __syncthreads();
+    }
+    __syncthreads();
   }
   __shared__ bool is_last;
   __syncthreads();
@@ -402,7 +454,7 @@ void FastVisible::reserve(std::size_t gaussians) {
 }
 
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch) {
+             Scratch& scratch, Event& footprints_known) {
   const ToClear to_clear = scratch.begin_frame(size);
   const CloudView cloud = frame.cloud.view();
   scratch.macro_tiles.entry_order = {cloud.file_indices};
@@ -418,8 +470,9 @@ void project(const FrameContext& frame, const FrameSize& size, FastVisible& visi
                              BlockCounts::bytes(size.macro_tiles()));
     launch("preprocess", project_and_append<P>, with_counts, frame.stream, in, visible.view(),
            scratch.macro_tiles, scratch.large, scratch.counters);
+    footprints_known.record(frame.stream);
     launch("preprocess", append_large<P>, Blocks(kAppendBlocks, kAppendThreads), frame.stream,
-           cloud, frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
+           frame.grid, visible.view(), scratch.macro_tiles, scratch.large, scratch.counters);
   });
 }
 

@@ -3,8 +3,8 @@
 // Stage 1 of the fast pipeline: `project` computes visibility and footprints, and appends the
 // visible Gaussians to the macro-tiles that they meet. `color` evaluates the spherical harmonics
 // and writes the splats for blending. `color` reads most of the scene's bytes, but only blending
-// depends on it, so it runs concurrently with listing. Blocks of Gaussians that the view cannot
-// show are skipped unread.
+// depends on it, so it runs concurrently with appending large Gaussians and with listing. Blocks of
+// Gaussians that the view cannot show are skipped unread.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "raster/cuda/ellipse.cuh"
 #include "raster/cuda/fast/scratch.cuh"
 #include "raster/cuda/frame_context.cuh"
+#include "raster/cuda/stream.cuh"
 
 namespace qs::cuda::fast {
 
@@ -78,9 +79,10 @@ struct FastVisible {
   }
 };
 
-/// The first work of a frame: also clears the frame's counters.
+/// The first work of a frame: also clears the frame's counters. Records `footprints_known` when
+/// color() may begin, before the large Gaussians are appended.
 void project(const FrameContext& frame, const FrameSize& size, FastVisible& visible,
-             Scratch& scratch);
+             Scratch& scratch, Event& footprints_known);
 void color(const FrameContext& frame, const Scratch& scratch, FastVisible& visible,
            cudaStream_t stream);
 

@@ -14,7 +14,7 @@ constexpr unsigned kLanes = kWarp / kSubTiles;  // of a sub-tile, a column of pi
 static_assert(kLanes == kSubWidth && kPixels == kSubHeight);
 
 constexpr unsigned kUnroll = 4;  // slots composited per loop iteration
-constexpr unsigned kRing = 48;   // slots
+constexpr unsigned kRing = 52;   // slots; with more, fewer warps fit into a multiprocessor
 static_assert(kRing % kUnroll == 0 && kRing > kWarp);
 
 /// The slots of one sub-tile, circular. A slot without a Gaussian has c0 = -inf, so alpha is 0.

@@ -26,7 +26,7 @@ struct FastCounters {
   std::uint32_t spilled;             ///< entries in the fullest of Slicing::kParts
   std::uint32_t slices;              ///< of all full macro-tiles
   std::uint32_t fullest_slice;       ///< entries in it
-  std::uint32_t large;               ///< visible Gaussians that list too many lines of tiles
+  std::uint32_t large;               ///< visible Gaussians that are too large for Appended
   std::uint32_t blocks_done;         ///< blocks that have finished appending large Gaussians
   std::uint32_t cut_blocks_done;     ///< blocks that have finished cutting segments
 };

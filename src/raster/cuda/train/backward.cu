@@ -99,34 +99,6 @@ __device__ glm::vec2 absolute_of(const SharedSegment& segment, std::uint32_t ent
                                               fabsf(fmaf(2 * conic_z, dy, conic_y * dx)));
 }
 
-/// The sums of a warp's pixels for two Gaussians. The first exchange gives the lanes of each half
-/// their Gaussian, so it exchanges four factors and not nine products. All lanes call it.
-template <unsigned kNumbers>
-__device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
-                             const PixelShare (&shares)[2], const std::uint32_t (&entries)[2],
-                             const glm::vec3& d_color) {
-  constexpr unsigned kDistance = kWarp / 2;
-  const bool second = (lane & kDistance) != 0;
-  const PixelShare own = second ? shares[1] : shares[0], others = second ? shares[0] : shares[1];
-  float own_sums[kNumbers], sent[kNumbers];
-  own.products(d_color, own_sums);
-  others.products(d_color, sent);
-  if constexpr (kNumbers > kSums) {
-    const glm::vec2 absolute[] = {absolute_of(segment, entries[0], shares[0]),
-                                  absolute_of(segment, entries[1], shares[1])};
-    const glm::vec2 of_own = second ? absolute[1] : absolute[0],
-                    of_others = second ? absolute[0] : absolute[1];
-    own_sums[kSums] = of_own.x;
-    own_sums[kSums + 1] = of_own.y;
-    sent[kSums] = of_others.x;
-    sent[kSums + 1] = of_others.y;
-  }
-#pragma unroll
-  for (unsigned k = 0; k < kNumbers; ++k)
-    own_sums[k] += __shfl_xor_sync(kAllLanes, sent[k], kDistance);
-  return sum_of_half<kDistance / 2>(lane, own_sums);
-}
-
 /// The pixel of a thread, composited again with the operations of the forward pass. So its values
 /// do not depend on where segments begin, and all lossless modes give equal gradients.
 struct SegmentPixel {
@@ -175,6 +147,53 @@ struct SegmentPixel {
   }
 };
 
+/// The pixel of the lane that differs in the highest bit: in the same column of the image.
+struct OtherPixel {
+  static constexpr unsigned kDistance = kWarp / 2;
+
+  float y;
+  glm::vec3 d_color;
+
+  __device__ static float exchange(float value) {
+    return __shfl_xor_sync(kAllLanes, value, kDistance);
+  }
+  __device__ explicit OtherPixel(const SegmentPixel& own)
+      : y(exchange(own.y)),
+        d_color(exchange(own.d_color.x), exchange(own.d_color.y), exchange(own.d_color.z)) {}
+};
+
+/// The sums of a warp's pixels for two Gaussians. The lanes of each half first get their Gaussian:
+/// of the pixel of another lane they need two factors, the other factors they know. All lanes call
+/// it.
+template <unsigned kNumbers>
+__device__ float sum_of_warp(unsigned lane, const SharedSegment& segment,
+                             const PixelShare (&shares)[2], const std::uint32_t (&entries)[2],
+                             const SegmentPixel& pixel, const OtherPixel& other) {
+  const bool second = (lane & OtherPixel::kDistance) != 0;
+  const float mean_y = second ? segment.shapes[entries[1]].y : segment.shapes[entries[0]].y;
+  const PixelShare own{second ? shares[1].dx : shares[0].dx, second ? shares[1].dy : shares[0].dy,
+                       second ? shares[1].d : shares[0].d,
+                       second ? shares[1].weight : shares[0].weight, false};
+  const PixelShare others{
+      own.dx, other.y - mean_y, OtherPixel::exchange(second ? shares[0].d : shares[1].d),
+      OtherPixel::exchange(second ? shares[0].weight : shares[1].weight), false};
+  float sums[kNumbers], more[kNumbers];
+  own.products(pixel.d_color, sums);
+  others.products(other.d_color, more);
+  if constexpr (kNumbers > kSums) {
+    const std::uint32_t entry = second ? entries[1] : entries[0];
+    const glm::vec2 of_own = absolute_of(segment, entry, own),
+                    of_others = absolute_of(segment, entry, others);
+    sums[kSums] = of_own.x;
+    sums[kSums + 1] = of_own.y;
+    more[kSums] = of_others.x;
+    more[kSums + 1] = of_others.y;
+  }
+#pragma unroll
+  for (unsigned k = 0; k < kNumbers; ++k) sums[k] += more[k];
+  return sum_of_half<OtherPixel::kDistance / 2>(lane, sums);
+}
+
 struct PairSums {
   PixelSums<float>* pairs;
   glm::vec2* absolute;  ///< if kAbsolute
@@ -196,6 +215,7 @@ __global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
   const std::uint32_t size = min(range.y - range.x - first, kSegment);
   segment.load(in.tiles, tile, range.x + first, size);
   SegmentPixel pixel(in, tile, first);
+  const OtherPixel other(pixel);
   const std::uint32_t end_of_warp = min(size, largest_of_warp(pixel.end));
   if (lane == 0) ends[warp] = end_of_warp;
   __syncthreads();
@@ -220,7 +240,7 @@ __global__ void __launch_bounds__(kTilePixels, kBlocksAtOnce)
         const PixelShare shares[] = {pixel.add(by[0], entries[0] < pixel.end),
                                      pixel.add(by[1], pairs && entries[1] < pixel.end)};
         if (!__any_sync(kAllLanes, shares[0].blends || shares[1].blends)) continue;
-        const float sum = sum_of_warp<kNumbers>(lane, segment, shares, entries, pixel.d_color);
+        const float sum = sum_of_warp<kNumbers>(lane, segment, shares, entries, pixel, other);
         const bool second = lane >= kWarp / 2;
         if (pairs || !second) own[(second ? next : member) * kNumbers + number] = sum;
       }

@@ -106,22 +106,32 @@ __device__ void list_tiles(const ListInput& in, std::uint32_t gaussian, unsigned
                                       const std::uint32_t place = begin + k;
                                       in.out.owners[place] = gaussian;
                                       in.out.tiles[place] = static_cast<std::uint32_t>(tile);
-                                      in.out.slots[place] = atomicAdd(&in.out.sizes[tile], 1u);
                                     });
 }
 
-/// One thread per Gaussian; a warp shares the tiles of large ones.
+/// One thread per Gaussian; a warp shares the tiles of large ones. Neighbours in the model are
+/// often large together, so the Gaussians of a warp are far apart.
 template <class P>
 __global__ void __launch_bounds__(kThreads) list_gaussians(ListInput in) {
   if (!in.out.fits()) return;
   const unsigned lane = lane_index();
-  const std::uint32_t gaussian = blockIdx.x * kThreads + threadIdx.x;
+  const std::uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
+  const std::uint32_t warp = thread / kWarp, warps = gridDim.x * (kThreads / kWarp);
+  const std::uint32_t gaussian = lane * warps + warp;
   const std::uint32_t count = gaussian < in.gaussians ? in.tile_counts[gaussian] : 0;
   if (count > 0 && count <= kAlone) list_tiles<P, 1>(in, gaussian, 0);
   for (unsigned large = __ballot_sync(kAllLanes, count > kAlone); large != 0; large &= large - 1) {
     const unsigned owner = static_cast<unsigned>(__ffs(static_cast<int>(large))) - 1;
-    list_tiles<P, kWarp>(in, gaussian - lane + owner, lane);
+    list_tiles<P, kWarp>(in, owner * warps + warp, lane);
   }
+}
+
+/// One thread per place for which there is room. Not while pairs are listed, because warps would
+/// wait for the result of every addition.
+__global__ void __launch_bounds__(kThreads) take_slots(Lists lists) {
+  const std::uint32_t place = blockIdx.x * kThreads + threadIdx.x;
+  if (!lists.fits() || place >= *lists.total) return;
+  lists.slots[place] = atomicAdd(&lists.sizes[lists.tiles[place]], 1u);
 }
 
 /// Finds the ranges of the lists and the order of the tiles. One block.
@@ -224,6 +234,8 @@ void enqueue_lists(const StepView& view, std::uint32_t count, ForwardFrame& fram
                        frame.footprints.arrays(), view.grid(), lists});
     });
   }
+  if (pairs.room() > 0)
+    launch("take_slots", take_slots, blocks_for(pairs.room()), view.stream, lists);
   launch("find_ranges", find_ranges, Blocks(1, kLongBlock), view.stream, lists);
   if (pairs.room() == 0) return;
   launch("fill_lists", fill_lists, blocks_for(pairs.room()), view.stream, lists);

@@ -33,8 +33,8 @@ room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/
      io/bytes raster/api raster/scene raster/kernel raster/base)
 room(app/viewer/state app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
      io/camera io/bytes raster/api raster/base)
-room(app/train app/report app/session app/base io/scene io/camera io/picture io/bytes raster/api raster/train
-     raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
+room(app/train app/report app/session app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
+     raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(app/conformance app/report app/picture app/base io/scene io/camera io/picture io/bytes raster/api raster/scene
      raster/kernel raster/base)
 room(app/film app/measure app/inspect app/framing app/picture app/base io/picture io/bytes raster/api raster/scene raster/base)
@@ -66,7 +66,7 @@ room(io/bytes raster/scene raster/base)
 room(quadsplat)
 room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
      raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
-room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/scene raster/kernel/gradient
+room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/field raster/scene raster/kernel/gradient
      raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
@@ -80,8 +80,8 @@ room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster
 room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
+room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel)
 room(raster/field raster/kernel/gradient raster/kernel raster/base)
-room(raster/train raster/scene raster/kernel/gradient raster/kernel)
 room(raster/scene raster/kernel raster/base)
 room(raster/kernel/gradient raster/kernel)
 room(raster/kernel/cull raster/kernel)

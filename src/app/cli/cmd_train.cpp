@@ -82,6 +82,7 @@ void check_strategy(const TrainCommand& command) {
   require(settings.absolute_gradients, "--absolute-gradients", "adc", adc);
   require(settings.final_prunes, "--final-prunes", "adc or mcmc", adc || mcmc);
   require(command.variant_is_set, "--dash-variant", "dash", dash);
+  require(settings.color_field, "--color-field", "mask", settings.strategy == "mask");
 }
 
 Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progress) {
@@ -105,9 +106,16 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   }
   // Two runs with this folder would end in a sentence only after the photographs were read.
   if (std::filesystem::exists(command.run.out_dir)) train::lock_model_folder(command.run.out_dir);
+  const Backend backend = command.backend.value_or(available_backends().front());
+  if (command.settings.color_field) {
+    if (command.settings.antialiased)
+      fail(ErrorKind::usage, "--color-field: its files do not hold --antialiased");
+    if (backend != Backend::cpu)
+      fail(ErrorKind::usage, "--color-field: is trained on the CPU only: add --backend cpu");
+    command.settings.sh_degree = 0;
+  }
   Prepared prepared;
-  prepared.model = train::make_training_model(
-      command.backend.value_or(available_backends().front()), pool, command.device);
+  prepared.model = train::make_training_model(backend, pool, command.device);
   prepared.data = read_data(command, pool, progress);
   if (command.init && !command.run.resume)
     command.run.initial = read_initial(*command.init, command.settings.sh_degree, pool);
@@ -198,6 +206,9 @@ void declare_model_options(Options& options, TrainCommand& command) {
       [&command](int chosen) { command.reduces_photographs = chosen == 1; },
       "size of the photographs in the first iterations: full, or reduced at first as by strategy "
       "dash (default: full, with strategy dash: dash)");
+  options.flag("--color-field", settings.color_field,
+               "with strategy mask: a hash grid and a network compute colours, as in Compact-3DGS; "
+               "on the CPU only");
   options.flag("--absolute-gradients", settings.absolute_gradients,
                "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
   options.flag(

@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "QSTRAIN5";
+constexpr std::string_view kMagic = "QSTRAIN6";
 
 // Calls visit(array) for every array of the state, which all have their sizes.
 template <class State, class Visit>
@@ -32,6 +32,10 @@ void for_each_stored(State& state, const Visit& visit) {
   visit(state.density.sums);
   visit(state.density.views);
   visit(state.density.absolute);
+  visit(state.color_field.field.grid_values);
+  visit(state.color_field.field.weights);
+  visit(state.color_field.first);
+  visit(state.color_field.second);
 }
 
 class HashedStream {
@@ -73,6 +77,38 @@ void resize_state(ModelState& state, std::uint64_t gaussians, const Parameters& 
   state = std::move(sized);
 }
 
+ordered_json field_json(const FieldState& state) {
+  if (!state.exists()) return nullptr;
+  const GridShape& grid = state.field.grid;
+  return {{"levels", grid.levels}, {"log2_entries", grid.log2_entries}, {"base", grid.base},
+          {"growth", grid.growth}, {"width", state.field.width},        {"steps", state.steps}};
+}
+
+// Allocates the arrays of a colour field after their size was compared with the remaining bytes.
+FieldState sized_field(const ordered_json& json, std::uint64_t left, const std::string& where) {
+  FieldState state;
+  if (json.is_null()) return state;
+  ColorField field;
+  json_value(json.at("levels"), field.grid.levels);
+  json_value(json.at("log2_entries"), field.grid.log2_entries);
+  json_value(json.at("base"), field.grid.base);
+  json_value(json.at("growth"), field.grid.growth);
+  json_value(json.at("width"), field.width);
+  const GridShape& grid = field.grid;
+  const bool known = grid.levels >= 1 && grid.levels <= 16 && grid.log2_entries >= 3 &&
+                     grid.log2_entries <= 24 && grid.base >= 1 && grid.base <= 1024 &&
+                     grid.growth >= 1 && grid.growth <= 2 && field.width >= 16 &&
+                     field.width <= 64 && field.width % 16 == 0;
+  const std::uint64_t values = known ? grid_value_count(grid) + field.network().weight_count() : 0;
+  if (!known || !fits(values, 3 * sizeof(float), left))
+    fail("{}: is damaged: a colour field of another size", where);
+  field.grid_values.resize(grid_value_count(grid));
+  field.weights.resize(field.network().weight_count());
+  state = FieldState::starting_with(std::move(field));
+  json_value(json.at("steps"), state.steps);
+  return state;
+}
+
 }  // namespace
 
 void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::path& path) {
@@ -85,6 +121,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"gaussians", model.size()},
                                         {"sh_degree", model.parameters.sh_degree},
                                         {"masks", model.parameters.has_masks},
+                                        {"color_field", field_json(model.color_field)},
                                         {"absolute", !model.density.absolute.empty()},
                                         {"sums", model.summed.size() > 0},
                                         {"growth_initial", model.growth.initial},
@@ -148,6 +185,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), kind,
                  json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
                  cursor.left(), where);
+    model.color_field = sized_field(json.at("color_field"), cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {
     fail("{}: its header is damaged: {}", where, error.what());
   }

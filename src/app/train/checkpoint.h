@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A checkpoint: a training run that continues to the same bits. The file is little endian:
-//   "QSTRAIN5", u64 bytes of a JSON object (settings, data, log, sizes), the object, then the
-//   arrays of parameters and of both moments, the density statistics, and a u64 FNV-1a hash of all
-//   bytes before it.
+//   "QSTRAIN6", u64 bytes of a JSON object (settings, data, log, sizes), the object, then the
+//   arrays of parameters and of both moments, the density statistics, the values and moments of a
+//   colour field, and a u64 FNV-1a hash of all bytes before it.
 #pragma once
 
 #include <filesystem>

@@ -7,6 +7,7 @@
 // densification they are removed every 1,000 iterations. A clone and the children of a split have
 // the mask of their Gaussian.
 #include "app/train/density_rules.h"
+#include "app/train/field_model.h"
 
 namespace qs::train {
 namespace {
@@ -37,6 +38,7 @@ StepOrder mask_step(const IterationContext& context) {
   order.moves = order.moves && !masks_prune_after(context.iteration);
   order.rates.mask = kMaskRate;
   order.mask_weight = kMaskWeight;
+  order.field_rate = field_rate_at(context.iteration);
   return order;
 }
 

@@ -9,6 +9,7 @@
 #include "app/base/environment.h"
 #include "app/base/text_file.h"
 #include "app/report/write_report.h"
+#include "app/train/field_model.h"
 #include "io/bytes/file_guard.h"
 #include "io/bytes/json_text.h"
 #include "io/bytes/replace_file.h"
@@ -130,7 +131,11 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
                                       ThreadPool& pool) {
   auto file = gaussians_path(folder, model.iteration);
   make_folder(file.parent_path());
-  write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  if (model.color_field.exists()) {
+    write_field_model(model, file);
+  } else {
+    write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
+  }
   return file;
 }
 
@@ -151,6 +156,7 @@ OldIterations remove_old_iterations(const std::filesystem::path& folder) {
     std::error_code error;
     if (!std::filesystem::remove(file, error) || error)
       fail("{}: cannot be removed: {}", file.string(), error.message());
+    for (const auto& form : other_forms(file)) std::filesystem::remove(form, error);
     std::filesystem::remove(file.parent_path(), error);  // it may hold files of others
   }
   return old;
@@ -167,6 +173,9 @@ std::filesystem::path write_model_state(const std::filesystem::path& folder,
   // from it.
   if (!last) write_checkpoint(checkpoint, checkpoint_path(folder));
   auto file = write_gaussians(folder, checkpoint.settings, checkpoint.model, pool);
+  if (checkpoint.model.color_field.exists() &&
+      checkpoint.model.iteration >= checkpoint.settings.iterations)
+    write_coded_models(checkpoint.model, checkpoint.settings.seed, file, pool);
   write_text(folder / "train.csv", format_train_csv(checkpoint.log));
   write_text(folder / "train.json",
              json_file_text(result_json(checkpoint, data, backend, pool.size())));

@@ -12,6 +12,7 @@
 #include "app/base/text.h"
 #include "app/report/write_report.h"
 #include "app/session/session.h"
+#include "app/train/field_model.h"
 #include "app/train/initial.h"
 #include "app/train/model_folder.h"
 #include "app/train/overfitting.h"
@@ -42,6 +43,7 @@ Checkpoint start(const TrainSettings& settings, const DataSet& data, const RunOp
         options.initial ? *options.initial : starting_gaussians(data, settings, pool);
     if (find_strategy(settings.strategy).has_masks) initial = with_masks(std::move(initial));
     checkpoint.model = ModelState::starting_with(std::move(initial));
+    if (settings.color_field) checkpoint.model.color_field = starting_field(settings.seed);
     return checkpoint;
   }
   const auto path = checkpoint_path(options.out_dir);

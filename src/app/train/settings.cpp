@@ -28,6 +28,7 @@ ordered_json settings_json(const TrainSettings& s) {
           {"sum_gradients", s.sum_gradients},
           {"final_prunes", s.final_prunes},
           {"resolution_schedule", s.reduced_photographs ? "dash" : "full"},
+          {"color_field", s.color_field},
           {"dash_variant", s.dash_of_paper ? "2025-06" : "current"},
           {"random_points", s.random_points},
           {"count_views", kCountViewsNames[static_cast<int>(s.count_views)]},
@@ -52,6 +53,7 @@ TrainSettings settings_of(const ordered_json& json) {
   json_value(json.at("sum_gradients"), s.sum_gradients);
   json_value(json.at("final_prunes"), s.final_prunes);
   s.reduced_photographs = json.at("resolution_schedule").get<std::string>() == "dash";
+  json_value(json.at("color_field"), s.color_field);
   s.dash_of_paper = json.at("dash_variant").get<std::string>() == "2025-06";
   json_value(json.at("random_points"), s.random_points);
   s.count_views =

@@ -35,6 +35,7 @@ struct TrainSettings {
   bool sum_gradients = false;           ///< `fastgs`: later steps use sums of gradients
   bool final_prunes = false;            ///< `adc`, `mcmc`: see final_prune_after()
   bool reduced_photographs = false;     ///< reduced at first, see ResolutionSchedule
+  bool color_field = false;             ///< `mask`: colours of a field, not spherical harmonics
   bool dash_of_paper = false;           ///< `dash` as of June 2025, which the paper used
   std::size_t random_points = 100'000;  ///< to start from if the data set has no points
   CountViews count_views = CountViews::exact;

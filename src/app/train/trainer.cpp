@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "app/train/field_model.h"
 #include "app/train/initial.h"
 #include "raster/base/fail.h"
 #include "raster/kernel/random.h"
@@ -209,6 +210,7 @@ std::optional<Quality> Trainer::test_quality(const Progress& progress) {
 }
 
 GaussianCloud Trainer::cloud() const {
+  if (settings_.color_field) return fitted_cloud(model_->state(), settings_.antialiased, pool_);
   return to_cloud(model_->parameters(), settings_.antialiased);
 }
 

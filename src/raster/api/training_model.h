@@ -39,6 +39,7 @@ struct StepOrder {
   /// With `sums`: the coefficients of colour beyond DC take no step and keep their sums.
   bool rest_waits = false;
   Rates rates;
+  double field_rate = 0;             ///< of a colour field, which takes a step in every iteration
   std::optional<Sparsity> sparsity;  ///< in the loss, beside the photograph
   double mask_weight = 0;            ///< of the mean mask in the loss, if the model has masks
   std::optional<Noise> noise;        ///< moves means after the step
@@ -58,7 +59,7 @@ class TrainingModel {
   virtual std::size_t size() const = 0;  ///< Gaussians
 
   /// Replaces the model. `state` has at least one Gaussian, and all its arrays have one element per
-  /// Gaussian.
+  /// Gaussian. Throws Error(device) if the backend cannot train its colour field.
   virtual void set_state(ModelState state) = 0;
   virtual int iteration() const = 0;       ///< of the last step
   virtual int changed_before() const = 0;  ///< see ModelState

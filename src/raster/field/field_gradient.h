@@ -42,6 +42,9 @@ class FieldGradient {
   FieldGradient(const GridShape& shape, int width, std::span<const Real> grid,
                 std::span<const Real> weights);
 
+  std::size_t grid_values() const { return grid_.size(); }
+  std::size_t weights() const { return weights_.size(); }
+
   /// The three outputs for a mean in the world, seen from `eye`, as network_output().
   glm::vec<3, Real> output(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye) const;
 

@@ -30,7 +30,8 @@ enum class RandomUse : std::uint64_t {
   relocate,
   add,
   noise,
-  scored_views
+  scored_views,
+  color_field
 };
 
 struct Random {

@@ -26,6 +26,14 @@ float DensityStatistics::mean_absolute(std::size_t i) const {
   return absolute.empty() || views[i] == 0 ? 0 : absolute[i] / static_cast<float>(views[i]);
 }
 
+FieldState FieldState::starting_with(ColorField field) {
+  FieldState state;
+  state.first.resize(field.grid_values.size() + field.weights.size());
+  state.second.resize(state.first.size());
+  state.field = std::move(field);
+  return state;
+}
+
 ModelState ModelState::starting_with(Parameters parameters) {
   ModelState state;
   state.adam = AdamState::like(parameters);

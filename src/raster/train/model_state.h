@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "raster/field/color_field.h"
 #include "raster/train/parameters.h"
 
 namespace qs::train {
@@ -44,6 +45,19 @@ struct GrowthState {
   std::uint64_t budget = 0;   ///< that may be added at full size
 };
 
+/// A colour field in training, whose colours replace the coefficients of colour. A model without
+/// one has no values here.
+struct FieldState {
+  ColorField field;
+  std::vector<float> first, second;  ///< Adam's moments: of the grid, then of the weights
+  std::uint64_t steps = 0;
+
+  /// Zero moments.
+  static FieldState starting_with(ColorField field);
+
+  bool exists() const { return !field.weights.empty(); }
+};
+
 struct ModelState {
   int iteration = 0;       ///< of the last step; 0: none was taken
   int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
@@ -53,6 +67,7 @@ struct ModelState {
       summed;  ///< gradients since the last step, see StepOrder::sums; empty if there are none
   DensityStatistics density;
   GrowthState growth;
+  FieldState color_field;
 
   static ModelState starting_with(Parameters parameters);
 

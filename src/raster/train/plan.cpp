@@ -94,6 +94,7 @@ ModelState changed(const ModelState& state, const Plan& plan) {
     for (Parameters* moments : {&next.adam.first, &next.adam.second})
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
   }
+  next.color_field = state.color_field;
   next.density = state.density;
   next.growth = plan.growth;
   if (plan.resets_statistics) next.density.reset(plan.size());

@@ -320,6 +320,11 @@ TEST_F(TrainProgram, refuses_options_that_its_strategy_does_not_read) {
   expect_refused({"--strategy", "dash", "--final-prunes"},
                  "--final-prunes: is for --strategy adc or mcmc, not dash");
   expect_refused({"--sum-gradients"}, "--sum-gradients: is for --strategy fastgs, not adc");
+  expect_refused({"--color-field"}, "--color-field: is for --strategy mask, not adc");
+  expect_refused({"--strategy", "mask", "--final-prunes"},
+                 "--final-prunes: is for --strategy adc or mcmc, not mask");
+  expect_refused({"--strategy", "mask", "--color-field", "--antialiased", "on"},
+                 "--color-field: its files do not hold --antialiased");
   expect_refused({"--dash-variant", "current"}, "--dash-variant: is for --strategy dash, not adc");
   expect_refused({"--keep-best", "--keep-last"}, "--keep-last: contradicts --keep-best");
 }

@@ -121,6 +121,11 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   same_bits(a.density.sums, b.density.sums);
   same_bits(a.density.views, b.density.views);
   same_bits(a.density.absolute, b.density.absolute);
+  EXPECT_EQ(a.color_field.steps, b.color_field.steps);
+  same_bits(a.color_field.field.grid_values, b.color_field.field.grid_values);
+  same_bits(a.color_field.field.weights, b.color_field.field.weights);
+  same_bits(a.color_field.first, b.color_field.first);
+  same_bits(a.color_field.second, b.color_field.second);
   EXPECT_EQ(a.growth.initial, b.growth.initial);
   EXPECT_EQ(a.growth.budget, b.growth.budget);
 }

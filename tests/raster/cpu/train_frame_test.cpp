@@ -10,6 +10,7 @@
 #include "raster/cpu/train/backward.h"
 #include "raster/make/cpu_renderer.h"
 #include "support/differences.h"
+#include "support/golden_field.h"
 #include "support/pool.h"
 #include "support/scenes.h"
 #include "support/train_scenes.h"
@@ -162,6 +163,86 @@ TEST(TrainFrame, gaussians_that_are_masked_out_are_neither_drawn_nor_counted_nor
   EXPECT_EQ(cloud.rotations, expected_cloud.rotations);
   EXPECT_EQ(cloud.opacity_logits, expected_cloud.opacity_logits);
   EXPECT_EQ(cloud.sh, expected_cloud.sh);
+}
+
+// A tiny colour field with parameters that follow a rule.
+template <class Real>
+struct TinyField {
+  ColorField field = test::tiny_field();
+  std::vector<Real> grid{field.grid_values.begin(), field.grid_values.end()};
+  std::vector<Real> weights{field.weights.begin(), field.weights.end()};
+
+  FieldGradient<Real> gradient() const { return {field.grid, field.width, grid, weights}; }
+  Gradients<Real> gradients_of(const Parameters<Real>& scene, const RenderSettings& settings,
+                               int threads = 2) const {
+    const Camera camera = test::front_camera(kWidth, kHeight);
+    const StepView view{camera, settings, pool(threads)};
+    const FieldGradient<Real> own = gradient();
+    ForwardFrame<Real> frame;
+    BackwardScratch<Real> scratch;
+    Gradients<Real> gradients;
+    forward(view, scene, frame, &own);
+    backward<Real>(view, scene, frame, pixel_weights<Real>(), scratch, gradients, {}, &own);
+    return gradients;
+  }
+};
+
+TEST(TrainFrame, gradients_of_a_colour_field_equal_differences) {
+  TinyField<double> field;
+  const RenderSettings settings = settings_of(find_culler("3dgs"), false);
+  const Parameters<double> scene = small_scene<double>(24, 5);
+  const Camera camera = test::front_camera(kWidth, kHeight);
+  const auto weights = pixel_weights<double>();
+  const Gradients<double> gradients = field.gradients_of(scene, settings);
+  const auto loss = [&] {
+    const FieldGradient<double> moved = field.gradient();
+    ForwardFrame<double> frame;
+    forward({camera, settings, pool(1)}, scene, frame, &moved);
+    double sum = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i) sum += glm::dot(weights[i], frame.color[i]);
+    return sum;
+  };
+  const auto expect_differences = [&](std::vector<double>& values, std::size_t stride,
+                                      const auto& by) {
+    double scale = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) scale = std::max(scale, std::abs(by(i)));
+    ASSERT_GT(scale, 0);
+    for (std::size_t i = 0; i < values.size(); i += stride) {
+      const double before = values[i], h = 1e-6;
+      values[i] = before + h;
+      const double above = loss();
+      values[i] = before - h;
+      const double below = loss();
+      values[i] = before;
+      EXPECT_NEAR(by(i), (above - below) / (2 * h), 1e-6 * scale) << i;
+    }
+  };
+  expect_differences(field.grid, 7, [&](std::size_t i) { return gradients.by_field.grid.sum(i); });
+  expect_differences(field.weights, 23,
+                     [&](std::size_t i) { return gradients.by_field.weights[i]; });
+  for (const glm::dvec3& by : gradients.by.sh) EXPECT_EQ(by, glm::dvec3(0));
+}
+
+TEST(TrainFrame, threads_and_lossless_modes_do_not_change_the_gradients_of_a_colour_field) {
+  const TinyField<float> field;
+  const Parameters<float> scene = small_scene<float>(3000, 7);
+  const auto values_of = [](const Gradients<float>& gradients) {
+    std::vector<double> values(gradients.by_field.weights.begin(),
+                               gradients.by_field.weights.end());
+    for (std::size_t i = 0; i < gradients.by_field.grid.size(); ++i)
+      values.push_back(gradients.by_field.grid.sum(i));
+    return values;
+  };
+  const Gradients<float> expected =
+      field.gradients_of(scene, settings_of(find_culler("adr"), false), 1);
+  for (const char* mode : {"adr", "quadbox", "exact"}) {
+    for (const int threads : {1, 3}) {
+      const Gradients<float> gradients =
+          field.gradients_of(scene, settings_of(find_culler(mode), false), threads);
+      EXPECT_EQ(values_of(gradients), values_of(expected)) << mode << threads;
+      EXPECT_EQ(gradients.by.means, expected.by.means) << mode << threads;
+    }
+  }
 }
 
 TEST(TrainFrame, gradients_in_single_precision_equal_those_in_double_precision) {

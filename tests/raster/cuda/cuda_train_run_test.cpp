@@ -7,6 +7,7 @@
 
 #include "app/support/training.h"
 #include "app/train/checkpoint.h"
+#include "app/train/field_model.h"
 #include "app/train/initial.h"
 #include "app/train/strategy.h"
 #include "support/error_of.h"
@@ -133,6 +134,16 @@ TEST_P(CudaTrainFit, the_plan_of_a_strategy_makes_the_state_that_it_makes_on_the
 INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit,
                          testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
+
+class CudaTrainField : public test::GpuTest {};
+
+TEST_F(CudaTrainField, a_colour_field_is_refused_in_a_sentence) {
+  ModelState state = perturbed_state();
+  state.color_field = starting_field(1, {4, 6, 3, 1.5f}, 16);
+  const auto model = make_training_model(Backend::cuda, test::pool());
+  EXPECT_THAT(test::error_of([&] { model->set_state(state); }, ErrorKind::device),
+              testing::HasSubstr("trained on the CPU only"));
+}
 
 class CudaTrainClock : public test::GpuTest {};
 

@@ -12,6 +12,7 @@
 #include "io/bytes/zip_writer.h"
 #include "io/scene/compact/code_bits.h"
 #include "io/scene/compact/huffman.h"
+#include "io/scene/ply/ply_writer.h"
 #include "io/tensor/npy.h"
 #include "io/tensor/torch_writer.h"
 #include "raster/base/fail.h"
@@ -130,12 +131,13 @@ ZipEntry weights_entry(const CompactModel& model) {
 
 }  // namespace
 
-void write_compact_ply(const CompactModel& model, const std::filesystem::path& path) {
+void write_compact_ply(const CompactModel& model, const std::filesystem::path& path, bool trained) {
   std::string header =
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", model.means.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "opacity", "scale_0", "scale_1",
                            "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
     header += fmt::format("property float {}\n", name);
+  if (trained) header += kTrainedComment;
   write_file(path, [&](std::ostream& file) {
     file << header << "end_header\n";
     for (std::size_t i = 0; i < model.means.size(); ++i) {

@@ -21,8 +21,9 @@ struct CodedVectors {
 };
 
 /// Writes point_cloud.ply, for example, and point_cloud.pth beside it. Values are written as they
-/// are. Throws Error(input).
-void write_compact_ply(const CompactModel& model, const std::filesystem::path& path);
+/// are. `trained`: the file says that this program trained the model. Throws Error(input).
+void write_compact_ply(const CompactModel& model, const std::filesystem::path& path,
+                       bool trained = false);
 
 /// Writes an activated model. Scales and rotations are written as codes; model.scales and
 /// model.rotations are not used. Positions, opacities and the field are rounded to half precision.

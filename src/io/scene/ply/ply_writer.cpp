@@ -17,8 +17,6 @@ namespace {
 // Values of a row besides f_rest.
 constexpr std::size_t kFixedValues = 17;
 
-constexpr const char* kTrainedComment = "comment trained by quadsplat\n";
-
 std::string header_of(const GaussianCloud& cloud, std::size_t rest, const char* comment) {
   std::string names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2";
   for (std::size_t i = 0; i < 3 * rest; ++i) names += fmt::format(" f_rest_{}", i);

@@ -20,6 +20,9 @@ void write_ply(const GaussianCloud& cloud, const std::filesystem::path& path, Th
 void write_trained_ply(const GaussianCloud& cloud, const std::filesystem::path& path,
                        ThreadPool& pool);
 
+/// The line of the header of a file that this program trained.
+inline constexpr const char* kTrainedComment = "comment trained by quadsplat\n";
+
 /// True if the file has that comment.
 bool is_trained_ply(const std::filesystem::path& path);
 

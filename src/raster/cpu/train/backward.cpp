@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 
+#include "raster/cpu/train/field_pass.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/gradient/gaussian.h"
 
@@ -109,7 +110,7 @@ template <class Real>
 void backward(const StepView& view, const Parameters<Real>& parameters,
               const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
               BackwardScratch<Real>& scratch, Gradients<Real>& gradients,
-              const BackwardOrder& order) {
+              const BackwardOrder& order, const FieldGradient<Real>* field) {
   const auto for_chunks = [&](std::size_t count, std::size_t grain, const auto& each) {
     view.pool.for_chunks(count, grain, [&](std::size_t begin, std::size_t end, int) {
       if (view.stop.stop_requested()) throw Cancelled{};
@@ -129,6 +130,7 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
                                   view.antialiased(),
                                   std::min(view.settings.sh_degree, parameters.sh_degree)};
   const VisibleSlots& visible = frame.visible;
+  if (field != nullptr) scratch.d_colors.assign(parameters.size(), glm::vec<3, Real>(0));
   for_chunks(visible.chunk_counts.size(), 1, [&](std::size_t chunk) {
     for (std::uint32_t k = 0; k < visible.chunk_counts[chunk]; ++k) {
       const std::size_t slot = chunk * VisibleSlots::kChunk + k;
@@ -139,17 +141,26 @@ void backward(const StepView& view, const Parameters<Real>& parameters,
         if (order.absolute) absolute += scratch.absolute[scratch.order[at]];
       }
       if (order.absolute) gradients.absolute_px[visible.gaussians[slot]] = absolute;
-      set_gradient(rules, parameters, visible.gaussians[slot],
-                   splat_gradient<Real>(frame.splats[slot], sums), gradients);
+      SplatGradient<Real> splat = splat_gradient<Real>(frame.splats[slot], sums);
+      if (field != nullptr) {
+        scratch.d_colors[visible.gaussians[slot]] = splat.color;
+        splat.color = glm::vec<3, Real>(0);
+      }
+      set_gradient(rules, parameters, visible.gaussians[slot], splat, gradients);
     }
   });
+  if (field == nullptr) return;
+  gradients.by_field.grid.reset(field->grid_values());
+  gradients.by_field.weights.assign(field->weights(), 0);
+  add_field_gradients(*field, parameters, rules.view.position, scratch.d_colors, view.pool,
+                      gradients);
 }
 
 template void backward(const StepView&, const Parameters<float>&, const ForwardFrame<float>&,
                        std::span<const glm::vec3>, BackwardScratch<float>&, Gradients<float>&,
-                       const BackwardOrder&);
+                       const BackwardOrder&, const FieldGradient<float>*);
 template void backward(const StepView&, const Parameters<double>&, const ForwardFrame<double>&,
                        std::span<const glm::dvec3>, BackwardScratch<double>&, Gradients<double>&,
-                       const BackwardOrder&);
+                       const BackwardOrder&, const FieldGradient<double>*);
 
 }  // namespace qs::cpu::train

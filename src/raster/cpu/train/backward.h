@@ -23,13 +23,15 @@ struct BackwardScratch {
   std::vector<glm::vec<2, Real>> absolute;  ///< the same for absolute gradients, if asked for
   std::vector<std::uint64_t> begin;         ///< slots + 1 offsets into `order`
   std::vector<std::uint64_t> order;         ///< pairs by slot and tile
+  std::vector<glm::vec<3, Real>> d_colors;  ///< by Gaussians' colours, with a colour field
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
+/// With a field, the coefficients of colour have no derivatives.
 template <class Real>
 void backward(const StepView& view, const Parameters<Real>& parameters,
               const ForwardFrame<Real>& frame, std::span<const glm::vec<3, Real>> d_color,
               BackwardScratch<Real>& scratch, Gradients<Real>& gradients,
-              const BackwardOrder& order = {});
+              const BackwardOrder& order = {}, const FieldGradient<Real>* field = nullptr);
 
 }  // namespace qs::cpu::train

@@ -7,6 +7,7 @@
 
 #include "raster/cpu/train/adam.h"
 #include "raster/cpu/train/density.h"
+#include "raster/cpu/train/field_pass.h"
 
 namespace qs::cpu::train {
 
@@ -25,7 +26,12 @@ void CpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   camera_ = camera;
   settings_ = settings;
   stop_ = std::move(stop);
-  train::forward(view(), state_.parameters, frame_);
+  field_.reset();
+  if (state_.color_field.exists()) {
+    const ColorField& field = state_.color_field.field;
+    field_.emplace(field.grid, field.width, field.grid_values, field.weights);
+  }
+  train::forward(view(), state_.parameters, frame_, field());
 }
 
 Image CpuModel::picture() {
@@ -47,7 +53,8 @@ void CpuModel::count_errors(std::optional<std::size_t> /*number*/, const Photogr
 }
 
 void CpuModel::backward(const BackwardOrder& order) {
-  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_, order);
+  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_, order,
+                         field());
 }
 
 void CpuModel::step(const StepOrder& order) {
@@ -82,6 +89,8 @@ void CpuModel::step(const StepOrder& order) {
               moves_rest);
     if (order.sums) clear_sums(moves_rest, state_.summed);
   }
+  if (state_.color_field.exists())
+    take_field_step(gradients_.by_field, order.field_rate, state_.color_field, pool_);
   if (order.noise) {
     for_gaussians([&](std::size_t i) {
       p.means[i] =

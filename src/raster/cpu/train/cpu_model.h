@@ -3,6 +3,7 @@
 // The CPU's model in training. Results do not depend on the number of threads.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "raster/api/training_model.h"
@@ -45,12 +46,15 @@ class CpuModel final : public qs::train::TrainingModel {
   std::optional<qs::train::PassSeconds> pass_seconds() override { return std::nullopt; }
 
  private:
+  const FieldGradient<float>* field() const { return field_ ? &*field_ : nullptr; }
   StepView view() const { return {camera_, settings_, pool_, stop_}; }
 
   ThreadPool& pool_;
   ModelState state_;
   PixelCounts counts_;
   GaussianFacts facts_;  ///< the copy that facts() returns
+
+  std::optional<FieldGradient<float>> field_;  ///< of the iteration, if the model has a field
 
   // Of the drawn view.
   Camera camera_;

@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "raster/cpu/train/field_pass.h"
 #include "raster/kernel/activation.h"
 #include "raster/kernel/composite.h"
 #include "raster/kernel/cull/in_view.h"
@@ -52,7 +53,8 @@ typename PixelMath<Real>::Splat splat_of(const View<Real>& view, const StepView&
 
 template <class Real, class P>
 void project_all(const StepView& step, const FrameContext& context,
-                 const Parameters<Real>& parameters, ForwardFrame<Real>& frame) {
+                 const Parameters<Real>& parameters, const FieldGradient<Real>* field,
+                 ForwardFrame<Real>& frame) {
   VisibleSlots& visible = frame.visible;
   visible.resize(parameters.size());
   visible.footprints.resize(visible.slots());
@@ -87,8 +89,10 @@ void project_all(const StepView& step, const FrameContext& context,
           frame.listed[i] = 1;
           // Evaluate the colour and store the Gaussian in the next slot.
           const glm::vec<3, Real>* sh = &parameters.sh[i * stride];
-          const auto color = sh_color<Real>(degree, glm::normalize(mean - view.position),
-                                            [sh](int k) { return sh[k]; });
+          const auto color = field != nullptr
+                                 ? field_color(*field, mean, view.position)
+                                 : sh_color<Real>(degree, glm::normalize(mean - view.position),
+                                                  [sh](int k) { return sh[k]; });
           visible.gaussians[slot] = static_cast<std::uint32_t>(i);
           visible.depths[slot] = projected.depth;
           visible.footprints[slot] = projected.footprint;
@@ -177,14 +181,15 @@ TileBox TileBox::of(const StepView& view, std::size_t tile) {
 }
 
 template <class Real>
-void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame) {
+void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame,
+             const FieldGradient<Real>* field) {
   // The stages below read nothing else of a cloud.
   GaussianCloud facts;
   facts.sh_degree = parameters.sh_degree;
   facts.antialiased = view.antialiased();
   const FrameContext context{facts, view.camera, view.settings, view.grid(), view.pool, view.stop};
   with_culler(view.settings.mode,
-              [&]<class P>(P) { project_all<Real, P>(view, context, parameters, frame); });
+              [&]<class P>(P) { project_all<Real, P>(view, context, parameters, field, frame); });
   sort(context, frame.visible, frame.order);
   bin(context, frame.visible, frame.order, frame.lists);
 
@@ -199,7 +204,9 @@ void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFr
                      });
 }
 
-template void forward(const StepView&, const Parameters<float>&, ForwardFrame<float>&);
-template void forward(const StepView&, const Parameters<double>&, ForwardFrame<double>&);
+template void forward(const StepView&, const Parameters<float>&, ForwardFrame<float>&,
+                      const FieldGradient<float>*);
+template void forward(const StepView&, const Parameters<double>&, ForwardFrame<double>&,
+                      const FieldGradient<double>*);
 
 }  // namespace qs::cpu::train

@@ -90,7 +90,9 @@ struct ForwardFrame {
 };
 
 /// Throws Cancelled, and Error(device) if the tile lists do not fit into memory.
+/// `field`: the colours, in place of coefficients; may be null.
 template <class Real>
-void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame);
+void forward(const StepView& view, const Parameters<Real>& parameters, ForwardFrame<Real>& frame,
+             const FieldGradient<Real>* field = nullptr);
 
 }  // namespace qs::cpu::train

@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "raster/field/field_gradient.h"
 #include "raster/train/model_state.h"
 
 namespace qs::cpu::train {
@@ -17,6 +18,14 @@ namespace qs::cpu::train {
 template <class Real>
 using Parameters = qs::train::ParametersOf<Real>;
 using qs::train::for_each_array;
+
+/// Derivatives by a colour field.
+template <class Real>
+struct FieldGradients {
+  GridSums grid;
+  std::vector<Real> weights;
+  std::vector<Real> block_weights;  ///< memory that the next step uses again
+};
 
 /// The same arrays hold derivatives.
 template <class Real>
@@ -28,6 +37,7 @@ struct Gradients {
   std::vector<glm::vec<2, Real>> absolute_px;
   /// 1 for Gaussians in the view, see is_in_view() of kernel/cull/in_view.h.
   std::vector<std::uint8_t> visible;
+  FieldGradients<Real> by_field;  ///< if the model has a colour field
 
   /// Sets all derivatives to 0, for the number of Gaussians and the SH degree of `parameters`.
   void reset(const Parameters<Real>& parameters) {

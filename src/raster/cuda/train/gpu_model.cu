@@ -225,6 +225,8 @@ int GpuModel::iteration() const { return state_->iteration; }
 int GpuModel::changed_before() const { return state_->changed_before; }
 
 void GpuModel::set_state(qs::train::ModelState state) {
+  if (state.color_field.exists())
+    throw Error(ErrorKind::device, "cuda: a colour field is trained on the CPU only");
   State& s = gpu();
   s.side.join(s.stream);
   s.iteration = state.iteration;

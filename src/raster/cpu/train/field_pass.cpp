@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cpu/train/field_pass.h"
+
+#include <algorithm>
+
+#include "raster/kernel/adam.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/gradient/sh.h"
+
+namespace qs::cpu::train {
+
+template <class Real>
+void add_field_gradients(const FieldGradient<Real>& field, const Parameters<Real>& parameters,
+                         const glm::vec<3, Real>& eye,
+                         const std::vector<glm::vec<3, Real>>& d_colors, ThreadPool& pool,
+                         Gradients<Real>& gradients) {
+  using Vec3 = glm::vec<3, Real>;
+  // Every block of Gaussians has its own sums of the weights' derivatives.
+  constexpr std::size_t kBlocks = 64;
+  const std::size_t weights = gradients.by_field.weights.size(), count = parameters.size();
+  std::vector<Real>& sums = gradients.by_field.block_weights;
+  sums.assign(kBlocks * weights, 0);
+  pool.for_chunks(kBlocks, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t block = begin; block < end; ++block) {
+      const std::span<Real> own(&sums[block * weights], weights);
+      for (std::size_t i = block * count / kBlocks; i < (block + 1) * count / kBlocks; ++i) {
+        if (d_colors[i] == Vec3(0)) continue;
+        const Vec3 color = field_color(field, parameters.means[i], eye);
+        const Vec3 d_output = static_cast<Real>(kSh0) * clamp_gradient(color, d_colors[i]);
+        if (d_output == Vec3(0)) continue;
+        const Vec3 by_direction =
+            field.add(parameters.means[i], eye, d_output, gradients.by_field.grid, own);
+        gradients.by.means[i] += direction_gradient(parameters.means[i] - eye, by_direction);
+      }
+    }
+  });
+  pool.for_chunks(weights, 1024, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t k = begin; k < end; ++k) {
+      for (std::size_t block = 0; block < kBlocks; ++block)
+        gradients.by_field.weights[k] += sums[block * weights + k];
+    }
+  });
+}
+
+template void add_field_gradients(const FieldGradient<float>&, const Parameters<float>&,
+                                  const glm::vec3&, const std::vector<glm::vec3>&, ThreadPool&,
+                                  Gradients<float>&);
+template void add_field_gradients(const FieldGradient<double>&, const Parameters<double>&,
+                                  const glm::dvec3&, const std::vector<glm::dvec3>&, ThreadPool&,
+                                  Gradients<double>&);
+
+void take_field_step(const FieldGradients<float>& gradients, double rate,
+                     qs::train::FieldState& state, ThreadPool& pool) {
+  const AdamStep step = AdamStep::number(++state.steps);
+  const std::size_t grid = state.field.grid_values.size();
+  pool.for_chunks(state.first.size(), 4096, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool of_grid = i < grid;
+      float& value = of_grid ? state.field.grid_values[i] : state.field.weights[i - grid];
+      const float by =
+          of_grid ? static_cast<float>(gradients.grid.sum(i)) : gradients.weights[i - grid];
+      adam(step, static_cast<float>(rate), by, value, state.first[i], state.second[i]);
+    }
+  });
+}
+
+}  // namespace qs::cpu::train

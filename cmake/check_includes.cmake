@@ -80,7 +80,7 @@ room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster
 room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
-room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel)
+room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel raster/base)
 room(raster/field raster/kernel/gradient raster/kernel raster/base)
 room(raster/scene raster/kernel raster/base)
 room(raster/kernel/gradient raster/kernel)

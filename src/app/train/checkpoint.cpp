@@ -36,6 +36,11 @@ void for_each_stored(State& state, const Visit& visit) {
   visit(state.color_field.field.weights);
   visit(state.color_field.first);
   visit(state.color_field.second);
+  for (auto* codes : {&state.codes.scales, &state.codes.rotations}) {
+    visit(codes->codebook.values);
+    visit(codes->first);
+    visit(codes->second);
+  }
 }
 
 class HashedStream {
@@ -84,6 +89,26 @@ ordered_json field_json(const FieldState& state) {
           {"growth", grid.growth}, {"width", state.field.width},        {"steps", state.steps}};
 }
 
+// Null without codes.
+ordered_json code_steps(const ShapeCodes& codes) {
+  if (!codes.exist()) return nullptr;
+  return codes.scales.steps;
+}
+
+ShapeCodes sized_codes(const ordered_json& json) {
+  ShapeCodes codes;
+  if (json.is_null()) return codes;
+  const auto sized = [&](std::size_t dimensions) {
+    ResidualCodebook book;
+    book.dimensions = dimensions;
+    book.values.resize(book.value_count());
+    CodeState state = CodeState::starting_with(std::move(book));
+    json_value(json, state.steps);
+    return state;
+  };
+  return {sized(3), sized(4)};
+}
+
 // Allocates the arrays of a colour field after their size was compared with the remaining bytes.
 FieldState sized_field(const ordered_json& json, std::uint64_t left, const std::string& where) {
   FieldState state;
@@ -122,6 +147,7 @@ void write_checkpoint(const CheckpointView& checkpoint, const std::filesystem::p
                                         {"sh_degree", model.parameters.sh_degree},
                                         {"masks", model.parameters.has_masks},
                                         {"color_field", field_json(model.color_field)},
+                                        {"code_steps", code_steps(model.codes)},
                                         {"absolute", !model.density.absolute.empty()},
                                         {"sums", model.summed.size() > 0},
                                         {"growth_initial", model.growth.initial},
@@ -185,6 +211,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     resize_state(model, json_value<std::uint64_t>(json.at("gaussians")), kind,
                  json_value<bool>(json.at("absolute")), json_value<bool>(json.at("sums")),
                  cursor.left(), where);
+    model.codes = sized_codes(json.at("code_steps"));
     model.color_field = sized_field(json.at("color_field"), cursor.left(), where);
   } catch (const nlohmann::json::exception& error) {
     fail("{}: its header is damaged: {}", where, error.what());

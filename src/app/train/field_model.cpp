@@ -12,13 +12,28 @@
 #include "raster/field/fit_codebook.h"
 #include "raster/kernel/activation.h"
 #include "raster/kernel/random.h"
+#include "raster/train/shape_codes.h"
 
 namespace qs::train {
 namespace {
 
-// Of two quaternions of the same rotation, the one with w >= 0 is taken.
-CompactModel compact_model_of(const ModelState& model) {
-  const GaussianCloud cloud = to_cloud(model.parameters, false);
+// The parameters as the passes draw them.
+Parameters drawn_parameters(const ModelState& model, ThreadPool& pool) {
+  Parameters drawn = model.parameters;
+  if (model.codes.exist()) code_shapes(model.parameters, model.codes, pool, drawn);
+  return drawn;
+}
+
+ResidualCodebook fitted(std::span<const float> values, std::size_t dimensions, const Random& random,
+                        ThreadPool& pool, int rounds) {
+  ResidualCodebook shape;
+  shape.dimensions = dimensions;
+  return fit_codebook(shape, values, random, pool, rounds);
+}
+
+// Of two quaternions of the same rotation, the quaternion with w >= 0 is taken.
+CompactModel compact_model_of(const ModelState& model, ThreadPool& pool) {
+  const GaussianCloud cloud = to_cloud(drawn_parameters(model, pool), false);
   CompactModel file;
   file.field = model.color_field.field;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -68,7 +83,7 @@ double field_rate_at(int iteration) {
 
 GaussianCloud fitted_cloud(const ModelState& model, bool antialiased, ThreadPool& pool) {
   constexpr std::size_t kGrain = 1024, kCoefficients = sh_coefficient_count(kMaxShDegree);
-  GaussianCloud cloud = to_cloud(model.parameters, antialiased);
+  GaussianCloud cloud = to_cloud(drawn_parameters(model, pool), antialiased);
   cloud.sh_degree = kMaxShDegree;
   cloud.sh.resize(cloud.size() * kCoefficients);
   const FieldEvaluator evaluator(model.color_field.field);
@@ -81,28 +96,45 @@ GaussianCloud fitted_cloud(const ModelState& model, bool antialiased, ThreadPool
   return cloud;
 }
 
-void write_field_model(const ModelState& model, const std::filesystem::path& path) {
-  write_compact_ply(compact_model_of(model), path, true);
+ShapeCodes first_codes(const ModelState& model, std::uint64_t seed, ThreadPool& pool) {
+  const auto drawn = [&](const std::vector<float>& values, std::size_t dimensions,
+                         std::uint64_t use) {
+    return CodeState::starting_with(
+        fitted(values, dimensions, Random::of(seed, RandomUse::color_field, use), pool, 1));
+  };
+  return {drawn(scale_vectors(model.parameters), 3, 3),
+          drawn(rotation_vectors(model.parameters), 4, 4)};
+}
+
+void write_field_model(const ModelState& model, const std::filesystem::path& path,
+                       ThreadPool& pool) {
+  write_compact_ply(compact_model_of(model, pool), path, true);
 }
 
 void write_coded_models(const ModelState& model, std::uint64_t seed,
                         const std::filesystem::path& path, ThreadPool& pool) {
-  const CompactModel file = compact_model_of(model);
-  const auto coded = [&](std::size_t dimensions, std::uint64_t use, const auto& vectors) {
-    std::vector<float> values;
-    values.reserve(dimensions * vectors.size());
-    for (const auto& vector : vectors) {
-      for (std::size_t k = 0; k < dimensions; ++k) values.push_back(vector[static_cast<int>(k)]);
-    }
-    ResidualCodebook shape;
-    shape.dimensions = dimensions;
+  const CompactModel file = compact_model_of(model, pool);
+  Parameters existing;
+  existing.sh_degree = 0;
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    if (model.parameters.is_masked_out(i)) continue;
+    existing.log_scales.push_back(model.parameters.log_scales[i]);
+    existing.rotations.push_back(model.parameters.rotations[i]);
+    existing.means.push_back(model.parameters.means[i]);
+  }
+  const auto coded_vectors = [&](const CodeState& trained, const std::vector<float>& values,
+                                 std::size_t dimensions, std::uint64_t use) {
     CodedVectors result;
     result.codebook =
-        fit_codebook(shape, values, Random::of(seed, RandomUse::color_field, use), pool);
+        trained.exists()
+            ? trained.codebook
+            : fitted(values, dimensions, Random::of(seed, RandomUse::color_field, use), pool, 10);
     result.numbers = encode_all(result.codebook, values, pool);
     return result;
   };
-  const CodedVectors scales = coded(3, 1, file.scales), rotations = coded(4, 2, file.rotations);
+  const CodedVectors scales = coded_vectors(model.codes.scales, scale_vectors(existing), 3, 1),
+                     rotations =
+                         coded_vectors(model.codes.rotations, rotation_vectors(existing), 4, 2);
   const auto forms = other_forms(path);
   write_compact_npz(file, scales, rotations, forms[1]);
   write_compact_processed(file, scales, rotations, forms[2]);

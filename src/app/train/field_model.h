@@ -23,15 +23,22 @@ FieldState starting_field(std::uint64_t seed, const GridShape& grid = {}, int wi
 /// then a third (0.33) of it after 5,000, 15,000 and 25,000 iterations each.
 double field_rate_at(int iteration);
 
+/// Codes of scales and rotations are trained after this iteration.
+inline constexpr int kCodesAfter = 29'000;
+
+/// Codes drawn from the shapes of the Gaussians.
+ShapeCodes first_codes(const ModelState& model, std::uint64_t seed, ThreadPool& pool);
+
 /// The Gaussians with spherical harmonics of degree 3 that are fitted to the field.
 GaussianCloud fitted_cloud(const ModelState& model, bool antialiased, ThreadPool& pool);
 
 /// Writes point_cloud.ply and .pth as published final models: opacities, scales and rotations as
 /// renderers use them. Gaussians that are masked out are left out. Throws Error(input).
-void write_field_model(const ModelState& model, const std::filesystem::path& path);
+void write_field_model(const ModelState& model, const std::filesystem::path& path,
+                       ThreadPool& pool);
 
-/// Writes point_cloud.npz and point_cloud_pp.npz beside `path`, the .ply of the same model. The
-/// codes of scales and rotations are fitted to this model. Throws Error(input).
+/// Writes point_cloud.npz and point_cloud_pp.npz beside `path`, the .ply of the same model. Codes
+/// of scales and rotations that were not trained are fitted to this model. Throws Error(input).
 void write_coded_models(const ModelState& model, std::uint64_t seed,
                         const std::filesystem::path& path, ThreadPool& pool);
 

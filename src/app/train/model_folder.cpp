@@ -132,7 +132,7 @@ std::filesystem::path write_gaussians(const std::filesystem::path& folder,
   auto file = gaussians_path(folder, model.iteration);
   make_folder(file.parent_path());
   if (model.color_field.exists()) {
-    write_field_model(model, file);
+    write_field_model(model, file, pool);
   } else {
     write_trained_scene(to_cloud(model.parameters, settings.antialiased), file, pool);
   }

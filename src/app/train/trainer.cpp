@@ -157,6 +157,11 @@ StepResult Trainer::step() {
   const int iteration = model_->iteration() + 1;
   prepare();
   if (reduced_.set_factor(schedule_->factor_in(iteration))) model_->forget_photographs();
+  if (settings_.color_field && iteration > kCodesAfter && !model_->state().codes.exist()) {
+    ModelState state = model_->state();
+    state.codes = first_codes(state, settings_.seed, pool_);
+    model_->set_state(std::move(state));
+  }
   const IterationContext context = context_of(iteration);
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {

@@ -7,7 +7,6 @@
 namespace qs {
 namespace {
 
-constexpr int kRounds = 10;
 constexpr std::size_t kGrain = 1024;
 
 // One stage of a codebook, and the code that is nearest to each vector.
@@ -61,7 +60,7 @@ struct CodeStage {
 }  // namespace
 
 ResidualCodebook fit_codebook(ResidualCodebook shape, std::span<const float> vectors,
-                              const Random& random, ThreadPool& pool) {
+                              const Random& random, ThreadPool& pool, int rounds) {
   ResidualCodebook book = std::move(shape);
   book.values.assign(book.value_count(), 0);
   const std::size_t d = book.dimensions, count = vectors.size() / d;
@@ -74,7 +73,7 @@ ResidualCodebook fit_codebook(ResidualCodebook shape, std::span<const float> vec
       const std::size_t drawn = random.bits(number * book.codes() + code) % count;
       std::copy_n(&rest[drawn * d], d, &stage.codes[code * d]);
     }
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
       stage.assign(rest, pool);
       stage.move_to_means(rest);
     }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "raster/field/code_training.h"
 #include "raster/field/color_field.h"
 #include "raster/train/parameters.h"
 
@@ -58,6 +59,13 @@ struct FieldState {
   bool exists() const { return !field.weights.empty(); }
 };
 
+/// Codes of scales and normalised rotations in training. A model without codes has no values here.
+struct ShapeCodes {
+  CodeState scales, rotations;
+
+  bool exist() const { return scales.exists(); }
+};
+
 struct ModelState {
   int iteration = 0;       ///< of the last step; 0: none was taken
   int changed_before = 0;  ///< the set of Gaussians last changed before this iteration
@@ -68,6 +76,7 @@ struct ModelState {
   DensityStatistics density;
   GrowthState growth;
   FieldState color_field;
+  ShapeCodes codes;  ///< all passes use the coded shapes
 
   static ModelState starting_with(Parameters parameters);
 

@@ -95,6 +95,7 @@ ModelState changed(const ModelState& state, const Plan& plan) {
       std::fill(moments->opacity_logits.begin(), moments->opacity_logits.end(), 0.0f);
   }
   next.color_field = state.color_field;
+  next.codes = state.codes;
   next.density = state.density;
   next.growth = plan.growth;
   if (plan.resets_statistics) next.density.reset(plan.size());

@@ -126,6 +126,13 @@ void expect_same(const train::ModelState& a, const train::ModelState& b) {
   same_bits(a.color_field.field.weights, b.color_field.field.weights);
   same_bits(a.color_field.first, b.color_field.first);
   same_bits(a.color_field.second, b.color_field.second);
+  for (const auto& [x, y] :
+       {std::pair{&a.codes.scales, &b.codes.scales}, {&a.codes.rotations, &b.codes.rotations}}) {
+    EXPECT_EQ(x->steps, y->steps);
+    same_bits(x->codebook.values, y->codebook.values);
+    same_bits(x->first, y->first);
+    same_bits(x->second, y->second);
+  }
   EXPECT_EQ(a.growth.initial, b.growth.initial);
   EXPECT_EQ(a.growth.budget, b.growth.budget);
 }

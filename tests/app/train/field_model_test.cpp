@@ -13,6 +13,7 @@
 #include "app/train/trainer.h"
 #include "io/scene/reader.h"
 #include "raster/kernel/activation.h"
+#include "raster/train/shape_codes.h"
 #include "support/error_of.h"
 #include "support/golden_field.h"
 #include "support/pool.h"
@@ -135,14 +136,66 @@ TEST(TrainField, the_saved_model_is_opened_with_its_network_and_without_masked_o
   EXPECT_FALSE(std::filesystem::exists(file.parent_path()));
 }
 
-TEST(TrainField, all_three_forms_of_a_model_show_the_same_gaussians) {
+// Codes are drawn before iteration 29,001. The run breaks while they are trained, and Gaussians
+// that are masked out are removed before iteration 29,001 too.
+TEST(TrainField, codes_of_shapes_are_trained_after_29000_and_resume_to_the_same_bits) {
+  constexpr int kFirst = 28'998, kBreak = 29'002, kEnd = 29'006;
+  Trainer whole = field_trainer(field_settings(), 1, kFirst);
+  whole.step();
+  EXPECT_FALSE(whole.model().codes.exist());
+  while (whole.iteration() < kEnd) whole.step();
+  EXPECT_EQ(whole.model().codes.scales.steps, 6u);
+  EXPECT_EQ(whole.model().codes.rotations.steps, 6u);
+
+  Trainer first = field_trainer(field_settings(), 3, kFirst);
+  while (first.iteration() < kBreak) first.step();
+  const TemporaryFolder folder;
+  write_checkpoint({field_settings(), "data", {}, first.model()}, folder / "checkpoint");
+  Checkpoint read = read_checkpoint(folder / "checkpoint");
+  expect_same(read.model, first.model());
+  Trainer second =
+      test::trainer_on(Backend::cpu, field_settings(), pictures(), std::move(read.model), 2);
+  while (second.iteration() < kEnd) second.step();
+  expect_same(second.model(), whole.model());
+}
+
+TEST(TrainField, codes_stand_for_the_shapes_and_pass_their_gradient_on) {
+  const Parameters gaussians = test::ball_of_gaussians(300, 1);
+  const ModelState model = ModelState::starting_with(gaussians);
+  const ShapeCodes codes = first_codes(model, 1, test::pool());
+  Parameters drawn;
+  code_shapes(gaussians, codes, test::pool(), drawn);
+  Parameters by = gaussians;
+  for (std::size_t i = 0; i < gaussians.size(); ++i) {
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(std::exp(drawn.log_scales[i][k]), std::exp(gaussians.log_scales[i][k]), 0.02);
+    const float cosine = std::abs(
+        glm::dot(glm::normalize(gaussians.rotations[i]), glm::normalize(drawn.rotations[i])));
+    EXPECT_GT(cosine, 0.99f);
+    by.log_scales[i] = glm::vec3(2);
+    by.rotations[i] = glm::quat(1, 2, 3, 4);
+  }
+  pass_through_codes(gaussians, drawn, test::pool(), by);
+  for (std::size_t i = 0; i < gaussians.size(); ++i) {
+    // The derivative by a deviation stays: 2 = s dL/ds for the coded deviation s.
+    EXPECT_NEAR(by.log_scales[i].x,
+                2 / std::exp(drawn.log_scales[i].x) * std::exp(gaussians.log_scales[i].x), 1e-3);
+    EXPECT_NEAR(glm::dot(by.rotations[i], gaussians.rotations[i]), 0, 1e-4)
+        << "the length of a quaternion has no gradient";
+  }
+}
+
+class TrainFieldForms : public testing::TestWithParam<bool> {};
+
+TEST_P(TrainFieldForms, show_the_same_gaussians) {
   ModelState model =
       ModelState::starting_with(with_masks(test::ball_of_gaussians(kFieldGaussians, 1)));
   model.parameters.mask_logits[3] = -5;
   model.color_field = FieldState::starting_with(test::published_field());
+  if (GetParam()) model.codes = first_codes(model, 1, test::pool());
   const TemporaryFolder folder;
   const auto ply = folder / "point_cloud.ply";
-  write_field_model(model, ply);
+  write_field_model(model, ply, test::pool());
   write_coded_models(model, 1, ply, test::pool());
   const Scene expected = read_scene(ply, test::pool(), {});
   for (const char* name : {"point_cloud.npz", "point_cloud_pp.npz"}) {
@@ -165,12 +218,16 @@ TEST(TrainField, all_three_forms_of_a_model_show_the_same_gaussians) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(TrainField, TrainFieldForms, testing::Bool(), [](const auto& row) {
+  return row.param ? "trained_codes" : "fitted_codes";
+});
+
 TEST(TrainField, forms_without_gaussians_are_written) {
   ModelState model = ModelState::starting_with(with_masks(test::ball_of_gaussians(1, 1)));
   model.parameters.mask_logits[0] = -5;
   model.color_field = starting_field(1);
   const TemporaryFolder folder;
-  write_field_model(model, folder / "point_cloud.ply");
+  write_field_model(model, folder / "point_cloud.ply", test::pool());
   write_coded_models(model, 1, folder / "point_cloud.ply", test::pool());
   EXPECT_TRUE(std::filesystem::exists(folder / "point_cloud_pp.npz"));
 }

@@ -8,6 +8,7 @@
 #include "raster/cpu/train/adam.h"
 #include "raster/cpu/train/density.h"
 #include "raster/cpu/train/field_pass.h"
+#include "raster/train/shape_codes.h"
 
 namespace qs::cpu::train {
 
@@ -31,7 +32,8 @@ void CpuModel::forward(const Camera& camera, const RenderSettings& settings, std
     const ColorField& field = state_.color_field.field;
     field_.emplace(field.grid, field.width, field.grid_values, field.weights);
   }
-  train::forward(view(), state_.parameters, frame_, field());
+  if (state_.codes.exist()) code_shapes(state_.parameters, state_.codes, pool_, coded_);
+  train::forward(view(), drawn(), frame_, field());
 }
 
 Image CpuModel::picture() {
@@ -53,8 +55,8 @@ void CpuModel::count_errors(std::optional<std::size_t> /*number*/, const Photogr
 }
 
 void CpuModel::backward(const BackwardOrder& order) {
-  train::backward<float>(view(), state_.parameters, frame_, d_color_, backward_, gradients_, order,
-                         field());
+  train::backward<float>(view(), drawn(), frame_, d_color_, backward_, gradients_, order, field());
+  if (state_.codes.exist()) pass_through_codes(state_.parameters, coded_, pool_, gradients_.by);
 }
 
 void CpuModel::step(const StepOrder& order) {
@@ -96,6 +98,10 @@ void CpuModel::step(const StepOrder& order) {
       p.means[i] =
           order.noise->moved(i, p.means[i], p.log_scales[i], p.rotations[i], p.opacity_logits[i]);
     });
+  }
+  if (state_.codes.exist()) {
+    take_code_step(state_.codes.scales, scale_vectors(p), pool_);
+    take_code_step(state_.codes.rotations, rotation_vectors(p), pool_);
   }
   state_.iteration = order.iteration;
 }

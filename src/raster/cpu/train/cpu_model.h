@@ -46,6 +46,10 @@ class CpuModel final : public qs::train::TrainingModel {
   std::optional<qs::train::PassSeconds> pass_seconds() override { return std::nullopt; }
 
  private:
+  /// The parameters that the passes draw.
+  const qs::train::Parameters& drawn() const {
+    return state_.codes.exist() ? coded_ : state_.parameters;
+  }
   const FieldGradient<float>* field() const { return field_ ? &*field_ : nullptr; }
   StepView view() const { return {camera_, settings_, pool_, stop_}; }
 
@@ -55,6 +59,8 @@ class CpuModel final : public qs::train::TrainingModel {
   GaussianFacts facts_;  ///< the copy that facts() returns
 
   std::optional<FieldGradient<float>> field_;  ///< of the iteration, if the model has a field
+
+  qs::train::Parameters coded_;  ///< parameters with coded shapes, if the model has codes
 
   // Of the drawn view.
   Camera camera_;

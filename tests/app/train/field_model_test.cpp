@@ -3,6 +3,9 @@
 #include "app/train/field_model.h"
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <string>
 
 #include <gmock/gmock.h>
 
@@ -157,6 +160,25 @@ TEST(TrainField, codes_of_shapes_are_trained_after_29000_and_resume_to_the_same_
       test::trainer_on(Backend::cpu, field_settings(), pictures(), std::move(read.model), 2);
   while (second.iteration() < kEnd) second.step();
   expect_same(second.model(), whole.model());
+}
+
+TEST(TrainField, a_checkpoint_with_another_size_of_the_field_is_refused) {
+  ModelState model = ModelState::starting_with(with_masks(test::ball_of_gaussians(3, 1)));
+  model.color_field = starting_field(1, test::kTinyGrid, 16);
+  const TemporaryFolder folder;
+  const auto path = folder / "checkpoint";
+  write_checkpoint({field_settings(), "data", {}, model}, path);
+  std::ifstream file(path, std::ios::binary);
+  const std::string whole(std::istreambuf_iterator<char>(file), {});
+  for (const char* name : {"width", "levels"}) {
+    std::string changed = whole;
+    const std::size_t at = changed.find_first_of("0123456789", changed.find(name));
+    changed[at] = '9';
+    std::ofstream(path, std::ios::binary) << changed;
+    EXPECT_THAT(test::error_of([&] { read_checkpoint(path); }, ErrorKind::input),
+                testing::HasSubstr("damaged"))
+        << name;
+  }
 }
 
 TEST(TrainField, codes_stand_for_the_shapes_and_pass_their_gradient_on) {

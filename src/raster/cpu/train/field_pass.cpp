@@ -59,6 +59,8 @@ void take_field_step(const FieldGradients<float>& gradients, double rate,
       float& value = of_grid ? state.field.grid_values[i] : state.field.weights[i - grid];
       const float by =
           of_grid ? static_cast<float>(gradients.grid.sum(i)) : gradients.weights[i - grid];
+      // Adam would leave a value that never had a gradient as it is.
+      if (by == 0 && state.first[i] == 0 && state.second[i] == 0) continue;
       adam(step, static_cast<float>(rate), by, value, state.first[i], state.second[i]);
     }
   });

@@ -63,9 +63,9 @@ inline void code_shapes(const Parameters& parameters, const ShapeCodes& codes, T
   }
 }
 
-/// Replaces the derivatives by coded shapes by those of `parameters`, straight through the codes.
-/// The sign of a coded deviation does not matter: where it is negative, the deviation that it
-/// stands for is near 0.
+/// Replaces the derivatives by coded shapes by the derivatives by the shapes of `parameters`,
+/// straight through the codes. The sign of a coded deviation does not matter: where it is negative,
+/// the deviation that it stands for is near 0.
 inline void pass_through_codes(const Parameters& parameters, const Parameters& coded_parameters,
                                ThreadPool& pool, Parameters& by) {
   pool.for_chunks(parameters.size(), 1024, [&](std::size_t begin, std::size_t end, int) {

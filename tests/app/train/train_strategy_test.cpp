@@ -55,11 +55,11 @@ struct Case {
     model.density.absolute[i] = 3 * gradient;
     model.density.views[i] = 3;
   }
-  /// A tenth of the pixels of Gaussian i is flagged, and of other Gaussians a little less.
+  /// 3 % of the pixels of Gaussian i are flagged, and of other Gaussians a little less.
   void flag(std::size_t i) {
     counts.blended.resize(model.size(), 1000);
-    counts.flagged.resize(model.size(), 99);
-    counts.flagged[i] = 100;
+    counts.flagged.resize(model.size(), 29);
+    counts.flagged[i] = 30;
   }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the server takes from a client before it refuses it. Tests use smaller limits.
+// Limits of the requests and messages of a client. Tests use smaller limits.
 #pragma once
 
 #include <chrono>

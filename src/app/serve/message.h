@@ -12,7 +12,7 @@
 //   {"type":"scene", "scene":0}
 //   {"type":"received", "count":7}                                binary messages so far
 //   {"type":"blur"}                                               the page lost the keyboard
-// Every message may have "input", the number of the user's input; pictures name the last one.
+// Every message may have "input", the number of the user's input; pictures name the last input.
 #pragma once
 
 #include <cstddef>

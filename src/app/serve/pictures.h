@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Makes the visitors' pictures: one thread renders, another encodes. Each visitor has at most one
-// order; a newer order replaces one that waits. The next order is that of the visitor who has used
-// the renderer least, and a visitor without orders costs nothing.
+// order; a newer order replaces one that waits. The visitor who has used the renderer least is
+// next, and a visitor without orders costs nothing.
 #pragma once
 
 #include <condition_variable>

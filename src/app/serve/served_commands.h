@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The commands of the window that a visitor may use. Keys, names and effects are those of
-// key_commands(); this list only allows them. Commands that write files, open files, train or quit
+// The commands of the window that a visitor may use. key_commands() has their keys, names and
+// effects; this list only allows them. Commands that write files, open files, train or quit
 // are missing on purpose.
 #pragma once
 

@@ -243,7 +243,7 @@ class Live : public std::enable_shared_from_this<Live> {
     return close(kWrongToken, "wrong token");
   }
 
-  // Always false. What is being sent is finished first.
+  // Always false. A message that is being sent is finished first.
   bool close(std::uint16_t code, const char* reason) {
     if (closing_) return false;
     closing_ = websocket::close_reason(static_cast<websocket::close_code>(code), reason);
@@ -321,7 +321,7 @@ class Live : public std::enable_shared_from_this<Live> {
     write();
   }
 
-  // True if a state is on its way.
+  // True if a state is being sent.
   bool send_state() {
     const Clock::time_point now = Clock::now();
     if (now < next_state_) {
@@ -340,7 +340,7 @@ class Live : public std::enable_shared_from_this<Live> {
     return true;
   }
 
-  // The state may have changed since the last one, and nothing else may happen.
+  // The state may have changed since it was sent, and nothing else may happen.
   void await_state() {
     if (waits_for_state_) return;
     waits_for_state_ = true;

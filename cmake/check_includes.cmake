@@ -18,9 +18,11 @@ endfunction()
 
 # ---- rooms: a room, then the rooms that it includes, top floor first
 room(app app/cli raster/base)
-room(app/cli app/viewer app/viewer/render app/train app/conformance app/film app/plugin app/report app/measure
+room(app/cli app/serve app/viewer app/viewer/render app/train app/conformance app/film app/plugin app/report app/measure
      app/inspect app/session app/framing app/picture app/base io/scene io/cloud io/camera io/picture io/bytes
      raster/api raster/scene raster/base)
+room(app/serve app/viewer/commands app/viewer/render app/viewer/state app/session app/picture app/base io/picture io/bytes
+     raster/base)
 room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer/state app/report app/session app/base
      io/camera io/picture io/bytes raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base

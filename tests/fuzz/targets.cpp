@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "app/serve/message.h"
 #include "app/viewer/preferences.h"
 #include "io/camera/camera_formats.h"
 #include "io/camera/points.h"
@@ -235,6 +236,21 @@ void read_preferences_text(Bytes content) {
   demand(window_size.x >= 320 && window_size.y >= 240, "windows are visible");
 }
 
+void read_message(Bytes content) {
+  const auto parsed =
+      parse_message({reinterpret_cast<const char*>(content.data()), content.size()});
+  if (!parsed) return;
+  if (const auto* hello = std::get_if<message::Hello>(&parsed->body)) {
+    const glm::ivec2 size = hello->size;
+    demand(size.x >= 1 && size.y >= 1 && size.x <= kMostSide && size.y <= kMostSide,
+           "pictures have a sound size");
+  }
+  if (const auto* button = std::get_if<message::Button>(&parsed->body))
+    demand(std::abs(button->at.x) <= 1e5 && std::abs(button->at.y) <= 1e5, "places are finite");
+  if (const auto* wheel = std::get_if<message::Wheel>(&parsed->body))
+    demand(std::abs(wheel->notches) <= 100, "notches are few");
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> fuzz_targets() {
@@ -254,6 +270,7 @@ std::vector<FuzzTarget> fuzz_targets() {
   targets.push_back({"torch", ".pth", read_torch});
   targets.push_back({"array", ".npy", read_array});
   targets.push_back({"huffman", ".huffman", read_huffman});
+  targets.push_back({"message", ".message", read_message});
   targets.push_back({"preferences", "/viewer.json", read_preferences_text});
   return targets;
 }

@@ -25,6 +25,7 @@
 // One row per command, in the order of the help: NAME_command() is in cmd_NAME.cpp.
 #define QS_COMMANDS(ROW)                                                      \
   ROW(view, "opens a scene in a window; the default command")                 \
+  ROW(serve, "shows scenes in a browser, also of another machine")            \
   ROW(render, "renders a scene to picture files")                             \
   ROW(film, "films a scene from a moving camera")                             \
   ROW(train, "trains a scene from photographs")                               \

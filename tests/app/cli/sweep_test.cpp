@@ -163,6 +163,9 @@ class Sweep : public testing::TestWithParam<Command> {
       words.insert(words.end(), {"--output", "out.ppm"});
     if (name == "conformance" && set.count("--judge") == 0)
       words.insert(words.end(), {"--judge", "kit/truth"});
+    // An address of no machine, because a server does not end.
+    if (name == "serve" && set.count("--address") == 0)
+      words.insert(words.end(), {"--address", "192.0.2.1"});
     if ((name == "zoom" || name == "view") && set.count("SCENE") + set.count("--replay") == 0)
       words.emplace_back("scene.ply");
     return words;
@@ -175,9 +178,9 @@ class Sweep : public testing::TestWithParam<Command> {
 
 TEST_P(Sweep, no_pair_of_options_crashes) {
   constexpr std::size_t kMost = 8;  // settings of a run
-  // At best `view` finds no display, and `paper` no Python.
+  // At best `view` finds no display, `paper` no Python, and `serve` no such address.
   const std::string name = GetParam().name;
-  const bool headless = name == "view" || name == "paper";
+  const bool headless = name == "view" || name == "paper" || name == "serve";
   Options options(GetParam().name, GetParam().summary);
   const CommandAction action = GetParam().declare(options);
   const std::vector<Option>& table = options.table();

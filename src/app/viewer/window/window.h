@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/commands/input.h"
 #include "app/viewer/state/layout.h"
-#include "app/viewer/window/input.h"
 #include "app/viewer/window/input_script.h"
 
 struct GLFWwindow;

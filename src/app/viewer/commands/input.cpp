@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/viewer/window/input.h"
+#include "app/viewer/commands/input.h"
 
 #include <algorithm>
 

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: MIT
+//
+// The page of `quadsplat serve`. It sends input and shows pictures and state; the server decides
+// what keys and gestures do. src/app/serve/message.h has the messages, picture_message.h the header
+// of pictures.
+"use strict";
+
+const kHeader = 96, kLossless = 2, kLastPart = 4, kMostSide = 4096;
+const kTypes = ["", "image/jpeg", "image/webp"];
+const kWheelPixels = 100;  // of a notch
+
+const at = (id) => document.getElementById(id);
+const canvas = at("picture");
+const context = canvas.getContext("2d", { alpha: false, colorSpace: "srgb" });
+let socket = null, received = 0, input = 0, retry = 500;
+let parts = [];          // of the picture that arrives
+let shown = null;        // facts of the picture on the canvas
+let newest = 0;          // number of the newest picture
+let sections = {};
+let cursor = null, cursorDue = false;
+const pressed = new Set();
+
+// ---- connection ---------------------------------------------------------------------------------
+// The token comes in the fragment, which is removed so that a copied address does not give it away.
+function token() {
+  const given = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (given) {
+    sessionStorage.setItem("token", given);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem("token") || "";
+}
+
+function send(message, isInput = true) {
+  if (!socket || socket.readyState !== WebSocket.OPEN) return;
+  if (isInput) message.input = ++input;
+  socket.send(JSON.stringify(message));
+}
+
+function say(text, isError) {
+  at("connection").textContent = text;
+  document.querySelector("footer").classList.toggle("error", Boolean(isError));
+}
+
+function connect() {
+  socket = new WebSocket("ws://" + location.host + "/live");
+  socket.binaryType = "arraybuffer";
+  received = 0;
+  input = 0;
+  newest = 0;
+  parts = [];
+  sections = {};
+  socket.onopen = () => {
+    send({ type: "hello", token: token(), ...pictureSize() }, false);
+  };
+  socket.onmessage = (event) => {
+    retry = 500;
+    if (typeof event.data === "string") return takeState(JSON.parse(event.data));
+    takePart(event.data);
+  };
+  socket.onclose = (event) => {
+    if (event.code === 4401)
+      return say("the address has no valid token: open the address that the program printed", true);
+    say("not connected; trying again", true);
+    setTimeout(connect, retry);
+    retry = Math.min(2 * retry, 8000);
+  };
+}
+
+// ---- pictures -----------------------------------------------------------------------------------
+function pictureSize() {
+  const scale = window.devicePixelRatio || 1;
+  const box = canvas.getBoundingClientRect();
+  const side = (length) => Math.min(kMostSide, Math.max(1, Math.round(length * scale)));
+  return { width: side(box.width), height: side(box.height) };
+}
+
+function confirm() {
+  send({ type: "received", count: ++received }, false);
+}
+
+async function takePart(data) {
+  const head = new DataView(data, 0, kHeader);
+  const facts = {
+    codec: head.getUint8(1), flags: head.getUint8(2), divisor: head.getUint8(3),
+    number: head.getUint32(4, true), input: head.getUint32(8, true),
+    width: head.getUint16(16, true), height: head.getUint16(18, true),
+    lossless: (head.getUint8(2) & kLossless) !== 0,
+  };
+  if (facts.number !== newest) parts = [];
+  newest = facts.number;
+  parts.push(new Uint8Array(data, kHeader));
+  const owner = socket;
+  if ((facts.flags & kLastPart) !== 0) {
+    const file = new Blob(parts, { type: kTypes[facts.codec] });
+    parts = [];
+    try {
+      const bitmap = await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+      if (owner === socket && facts.number === newest) draw(bitmap, facts);
+      bitmap.close();
+    } catch {
+      say("the browser cannot show a picture of the server", true);
+    }
+  }
+  if (owner === socket) confirm();
+}
+
+function draw(bitmap, facts) {
+  if (facts.divisor === 1 && (canvas.width !== bitmap.width || canvas.height !== bitmap.height)) {
+    canvas.width = bitmap.width;
+    canvas.height = bitmap.height;
+  }
+  context.imageSmoothingEnabled = bitmap.width !== canvas.width;
+  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  shown = facts;
+  canvas.dataset.picture = facts.number;
+  canvas.dataset.input = facts.input;
+  canvas.dataset.exact = facts.lossless;
+  say(facts.lossless ? "exact" : "live");
+}
+
+// ---- state --------------------------------------------------------------------------------------
+function takeState(message) {
+  if (message.type !== "state") return;
+  Object.assign(sections, message.sections);
+  const changed = (...names) => names.some((name) => name in message.sections);
+  if (changed("commands")) showCommands();
+  if (changed("help", "commands")) showHelp();
+  if (changed("scenes")) fill(at("scene"), sections.scenes.map((scene, i) => [i, scene.name]));
+  if (changed("view", "commands", "scenes")) showView();
+  if (changed("frame", "view")) showFrame();
+  if (changed("messages")) showMessages();
+}
+
+function make(tag, text, parent) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+function fill(select, rows) {
+  select.replaceChildren();
+  for (const [value, text] of rows) make("option", text, select).value = value;
+}
+
+function showCommands() {
+  const modes = sections.commands.filter((command) => command.menu === "Mode");
+  fill(at("mode"), modes.map((command) => [command.help, command.help]));
+  at("commands").replaceChildren();
+  let menu = "";
+  for (const command of sections.commands) {
+    if (command.held) continue;  // only a key can be held
+    if (command.menu !== menu) make("h2", command.menu, at("commands"));
+    menu = command.menu;
+    const button = make("button", command.help, at("commands"));
+    button.type = "button";
+    button.title = command.tooltip;
+    button.dataset.help = command.help;
+    make("kbd", command.key, button);
+    button.onclick = () => {
+      send({ type: "command", command: command.help });
+      canvas.focus();
+    };
+  }
+}
+
+function showHelp() {
+  if (!sections.help || !sections.commands) return;
+  const table = at("help").querySelector("table");
+  table.replaceChildren();
+  const rows = [...sections.help, ["One finger", "as a left drag"], ["Two fingers", "pan, and nearer or farther"],
+                ...sections.commands.map((command) => [command.key, command.help])];
+  for (const [keys, effect] of rows) {
+    const row = make("tr", "", table);
+    make("td", keys, row);
+    make("td", effect, row);
+  }
+}
+
+function showView() {
+  const view = sections.view;
+  if (!view || !sections.scenes) return;
+  at("scene").value = view.scene;
+  at("mode").value = view.mode;
+  for (const button of at("commands").querySelectorAll("button"))
+    button.setAttribute("aria-pressed", view.checked.includes(button.dataset.help));
+  document.title = sections.scenes[view.scene].name + " - quadsplat";
+}
+
+function showFrame() {
+  const frame = sections.frame, view = sections.view;
+  if (!frame || !view) return;
+  const words = [frame.mode, frame.ms.toPrecision(3) + " ms on " + frame.backend,
+                 frame.pairs.toLocaleString("en") + " pairs"];
+  if (view.heatmap) words.push("heat map " + view.heatmap);
+  if (view.quantity !== "color") words.push(view.quantity);
+  words.push(view.navigation);
+  if (frame.divisor > 1) words.push("drawn at 1/" + frame.divisor);
+  at("numbers").textContent = words.join(" \u00b7 ");
+}
+
+function showMessages() {
+  at("messages").replaceChildren();
+  for (const message of sections.messages)
+    make("p", message.text, at("messages")).classList.toggle("error", message.error);
+}
+
+// ---- input --------------------------------------------------------------------------------------
+// Positions are pixels of the picture.
+function place(event) {
+  const box = canvas.getBoundingClientRect(), size = pictureSize();
+  const limit = (value) => Math.max(-1e5, Math.min(1e5, value));
+  return { x: limit((event.clientX - box.left) * size.width / box.width),
+           y: limit((event.clientY - box.top) * size.height / box.height) };
+}
+
+// One message for all motion until the next refresh of the screen.
+function moveCursor(to) {
+  cursor = to;
+  if (cursorDue) return;
+  cursorDue = true;
+  requestAnimationFrame(flushCursor);
+}
+function flushCursor() {
+  cursorDue = false;
+  if (cursor) send({ type: "cursor", ...cursor });
+  cursor = null;
+}
+
+const kButtons = [0, 2, 1];  // of the browser: left, middle, right
+const fingers = new Map();
+let pinch = null, pinchDue = false;
+
+function press(button, down, event) {
+  if (cursor) flushCursor();
+  send({ type: "button", button, down, ...place(event) });
+}
+
+function middle() {
+  const [a, b] = [...fingers.values()];
+  return { clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2,
+           apart: Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) };
+}
+
+canvas.addEventListener("pointerdown", (event) => {
+  event.preventDefault();
+  canvas.focus();
+  canvas.setPointerCapture(event.pointerId);
+  if (event.pointerType !== "touch") return press(kButtons[event.button] ?? 0, true, event);
+  fingers.set(event.pointerId, event);
+  if (fingers.size === 1) press(0, true, event);
+  if (fingers.size === 2) {  // two fingers pan, as the middle button does
+    pinch = middle();
+    press(0, false, event);
+    press(2, true, pinch);
+  }
+});
+canvas.addEventListener("pointermove", (event) => {
+  if (event.pointerType !== "touch") {
+    if (event.buttons !== 0) moveCursor(place(event));
+    return;
+  }
+  if (!fingers.has(event.pointerId)) return;
+  fingers.set(event.pointerId, event);
+  if (fingers.size === 1) return moveCursor(place(event));
+  if (fingers.size !== 2 || pinchDue) return;
+  pinchDue = true;
+  requestAnimationFrame(() => {
+    pinchDue = false;
+    if (fingers.size !== 2) return;
+    const now = middle();
+    moveCursor(place(now));
+    const notches = 6 * Math.log((now.apart || 1) / (pinch.apart || 1));
+    if (Math.abs(notches) > 0.05) {
+      send({ type: "wheel", notches: Math.max(-50, Math.min(50, notches)) });
+      pinch = now;
+    }
+  });
+});
+function lift(event) {
+  if (event.pointerType !== "touch") return press(kButtons[event.button] ?? 0, false, event);
+  if (fingers.size === 2) press(2, false, middle());
+  fingers.delete(event.pointerId);
+  if (fingers.size === 1) press(0, true, [...fingers.values()][0]);
+  if (fingers.size === 0) press(0, false, event);
+}
+canvas.addEventListener("pointerup", lift);
+canvas.addEventListener("pointercancel", lift);
+canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+canvas.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  const unit = event.deltaMode === 0 ? kWheelPixels : 3;  // pixels or lines
+  const notches = -(event.deltaY || event.deltaX) / unit;
+  send({ type: "wheel", notches: Math.max(-50, Math.min(50, notches)), shift: event.shiftKey, ctrl: event.ctrlKey });
+}, { passive: false });
+
+function key(event, down) {
+  if (event.metaKey || (event.target !== canvas && event.target !== document.body)) return;
+  const browsers = ["Tab", "F5", "F11", "F12"];  // keys that stay the browser's
+  if (browsers.includes(event.key) || (event.ctrlKey && down)) return;
+  if (event.code === "F1") {
+    event.preventDefault();
+    if (down) at("ask").click();
+    return;
+  }
+  if (down) pressed.add(event.code);
+  else if (!pressed.delete(event.code)) return;
+  event.preventDefault();
+  send({ type: "key", code: event.code, down, repeat: event.repeat, shift: event.shiftKey,
+         ctrl: event.ctrlKey, alt: event.altKey });
+}
+addEventListener("keydown", (event) => key(event, true));
+addEventListener("keyup", (event) => key(event, false));
+addEventListener("blur", () => {
+  pressed.clear();
+  send({ type: "blur" });
+});
+
+function toggle(button, panel) {
+  const opens = panel.hidden;
+  for (const [other, its] of [["menu", "commands"], ["ask", "help"]]) {
+    at(its).hidden = true;
+    at(other).setAttribute("aria-expanded", false);
+  }
+  panel.hidden = !opens;
+  button.setAttribute("aria-expanded", opens);
+}
+at("menu").onclick = () => toggle(at("menu"), at("commands"));
+at("ask").onclick = () => toggle(at("ask"), at("help"));
+at("scene").onchange = () => send({ type: "scene", scene: Number(at("scene").value) });
+at("mode").onchange = () => send({ type: "command", command: at("mode").value });
+addEventListener("keydown", (event) => {
+  if (event.key !== "Escape") return;
+  if (!at("commands").hidden) at("menu").click();
+  if (!at("help").hidden) at("ask").click();
+  canvas.focus();
+});
+
+// The picture as it is on the canvas: at rest exactly the pixels of the renderer.
+at("shot").onclick = () => {
+  if (!shown) return;
+  const view = sections.view, name = sections.scenes[view.scene].name;
+  canvas.toBlob((file) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(file);
+    link.download = name + "_" + view.mode + "_" + canvas.width + "x" + canvas.height + ".png";
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }, "image/png");
+};
+
+new ResizeObserver(() => send({ type: "resize", ...pictureSize() })).observe(canvas);
+canvas.focus();
+connect();

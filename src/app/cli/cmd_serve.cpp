@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+//
+// quadsplat serve: scenes in the browser of this or another machine.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "app/base/quit_signals.h"
+#include "app/cli/command.h"
+#include "app/cli/shared_options.h"
+#include "app/serve/server.h"
+#include "app/serve/token.h"
+#include "raster/base/fail.h"
+#include "raster/base/progress.h"
+
+namespace qs {
+namespace {
+
+struct ServeCommand {
+  FrameOptions frame;
+  std::vector<std::filesystem::path> scenes;
+  ServeOptions serve;
+};
+
+// An IPv6 address is in brackets in front of a port.
+std::string host_text(const std::string& address) {
+  return address.find(':') == address.npos ? address : "[" + address + "]";
+}
+
+void print_address(const ServeOptions& serve, int port, std::size_t scenes) {
+  const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
+  const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
+  const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
+  fmt::print("http://{}:{}/#token={}\n", shown, port, serve.token);
+  std::fflush(stdout);
+  fmt::print(stderr,
+             "serving {} scene{}; Ctrl+C ends it. The address has the token: whoever knows it can "
+             "look.\nFrom another machine: ssh -L {}:{}:{} USER@THIS_MACHINE, then open "
+             "http://localhost:{}/#token={}\n",
+             scenes, scenes == 1 ? "" : "s", port,
+             everywhere ? "localhost" : host_text(serve.address), port, port, serve.token);
+}
+
+void check(const FrameOptions& frame) {
+  if (frame.size)
+    fail(ErrorKind::usage, "serve: --size: pictures have the size of the browser's window");
+  const auto& modes = frame.modes;
+  if (std::find(modes.begin(), modes.end(), kReferenceMode) != modes.end())
+    fail(ErrorKind::usage, "serve: --cull reference takes seconds a picture: use quadsplat render");
+}
+
+int serve_scenes(ServeCommand& command) {
+  check(command.frame);
+  ServeOptions& serve = command.serve;
+  serve.token = make_token();
+  Server server(serve);  // throws before the scenes are read
+  if (serve.address != "127.0.0.1" && serve.address != "::1") {
+    warn(
+        fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
+                    "ssh -L to 127.0.0.1 is safer",
+                    serve.address));
+  }
+  ServedScenes scenes;
+  for (const std::filesystem::path& path : command.scenes) {
+    command.frame.scene = path;
+    scenes.push_back(open_served_scene(command.frame));
+  }
+  print_address(serve, server.port(), scenes.size());
+  server.run(scenes, QuitSignals::arrived);
+  throw Cancelled();  // only a signal ends it
+}
+
+}  // namespace
+
+CommandAction serve_command(Options& options) {
+  const auto command = std::make_shared<ServeCommand>();
+  options.positionals("SCENE", command->scenes, 1, kSceneHelp, kSceneSamples);
+  declare_common_options(options, command->frame);
+  options.integer("--port", "N", 0, 65535, command->serve.port,
+                  "port to listen at; 0 = any free one (default: 7007)");
+  options.text("--address", "ADDRESS", command->serve.address,
+               "address to listen at (default: 127.0.0.1, which only this machine reaches)",
+               {"192.0.2.1", "nowhere"});
+  options.text("--name", "HOST", command->serve.name,
+               "name by which browsers may address this machine, beside localhost and --address",
+               {"gpu7", "gpu7.example.org"});
+  options.example("quadsplat serve garden/", "prints the address to open in a browser");
+  options.example("quadsplat serve plush.spz garden/ --port 8080",
+                  "two scenes, at another port, for ssh -L 8080:127.0.0.1:8080");
+  return [command](Arguments) { return serve_scenes(*command); };
+}
+
+}  // namespace qs

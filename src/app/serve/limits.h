@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+//
+// Limits of the requests and messages of a client. Tests use smaller limits.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+
+namespace qs {
+
+struct ServeLimits {
+  int connections = 64, connections_per_address = 8;
+  std::size_t head_bytes = 8192;      ///< of a request
+  std::size_t target_bytes = 1024;    ///< of the path in it
+  std::size_t message_bytes = 65536;  ///< of a client's message
+  int messages_per_second = 200;
+  int wrong_tokens_per_minute = 10;             ///< from one address
+  std::chrono::milliseconds head_time{5000};    ///< for a request to be complete
+  std::chrono::milliseconds token_time{3000};   ///< for the first message, which has the token
+  std::chrono::milliseconds pong_time{15000};   ///< for a sign of life
+  std::chrono::milliseconds write_time{10000};  ///< for a message to leave
+};
+
+}  // namespace qs

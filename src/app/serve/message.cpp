@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "app/serve/message.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <nlohmann/json.hpp>
+
+#include "app/serve/key_codes.h"
+
+namespace qs {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kMostPixels = 1e5, kMostNotches = 100;
+constexpr std::size_t kMostText = 200;
+
+// Reads the values of an object. A missing or unfit value makes `sound` false.
+struct MessageReader {
+  const Json& object;
+  bool sound = true;
+
+  const Json& value(const char* name) {
+    static const Json kNothing;
+    const auto found = object.find(name);
+    if (found != object.end()) return *found;
+    sound = false;
+    return kNothing;
+  }
+  double real(const char* name, double most) {
+    const Json& found = value(name);
+    const double number = found.is_number() ? found.get<double>() : NAN;
+    if (std::abs(number) <= most) return number;  // false for NaN
+    sound = false;
+    return 0;
+  }
+  std::uint32_t whole(const char* name, std::uint32_t least, std::uint32_t most) {
+    const Json& found = value(name);
+    if (found.is_number_unsigned()) {
+      const auto number = found.get<std::uint64_t>();
+      if (number >= least && number <= most) return static_cast<std::uint32_t>(number);
+    }
+    sound = false;
+    return least;
+  }
+  std::string text(const char* name) {
+    const Json& found = value(name);
+    if (found.is_string() && found.get_ref<const std::string&>().size() <= kMostText)
+      return found.get<std::string>();
+    sound = false;
+    return {};
+  }
+  bool flag(const char* name) {
+    const Json& found = value(name);
+    sound = sound && found.is_boolean();
+    return found.is_boolean() && found.get<bool>();
+  }
+  // A flag that may be missing.
+  bool set(const char* name) { return object.contains(name) && flag(name); }
+
+  int mods() {
+    return (set("shift") ? GLFW_MOD_SHIFT : 0) | (set("ctrl") ? GLFW_MOD_CONTROL : 0) |
+           (set("alt") ? GLFW_MOD_ALT : 0);
+  }
+  glm::ivec2 size() {
+    const std::uint32_t width = whole("width", 1, kMostSide);
+    return {static_cast<int>(width), static_cast<int>(whole("height", 1, kMostSide))};
+  }
+  glm::dvec2 place() {
+    const double x = real("x", kMostPixels);
+    return {x, real("y", kMostPixels)};
+  }
+};
+
+using Body = decltype(ClientMessage::body);
+
+struct MessageRow {
+  std::string_view type;
+  Body (*read)(MessageReader& reader);
+};
+
+constexpr std::array kMessages = {
+    MessageRow{"hello",
+               [](MessageReader& r) -> Body {
+                 return message::Hello{r.text("token"), r.size()};
+               }},
+    MessageRow{"resize", [](MessageReader& r) -> Body { return message::Resize{r.size()}; }},
+    MessageRow{"key",
+               [](MessageReader& r) -> Body {
+                 return message::Key{key_of_code(r.text("code")), r.flag("down"), r.set("repeat"),
+                                     r.mods()};
+               }},
+    MessageRow{"button",
+               [](MessageReader& r) -> Body {
+                 const auto button = static_cast<int>(r.whole("button", 0, 2));
+                 return message::Button{button, r.flag("down"), r.place()};
+               }},
+    MessageRow{"cursor", [](MessageReader& r) -> Body { return message::Cursor{r.place()}; }},
+    MessageRow{"wheel",
+               [](MessageReader& r) -> Body {
+                 return message::Wheel{r.real("notches", kMostNotches), r.mods()};
+               }},
+    MessageRow{"command",
+               [](MessageReader& r) -> Body { return message::Command{r.text("command")}; }},
+    MessageRow{
+        "scene",
+        [](MessageReader& r) -> Body { return message::ShowScene{r.whole("scene", 0, 100'000)}; }},
+    MessageRow{
+        "received",
+        [](MessageReader& r) -> Body { return message::Received{r.whole("count", 0, ~0u)}; }},
+    MessageRow{"blur", [](MessageReader&) -> Body { return message::Blur{}; }},
+};
+
+}  // namespace
+
+std::optional<ClientMessage> parse_message(std::string_view text) {
+  const Json object = Json::parse(text, nullptr, false);
+  if (!object.is_object()) return {};
+  MessageReader reader{object};
+  const std::string type = reader.text("type");
+  const auto row = std::find_if(kMessages.begin(), kMessages.end(),
+                                [&](const MessageRow& one) { return one.type == type; });
+  if (row == kMessages.end()) return {};
+  ClientMessage parsed;
+  if (object.contains("input")) parsed.input = reader.whole("input", 0, ~0u);
+  parsed.body = row->read(reader);
+  if (!reader.sound) return {};
+  return parsed;
+}
+
+}  // namespace qs

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+//
+// The binary messages of the server: a picture file in parts, each behind this header of 96 bytes,
+// little-endian.
+//
+//   byte  0  u8   1: a picture           byte 24  u64  microseconds of the server's clock
+//         1  u8   PictureCodec                32  f64  position x, y, z in the world
+//         2  u8   flags: 2 lossless,          56  f64  rotation view from world, quaternion x, y,
+//         z, w
+//                 4 last part                 88  f32  fx, fy in pixels of the picture
+//         3  u8   divisor
+//         4  u32  number of the picture
+//         8  u32  the last input that it answers
+//        12  u32  version of the state
+//        16  u16  width, height
+//        20  u32  0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/serve/pictures.h"
+
+namespace qs {
+
+inline constexpr std::size_t kPictureHeader = 96;
+/// The longest part of a picture file in a message, so that input can stop the rest.
+inline constexpr std::size_t kPicturePart = 16384;
+
+inline constexpr std::uint8_t kLosslessFlag = 2, kLastPartFlag = 4;
+
+/// The facts in a header that are not of the picture itself.
+struct PictureNumbers {
+  std::uint32_t picture = 0, state = 0;
+  std::uint64_t microseconds = 0;
+};
+
+/// The message with the bytes from `begin` on; a JPEG is one part. `begin` < picture.bytes.size().
+std::string picture_message(const Picture& picture, const PictureNumbers& numbers,
+                            std::size_t begin);
+
+/// The first byte behind the part that begins there.
+std::size_t end_of_part(const Picture& picture, std::size_t begin);
+
+}  // namespace qs

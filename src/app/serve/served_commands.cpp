@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "app/serve/served_commands.h"
+
+#include <algorithm>
+#include <array>
+
+namespace qs {
+namespace {
+
+// The culling modes are allowed too.
+constexpr std::string_view kServed[] = {
+    "Heat map",
+    "Next heat map",
+    "Depth or alpha instead of colours",
+    "Next of depth, median depth and alpha",
+    "Larger splats",
+    "Smaller splats",
+    "Previous camera",
+    "Next camera",
+    "First camera",
+    "Last camera",
+    "Nearest camera",
+    "Frame the scene",
+    "First view",
+    "Back to the view before",
+    "Forward to the next view",
+    "This view is upright",
+    "Orbit or fly",
+    "Previous mode, while held",
+};
+
+bool is_served(const KeyCommand& command) {
+  const auto is_name = [&](std::string_view name) { return name == command.help; };
+  if (std::any_of(std::begin(kServed), std::end(kServed), is_name)) return true;
+  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
+    if (command.menu == Menu::mode && is_name(mode_name(mode))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::span<const KeyCommand* const> served_commands() {
+  static const std::vector<const KeyCommand*> kCommands = [] {
+    std::vector<const KeyCommand*> served;
+    for (const KeyCommand& command : key_commands()) {
+      if (is_served(command)) served.push_back(&command);
+    }
+    return served;
+  }();
+  return kCommands;
+}
+
+const KeyCommand* find_served_command(std::string_view help) {
+  const auto served = served_commands();
+  const auto found = std::find_if(served.begin(), served.end(),
+                                  [&](const KeyCommand* command) { return command->help == help; });
+  return found == served.end() ? nullptr : *found;
+}
+
+bool may_press(int key, int mods) {
+  const KeyCommand* const command = find_key_command(key, mods);
+  return command == nullptr || is_served(*command);
+}
+
+}  // namespace qs

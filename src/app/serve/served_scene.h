@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+//
+// A scene of the server with its renderer. Visitors know it by its number only.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "app/session/session.h"
+#include "app/viewer/render/render_context.h"
+#include "app/viewer/state/opening.h"
+
+namespace qs {
+
+struct ServedScene {
+  OpenedScene opened;          ///< the facts that visitors' viewers start with
+  ActionQueue reports{[] {}};  ///< of the job that runs
+  RenderContext context{reports, [](const FrameRequest&) {}};
+};
+
+using ServedScenes = std::vector<std::unique_ptr<ServedScene>>;
+
+/// Reads and uploads a scene as open_session() does, and chooses its first view. Throws Error and
+/// Cancelled.
+std::unique_ptr<ServedScene> open_served_scene(const FrameOptions& frame);
+
+}  // namespace qs

@@ -1,0 +1,640 @@
+// SPDX-License-Identifier: MIT
+//
+// The only file that includes Boost. Everything here runs on the thread of Server::run().
+#include "app/serve/server.h"
+
+#ifdef QUADSPLAT_SERVE
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <optional>
+#include <utility>  // Asio 1.74 uses std::exchange without it
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "app/base/assets.h"
+#include "app/serve/flow.h"
+#include "app/serve/picture_message.h"
+#include "app/serve/requests.h"
+#include "app/serve/state_json.h"
+#include "app/serve/token.h"
+#include "io/bytes/mapped_file.h"
+#endif
+
+#include "raster/base/fail.h"
+
+namespace qs {
+
+#ifndef QUADSPLAT_SERVE
+
+class Server::Network {};
+
+Server::Server(const ServeOptions&) {
+  fail(ErrorKind::device,
+       "serve: this program was built without its web server: install libboost-dev and build it "
+       "again");
+}
+Server::~Server() = default;
+int Server::port() const { return 0; }
+void Server::run(ServedScenes&, const std::function<bool()>&) {}
+
+#else
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using Tcp = asio::ip::tcp;
+using Clock = std::chrono::steady_clock;
+using Timer = asio::steady_timer;
+
+constexpr std::chrono::milliseconds kTurn{16};        ///< of a visitor whose camera moves
+constexpr std::chrono::milliseconds kStateTime{100};  ///< between two states at least
+constexpr std::chrono::milliseconds kLinger{1000};    ///< for a refused client to read the answer
+constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions whether to end
+constexpr int kMostRefused = 64;                      ///< connections that are being refused
+constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
+
+double seconds_of(Clock::time_point time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+double seconds_now() { return seconds_of(Clock::now()); }
+
+/// Counts what one address does.
+struct AddressCount {
+  int connections = 0;
+  std::deque<Clock::time_point> wrong_tokens;  // of the last minute
+};
+
+class Live;
+
+/// The state that all connections share.
+struct Hub {
+  ServeOptions options;
+  HostNames names{"", ""};
+  std::map<std::string, AddressCount> addresses;
+  int connections = 0, refused = 0;
+  std::map<int, std::weak_ptr<Live> > live;  // by visitor
+  int visitors = 0;                          // so far
+  std::vector<const OpenedScene*> scenes;
+  Pictures* pictures = nullptr;
+  asio::io_context io;  // goes first and takes the connections with it, which use the rest
+
+  bool has_too_many_wrong_tokens(const std::string& address) {
+    std::deque<Clock::time_point>& times = addresses[address].wrong_tokens;
+    while (!times.empty() && Clock::now() - times.front() > std::chrono::minutes(1))
+      times.pop_front();
+    return static_cast<int>(times.size()) >= options.limits.wrong_tokens_per_minute;
+  }
+};
+
+/// Counts a connection as long as it exists.
+class Counted {
+ public:
+  /// `fits`: it is served; else it is refused.
+  Counted(Hub& hub, std::string address, bool fits)
+      : hub_(hub), address_(std::move(address)), fits_(fits) {
+    if (!fits_) {
+      ++hub_.refused;
+      return;
+    }
+    ++hub_.connections;
+    ++hub_.addresses[address_].connections;
+  }
+  ~Counted() {
+    if (!fits_) {
+      --hub_.refused;
+      return;
+    }
+    --hub_.connections;
+    const auto found = hub_.addresses.find(address_);
+    if (--found->second.connections == 0 && found->second.wrong_tokens.empty())
+      hub_.addresses.erase(found);
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+  const std::string& address() const { return address_; }
+
+ private:
+  Hub& hub_;
+  std::string address_;
+  bool fits_;
+};
+
+// ---- a visitor's WebSocket ----------------------------------------------------------------------
+class Live : public std::enable_shared_from_this<Live> {
+ public:
+  Live(Hub& hub, beast::tcp_stream stream, std::unique_ptr<Counted> counted)
+      : hub_(hub),
+        socket_(std::move(stream)),
+        counted_(std::move(counted)),
+        number_(++hub.visitors),
+        token_timer_(hub.io),
+        turn_timer_(hub.io),
+        state_timer_(hub.io),
+        write_timer_(hub.io) {}
+  ~Live() {
+    hub_.live.erase(number_);
+    if (hub_.pictures != nullptr) hub_.pictures->forget(number_);
+  }
+
+  void accept(const http::request<http::empty_body>& request) {
+    const ServeLimits& limits = hub_.options.limits;
+    beast::get_lowest_layer(socket_).expires_never();
+    socket_.set_option(websocket::stream_base::timeout{limits.head_time, limits.pong_time, true});
+    socket_.read_message_max(limits.message_bytes);
+    socket_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (!error) self->begin();
+    });
+  }
+
+  void end() {
+    error_code ignored;
+    beast::get_lowest_layer(socket_).socket().close(ignored);
+  }
+
+  void picture_ready(Picture picture) {
+    ordered_ = false;
+    visitor_->picture_ready(picture, seconds_now());
+    const bool stale = picture.order.lossless && visitor_->has_moved_on();
+    if (!picture.bytes.empty() && !stale) {
+      outgoing_ = std::move(picture);
+      sent_bytes_ = 0;
+      ++picture_;
+    }
+    proceed();
+  }
+
+  void job_ended(const Actions& actions) {
+    visitor_->apply(actions, seconds_now());
+    proceed();
+  }
+
+ private:
+  void begin() {
+    hub_.live[number_] = weak_from_this();
+    const ServeLimits& limits = hub_.options.limits;
+    token_timer_.expires_after(limits.token_time);
+    token_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->visitor_) self->close(kWrongToken, "no token");
+    });
+    read();
+  }
+
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->stop();
+      if (self->take()) self->read();
+    });
+  }
+
+  // False after the connection was closed.
+  bool take() {
+    if (socket_.got_binary()) return close(kBinary, "text only");
+    if (!is_within_rate()) return close(kTooMany, "too many messages");
+    const std::string text = beast::buffers_to_string(buffer_.data());
+    buffer_.consume(buffer_.size());
+    const std::optional<ClientMessage> message = parse_message(text);
+    if (!message) return close(kNoJson, "not a message of this page");
+    if (const auto* hello = std::get_if<message::Hello>(&message->body)) return greet(*hello);
+    if (!visitor_) return refuse_token();
+    if (const auto* received = std::get_if<message::Received>(&message->body)) {
+      // A new confirmation answers a message of the server, so the flow limits their number.
+      if (received->count != flow_.received()) --messages_;
+      if (!flow_.received(received->count, seconds_now())) return close(kTooMany, "wrong count");
+    } else {
+      visitor_->take(*message, seconds_now());
+    }
+    proceed();
+    return true;
+  }
+
+  bool is_within_rate() {
+    const Clock::time_point now = Clock::now();
+    if (now - second_began_ >= std::chrono::seconds(1)) {
+      second_began_ = now;
+      messages_ = 0;
+    }
+    return ++messages_ <= hub_.options.limits.messages_per_second;
+  }
+
+  bool greet(const message::Hello& hello) {
+    if (visitor_) return close(kTooMany, "a second hello");
+    if (!same_token(hub_.options.token, hello.token)) return refuse_token();
+    token_timer_.cancel();
+    visitor_.emplace(hub_.scenes, hello.size, seconds_now());
+    proceed();
+    return true;
+  }
+
+  bool refuse_token() {
+    hub_.addresses[counted_->address()].wrong_tokens.push_back(Clock::now());
+    return close(kWrongToken, "wrong token");
+  }
+
+  // Always false. A message that is being sent is finished first.
+  bool close(std::uint16_t code, const char* reason) {
+    if (closing_) return false;
+    closing_ = websocket::close_reason(static_cast<websocket::close_code>(code), reason);
+    turn_timer_.cancel();
+    if (!writing_) send_close();
+    return false;
+  }
+
+  void send_close() {
+    guard_write();
+    writing_ = true;
+    socket_.async_close(*closing_, [self = shared_from_this()](error_code) { self->stop(); });
+  }
+
+  void stop() {
+    token_timer_.cancel();
+    turn_timer_.cancel();
+    state_timer_.cancel();
+    write_timer_.cancel();
+    stopped_ = true;
+    if (hub_.pictures != nullptr) hub_.pictures->forget(number_);
+    end();
+  }
+
+  // Does what is due: orders a picture, sends, waits for the next turn.
+  void proceed() {
+    if (stopped_ || closing_ || !visitor_) return;
+    for (Job& job : visitor_->take_jobs())
+      hub_.pictures->run(number_, visitor_->scene(), std::move(job));
+    const bool moved_on = visitor_->has_moved_on();
+    if (moved_on && ordered_) hub_.pictures->cancel_lossless(number_);
+    if (moved_on && outgoing_ && outgoing_->order.lossless) outgoing_.reset();
+    waits_to_order_ = false;
+    if (!ordered_ && !outgoing_ && flow_.has_room()) order_picture();
+    send();
+    await_turn();
+  }
+
+  // At most one picture per turn, because a screen shows no more.
+  void order_picture() {
+    const Clock::time_point now = Clock::now();
+    waits_to_order_ = now < next_order_;
+    if (waits_to_order_) return;
+    next_order_ = now + kTurn;
+    if (std::optional<PictureOrder> order = visitor_->next_order()) {
+      ordered_ = true;
+      hub_.pictures->order(number_, std::move(*order));
+    }
+  }
+
+  void await_turn() {
+    if (waits_for_turn_ || !(visitor_->is_busy() || waits_to_order_)) return;
+    waits_for_turn_ = true;
+    turn_timer_.expires_after(kTurn);
+    turn_timer_.async_wait([self = shared_from_this()](error_code error) {
+      self->waits_for_turn_ = false;
+      if (error) return;
+      self->visitor_->tick(seconds_now());
+      self->proceed();
+    });
+  }
+
+  void send() {
+    if (writing_) return;
+    if (send_state()) return;
+    if (!outgoing_ || !flow_.has_room()) return;
+    const auto since =
+        std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
+    text_ = picture_message(
+        *outgoing_, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
+    sent_bytes_ = end_of_part(*outgoing_, sent_bytes_);
+    if (sent_bytes_ == outgoing_->bytes.size()) outgoing_.reset();
+    flow_.sent(seconds_now());
+    socket_.binary(true);
+    write();
+  }
+
+  // True if a state is being sent.
+  bool send_state() {
+    const Clock::time_point now = Clock::now();
+    if (now < next_state_) {
+      await_state();
+      return false;
+    }
+    StateSections sections = state_sections(*visitor_, hub_.scenes);
+    std::string message = state_message(sections_, sections, version_ + 1);
+    if (message.empty()) return false;
+    ++version_;
+    sections_ = std::move(sections);
+    next_state_ = now + kStateTime;
+    text_ = std::move(message);
+    socket_.text(true);
+    write();
+    return true;
+  }
+
+  // The state may have changed since it was sent, and nothing else may happen.
+  void await_state() {
+    if (waits_for_state_) return;
+    waits_for_state_ = true;
+    state_timer_.expires_at(next_state_);
+    state_timer_.async_wait([self = shared_from_this()](error_code error) {
+      self->waits_for_state_ = false;
+      if (!error) self->proceed();
+    });
+  }
+
+  void guard_write() {
+    write_timer_.expires_after(hub_.options.limits.write_time);
+    write_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error) self->stop();
+    });
+  }
+
+  void write() {
+    writing_ = true;
+    guard_write();
+    socket_.async_write(asio::buffer(text_),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          self->writing_ = false;
+                          self->write_timer_.cancel();
+                          if (error) return self->stop();
+                          if (self->closing_) return self->send_close();
+                          self->proceed();
+                        });
+  }
+
+  Hub& hub_;
+  websocket::stream<beast::tcp_stream> socket_;
+  std::unique_ptr<Counted> counted_;
+  int number_;
+  Timer token_timer_, turn_timer_, state_timer_, write_timer_;
+  beast::flat_buffer buffer_;
+  std::optional<Visitor> visitor_;  // set by the right token
+  PictureFlow flow_;
+  StateSections sections_;     // as the page has them
+  std::uint32_t version_ = 0;  // of the state
+  Clock::time_point next_state_{}, next_order_{}, second_began_{};
+  int messages_ = 0;  // in this second
+  bool ordered_ = false, writing_ = false, stopped_ = false;
+  bool waits_for_turn_ = false, waits_for_state_ = false, waits_to_order_ = false;
+  std::optional<websocket::close_reason> closing_;
+  std::optional<Picture> outgoing_;
+  std::size_t sent_bytes_ = 0;  // of it
+  std::uint32_t picture_ = 0;   // number
+  std::string text_;            // the message that is being sent
+};
+
+// ---- a request ----------------------------------------------------------------------------------
+RequestHead head_of(const http::request<http::empty_body>& request) {
+  RequestHead head;
+  head.method = std::string(request.method_string());
+  head.target = std::string(request.target());
+  for (const auto& field : request) {
+    if (field.name() == http::field::host) head.hosts.emplace_back(field.value());
+    if (field.name() == http::field::origin) head.origins.emplace_back(field.value());
+  }
+  head.upgrades = websocket::is_upgrade(request);
+  return head;
+}
+
+class Request : public std::enable_shared_from_this<Request> {
+ public:
+  Request(Hub& hub, Tcp::socket socket, std::unique_ptr<Counted> counted)
+      : hub_(hub), stream_(std::move(socket)), counted_(std::move(counted)), timer_(hub.io) {
+    const ServeLimits& limits = hub_.options.limits;
+    parser_.header_limit(static_cast<std::uint32_t>(limits.head_bytes));
+    parser_.body_limit(std::uint64_t{0});
+  }
+
+  void read() {
+    timer_.expires_after(hub_.options.limits.head_time);
+    timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (error) return;
+      self->late_ = true;
+      self->stream_.cancel();
+    });
+    http::async_read_header(stream_, buffer_, parser_,
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              self->timer_.cancel();
+                              self->answer(error);
+                            });
+  }
+
+  void send(unsigned status, std::string body, const char* type) {
+    response_.version(11);
+    response_.result(status);
+    for (const HeaderField& field : security_fields()) response_.set(field.name, field.value);
+    response_.set(http::field::content_type, type);
+    if (status == 405) response_.set(http::field::allow, "GET");
+    response_.keep_alive(false);
+    response_.body() = std::move(body);
+    response_.prepare_payload();
+    stream_.expires_after(hub_.options.limits.write_time);
+    http::async_write(stream_, response_,
+                      [self = shared_from_this()](error_code error, std::size_t) {
+                        if (!error) self->linger();
+                      });
+  }
+
+  void refuse(unsigned status) {
+    send(status, std::string(http::obsolete_reason(static_cast<http::status>(status))) + "\n",
+         "text/plain; charset=utf-8");
+  }
+
+ private:
+  void answer(error_code error) {
+    if (late_) return refuse(408);
+    if (error == http::error::header_limit) return refuse(431);
+    if (error == http::error::body_limit) return refuse(413);
+    if (error.category() == http::make_error_code(http::error::end_of_stream).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message)
+      return refuse(400);
+    if (error) return;
+    const auto& request = parser_.get();
+    if (parser_.chunked() || parser_.content_length().value_or(0) > 0) return refuse(413);
+    const RequestHead head = head_of(request);
+    const unsigned status = status_of(head, hub_.names, hub_.options.limits.target_bytes);
+    if (status == 101) return open_live();
+    if (status != 200) return refuse(status);
+    send_file(*page_file(head.target));
+  }
+
+  void open_live() {
+    if (hub_.has_too_many_wrong_tokens(counted_->address())) return refuse(429);
+    std::make_shared<Live>(hub_, std::move(stream_), std::move(counted_))->accept(parser_.get());
+  }
+
+  void send_file(const PageFile& file) {
+    const auto path = find_asset(file.asset);
+    if (!path) return refuse(500);
+    try {
+      const MappedFile content(*path);
+      const auto bytes = content.content();
+      send(200, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file.type);
+    } catch (const Error&) {
+      refuse(500);
+    }
+  }
+
+  // Unread input at the end would discard the answer, so it is read for a moment.
+  void linger() {
+    error_code ignored;
+    stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+    stream_.expires_after(kLinger);
+    drain();
+  }
+  void drain() {
+    stream_.async_read_some(asio::buffer(rest_),
+                            [self = shared_from_this()](error_code error, std::size_t bytes) {
+                              self->drained_ += bytes;
+                              if (!error && self->drained_ < kMostDrained) self->drain();
+                            });
+  }
+
+  static constexpr std::size_t kMostDrained = 1 << 20;
+
+  Hub& hub_;
+  beast::tcp_stream stream_;
+  std::unique_ptr<Counted> counted_;
+  Timer timer_;
+  beast::flat_buffer buffer_;
+  http::request_parser<http::empty_body> parser_;
+  http::response<http::string_body> response_;
+  std::array<char, 4096> rest_{};
+  std::size_t drained_ = 0;
+  bool late_ = false;
+};
+
+}  // namespace
+
+// ---- the server ---------------------------------------------------------------------------------
+class Server::Network {
+ public:
+  explicit Network(const ServeOptions& options)
+      : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
+    hub_.options = options;
+    hub_.names = HostNames(options.address, options.name);
+    error_code error;
+    const auto address = asio::ip::make_address(options.address, error);
+    if (error)
+      fail(ErrorKind::usage, "serve: --address {}: not an address such as 127.0.0.1 or ::1",
+           options.address);
+    const Tcp::endpoint endpoint(address, static_cast<unsigned short>(options.port));
+    acceptor_.open(endpoint.protocol(), error);
+    if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor_.bind(endpoint, error);
+    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (error) {
+      fail(ErrorKind::device, "serve: {} port {} cannot be used: {}", options.address, options.port,
+           error.message());
+    }
+  }
+
+  int port() const { return acceptor_.local_endpoint().port(); }
+
+  void run(ServedScenes& scenes, const std::function<bool()>& ends) {
+    for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
+    {
+      Pictures pictures(scenes, {[this](int visitor, Picture picture) {
+                                   to_live(visitor,
+                                           [picture = std::move(picture)](Live& live) mutable {
+                                             live.picture_ready(std::move(picture));
+                                           });
+                                 },
+                                 [this](int visitor, Actions actions) {
+                                   to_live(visitor, [actions = std::move(actions)](Live& live) {
+                                     live.job_ended(actions);
+                                   });
+                                 }});
+      hub_.pictures = &pictures;
+      await_end(ends);
+      accept();
+      hub_.io.run();
+      hub_.pictures = nullptr;
+    }
+    hub_.io.restart();
+  }
+
+ private:
+  // Calls the function with the visitor's connection on the thread of the network, if it still
+  // exists.
+  template <class Function>
+  void to_live(int visitor, Function function) {
+    asio::post(hub_.io, [this, visitor, function = std::move(function)]() mutable {
+      const auto found = hub_.live.find(visitor);
+      if (found == hub_.live.end()) return;
+      if (const std::shared_ptr<Live> live = found->second.lock()) function(*live);
+    });
+  }
+
+  void accept() {
+    acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
+      if (!acceptor_.is_open()) return;
+      if (error) return accept_later();
+      begin(std::move(socket));
+      accept();
+    });
+  }
+
+  // For example without file descriptors.
+  void accept_later() {
+    accept_timer_.expires_after(kEndTurn);
+    accept_timer_.async_wait([this](error_code error) {
+      if (!error) accept();
+    });
+  }
+
+  void begin(Tcp::socket socket) {
+    error_code error;
+    const auto remote = socket.remote_endpoint(error);
+    if (error) return;
+    socket.set_option(Tcp::no_delay(true), error);
+    const std::string address = remote.address().to_string();
+    const ServeLimits& limits = hub_.options.limits;
+    const auto found = hub_.addresses.find(address);
+    const int here = found == hub_.addresses.end() ? 0 : found->second.connections;
+    const bool fits =
+        hub_.connections < limits.connections && here < limits.connections_per_address;
+    if (!fits && hub_.refused >= kMostRefused) return;
+    auto request = std::make_shared<Request>(hub_, std::move(socket),
+                                             std::make_unique<Counted>(hub_, address, fits));
+    if (fits) return request->read();
+    request->refuse(503);
+  }
+
+  void await_end(const std::function<bool()>& ends) {
+    if (ends()) {
+      error_code ignored;
+      acceptor_.close(ignored);
+      hub_.io.stop();
+      return;
+    }
+    end_timer_.expires_after(kEndTurn);
+    end_timer_.async_wait([this, &ends](error_code error) {
+      if (!error) await_end(ends);
+    });
+  }
+
+  Hub hub_;
+  Tcp::acceptor acceptor_;
+  Timer end_timer_, accept_timer_;
+};
+
+Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>(options)) {}
+Server::~Server() = default;
+int Server::port() const { return network_->port(); }
+void Server::run(ServedScenes& scenes, const std::function<bool()>& ends) {
+  network_->run(scenes, ends);
+}
+
+#endif
+
+}  // namespace qs

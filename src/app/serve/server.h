@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+//
+// The web server: the page by HTTP, pictures and state by WebSocket. One thread does the network
+// and owns the visitors; pictures.h has the threads that render and encode.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/serve/limits.h"
+#include "app/serve/served_scene.h"
+
+namespace qs {
+
+struct ServeOptions {
+  std::string address = "127.0.0.1";  ///< to listen at
+  std::string name;                   ///< another name of the host in addresses; may be empty
+  int port = 7007;                    ///< 0: any free one
+  std::string token;                  ///< make_token()
+  ServeLimits limits;
+};
+
+class Server {
+ public:
+  /// Listens from now on, and answers from run() on. Throws Error if the address is wrong or taken,
+  /// or if this build has no server.
+  explicit Server(const ServeOptions& options);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  int port() const;
+
+  /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
+  /// Error.
+  void run(ServedScenes& scenes, const std::function<bool()>& ends);
+
+ private:
+  class Network;
+  std::unique_ptr<Network> network_;
+};
+
+}  // namespace qs

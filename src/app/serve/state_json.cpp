@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "app/serve/state_json.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/serve/served_commands.h"
+#include "app/viewer/commands/keys.h"
+
+namespace qs {
+namespace {
+
+using Json = nlohmann::json;
+
+// The gestures of kGestures that need the window: they have no effect in a browser.
+bool works_in_browsers(const Gesture& gesture) {
+  const std::string_view keys = gesture.keys;
+  return keys != "Click" && keys != "Drop a file";
+}
+
+Json commands_json() {
+  Json rows = Json::array();
+  for (const KeyCommand* command : served_commands()) {
+    rows.push_back(
+        {{"menu",
+          command->menu == Menu::none ? "" : kMenuNames[static_cast<std::size_t>(command->menu)]},
+         {"help", command->help},
+         {"key", key_name(command->key, command->mods)},
+         {"held", static_cast<bool>(command->on_release)},
+         {"tooltip", command->tooltip == nullptr ? "" : command->tooltip}});
+  }
+  return rows;
+}
+
+Json help_json() {
+  Json rows = Json::array();
+  for (const Gesture& gesture : gestures()) {
+    if (works_in_browsers(gesture)) rows.push_back({gesture.keys, gesture.help});
+  }
+  for (const FlyKey& key : fly_keys()) rows.push_back({key_name(key.key), key.help});
+  return rows;
+}
+
+Json scenes_json(const std::vector<const OpenedScene*>& scenes) {
+  Json rows = Json::array();
+  for (const OpenedScene* scene : scenes)
+    rows.push_back({{"name", scene->facts.name}, {"gaussians", scene->facts.gaussians}});
+  return rows;
+}
+
+Json view_json(const Visitor& visitor) {
+  const Viewer& v = visitor.viewer();
+  Json checked = Json::array();
+  for (const KeyCommand* command : served_commands()) {
+    if (command->is_checked && command->is_checked(v)) checked.push_back(command->help);
+  }
+  const std::string map = v.heatmap ? heatmap_row(*v.heatmap).name : "";
+  return {{"scene", visitor.scene()},
+          {"navigation", v.navigation == Navigation::orbit ? "orbit" : "fly"},
+          {"mode", mode_name(v.mode())},
+          {"heatmap", map},
+          {"quantity", row_of(v.quantity).name},
+          {"camera", v.dataset_camera},
+          {"cameras", v.scene->cameras.size()},
+          {"checked", checked}};
+}
+
+Json frame_json(const Viewer& v) {
+  const RenderStats& stats = v.shown.stats;
+  return {{"mode", mode_name(v.shown.mode)},
+          {"ms", stats.frame_ms},
+          {"pairs", stats.tile_pairs},
+          {"visible", stats.visible},
+          {"divisor", v.shown.divisor},
+          {"backend", kBackendNames[static_cast<int>(v.backend)]},
+          {"pipeline", kPipelineNames[static_cast<int>(stats.pipeline)]}};
+}
+
+Json messages_json(const Viewer& v) {
+  Json rows = Json::array();
+  for (const Toast& toast : v.toasts) {
+    if (toast.path.empty()) rows.push_back({{"text", toast.text}, {"error", toast.error}});
+  }
+  return rows;
+}
+
+}  // namespace
+
+StateSections state_sections(const Visitor& visitor,
+                             const std::vector<const OpenedScene*>& scenes) {
+  const auto text = [](const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  static const std::string kCommands = text(commands_json()), kHelp = text(help_json());
+  return {{"commands", kCommands},
+          {"help", kHelp},
+          {"scenes", text(scenes_json(scenes))},
+          {"view", text(view_json(visitor))},
+          {"frame", text(frame_json(visitor.viewer()))},
+          {"messages", text(messages_json(visitor.viewer()))}};
+}
+
+std::string state_message(const StateSections& before, const StateSections& now,
+                          std::uint32_t version) {
+  std::string sections;
+  for (const auto& [name, value] : now) {
+    const auto found = before.find(name);
+    if (found != before.end() && found->second == value) continue;
+    sections += fmt::format("{}\"{}\":{}", sections.empty() ? "" : ",", name, value);
+  }
+  if (sections.empty()) return {};
+  return fmt::format(R"({{"type":"state","version":{},"sections":{{{}}}}})", version, sections);
+}
+
+}  // namespace qs

@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: MIT
+//
+// The server as clients meet it, each line of its rules: sound visitors, and those who are refused.
+#include "app/serve/server.h"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <thread>
+#include <utility>  // Asio 1.74 uses std::exchange without it
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/serve/picture_message.h"
+#include "app/serve/serve_scenes.h"
+#include "app/support/run_program.h"
+#include "io/picture/image_file.h"
+#include "io/picture/webp_image.h"
+#include "support/error_of.h"
+
+namespace qs {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using Tcp = asio::ip::tcp;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using namespace std::chrono_literals;
+
+constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
+
+class ServeServer : public testing::Test {
+ protected:
+  asio::io_context io_;
+  std::unique_ptr<test::SmallScenes> small_ = std::make_unique<test::SmallScenes>();
+  ServeOptions options_;
+  std::unique_ptr<Server> server_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+
+  ServeServer() {
+    options_.port = 0;
+    options_.token = kToken;
+  }
+  ~ServeServer() override { end(); }
+
+  void start() {
+    server_ = std::make_unique<Server>(options_);
+    thread_ =
+        std::thread([this] { server_->run(small_->scenes, [this] { return ends_.load(); }); });
+  }
+  void end() {
+    ends_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  std::string host() const { return "127.0.0.1:" + std::to_string(server_->port()); }
+
+  Tcp::socket connect() {
+    if (!server_) start();
+    Tcp::socket socket(io_);
+    socket.connect(
+        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(server_->port())});
+    return socket;
+  }
+
+  // Sends the bytes and reads until the server closes the connection.
+  std::string answer_to(const std::string& bytes) {
+    Tcp::socket socket = connect();
+    return answer_on(socket, bytes);
+  }
+  static std::string answer_on(Tcp::socket& socket, const std::string& bytes) {
+    error_code error;
+    asio::write(socket, asio::buffer(bytes), error);
+    std::string answer;
+    asio::read(socket, asio::dynamic_buffer(answer), error);
+    return answer;
+  }
+  std::string get(const std::string& target, const std::string& more = "") {
+    connect();  // starts the server, whose port is in the request
+    return "GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\n" + more + "\r\n";
+  }
+  int status_of(const std::string& bytes) {
+    const std::string answer = answer_to(bytes);
+    return answer.size() > 12 ? std::stoi(answer.substr(9, 3)) : 0;
+  }
+};
+
+// ---- HTTP ---------------------------------------------------------------------------------------
+TEST_F(ServeServer, the_page_comes_with_the_fields_that_protect_it) {
+  const std::string answer = answer_to(get("/"));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'"));
+  EXPECT_THAT(answer, HasSubstr("X-Content-Type-Options: nosniff"));
+  EXPECT_THAT(answer, HasSubstr("Cache-Control: no-store"));
+  EXPECT_THAT(answer, HasSubstr("<canvas"));
+  EXPECT_THAT(answer, Not(HasSubstr("https://"))) << "no resource of another site";
+  EXPECT_THAT(answer_to(get("/page.js")), HasSubstr("text/javascript"));
+}
+
+TEST_F(ServeServer, requests_are_refused_by_the_rules) {
+  EXPECT_EQ(status_of(get("/other")), 404);
+  EXPECT_EQ(status_of(get("/../../../../etc/passwd")), 404);
+  EXPECT_EQ(status_of(get("/live")), 404);
+  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), 405);
+  EXPECT_EQ(status_of("NONSENSE / HTTP/1.1\r\nHost: localhost\r\n\r\n"), 405);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("\x16\x03\x01 nonsense\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n"), 403);
+  EXPECT_EQ(status_of(get("/" + std::string(1024, 'x'))), 414);
+  EXPECT_EQ(status_of(get("/", "Filler: " + std::string(8192, 'x') + "\r\n")), 431);
+  EXPECT_EQ(status_of(get("/", "Content-Length: 1\r\n") + "x"), 413);
+  EXPECT_EQ(status_of(get("/", "Transfer-Encoding: chunked\r\n") + "0\r\n\r\n"), 413);
+}
+
+TEST_F(ServeServer, a_request_that_does_not_end_is_too_late) {
+  options_.limits.head_time = 200ms;
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: localh"), 408);
+}
+
+TEST_F(ServeServer, connections_of_one_address_are_counted) {
+  options_.limits.connections_per_address = 2;
+  std::vector<Tcp::socket> open;
+  open.push_back(connect());
+  open.push_back(connect());
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"), 503);
+  open.clear();
+  int status = 0;  // the server notices the end soon
+  for (int i = 0; i < 100 && status != 200; ++i) {
+    std::this_thread::sleep_for(20ms);
+    status = status_of("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(status, 200);
+}
+
+TEST_F(ServeServer, all_connections_are_counted) {
+  options_.limits.connections = 1;
+  const Tcp::socket open = connect();
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"), 503);
+}
+
+TEST_F(ServeServer, addresses_that_cannot_be_used_are_named) {
+  start();
+  ServeOptions taken = options_;
+  taken.port = server_->port();
+  EXPECT_THAT(test::error_of([&] { Server second(taken); }, ErrorKind::device),
+              HasSubstr("cannot be used: Address already in use"));
+  taken.address = "nowhere";
+  EXPECT_THAT(test::error_of([&] { Server third(taken); }, ErrorKind::usage),
+              HasSubstr("--address nowhere"));
+}
+
+// ---- WebSocket ----------------------------------------------------------------------------------
+class ServeLive : public ServeServer {
+ protected:
+  using Socket = websocket::stream<Tcp::socket>;
+
+  Socket open(const std::string& origin = "") {
+    Socket socket(connect());
+    const std::string own = origin.empty() ? "http://" + host() : origin;
+    socket.set_option(websocket::stream_base::decorator(
+        [own](websocket::request_type& request) { request.set(beast::http::field::origin, own); }));
+    socket.handshake(host(), "/live");
+    return socket;
+  }
+  static void say(Socket& socket, const std::string& text) {
+    socket.text(true);
+    socket.write(asio::buffer(text));
+  }
+  static void greet(Socket& socket, const std::string& token = kToken) {
+    say(socket, R"({"type":"hello","token":")" + token + R"(","width":64,"height":48})");
+  }
+  // Reads until the server closes the connection; the code with which it does.
+  static int code_at_end(Socket& socket) {
+    error_code error;
+    while (!error) {
+      beast::flat_buffer buffer;
+      socket.read(buffer, error);
+    }
+    return error == websocket::error::closed ? static_cast<int>(socket.reason().code) : 0;
+  }
+
+  struct Message {
+    bool is_binary = false;
+    std::string bytes;
+    int flags() const { return static_cast<std::uint8_t>(bytes[2]); }
+    std::uint32_t number(std::size_t place) const {
+      std::uint32_t value = 0;
+      std::memcpy(&value, bytes.data() + place, sizeof(value));
+      return value;
+    }
+  };
+  Message read(Socket& socket) {
+    beast::flat_buffer buffer;
+    error_code error;
+    socket.read(buffer, error);
+    if (error) throw std::runtime_error("closed: " + std::string(socket.reason().reason.c_str()));
+    all_ += beast::buffers_to_string(buffer.data());
+    return {socket.got_binary(), beast::buffers_to_string(buffer.data())};
+  }
+  // Confirms pictures as the page does, until an exact picture is complete; returns its file.
+  std::string exact_picture(Socket& socket, std::uint32_t input = 0) {
+    std::string file;
+    while (true) {
+      const Message message = read(socket);
+      if (!message.is_binary) continue;
+      ++received_;
+      say(socket, R"({"type":"received","count":)" + std::to_string(received_) + "}");
+      if (message.number(8) < input || (message.flags() & kLosslessFlag) == 0) {
+        file.clear();
+        continue;
+      }
+      file += message.bytes.substr(kPictureHeader);
+      if ((message.flags() & kLastPartFlag) != 0) return file;
+    }
+  }
+
+  std::string all_;  // the server has said
+  std::uint32_t received_ = 0;
+};
+
+TEST_F(ServeLive, a_visitor_gets_state_and_exactly_the_picture_of_render) {
+  Socket socket = open();
+  greet(socket);
+  const Message first = read(socket);
+  EXPECT_FALSE(first.is_binary);
+  const Json state = Json::parse(first.bytes);
+  EXPECT_EQ(state.at("sections").at("scenes").size(), 2u);
+  const std::string file = exact_picture(socket);
+  const auto pixels = decode_webp(std::as_bytes(std::span(file)), "test");
+
+  const auto folder = small_->folder.path();
+  const auto run = test::run_quadsplat({"render", (folder / "secret0/scene0.ply").string(),
+                                        "--backend", "cpu", "--camera-index", "0", "--size",
+                                        "64x48", "--output", (folder / "out.png").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Image expected = read_image(folder / "out.png");
+  ASSERT_EQ(pixels.size(), 4u * 64 * 48);
+  for (std::size_t i = 0; i < 64 * 48; ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      ASSERT_EQ(pixels[4 * i + c], to_8bit(expected.values[3 * i + c])) << i;
+  }
+  EXPECT_THAT(all_, Not(HasSubstr("secret"))) << "no path goes out";
+  EXPECT_THAT(all_, Not(HasSubstr(folder.string())));
+}
+
+TEST_F(ServeLive, pictures_answer_the_last_input_and_rest_after_it) {
+  Socket socket = open();
+  greet(socket);
+  const std::string before = exact_picture(socket);
+  say(socket, R"({"type":"wheel","notches":3,"input":1})");
+  say(socket, R"({"type":"command","command":"Next camera","input":2})");
+  EXPECT_NE(exact_picture(socket, 2), before);
+}
+
+TEST_F(ServeLive, nothing_is_sent_beyond_the_window) {
+  Socket socket = open();
+  greet(socket);
+  for (int i = 1; i <= 20; ++i) {
+    say(socket, R"({"type":"wheel","notches":1,"input":)" + std::to_string(i) + "}");
+    std::this_thread::sleep_for(20ms);
+  }
+  int pictures = 0;
+  for (int i = 0; i < 50; ++i) {  // a second
+    for (; socket.next_layer().available() > 0; pictures += read(socket).is_binary ? 1 : 0) {
+    }
+    std::this_thread::sleep_for(20ms);
+  }
+  EXPECT_GE(pictures, 1);
+  EXPECT_LE(pictures, 2) << "two may be on the way before the first is confirmed";
+}
+
+TEST_F(ServeLive, pages_of_other_origins_are_refused) {
+  for (const char* origin : {"null", "http://evil.example", "http://localhost"})
+    EXPECT_THROW(open(origin), boost::system::system_error) << origin;
+  const std::string upgrade =
+      "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: "
+      "13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+  EXPECT_EQ(status_of(get("/live", upgrade)), 403);
+  EXPECT_EQ(status_of(get("/live", upgrade + "Origin: null\r\n")), 403);
+}
+
+TEST_F(ServeLive, a_token_is_needed_first_and_soon) {
+  options_.limits.token_time = 200ms;
+  Socket wrong = open();
+  greet(wrong, "0123456789abcdef0123456789abcdee");
+  EXPECT_EQ(code_at_end(wrong), 4401);
+  Socket silent = open();
+  EXPECT_EQ(code_at_end(silent), 4401);
+  Socket hasty = open();
+  say(hasty, R"({"type":"blur"})");
+  EXPECT_EQ(code_at_end(hasty), 4401);
+}
+
+TEST_F(ServeLive, guessing_tokens_ends_soon) {
+  options_.limits.wrong_tokens_per_minute = 3;
+  for (int i = 0; i < 3; ++i) {
+    Socket socket = open();
+    greet(socket, "guess");
+    EXPECT_EQ(code_at_end(socket), 4401);
+  }
+  try {
+    open();
+    ADD_FAILURE() << "a fourth guess was possible";
+  } catch (const boost::system::system_error& error) {
+    EXPECT_EQ(error.code(), websocket::error::upgrade_declined);
+  }
+}
+
+TEST_F(ServeLive, damaged_messages_close_the_connection) {
+  Socket long_one = open();
+  greet(long_one);
+  error_code ignored;
+  const std::string spaces(65537, ' ');
+  long_one.write(asio::buffer(spaces), ignored);
+  EXPECT_EQ(code_at_end(long_one), 1009);
+  Socket binary = open();
+  binary.binary(true);
+  binary.write(asio::buffer("x", 1));
+  EXPECT_EQ(code_at_end(binary), 1003);
+  Socket no_json = open();
+  say(no_json, "hello");
+  EXPECT_EQ(code_at_end(no_json), 1007);
+  Socket liar = open();
+  greet(liar);
+  say(liar, R"({"type":"received","count":1000})");
+  EXPECT_EQ(code_at_end(liar), 1008);
+  Socket twice = open();
+  greet(twice);
+  greet(twice);
+  EXPECT_EQ(code_at_end(twice), 1008);
+}
+
+TEST_F(ServeLive, too_many_messages_close_the_connection) {
+  options_.limits.messages_per_second = 20;
+  Socket socket = open();
+  greet(socket);
+  error_code error;
+  for (int i = 0; i < 60 && !error; ++i)
+    socket.write(asio::buffer(std::string(R"({"type":"blur"})")), error);
+  EXPECT_EQ(code_at_end(socket), 1008);
+}
+
+TEST_F(ServeLive, silent_clients_are_dropped) {
+  options_.limits.pong_time = 400ms;
+  Socket socket = open();
+  greet(socket);
+  Tcp::socket& bare = socket.next_layer();
+  std::string rest;  // read without answering pings
+  error_code error;
+  asio::read(bare, asio::dynamic_buffer(rest), error);
+  EXPECT_EQ(error, asio::error::eof) << "the server closed the connection";
+}
+
+TEST_F(ServeLive, a_visitor_who_leaves_in_the_middle_harms_nobody) {
+  for (int i = 0; i < 5; ++i) {
+    Socket socket = open();
+    greet(socket);
+    if (i % 2 == 0) read(socket);
+    const linger reset{1, 0};
+    setsockopt(socket.next_layer().native_handle(), SOL_SOCKET, SO_LINGER, &reset, sizeof(reset));
+  }
+  Socket socket = open();
+  greet(socket);
+  EXPECT_FALSE(exact_picture(socket).empty());
+}
+
+TEST_F(ServeLive, a_storm_of_sizes_ends_with_the_last_one) {
+  Socket socket = open();
+  greet(socket);
+  for (int i = 1; i <= 40; ++i) {
+    say(socket, R"({"type":"resize","width":)" + std::to_string(1 + 37 * i % 300) +
+                    R"(,"height":)" + std::to_string(i) + R"(,"input":)" + std::to_string(i) + "}");
+  }
+  const std::string file = exact_picture(socket, 40);
+  const WebpSize size = webp_size(std::as_bytes(std::span(file)), "test");
+  EXPECT_EQ(size.width, 281u);
+  EXPECT_EQ(size.height, 40u);
+}
+
+TEST_F(ServeLive, twenty_visitors_are_all_served) {
+  options_.limits.connections_per_address = 40;
+  std::vector<Socket> sockets;
+  for (int i = 0; i < 20; ++i) {
+    sockets.push_back(open());
+    greet(sockets.back());
+  }
+  for (Socket& socket : sockets) {
+    received_ = 0;
+    EXPECT_FALSE(exact_picture(socket).empty());
+  }
+}
+
+TEST_F(ServeLive, the_server_ends_with_visitors) {
+  Socket socket = open();
+  greet(socket);
+  const auto began = std::chrono::steady_clock::now();
+  end();
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
+}
+
+// ---- the program --------------------------------------------------------------------------------
+int free_port() {
+  asio::io_context io;
+  return Tcp::acceptor(io, {asio::ip::make_address("127.0.0.1"), 0}).local_endpoint().port();
+}
+
+// Waits until the page is served.
+void await_page(int port) {
+  asio::io_context io;
+  for (int i = 0; i < 600; ++i) {
+    Tcp::socket socket(io);
+    error_code error;
+    socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)}, error);
+    std::string answer;
+    if (!error)
+      asio::write(socket, asio::buffer("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", 35), error);
+    if (!error) asio::read(socket, asio::dynamic_buffer(answer), error);
+    if (answer.starts_with("HTTP/1.1 200")) return;
+    std::this_thread::sleep_for(50ms);
+  }
+  ADD_FAILURE() << "the page was not served";
+}
+
+TEST(ServeProgram, prints_its_address_and_ends_with_a_signal) {
+  const test::SmallScenes scenes(1);
+  const auto path = scenes.folder / "secret0/scene0.ply";
+  const int port = free_port();
+  std::chrono::steady_clock::time_point signalled;
+  const auto run = test::run_quadsplat(
+      {"serve", path.string(), "--backend", "cpu", "--port", std::to_string(port)},
+      [&](pid_t process) {
+        await_page(port);
+        signalled = std::chrono::steady_clock::now();
+        kill(process, SIGINT);
+      });
+  EXPECT_LT(std::chrono::steady_clock::now() - signalled, 2s);
+  EXPECT_EQ(run.exit_code, 130) << run.err;
+  EXPECT_THAT(run.out,
+              testing::MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/#token=[0-9a-f]{32}\n"));
+  EXPECT_THAT(run.err, HasSubstr("ssh -L "));
+}
+
+}  // namespace
+}  // namespace qs

@@ -80,7 +80,7 @@ class Tables:
 
     @property
     def on_gpu(self) -> bool:
-        return "cuda" in self.different("backend")
+        return any(backend.startswith("cuda") for backend in self.different("backend"))  # "cuda, NAME OF THE GPU"
 
 
 def printed(quantity: str, row: str, set_name: str) -> Optional[float]:

@@ -20,7 +20,7 @@ import unittest
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "workflows/paper"))
-from quadsplat_paper import charts, gpus, matrix, pictures, ratios, results, sets  # noqa: E402
+from quadsplat_paper import charts, gpus, matrix, pictures, ratios, report, results, sets  # noqa: E402
 from quadsplat_paper.plan import Plan  # noqa: E402
 from quadsplat_paper.problem import Problem  # noqa: E402
 
@@ -183,6 +183,12 @@ class Rules(unittest.TestCase):
         self.assertIn("</svg>", charts.bars("t", [], {}))
         self.assertIn("</svg>", charts.curves("t", "x", {}))
         self.assertIn("a &lt; b", charts.bars("a < b", ["g"], {"s": [(1, 0.5, 2)], "none": [None]}))
+
+    def test_a_gpu_is_known_by_the_name_of_its_backend(self):
+        for backend, on_gpu in (("cuda, NVIDIA H200", True), ("cpu", False), (None, False)):
+            tables = report.Tables.__new__(report.Tables)
+            tables.rows = [{"backend": backend}]
+            self.assertEqual(tables.on_gpu, on_gpu, backend)
 
 
 class Runs(unittest.TestCase):

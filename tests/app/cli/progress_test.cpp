@@ -91,6 +91,17 @@ class CommandProgress : public testing::Test {
   ProgressBar::Clock::time_point now_{};
 };
 
+TEST_F(CommandProgress, is_erased_at_0_percent_too_and_only_if_it_is_shown) {
+  const test::Terminal terminal;
+  ProgressBar bar("working");
+  bar.hide();
+  EXPECT_EQ(terminal.shown(), "");
+  bar.progress().report(0);
+  EXPECT_THAT(terminal.shown(), HasSubstr("working ["));
+  bar.hide();
+  EXPECT_EQ(terminal.shown(), "\r\033[K");
+}
+
 TEST_F(CommandProgress, is_shown_by_the_commands_that_draw) {
   expect_bars("render scene.ply --all-cameras --output all.ppm", {"rendering"});
   expect_bars("render scene.ply --cull all --psnr --repeats 2", {"rendering"});

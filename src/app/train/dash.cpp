@@ -42,32 +42,6 @@ std::uint64_t wanted_number(const TrainSettings& settings, const GrowthState& gr
   return growth.initial + static_cast<std::uint64_t>(static_cast<double>(growth.budget) / share);
 }
 
-struct Growing {
-  std::size_t kept = 0;                // Gaussians that are not removed
-  std::vector<std::uint32_t> largest;  // kept Gaussians whose gradient asks for a copy
-};
-
-Growing growing(const GaussianFacts& facts) {
-  Growing result;
-  for (std::uint32_t i = 0; i < facts.size(); ++i) {
-    if (opacity(facts, i) < kLeastOpacity) continue;
-    ++result.kept;
-    if (facts.density.mean(i) >= kDashGradient) result.largest.push_back(i);
-  }
-  return result;
-}
-
-// Keeps the `number` Gaussians with the largest gradients, the largest first.
-void keep_largest(const GaussianFacts& facts, std::size_t number,
-                  std::vector<std::uint32_t>& gaussians) {
-  const auto end = gaussians.begin() + static_cast<std::ptrdiff_t>(number);
-  std::partial_sort(gaussians.begin(), end, gaussians.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const float of_a = facts.density.mean(a), of_b = facts.density.mean(b);
-    return of_a != of_b ? of_a > of_b : a < b;
-  });
-  gaussians.erase(end, gaussians.end());
-}
-
 // The number of Gaussians to add, if as many want to be cloned or split.
 std::size_t most_additions(const IterationContext& context, const GaussianFacts& facts,
                            const GrowthState& growth, std::size_t kept) {
@@ -82,15 +56,17 @@ std::size_t most_additions(const IterationContext& context, const GaussianFacts&
 void grow(const IterationContext& context, const GaussianFacts& facts, Plan& plan) {
   GrowthState& growth = plan.growth;
   if (growth.initial == 0) growth = {facts.size(), kFirstBudget * facts.size()};
-  Growing wanted = growing(facts);
-  const std::size_t above = wanted.largest.size();
-  keep_largest(facts, std::min(above, most_additions(context, facts, growth, wanted.kept)),
-               wanted.largest);
+  std::size_t kept = 0;
   std::vector<Candidate> candidates;
-  for (const std::uint32_t i : wanted.largest) {
-    const bool splits = largest_scale(facts, i) > kDashSmall * context.extent;
-    candidates.push_back({i, facts.density.mean(i), splits});
+  for (std::uint32_t i = 0; i < facts.size(); ++i) {
+    if (opacity(facts, i) < kLeastOpacity) continue;
+    ++kept;
+    const float gradient = facts.density.mean(i);
+    if (gradient >= kDashGradient)
+      candidates.push_back({i, gradient, largest_scale(facts, i) > kDashSmall * context.extent});
   }
+  const std::size_t above = candidates.size();
+  keep_most_urgent(most_additions(context, facts, growth, kept), candidates);
   clone_and_split(context, facts, std::move(candidates), plan);
   remove_faint(kLeastOpacity, plan);
   const auto grown = static_cast<std::uint64_t>(

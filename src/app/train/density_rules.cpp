@@ -19,20 +19,6 @@ constexpr double kFinalOpacity = 0.1;
 
 double logit_of(double opacity) { return std::log(opacity / (1 - opacity)); }
 
-// The most urgent candidates that --max-gaussians allows.
-std::vector<Candidate> within_limit(const IterationContext& context, std::size_t gaussians,
-                                    std::vector<Candidate> candidates) {
-  const std::size_t limit =
-      find_strategy(context.settings.strategy).max_gaussians(context.settings);
-  if (limit == 0) return candidates;
-  const std::size_t room = limit > gaussians ? limit - gaussians : 0;
-  if (candidates.size() <= room) return candidates;
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.urgency > b.urgency; });
-  candidates.resize(room);
-  return candidates;
-}
-
 // Replaces Gaussian `child` of the plan, a copy, by a smaller one at a point drawn from it.
 void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
                   const glm::dvec3& normal) {
@@ -44,9 +30,21 @@ void shrink_child(Plan& plan, std::size_t child, const glm::quat& rotation,
 
 }  // namespace
 
+void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates) {
+  if (candidates.size() <= number) return;
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(number),
+                   candidates.end(), [](const Candidate& a, const Candidate& b) {
+                     return a.urgency != b.urgency ? a.urgency > b.urgency
+                                                   : a.gaussian < b.gaussian;
+                   });
+  candidates.resize(number);
+}
+
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,
                      std::vector<Candidate> candidates, Plan& plan) {
-  candidates = within_limit(context, facts.size(), std::move(candidates));
+  const std::size_t limit =
+      find_strategy(context.settings.strategy).max_gaussians(context.settings);
+  if (limit > 0) keep_most_urgent(limit > facts.size() ? limit - facts.size() : 0, candidates);
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.gaussian < b.gaussian; });
   std::vector<std::uint32_t> clones, splits;

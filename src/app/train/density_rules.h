@@ -21,6 +21,9 @@ struct Candidate {
   bool splits;
 };
 
+/// Keeps the `number` most urgent candidates; of equally urgent ones those with the lowest index.
+void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates);
+
 /// A clone is a copy. The children of a split replace the
 /// Gaussian: they are smaller by 1.6, at points drawn from it.
 void clone_and_split(const IterationContext& context, const GaussianFacts& facts,

@@ -51,21 +51,11 @@ std::vector<double> grid_features(const ColorField& field, const glm::dvec3& mea
   const glm::dvec3 position = contract(mean);
   std::vector<double> features;
   for (const GridLevel& level : grid_levels(field.grid)) {
-    const glm::dvec3 place = static_cast<double>(level.scale) * position + 0.5;
-    const glm::dvec3 cell = glm::floor(place), part = place - cell;
     std::array<double, kGridFeatures> sums{};
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      double weight = 1;
-      std::array<std::uint32_t, 3> vertex;
-      for (int axis = 0; axis < 3; ++axis) {
-        const unsigned upper = corner >> axis & 1;
-        vertex[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(cell[axis]) + upper;
-        weight *= upper != 0 ? part[axis] : 1 - part[axis];
-      }
-      const std::uint64_t entry = level.first + grid_entry(level, vertex[0], vertex[1], vertex[2]);
+    for_each_vertex(level, position, [&](std::size_t entry, double weight) {
       for (std::size_t k = 0; k < sums.size(); ++k)
         sums[k] += weight * static_cast<double>(field.grid_values[entry * kGridFeatures + k]);
-    }
+    });
     features.insert(features.end(), sums.begin(), sums.end());
   }
   return features;

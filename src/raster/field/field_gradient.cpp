@@ -20,26 +20,6 @@ void add_multiple(Real value, const Real* x, std::size_t count, Real* y) {
   for (std::size_t k = 0; k < count; ++k) y[k] += value * x[k];
 }
 
-// Calls visit(entry, weight) for the eight vertices around a position.
-template <class Real, class Visit>
-void for_each_vertex(const GridLevel& level, const glm::vec<3, Real>& position,
-                     const Visit& visit) {
-  const glm::vec<3, Real> place = static_cast<Real>(level.scale) * position + Real(0.5);
-  const glm::vec<3, Real> cell = glm::floor(place), part = place - cell;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Real weight = 1;
-    std::array<std::uint32_t, 3> vertex;
-    for (int axis = 0; axis < 3; ++axis) {
-      const unsigned upper = corner >> axis & 1;
-      vertex[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(cell[axis]) + upper;
-      weight *= upper != 0 ? part[axis] : 1 - part[axis];
-    }
-    visit(
-        static_cast<std::size_t>(level.first + grid_entry(level, vertex[0], vertex[1], vertex[2])),
-        weight);
-  }
-}
-
 }  // namespace
 
 void GridSums::add(std::size_t at, double by) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include <glm/common.hpp>
@@ -44,6 +45,27 @@ QS_HD std::uint32_t grid_entry(const GridLevel& level, std::uint32_t x, std::uin
   const std::uint32_t index = level.is_dense ? x + level.resolution * (y + level.resolution * z)
                                              : x ^ (2654435761u * y) ^ (805459861u * z);
   return index % level.entries;
+}
+
+/// Calls visit(entry, weight) for the eight vertices around `position` in the grid, 0..1 inside of
+/// it. `entry` counts from the first entry of the first level; the weights add up to 1.
+template <class Real, class Visit>
+void for_each_vertex(const GridLevel& level, const glm::vec<3, Real>& position,
+                     const Visit& visit) {
+  const glm::vec<3, Real> place = static_cast<Real>(level.scale) * position + Real(0.5);
+  const glm::vec<3, Real> cell = glm::floor(place), part = place - cell;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Real weight = 1;
+    std::uint32_t vertex[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const unsigned upper = corner >> axis & 1;
+      vertex[axis] = static_cast<std::uint32_t>(cell[axis]) + upper;
+      weight *= upper != 0 ? part[axis] : 1 - part[axis];
+    }
+    visit(
+        static_cast<std::size_t>(level.first + grid_entry(level, vertex[0], vertex[1], vertex[2])),
+        weight);
+  }
 }
 
 /// The kDirectionFeatures inputs of the network for the unit vector `d` from the camera to the

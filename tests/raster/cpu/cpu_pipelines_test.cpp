@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include <glm/common.hpp>
-#include <hwy/targets.h>
 
 #include "io/camera/cameras.h"
 #include "io/scene/reader.h"
@@ -14,6 +13,7 @@
 #include "raster/cpu/fast/half.h"
 #include "raster/kernel/composite.h"
 #include "support/gpu.h"
+#include "support/instruction_set.h"
 #include "support/mode_pairs.h"
 #include "support/pool.h"
 #include "support/scene_files.h"
@@ -23,24 +23,8 @@
 namespace qs {
 namespace {
 
-/// The scalar version is the fallback for other CPUs.
-constexpr std::int64_t kInstructionSets[] = {HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3};
-
-/// Runs with one instruction set only, and skips if the machine does not have it.
-class CpuPipeline : public testing::TestWithParam<std::int64_t> {
+class CpuPipeline : public test::InstructionSetTest {
  protected:
-  void SetUp() override {
-    if (GetParam() != HWY_SCALAR && (hwy::SupportedTargets() & GetParam()) == 0)
-      GTEST_SKIP() << "this CPU does not have it";
-    choose(GetParam());
-  }
-  void TearDown() override { choose(0); }
-
-  static void choose(std::int64_t instruction_set) {
-    hwy::SetSupportedTargetsForTest(instruction_set);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-
   static Outputs everything() {
     Outputs outputs;
     outputs.pairs = outputs.evaluated = outputs.trace = outputs.mode_pairs = true;
@@ -66,7 +50,7 @@ class CpuPipeline : public testing::TestWithParam<std::int64_t> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuPipeline, testing::ValuesIn(kInstructionSets),
+INSTANTIATE_TEST_SUITE_P(InstructionSets, CpuPipeline, testing::ValuesIn(test::kInstructionSets),
                          [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
 
 TEST_P(CpuPipeline, decide_and_draw_alike_in_every_mode) {

@@ -10,12 +10,12 @@
 #include <glm/geometric.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include "raster/field/field_evaluator.h"
 #include "raster/field/sh_design.h"
 #include "raster/kernel/sh.h"
 #include "support/golden_field.h"
+#include "support/instruction_set.h"
 
 namespace qs {
 namespace {
@@ -164,24 +164,9 @@ void expect_equal_outputs(const ColorField& field, std::size_t count, double bou
   }
 }
 
-/// Runs with one instruction set only, and skips if the machine does not have it.
-class FieldVectors : public testing::TestWithParam<std::int64_t> {
- protected:
-  void SetUp() override {
-    if (GetParam() != HWY_SCALAR && (hwy::SupportedTargets() & GetParam()) == 0)
-      GTEST_SKIP() << "this CPU does not have it";
-    choose(GetParam());
-  }
-  void TearDown() override { choose(0); }
+using FieldVectors = test::InstructionSetTest;
 
-  static void choose(std::int64_t instruction_set) {
-    hwy::SetSupportedTargetsForTest(instruction_set);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-};
-
-INSTANTIATE_TEST_SUITE_P(InstructionSets, FieldVectors,
-                         testing::Values(HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3),
+INSTANTIATE_TEST_SUITE_P(InstructionSets, FieldVectors, testing::ValuesIn(test::kInstructionSets),
                          [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
 
 TEST_P(FieldVectors, outputs_equal_double_precision) {

@@ -21,7 +21,7 @@ struct Candidate {
   bool splits;
 };
 
-/// Keeps the `number` most urgent candidates; of equally urgent ones those with the lowest index.
+/// Keeps the `number` most urgent candidates, in any order. Ties go to the lower index.
 void keep_most_urgent(std::size_t number, std::vector<Candidate>& candidates);
 
 /// A clone is a copy. The children of a split replace the

@@ -73,11 +73,12 @@ inline RenderSettings settings_of(CullMode mode, bool antialiased) {
 /// value.
 template <class Scene, class Visit>
 void for_each_group(Scene& scene, const Visit& visit) {
-  visit("mean", std::size_t{3}, &scene.means[0][0]);
-  visit("log scale", std::size_t{3}, &scene.log_scales[0][0]);
-  visit("rotation", std::size_t{4}, &scene.rotations[0][0]);
+  const auto first = [](auto& vectors) { return vectors.empty() ? nullptr : &vectors[0][0]; };
+  visit("mean", std::size_t{3}, first(scene.means));
+  visit("log scale", std::size_t{3}, first(scene.log_scales));
+  visit("rotation", std::size_t{4}, first(scene.rotations));
   visit("opacity", std::size_t{1}, scene.opacity_logits.data());
-  visit("sh", 3 * scene.sh_stride(), &scene.sh[0][0]);
+  visit("sh", 3 * scene.sh_stride(), first(scene.sh));
   if (scene.has_masks) visit("mask", std::size_t{1}, scene.mask_logits.data());
 }
 

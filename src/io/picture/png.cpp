@@ -48,6 +48,8 @@ bool read_png_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_init_io(reader.png, file);
   png_set_user_limits(reader.png, 0x7fffffff, 0x7fffffff);  // check_picture_size() sets the limits
+  // Texts and profiles are skipped, because libpng allocates the length that they claim.
+  png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
   return true;
 }

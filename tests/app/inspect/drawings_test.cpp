@@ -2,6 +2,7 @@
 //
 // Drawings compared with pictures in tests/golden/drawings. No picture is square and no data is
 // symmetric, so that exchanged coordinates and shifted pixels are noticed.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -97,6 +98,23 @@ TEST(Drawings, contact_sheet_of_views_of_two_sizes) {
   }
   EXPECT_EQ(flip_scale(rows), 0.2);
   expect_golden_reduced("contact_sheet", draw_contact_sheet(rows, "truth", "judged", 0.2), 2);
+}
+
+TEST(Drawings, the_error_scale_is_the_least_round_number_that_almost_all_errors_meet) {
+  const auto scale_of = [](float most, float outlier = 0) {
+    SheetRow row;
+    row.flip = Image(100, 10, 1);
+    row.flip.values.assign(1000, most);
+    row.flip.values.front() = std::max(most, outlier);
+    return flip_scale({&row, 1});
+  };
+  EXPECT_EQ(flip_scale({}), 1);
+  EXPECT_EQ(scale_of(0), 0.05);
+  EXPECT_EQ(scale_of(0.04f, 1), 0.05) << "a pixel of 1,000";
+  EXPECT_EQ(scale_of(0.06f), 0.1);
+  EXPECT_EQ(scale_of(0.15f), 0.2);
+  EXPECT_EQ(scale_of(0.3f), 0.5);
+  EXPECT_EQ(scale_of(0.6f), 1);
 }
 
 TEST(Drawings, lines_and_polygons) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,6 +164,9 @@ TEST(TrainRun, a_run_without_memory_is_saved_and_continues_to_the_same_bits) {
   run(folder / "whole", false, usual());
   const Checkpoint whole = read_checkpoint(folder / "whole" / "checkpoint");
   EXPECT_EQ(whole.model.size(), 21u) << "it grew before iteration 601";
+  std::vector<int> rows;
+  for (const LogRow& row : whole.log.rows) rows.push_back(row.iteration);
+  EXPECT_THAT(rows, testing::ElementsAre(100, 200, 300, 400, 500, 600, 603));
 
   // In iteration 601 the set of Gaussians has changed already.
   const std::function<void()> failures[] = {

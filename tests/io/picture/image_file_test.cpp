@@ -271,8 +271,8 @@ TEST_F(ImageFile, a_png_with_a_row_of_gigabytes_is_refused_before_its_row_is_all
   EXPECT_LT(peak_kilobytes() - before, 1 << 20);
 }
 
-// The text claims 1.7 GB in a file of 69 bytes. Its length is never allocated: the fuzzer, whose seed
-// this file is, fails above 1 GiB.
+// The text claims 1.7 GB in a file of 69 bytes. Its length is never allocated: the fuzzer, whose
+// seed this file is, fails above 1 GiB.
 TEST_F(ImageFile, a_png_with_a_text_that_ends_early_is_refused) {
   EXPECT_THAT(error_of_reading(std::filesystem::path(QUADSPLAT_SOURCE_DIR) /
                                "tests/data/pictures/long_text.png"),

@@ -15,6 +15,10 @@ target_link_libraries(quadsplat_library PRIVATE quadsplat_io quadsplat_raster)
 # A process keeps the library once it is loaded, because its threads and thread-local objects cannot be unloaded.
 target_link_options(quadsplat_library PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/src/library/quadsplat.map
   -Wl,-z,nodelete -Wl,--gc-sections)
+if(QUADSPLAT_STATIC)
+  set_source_files_properties(src/library/static_stderr.cpp PROPERTIES COMPILE_DEFINITIONS QUADSPLAT_WRAPS_STDERR SKIP_UNITY_BUILD_INCLUSION ON)
+  target_link_options(quadsplat_library PRIVATE -Wl,--wrap=stderr)
+endif()
 if(NOT QUADSPLAT_SANITIZE)
   target_link_options(quadsplat_library PRIVATE -Wl,-z,defs)
 endif()

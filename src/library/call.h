@@ -59,4 +59,10 @@ inline void require(const void* pointer, const Where& where) {
   if (pointer == nullptr) refuse(where, "is null");
 }
 
+/// Throws Error(usage) if a text is null or empty.
+inline void require_text(const char* text, const Where& where) {
+  require(text, where);
+  if (*text == 0) refuse(where, "is empty");
+}
+
 }  // namespace qs::library

@@ -22,7 +22,7 @@ int32_t qs_cameras_open(const char* path, QsCameras** cameras, uint64_t* count, 
     constexpr const char* kCall = "qs_cameras_open";
     require(cameras, {kCall, "cameras"});
     *cameras = nullptr;
-    require(path, {kCall, "path"});
+    require_text(path, {kCall, "path"});
     require(count, {kCall, "count"});
     *cameras = new QsCameras{read_cameras(path)};
     *count = (*cameras)->list.size();

@@ -56,7 +56,7 @@ int32_t qs_convert(QsSceneHandle* scene, const char* path, const QsConversion* c
   return library::call(message, [&] {
     constexpr const char* kCall = "qs_convert";
     require(scene, {kCall, "scene"});
-    require(path, {kCall, "path"});
+    require_text(path, {kCall, "path"});
     const QsConversion chosen = conversion_of(conversion, {kCall, "conversion"});
     const Use use(scene->scene.context(), {kCall, "scene"});
     if (scene->scene.cloud().empty()) refuse({kCall, "scene"}, "has no Gaussian to write");

@@ -105,7 +105,7 @@ int32_t qs_scene_load(QsContext* context, const char* path, const char* axes, Qs
     require(scene, {kCall, "scene"});
     *scene = nullptr;
     require(context, {kCall, "context"});
-    require(path, {kCall, "path"});
+    require_text(path, {kCall, "path"});
     const Use use(*context->context, {kCall, "context"});
     ReadOptions options;
     options.axes = axes != nullptr ? axes : "";

@@ -148,6 +148,9 @@ TEST_F(LibraryRefusals, of_null_pointers) {
   expect(qs_compare(context, &none, &none, nullptr, message), "qs_compare: comparison: is null");
   expect(qs_report(nullptr, nullptr, 0, message), "qs_report: report: is null");
   expect(qs_mode(0, nullptr, nullptr, message), "qs_mode: mode: is null");
+  expect(qs_scene_load(context, "", nullptr, &scene, message), "qs_scene_load: path: is empty");
+  expect(qs_cameras_open("", &cameras, &count, message), "qs_cameras_open: path: is empty");
+  expect(qs_convert(scene_.get(), "", nullptr, message), "qs_convert: path: is empty");
   // Without a buffer for the sentence, and functions that allow null.
   EXPECT_EQ(qs_mode(0, nullptr, nullptr, nullptr), QS_USAGE);
   EXPECT_EQ(qs_mode(0, &mode, nullptr, nullptr), QS_OK);

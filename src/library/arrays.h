@@ -3,6 +3,7 @@
 // Arrays of the caller (QsArray): checks before any element is touched, reading and storing.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -83,6 +84,12 @@ void store(const QsArray& array, ThreadPool& pool, const Value* values, int rows
         const Value* from =
             values + row * static_cast<std::size_t>(columns) * static_cast<std::size_t>(channels);
         Element* to = elements + static_cast<std::ptrdiff_t>(row) * down;
+        if constexpr (std::is_same_v<Element, Value>) {
+          if (right == channels && (channels == 1 || deep == 1)) {
+            std::copy_n(from, columns * channels, to);
+            continue;
+          }
+        }
         for (int column = 0; column < columns; ++column, to += right)
           for (int channel = 0; channel < channels; ++channel)
             to[channel * deep] = converted<Element>(*from++);

@@ -2,7 +2,8 @@
 //
 // The metrics of two pictures.
 #include <algorithm>
-#include <functional>
+#include <cstdint>
+#include <vector>
 
 #include "library/arrays.h"
 #include "library/context.h"

@@ -2,6 +2,8 @@
 //
 // Scenes as files.
 #include <mutex>
+#include <string>
+#include <utility>
 
 #include "io/bytes/file_guard.h"
 #include "io/bytes/replace_file.h"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The decisions of a frame: footprints, tile lists, and the pairs of every mode.
+#include <algorithm>
+#include <cstddef>
+
 #include "library/arrays.h"
 #include "library/scene.h"
 #include "library/structs.h"

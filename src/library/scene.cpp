@@ -2,6 +2,7 @@
 #include "library/scene.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <glm/common.hpp>
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #ifdef QUADSPLAT_WRAPS_STDERR
+// NOLINTBEGIN(bugprone-reserved-identifier, readability-identifier-naming): the linker's names
 extern "C" {
 extern std::FILE* __real_stderr;
 __attribute__((visibility("hidden"))) std::FILE* __wrap_stderr = nullptr;
@@ -14,6 +15,7 @@ namespace qs::library {
 namespace {
 
 __attribute__((constructor)) void set_stderr() { __wrap_stderr = __real_stderr; }
+// NOLINTEND(bugprone-reserved-identifier, readability-identifier-naming)
 
 }  // namespace
 }  // namespace qs::library

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Footprints, tile lists and counts of the library are the renderer's.
+#include <limits>
 #include <string>
+
+#include <fmt/format.h>
 
 #include "library/opened.h"
 #include "raster/api/renderer.h"

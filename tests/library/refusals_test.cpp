@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Every wrong argument is refused with one sentence that names it, and nothing is written.
+#include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <functional>
 #include <limits>
 
 #include "library/opened.h"

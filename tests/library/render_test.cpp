@@ -2,6 +2,7 @@
 // The library draws the bytes of the program, into any layout.
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <string>
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Scenes of files and of the caller's arrays.
+#include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <functional>
 #include <limits>
+#include <utility>
 
 #include "library/opened.h"
 #include "raster/kernel/constants.h"

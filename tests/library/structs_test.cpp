@@ -3,6 +3,7 @@
 #include "library/structs.h"
 
 #include <array>
+#include <vector>
 
 #include "library/opened.h"
 #include "support/error_of.h"

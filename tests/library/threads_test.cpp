@@ -2,7 +2,8 @@
 // Contexts of many threads and processes, and their memory.
 #include <atomic>
 #include <chrono>
-#include <fstream>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include <malloc.h>

@@ -8,7 +8,7 @@ if(QUADSPLAT_STATIC)
   add_compile_definitions(FMT_HEADER_ONLY)  # Debian has no static fmt
   set(CMAKE_INSTALL_RPATH "$ORIGIN/../lib")
   set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
-  add_link_options(-static-libstdc++ -static-libgcc -Wl,--as-needed -Wl,--gc-sections
+  add_link_options(-static-libstdc++ $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-static-libgcc> -Wl,--as-needed -Wl,--gc-sections
                    -Wl,--disable-new-dtags)
 endif()
 find_package(Threads REQUIRED)

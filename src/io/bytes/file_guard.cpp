@@ -32,6 +32,7 @@ std::optional<FileId> id_of(const fs::path& path) {
 
 struct GuardState {
   bool overwrite = false;
+  std::string option;  // that allows it
   std::map<FileId, fs::path> inputs;
   std::map<FileId, fs::path> own;
   std::vector<fs::path> own_folders;
@@ -102,9 +103,10 @@ bool holds(const fs::path& path, const std::string& ending) {
 
 }  // namespace
 
-FileGuard::FileGuard(bool overwrite) {
+FileGuard::FileGuard(bool overwrite, std::string option) {
   const std::lock_guard lock(guard_mutex);
   guard_state.emplace().overwrite = overwrite;
+  guard_state->option = std::move(option);
 }
 
 FileGuard::~FileGuard() {
@@ -158,8 +160,8 @@ bool check_target(const fs::path& path) {
   }
   if (own) return false;
   if (guard_state->overwrite || is_own_report(path)) return true;
-  fail(ErrorKind::usage, "{}: exists already: choose another name, or replace it with --overwrite",
-       path.string());
+  fail(ErrorKind::usage, "{}: exists already: choose another name, or replace it with {}",
+       path.string(), guard_state->option);
 }
 
 void note_written(const fs::path& path, bool replaced) {

@@ -16,8 +16,8 @@ namespace qs {
 /// gives its files new names, every file may be written.
 class FileGuard {
  public:
-  /// `overwrite`: existing files may be replaced, except inputs.
-  explicit FileGuard(bool overwrite);
+  /// `overwrite`: existing files may be replaced, except inputs. `option`: its name in messages.
+  explicit FileGuard(bool overwrite, std::string option = "--overwrite");
   ~FileGuard();
   FileGuard(const FileGuard&) = delete;
   FileGuard& operator=(const FileGuard&) = delete;

@@ -57,6 +57,9 @@ class Sieve {
   // cloud.
   void finish(Scene& scene);
 
+  // Removes the Gaussians that inspect() rejected and returns their indices, in increasing order.
+  std::vector<std::size_t> remove();
+
  private:
   enum Flaw { position, scale, rotation, opacity, color, kFlaws };
   struct Dropped {
@@ -66,7 +69,7 @@ class Sieve {
 
   bool normalise_rotations(std::size_t begin, std::size_t end);
   void find_flaws(std::size_t begin, std::size_t end, std::vector<Dropped>& found) const;
-  void remove_dropped();
+  void remove_dropped();  // sorts dropped_
 
   GaussianCloud& cloud_;
   std::mutex mutex_;
@@ -190,6 +193,13 @@ void Sieve::finish(Scene& scene) {
   }
 }
 
+std::vector<std::size_t> Sieve::remove() {
+  if (!dropped_.empty()) remove_dropped();
+  std::vector<std::size_t> removed;
+  for (const Dropped& dropped : dropped_) removed.push_back(dropped.index);
+  return removed;
+}
+
 // Hands out chunks. Each worker first takes the chunks of its own contiguous stretch, then helps
 // with the other stretches: if two threads filled neighbouring chunks, both would clear the same
 // new 2 MiB page.
@@ -218,14 +228,13 @@ class Stretches {
   std::vector<Stretch> stretches_;
 };
 
-}  // namespace
+using Fill = std::function<void(std::size_t begin, std::size_t end)>;
 
-void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
-                const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+// Fills the cloud and lets `sieve` inspect it.
+void fill_and_inspect(const GaussianCloud& cloud, Sieve& sieve, ThreadPool& pool,
+                      const Progress& progress, float start, const Fill& fill) {
   constexpr std::size_t kChunk = 1024;  // about 0.5 MB read and written: stays in the cache
-  const std::size_t count = scene.cloud.size();
-  const auto start_time = std::chrono::steady_clock::now();
-  Sieve sieve(scene.cloud);
+  const std::size_t count = cloud.size();
   const std::size_t chunks = count / kChunk + (count % kChunk != 0 ? 1 : 0);
   Stretches stretches(chunks, static_cast<std::size_t>(pool.size()));
   pool.for_chunks(chunks, 1, [&](std::size_t taken, std::size_t, int worker) {
@@ -238,10 +247,27 @@ void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float 
     fill(begin, end);
     sieve.inspect(begin, end);
   });
+}
+
+}  // namespace
+
+void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
+                const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+  const auto start_time = std::chrono::steady_clock::now();
+  Sieve sieve(scene.cloud);
+  fill_and_inspect(scene.cloud, sieve, pool, progress, start, fill);
   sieve.finish(scene);
   scene.fill_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_time)
           .count();
+}
+
+std::vector<std::size_t> fill_drawable(
+    GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+    const std::function<void(std::size_t begin, std::size_t end)>& fill) {
+  Sieve sieve(cloud);
+  fill_and_inspect(cloud, sieve, pool, progress, 0, fill);
+  return sieve.remove();
 }
 
 void warn_of_missing_rotations(Scene& scene, std::size_t count) {

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <vector>
 
 #include "io/cloud/scene.h"
 #include "raster/base/parallel.h"
@@ -19,6 +20,13 @@ namespace qs {
 /// left, Cancelled, and anything that `fill` throws.
 void fill_cloud(Scene& scene, ThreadPool& pool, const Progress& progress, float start,
                 const std::function<void(std::size_t begin, std::size_t end)>& fill);
+
+/// The same for values that come from no file: adds no warnings, and may leave no Gaussian. Returns
+/// the indices of the removed Gaussians, in increasing order. Throws Cancelled, and anything that
+/// `fill` throws.
+std::vector<std::size_t> fill_drawable(
+    GaussianCloud& cloud, ThreadPool& pool, const Progress& progress,
+    const std::function<void(std::size_t begin, std::size_t end)>& fill);
 
 /// Adds a warning that `count` Gaussians have no valid rotation and got the identity.
 void warn_of_missing_rotations(Scene& scene, std::size_t count);

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: MIT
+# libquadsplat, a shared library with the C interface of src/quadsplat/quadsplat.h (docs/library.md). It exports the functions
+# of that header alone. With QUADSPLAT_STATIC it contains the other libraries, as the program does, and the C++ library;
+# libgcc stays shared, so that exceptions work in processes that have other C++ libraries.
+file(STRINGS src/quadsplat/quadsplat.h version REGEX "^#define QS_LIBRARY_VERSION [0-9]+$")
+string(REGEX REPLACE ".* " "" version "${version}")
+
+quadsplat_library(quadsplat_library SHARED src/library/*.cpp)
+set_property(TARGET quadsplat_library PROPERTY EXPORT_NAME library)
+set_target_properties(quadsplat_library PROPERTIES OUTPUT_NAME quadsplat VERSION ${version} SOVERSION ${version}
+  LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR} LINK_DEPENDS ${PROJECT_SOURCE_DIR}/src/library/quadsplat.map)
+target_include_directories(quadsplat_library PRIVATE ${PROJECT_BINARY_DIR}/generated)
+target_include_directories(quadsplat_library INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_link_libraries(quadsplat_library PRIVATE quadsplat_io quadsplat_raster)
+# A process keeps the library once it is loaded, because its threads and thread-local objects cannot be unloaded.
+target_link_options(quadsplat_library PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/src/library/quadsplat.map
+  -Wl,-z,nodelete -Wl,--gc-sections)
+if(QUADSPLAT_STATIC)
+  set_source_files_properties(src/library/static_stderr.cpp PROPERTIES COMPILE_DEFINITIONS QUADSPLAT_WRAPS_STDERR SKIP_UNITY_BUILD_INCLUSION ON)
+  target_link_options(quadsplat_library PRIVATE -Wl,--wrap=stderr)
+endif()
+if(NOT QUADSPLAT_SANITIZE)
+  target_link_options(quadsplat_library PRIVATE -Wl,-z,defs)
+endif()
+precompile(quadsplat_library REUSE_FROM quadsplat_scene)

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+//
+// The frame of every function of quadsplat.h: what the work throws becomes a result and a sentence.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "raster/base/fail.h"
+
+namespace qs::library {
+
+/// The argument that a sentence is about: "qs_render: pictures[2].color".
+struct Where {
+  const char* call;              ///< the function
+  const char* argument;          ///< its argument
+  std::int64_t index = -1;       ///< into an array of structs, or -1
+  const char* member = nullptr;  ///< of the struct
+
+  std::string text() const;
+};
+
+/// The same place with a member.
+constexpr Where operator/(Where where, const char* member) {
+  where.member = member;
+  return where;
+}
+
+/// Throws Error(usage) "WHERE: message".
+template <class... Args>
+[[noreturn]] void refuse(const Where& where, fmt::format_string<Args...> format, Args&&... args) {
+  fail(ErrorKind::usage, "{}: {}", where.text(), fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Copies the text, or the part of it that fits, with an end of 0. Never cuts a character.
+void copy_text(std::string_view text, char* target, std::size_t bytes) noexcept;
+
+/// In a catch block: the result for the exception, whose sentence is copied to `message`, which may
+/// be null.
+std::int32_t result_of_exception(char* message) noexcept;
+
+/// Runs work() and returns its result for C.
+template <class Work>
+std::int32_t call(char* message, const Work& work) noexcept {
+  try {
+    if (message != nullptr) *message = 0;
+    work();
+    return 0;
+  } catch (...) {
+    return result_of_exception(message);
+  }
+}
+
+/// Throws Error(usage) if a pointer is null.
+inline void require(const void* pointer, const Where& where) {
+  if (pointer == nullptr) refuse(where, "is null");
+}
+
+/// Throws Error(usage) if a text is null or empty.
+inline void require_text(const char* text, const Where& where) {
+  require(text, where);
+  if (*text == 0) refuse(where, "is empty");
+}
+
+}  // namespace qs::library

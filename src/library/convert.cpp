@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+//
+// Scenes as files.
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "io/bytes/file_guard.h"
+#include "io/bytes/replace_file.h"
+#include "io/cloud/cloud_order.h"
+#include "io/cloud/sh_degree.h"
+#include "io/scene/writer.h"
+#include "library/scene.h"
+#include "library/structs.h"
+
+namespace qs::library {
+namespace {
+
+QsConversion conversion_of(const QsConversion* given, const Where& where) {
+  if (given == nullptr) return QS_CONVERSION;
+  const QsConversion conversion = read_struct(given, where);
+  if (conversion.overwrite > 1) refuse(where / "overwrite", "is {}", conversion.overwrite);
+  if (conversion.reserved != 0) refuse(where / "reserved", "is not 0");
+  if (conversion.sh_degree < 0 || conversion.sh_degree > kMaxShDegree)
+    refuse(where / "sh_degree", "{} is not between 0 and {}", conversion.sh_degree, kMaxShDegree);
+  return conversion;
+}
+
+void write(const OpenScene& scene, const std::filesystem::path& path,
+           const QsConversion& conversion, const Use& use) {
+  // There is one guard at a time in a process.
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  const FileGuard guard(conversion.overwrite == 1, "the option overwrite");
+  if (!scene.path().empty()) note_input(scene.path());
+  check_targets({path});
+  const std::string format = conversion.format != nullptr ? conversion.format : "";
+  const Progress progress{{}, use.stop()};
+  const GaussianCloud& cloud = scene.cloud();
+  const bool all = conversion.keep_largest == 0 || conversion.keep_largest >= cloud.size();
+  if (all && cloud.sh_degree <= conversion.sh_degree) {
+    write_scene(cloud, path, use.pool(), progress, format);
+    return;
+  }
+  GaussianCloud less = with_sh_degree(cloud, conversion.sh_degree);
+  if (!all) less = keep_largest(std::move(less), conversion.keep_largest);
+  write_scene(less, path, use.pool(), progress, format);
+}
+
+}  // namespace
+}  // namespace qs::library
+
+using namespace qs;
+using namespace qs::library;
+
+int32_t qs_convert(QsSceneHandle* scene, const char* path, const QsConversion* conversion,
+                   char* message) {
+  return library::call(message, [&] {
+    constexpr const char* kCall = "qs_convert";
+    require(scene, {kCall, "scene"});
+    require_text(path, {kCall, "path"});
+    const QsConversion chosen = conversion_of(conversion, {kCall, "conversion"});
+    const Use use(scene->scene.context(), {kCall, "scene"});
+    if (scene->scene.cloud().empty()) refuse({kCall, "scene"}, "has no Gaussian to write");
+    library::write(scene->scene, path, chosen, use);
+  });
+}

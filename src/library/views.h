@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+//
+// Cameras and settings of the caller as the renderer takes them.
+#pragma once
+
+#include "library/call.h"
+#include "quadsplat/quadsplat.h"
+#include "raster/api/renderer.h"
+
+namespace qs::library {
+
+/// Throws Error(usage).
+Camera camera_of(const QsCamera* camera, const Where& where);
+
+/// The members of QsCamera but its size.
+QsCamera camera_struct(const Camera& camera);
+
+/// The usual settings for null. Throws Error(usage).
+RenderSettings settings_of(const QsSettings* settings, const Where& where);
+
+}  // namespace qs::library

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+# Installs the component `library` of BUILD into a fresh folder below WORK, builds the examples in C and C++ from the
+# installed tree alone, and draws the bundled scene with both.
+# Run as: cmake -DBUILD=... -DWORK=... -DSCENE=... -DCXX=... -DCC=... -DSANITIZE=... -P library_test.cmake
+cmake_minimum_required(VERSION 3.25)
+if(SANITIZE)
+  message("skipped: programs without sanitizers cannot load a library with them")
+  return()
+endif()
+
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE text ERROR_VARIABLE text)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${ARGN} failed (${code}):\n${text}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+set(tree ${WORK}/tree)
+run(${CMAKE_COMMAND} --install ${BUILD} --component library --prefix ${tree})
+file(GLOB_RECURSE headers RELATIVE ${tree}/include ${tree}/include/*)
+if(NOT headers STREQUAL "quadsplat/quadsplat.h;quadsplat/quadsplat.hpp")
+  message(FATAL_ERROR "the installed headers are ${headers}")
+endif()
+foreach(header ${headers})
+  file(STRINGS ${tree}/include/${header} lines REGEX "^#include \"")
+  foreach(line ${lines})
+    string(REGEX REPLACE ".*\"([^\"]+)\".*" "\\1" included "${line}")
+    if(NOT EXISTS ${tree}/include/${included})
+      message(FATAL_ERROR "${header} includes ${included}, which is not installed")
+    endif()
+  endforeach()
+endforeach()
+file(GLOB beside RELATIVE ${tree} ${tree}/bin/*)
+if(beside)
+  message(FATAL_ERROR "component library installs ${beside}")
+endif()
+
+set(options -DCMAKE_PREFIX_PATH=${tree} -DCMAKE_C_COMPILER=${CC} -DCMAKE_CXX_COMPILER=${CXX}
+  "-DCMAKE_C_FLAGS=-Wall -Wpedantic -Werror" "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror")
+run(${CMAKE_COMMAND} -S ${tree}/share/quadsplat/examples/library -B ${WORK}/example ${options})
+run(${CMAKE_COMMAND} --build ${WORK}/example)
+foreach(language c cpp)
+  run(${WORK}/example/first_${language} ${SCENE} ${WORK}/${language}.ppm)
+endforeach()
+file(SIZE ${WORK}/c.ppm bytes)
+if(NOT bytes EQUAL 1440015)
+  message(FATAL_ERROR "the picture has ${bytes} bytes")
+endif()
+file(SHA256 ${WORK}/c.ppm picture_c)
+file(SHA256 ${WORK}/cpp.ppm picture_cpp)
+if(NOT picture_c STREQUAL picture_cpp)
+  message(FATAL_ERROR "the examples drew different pictures")
+endif()
+
+# A missing scene is the library's sentence and code.
+execute_process(COMMAND ${WORK}/example/first_cpp no_such_scene out.ppm RESULT_VARIABLE code ERROR_VARIABLE sentence)
+if(NOT code EQUAL 2 OR NOT sentence MATCHES "^no_such_scene: .*\n$")
+  message(FATAL_ERROR "a missing scene gave ${code}: ${sentence}")
+endif()
+
+# A component that is not installed is not found, and the message names it.
+file(WRITE ${WORK}/other/CMakeLists.txt "cmake_minimum_required(VERSION 3.16)\nproject(other LANGUAGES CXX)\nfind_package(quadsplat REQUIRED COMPONENTS library cull)\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${WORK}/other -B ${WORK}/other/build -DCMAKE_PREFIX_PATH=${tree} -DCMAKE_CXX_COMPILER=${CXX}
+  RESULT_VARIABLE code OUTPUT_QUIET ERROR_VARIABLE sentence)
+if(code EQUAL 0 OR NOT sentence MATCHES "component cull is not")
+  message(FATAL_ERROR "the missing component cull gave ${code}: ${sentence}")
+endif()
+run(${CMAKE_COMMAND} --install ${BUILD} --component cull --prefix ${tree})
+run(${CMAKE_COMMAND} -S ${WORK}/other -B ${WORK}/other/build -DCMAKE_PREFIX_PATH=${tree} -DCMAKE_CXX_COMPILER=${CXX})
+
+# The programs of docs/library.md are the examples.
+file(READ ${CMAKE_CURRENT_LIST_DIR}/../../docs/library.md page)
+foreach(language c cpp)
+  file(READ ${tree}/share/quadsplat/examples/library/first.${language} program)
+  string(FIND "${program}" "#include" start)
+  string(SUBSTRING "${program}" ${start} -1 program)
+  string(FIND "${page}" "```${language}\n${program}```" found)
+  if(found EQUAL -1)
+    message(FATAL_ERROR "docs/library.md has another program than first.${language}")
+  endif()
+endforeach()
+message("the examples drew equal pictures")

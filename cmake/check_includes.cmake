@@ -73,8 +73,8 @@ room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/field ra
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/cuda/train raster/cuda/fast raster/cuda raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull
-     raster/kernel)
+room(raster/cuda/train raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene raster/kernel/gradient
+     raster/kernel/cull raster/kernel)
 room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)

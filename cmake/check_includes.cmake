@@ -27,13 +27,13 @@ room(app/viewer app/viewer/window app/viewer/panels app/viewer/render app/viewer
      io/camera io/picture io/bytes raster/api raster/base)
 room(app/viewer/window app/viewer/panels app/viewer/commands app/viewer/render app/viewer/state app/picture app/base
      io/picture io/bytes raster/scene raster/base)
-room(app/viewer/panels app/viewer/commands app/viewer/state app/inspect app/framing app/picture app/base io/scene
+room(app/viewer/panels app/viewer/commands app/viewer/state app/train app/inspect app/framing app/picture app/base io/scene
      raster/base)
 room(app/viewer/commands app/viewer/render app/viewer/state app/film app/report app/measure app/inspect app/session
      app/picture app/base io/scene io/camera io/picture raster/scene raster/base)
 room(app/viewer/render app/viewer/state app/measure app/inspect app/session app/framing app/picture io/scene io/camera
      io/bytes raster/api raster/scene raster/kernel raster/base)
-room(app/viewer/state app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
+room(app/viewer/state app/train app/report app/measure app/inspect app/session app/framing app/picture app/base io/cloud
      io/camera io/bytes raster/api raster/base)
 room(app/train app/report app/session app/base io/scene io/scene/compact io/camera io/picture io/bytes raster/api raster/train
      raster/field raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
@@ -74,8 +74,8 @@ room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/field ra
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
-room(raster/cuda/train raster/cuda/fast raster/cuda raster/api raster/train raster/scene raster/kernel/gradient raster/kernel/cull
-     raster/kernel)
+room(raster/cuda/train raster/cuda/fast raster/cuda raster/api raster/train raster/field raster/scene raster/kernel/gradient
+     raster/kernel/cull raster/kernel)
 room(raster/cuda/lpips raster/cuda raster/lpips)
 room(raster/cuda/fast raster/cuda raster/kernel/cull raster/kernel)
 room(raster/cuda/classic raster/cuda raster/kernel/cull raster/kernel)

@@ -110,8 +110,6 @@ Prepared prepare(TrainCommand& command, ThreadPool& pool, const Progress& progre
   if (command.settings.color_field) {
     if (command.settings.antialiased)
       fail(ErrorKind::usage, "--color-field: its files do not hold --antialiased");
-    if (backend != Backend::cpu)
-      fail(ErrorKind::usage, "--color-field: is trained on the CPU only: add --backend cpu");
     command.settings.sh_degree = 0;
   }
   Prepared prepared;
@@ -207,8 +205,7 @@ void declare_model_options(Options& options, TrainCommand& command) {
       "size of the photographs in the first iterations: full, or reduced at first as by strategy "
       "dash (default: full, with strategy dash: dash)");
   options.flag("--color-field", settings.color_field,
-               "with strategy mask: a hash grid and a network compute colours, as in Compact-3DGS; "
-               "on the CPU only");
+               "with strategy mask: a hash grid and a network compute colours, as in Compact-3DGS");
   options.flag("--absolute-gradients", settings.absolute_gradients,
                "with strategy adc: splits large Gaussians by absolute gradients (AbsGS)");
   options.flag(

@@ -151,17 +151,23 @@ void Trainer::count_errors(int iteration, int views) {
   }
 }
 
+void Trainer::require_codes() {
+  if (has_codes_) return;
+  ModelState state = model_->state();
+  if (!state.codes.exist()) {
+    state.codes = first_codes(state, settings_.seed, pool_);
+    model_->set_state(std::move(state));
+  }
+  has_codes_ = true;
+}
+
 StepResult Trainer::step() {
   StepResult result;
   StageClock clock;
   const int iteration = model_->iteration() + 1;
   prepare();
   if (reduced_.set_factor(schedule_->factor_in(iteration))) model_->forget_photographs();
-  if (settings_.color_field && iteration > kCodesAfter && !model_->state().codes.exist()) {
-    ModelState state = model_->state();
-    state.codes = first_codes(state, settings_.seed, pool_);
-    model_->set_state(std::move(state));
-  }
+  if (settings_.color_field && iteration > kCodesAfter) require_codes();
   const IterationContext context = context_of(iteration);
   // The change was already made if an earlier attempt at this iteration ran out of memory after it.
   if (strategy_.changes_before(settings_, iteration) && model_->changed_before() != iteration) {

@@ -77,6 +77,7 @@ class Trainer {
   IterationContext context_of(int iteration) const;
   std::optional<std::size_t> number_of(std::size_t view) const;
   void count_errors(int iteration, int views);
+  void require_codes();  ///< draws the codes of shapes if the model has none
 
   const TrainSettings settings_;
   const DataSet& data_;
@@ -89,6 +90,7 @@ class Trainer {
   ReducedPhotographs reduced_;
   std::optional<ResolutionSchedule> schedule_;  ///< set by prepare()
   Plan plan_;                                   ///< of the last change
+  bool has_codes_ = false;                      ///< the model is known to have codes of shapes
 };
 
 }  // namespace qs::train

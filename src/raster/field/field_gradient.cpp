@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <cmath>
 #include <stdexcept>
 
 #include "raster/kernel/gradient/color_field.h"
@@ -21,13 +19,6 @@ void add_multiple(Real value, const Real* x, std::size_t count, Real* y) {
 }
 
 }  // namespace
-
-void GridSums::add(std::size_t at, double by) {
-  if (!std::isfinite(by)) return;
-  const auto units =
-      static_cast<std::int64_t>(std::llround(std::clamp(by, -kLargest, kLargest) / kUnit));
-  std::atomic_ref(sums_[at]).fetch_add(units, std::memory_order_relaxed);
-}
 
 // The values of one evaluation.
 template <class Real>
@@ -103,7 +94,7 @@ glm::vec<3, Real> FieldGradient<Real>::output(const glm::vec<3, Real>& mean,
 template <class Real>
 glm::vec<3, Real> FieldGradient<Real>::add(const glm::vec<3, Real>& mean,
                                            const glm::vec<3, Real>& eye,
-                                           const glm::vec<3, Real>& d_output, GridSums& grid,
+                                           const glm::vec<3, Real>& d_output, IntegerSums& grid,
                                            std::span<Real> weights) const {
   const auto inputs = static_cast<std::size_t>(network_.inputs());
   const auto width = static_cast<std::size_t>(network_.width);
@@ -134,7 +125,7 @@ glm::vec<3, Real> FieldGradient<Real>::add(const glm::vec<3, Real>& mean,
   for (const GridLevel& level : levels_) {
     for_each_vertex(level, pass.position, [&](std::size_t entry, Real weight) {
       for (std::size_t k = 0; k < kGridFeatures; ++k)
-        grid.add(entry * kGridFeatures + k, static_cast<double>(weight * d_input[at + k]));
+        grid.add(entry * kGridFeatures + k, weight * d_input[at + k]);
     });
     at += kGridFeatures;
   }

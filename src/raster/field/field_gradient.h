@@ -5,32 +5,16 @@
 // depend on the order in which threads add to the grid: they are integers.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
 #include "raster/field/color_field.h"
+#include "raster/field/integer_sums.h"
 
 namespace qs {
-
-/// Derivatives by the values of a grid, as integers in units of 2^-40. A derivative that is not
-/// finite adds nothing, and others are limited to 2^20.
-class GridSums {
- public:
-  /// Sets all sums to 0.
-  void reset(std::size_t values) { sums_.assign(values, 0); }
-
-  /// Threads may add at the same time.
-  void add(std::size_t at, double by);
-  double sum(std::size_t at) const { return static_cast<double>(sums_[at]) * kUnit; }
-  std::size_t size() const { return sums_.size(); }
-
- private:
-  static constexpr double kUnit = 0x1p-40, kLargest = 0x1p20;
-  std::vector<std::int64_t> sums_;
-};
 
 template <class Real>
 class FieldGradient {
@@ -52,7 +36,7 @@ class FieldGradient {
   /// weights to `grid` and `weights`. Returns the derivative by the unit vector from `eye` to
   /// `mean`. The position in the grid passes no derivative on, as in the published code.
   glm::vec<3, Real> add(const glm::vec<3, Real>& mean, const glm::vec<3, Real>& eye,
-                        const glm::vec<3, Real>& d_output, GridSums& grid,
+                        const glm::vec<3, Real>& d_output, IntegerSums& grid,
                         std::span<Real> weights) const;
 
  private:

@@ -2,7 +2,8 @@
 #include "raster/field/fit_codebook.h"
 
 #include <algorithm>
-#include <limits>
+
+#include "raster/kernel/residual_codes.h"
 
 namespace qs {
 namespace {
@@ -40,20 +41,8 @@ struct CodeStage {
 
  private:
   std::uint16_t nearest_to(const float* vector) const {
-    std::size_t best = 0;
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t number = 0; number < size(); ++number) {
-      float distance = 0;
-      for (std::size_t k = 0; k < dimensions; ++k) {
-        const float difference = vector[k] - codes[number * dimensions + k];
-        distance += difference * difference;
-      }
-      if (distance < least) {
-        least = distance;
-        best = number;
-      }
-    }
-    return static_cast<std::uint16_t>(best);
+    return static_cast<std::uint16_t>(nearest_code(codes.data(), static_cast<unsigned>(size()),
+                                                   static_cast<unsigned>(dimensions), vector));
   }
 };
 

@@ -47,25 +47,43 @@ QS_HD std::uint32_t grid_entry(const GridLevel& level, std::uint32_t x, std::uin
   return index % level.entries;
 }
 
-/// Calls visit(entry, weight) for the eight vertices around `position` in the grid, 0..1 inside of
-/// it. `entry` counts from the first entry of the first level; the weights add up to 1.
-template <class Real, class Visit>
-void for_each_vertex(const GridLevel& level, const glm::vec<3, Real>& position,
-                     const Visit& visit) {
-  const glm::vec<3, Real> place = static_cast<Real>(level.scale) * position + Real(0.5);
-  const glm::vec<3, Real> cell = glm::floor(place), part = place - cell;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Real weight = 1;
-    std::uint32_t vertex[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const unsigned upper = corner >> axis & 1;
-      vertex[axis] = static_cast<std::uint32_t>(cell[axis]) + upper;
-      weight *= upper != 0 ? part[axis] : 1 - part[axis];
-    }
-    visit(
-        static_cast<std::size_t>(level.first + grid_entry(level, vertex[0], vertex[1], vertex[2])),
-        weight);
+/// The cell of a level that contains a position, 0..1 inside of the grid. Its eight corners are
+/// numbered: bit k of a corner is set if it is the upper one along axis k.
+template <class Real>
+struct GridCell {
+  std::uint32_t vertex[3];  ///< corner 0
+  glm::vec<3, Real> part;   ///< of the position between corner 0 and corner 7, 0..1
+
+  static QS_HD GridCell of(const GridLevel& level, const glm::vec<3, Real>& position) {
+    const glm::vec<3, Real> place = static_cast<Real>(level.scale) * position + Real(0.5);
+    const glm::vec<3, Real> cell = glm::floor(place);
+    return {{static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y),
+             static_cast<std::uint32_t>(cell.z)},
+            place - cell};
   }
+
+  /// Counts from the first entry of the first level.
+  QS_HD std::size_t entry(const GridLevel& level, unsigned corner) const {
+    return static_cast<std::size_t>(level.first + grid_entry(level, vertex[0] + (corner & 1),
+                                                             vertex[1] + (corner >> 1 & 1),
+                                                             vertex[2] + (corner >> 2 & 1)));
+  }
+  /// The weights of all corners add up to 1.
+  QS_HD Real weight(unsigned corner) const {
+    Real weight = 1;
+    for (int axis = 0; axis < 3; ++axis)
+      weight *= (corner >> axis & 1) != 0 ? part[axis] : 1 - part[axis];
+    return weight;
+  }
+};
+
+/// Calls visit(entry, weight) for the corners of the cell that contains `position`.
+template <class Real, class Visit>
+QS_HD void for_each_vertex(const GridLevel& level, const glm::vec<3, Real>& position,
+                           const Visit& visit) {
+  const auto cell = GridCell<Real>::of(level, position);
+  for (unsigned corner = 0; corner < 8; ++corner)
+    visit(cell.entry(level, corner), cell.weight(corner));
 }
 
 /// The kDirectionFeatures inputs of the network for the unit vector `d` from the camera to the
@@ -83,6 +101,29 @@ QS_HD void encode_direction(const glm::vec<3, Real>& d, Real* features) {
   features[6] = Real(kSh2B) * (3 * z * z - 1);
   features[7] = -Real(kSh2A) * x * z;
   features[8] = Real(kSh2C) * (x * x - y * y);
+}
+
+/// A channel of the colour, as pixels read it, from the network's output.
+template <class Real>
+QS_HD Real color_of_output(Real output) {
+  return glm::max(Real(kSh0) * output + Real(0.5), Real(0));
+}
+
+// The derivatives by the network's weights are sums over Gaussians. Runs of kFieldRun neighbours
+// are dealt to kFieldBlocks blocks in turn. A block sums its Gaussians in ascending order, and then
+// the blocks are summed in their order. So the result does not depend on threads, nor on Gaussians
+// without a gradient.
+inline constexpr std::uint32_t kFieldBlocks = 256, kFieldRun = 32;
+
+/// Positions of a block of `count` Gaussians.
+QS_HD std::size_t field_block_size(std::size_t count) {
+  const std::size_t runs = (count + kFieldRun - 1) / kFieldRun;
+  return (runs + kFieldBlocks - 1) / kFieldBlocks * kFieldRun;
+}
+
+/// The Gaussian at a position of a block. It may be beyond the last Gaussian.
+QS_HD std::size_t field_gaussian(std::size_t block, std::size_t position) {
+  return (position / kFieldRun * kFieldBlocks + block) * kFieldRun + position % kFieldRun;
 }
 
 }  // namespace qs

@@ -11,6 +11,7 @@
 #include "app/train/initial.h"
 #include "app/train/strategy.h"
 #include "support/error_of.h"
+#include "support/golden_field.h"
 #include "support/gpu.h"
 #include "support/temporary_folder.h"
 
@@ -135,14 +136,77 @@ INSTANTIATE_TEST_SUITE_P(CudaTrain, CudaTrainFit,
                          testing::Values("adc", "mcmc", "dash", "fastgs", "mask"),
                          [](const auto& row) { return std::string(row.param); });
 
-class CudaTrainField : public test::GpuTest {};
+class CudaTrainFieldRun : public test::GpuTest {
+ protected:
+  static TrainSettings field_settings() {
+    TrainSettings settings = settings_of("mask");
+    settings.color_field = true;
+    return settings;
+  }
+  static ModelState field_state(int last = 0) {
+    ModelState state = ModelState::starting_with(with_masks(perturbed_state().parameters));
+    state.iteration = last;
+    state.color_field = starting_field(3, test::kTinyGrid, 16);
+    return state;
+  }
+};
 
-TEST_F(CudaTrainField, a_colour_field_is_refused_in_a_sentence) {
+TEST_F(CudaTrainFieldRun, test_views_get_as_good_as_on_the_cpu) {
+  Trainer gpu = trainer_on(Backend::cuda, field_settings(), field_state());
+  Trainer cpu = trainer_on(Backend::cpu, field_settings(), field_state());
+  const double before = gpu.test_quality()->psnr;
+  EXPECT_NEAR(before, cpu.test_quality()->psnr, 0.001);
+  train_until(gpu, 100);
+  train_until(cpu, 100);
+  EXPECT_GT(gpu.test_quality()->psnr, before + 1);
+  EXPECT_NEAR(gpu.test_quality()->psnr, cpu.test_quality()->psnr, 0.2);
+}
+
+// The set of Gaussians changes before iteration 1,001, and codes are drawn before iteration 29,001.
+TEST_F(CudaTrainFieldRun, a_resumed_run_and_lossless_modes_give_the_same_bits) {
+  for (const auto& [first_iteration, last] : {std::pair{990, 1005}, {28'998, 29'006}}) {
+    Trainer whole = trainer_on(Backend::cuda, field_settings(), field_state(first_iteration));
+    train_until(whole, last);
+    EXPECT_EQ(whole.model().color_field.steps, static_cast<std::uint64_t>(last - first_iteration));
+    EXPECT_EQ(whole.model().codes.exist(), last > kCodesAfter);
+    EXPECT_EQ(whole.model().codes.scales.steps, last > kCodesAfter ? 6u : 0u);
+
+    Trainer first = trainer_on(Backend::cuda, field_settings(), field_state(first_iteration));
+    train_until(first, last - 4);
+    const TemporaryFolder folder;
+    write_checkpoint({field_settings(), "data", {}, first.model()}, folder / "checkpoint");
+    Checkpoint read = read_checkpoint(folder / "checkpoint");
+    expect_same(read.model, first.model());
+    TrainSettings exact = field_settings();
+    exact.mode = find_culler("exact");
+    Trainer second = trainer_on(Backend::cuda, exact, std::move(read.model));
+    train_until(second, last);
+    expect_same(second.model(), whole.model());
+  }
+}
+
+TEST_F(CudaTrainFieldRun, each_backend_continues_the_others_run) {
+  for (const auto& [from, to] :
+       {std::pair{Backend::cuda, Backend::cpu}, {Backend::cpu, Backend::cuda}}) {
+    for (const int begin : {995, 28'998}) {
+      Trainer first = trainer_on(from, field_settings(), field_state(begin));
+      train_until(first, begin + 6);
+      Trainer second = trainer_on(to, field_settings(), first.model());
+      expect_same(second.model(), first.model());
+      train_until(second, begin + 10);
+      train_until(first, begin + 10);
+      EXPECT_EQ(second.gaussians(), first.gaussians());
+      EXPECT_NEAR(second.test_quality()->psnr, first.test_quality()->psnr, 0.05);
+    }
+  }
+}
+
+TEST_F(CudaTrainFieldRun, a_network_that_is_too_large_is_refused_in_a_sentence) {
   ModelState state = perturbed_state();
-  state.color_field = starting_field(1, {4, 6, 3, 1.5f}, 16);
+  state.color_field = starting_field(1, test::kTinyGrid, 80);
   const auto model = make_training_model(Backend::cuda, test::pool());
   EXPECT_THAT(test::error_of([&] { model->set_state(state); }, ErrorKind::device),
-              testing::HasSubstr("trained on the CPU only"));
+              testing::HasSubstr("a width of 80, at most 64"));
 }
 
 class CudaTrainClock : public test::GpuTest {};

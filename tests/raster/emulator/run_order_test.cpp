@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <random>
 
+#include "app/train/field_model.h"
 #include "cuda_runtime.h"
 #include "raster/cuda/train/gpu_model.h"
+#include "support/golden_field.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/train_scenes.h"
@@ -88,6 +90,37 @@ TEST_F(RunOrder, changes_no_gradient) {
       EXPECT_EQ(gradients, expected) << order;
     }
   }
+}
+
+// A colour field and codes of shapes, over two iterations.
+TEST_F(RunOrder, changes_no_value_of_a_colour_field) {
+  train::ModelState state = train::ModelState::starting_with(test::small_scene<float>(700, 11));
+  state.color_field = train::FieldState::starting_with(test::tiny_field());
+  state.codes = train::first_codes(state, 1, test::pool());
+  std::vector<std::vector<float>> expected;
+  for (unsigned order = 0; order <= kOrders; ++order) {
+    emulator::run_order = order;
+    cuda::train::GpuModel model;
+    model.set_state(state);
+    for (int iteration = 1; iteration <= 2; ++iteration) {
+      model.forward(test::front_camera(test::kWidth, test::kHeight),
+                    test::settings_of(find_culler("quadbox"), false));
+      model.set_pixel_gradients(test::pixel_weights<float>());
+      model.backward({});
+      train::StepOrder step = test::counted_step({1e-3, 1e-3, 1e-3, 1e-3, 0, 0, 0});
+      step.field_rate = 0.01;
+      model.step(step);
+    }
+    const train::ModelState& moved = model.state();
+    auto values = test::groups_of(moved.parameters);
+    values.push_back(moved.color_field.field.grid_values);
+    values.push_back(moved.color_field.field.weights);
+    values.push_back(moved.codes.scales.codebook.values);
+    values.push_back(moved.codes.rotations.codebook.values);
+    if (order == 0) expected = values;
+    EXPECT_EQ(values, expected) << order;
+  }
+  EXPECT_NE(expected.back(), state.codes.rotations.codebook.values);
 }
 
 }  // namespace

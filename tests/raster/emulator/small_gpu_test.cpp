@@ -6,6 +6,7 @@
 
 #include "cuda_runtime.h"
 #include "raster/cuda/train/gpu_model.h"
+#include "support/golden_field.h"
 #include "support/gpu.h"
 #include "support/scenes.h"
 #include "support/train_scenes.h"
@@ -196,6 +197,22 @@ TEST_F(SmallGpu, fast_draws_with_the_dilation_of_reduced_frames) {
           std::max(largest, std::abs(double{frame.color.values[i]} - double{expected.values[i]}));
     EXPECT_LT(largest, 1e-3) << divisor;
   }
+}
+
+TEST_F(SmallGpu, a_colour_field_that_does_not_fit_is_refused_and_a_smaller_one_trains) {
+  train::ModelState state = train::ModelState::starting_with(test::small_scene<float>(50, 1));
+  state.color_field = train::FieldState::starting_with(test::published_field());
+  cuda::train::GpuModel model;
+  leave(100 << 20);
+  EXPECT_THROW(model.set_state(state), Error);
+  state.color_field = train::FieldState::starting_with(test::tiny_field());
+  model.set_state(state);
+  model.forward(test::front_camera(test::kWidth, test::kHeight),
+                test::settings_of(default_mode(), false));
+  model.set_pixel_gradients(test::pixel_weights<float>());
+  model.backward({});
+  EXPECT_NE(model.field_gradients().grid,
+            std::vector<double>(state.color_field.field.grid_values.size()));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ Points some_points(std::size_t count) {
 
 template <class Real>
 struct Sums {
-  GridSums grid;
+  IntegerSums grid;
   std::vector<Real> weights;
 };
 
@@ -72,7 +72,7 @@ double loss_of(const ColorField& field, const std::vector<double>& grid,
   return sum;
 }
 
-std::vector<double> values_of(const GridSums& sums) {
+std::vector<double> values_of(const IntegerSums& sums) {
   std::vector<double> values(sums.size());
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = sums.sum(i);
   return values;
@@ -103,7 +103,7 @@ TEST(FieldGradient, the_derivative_by_the_mean_has_its_golden_values) {
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const auto grid = as<double>(fields[i].grid_values), weights = as<double>(fields[i].weights);
     const FieldGradient<double> gradient(fields[i].grid, fields[i].width, grid, weights);
-    GridSums sums;
+    IntegerSums sums;
     sums.reset(grid.size());
     std::vector<double> by_weights(weights.size());
     const glm::dvec3 by_direction = gradient.add(kGoldenMean, kGoldenEye, glm::dvec3(1, 2, 3), sums,
@@ -144,7 +144,7 @@ TEST(FieldGradient, derivatives_by_the_direction_equal_differences) {
   const FieldGradient<double> gradient(field.grid, field.width, grid, weights);
   const Points points = some_points(12);
   for (std::size_t i = 0; i < points.means.size(); ++i) {
-    GridSums sums;
+    IntegerSums sums;
     sums.reset(grid.size());
     std::vector<double> by_weights(weights.size());
     const glm::dvec3 mean = points.means[i];
@@ -161,7 +161,7 @@ TEST(FieldGradient, derivatives_by_the_direction_equal_differences) {
 }
 
 TEST(FieldGradient, sums_of_the_grid_do_not_depend_on_the_order_of_threads) {
-  GridSums one, many;
+  IntegerSums one, many;
   one.reset(3);
   many.reset(3);
   const auto value = [](int k) { return std::sin(k) * std::exp2(k % 20 - 30); };
@@ -181,7 +181,7 @@ TEST(FieldGradient, sums_of_the_grid_do_not_depend_on_the_order_of_threads) {
 }
 
 TEST(FieldGradient, derivatives_that_are_not_finite_add_nothing_and_huge_ones_are_limited) {
-  GridSums sums;
+  IntegerSums sums;
   sums.reset(2);
   for (const double bad : {NAN, INFINITY, -INFINITY}) sums.add(0, bad);
   EXPECT_EQ(sums.sum(0), 0);

@@ -13,12 +13,16 @@
 #include "raster/kernel/depth.h"
 #include "raster/kernel/footprint.h"
 #include "raster/kernel/frustum.h"
+#include "raster/kernel/gradient/coded_shape.h"
+#include "raster/kernel/gradient/color_field.h"
 #include "raster/kernel/gradient/gaussian.h"
 #include "raster/kernel/gradient/mcmc.h"
 #include "raster/kernel/half.h"
+#include "raster/kernel/integer_sum.h"
 #include "raster/kernel/loss.h"
 #include "raster/kernel/photograph.h"
 #include "raster/kernel/random.h"
+#include "raster/kernel/residual_codes.h"
 #include "raster/kernel/sh.h"
 #include "raster/kernel/ssim.h"
 
@@ -54,6 +58,22 @@ __global__ void use_color_field(GridLevel level, const glm::vec3* means, std::ui
   entries[0] = grid_entry(level, static_cast<std::uint32_t>(place.x), 1, 2);
   encode_direction(means[1], features);
   sh_basis(means[1], basis);
+  for_each_vertex(level, contract(means[2]), [&](std::size_t entry, float weight) {
+    features[0] += weight * color_of_output(features[entry]);
+  });
+  entries[1] = static_cast<std::uint32_t>(field_gaussian(1, field_block_size(2)));
+}
+
+__global__ void use_sums_and_codes(const float* codes, glm::vec3* scales, glm::quat* rotations,
+                                   std::int64_t* sums, float* values) {
+  scale_vector(scales[0], values);
+  sums[0] = sum_units(values[0]) + nearest_code(codes, 64, kScaleValues, values);
+  scales[0] = coded_log_scale(values);
+  rotation_vector(rotations[0], values);
+  move_code(AdamStep{1, 1}, code_gradient(values[0], 3), values[1], values[2], values[3]);
+  scales[1] = coded_scale_gradient(scales[0], scales[1], scales[2]);
+  rotations[1] = coded_rotation_gradient(rotations[0], rotations[1]);
+  scales[2] = output_gradient(scales[0], scales[1]);
 }
 
 template <class Real>

@@ -3,16 +3,23 @@
 //   gpu_train_timings [SCENE CAMERAS [ITERATIONS [WIDTH HEIGHT]]]
 // The host waits after each pass; `all` is an iteration with one wait at its end, `flow` one of
 // many iterations without a wait in between, and `pairs` the mean number of pairs in the tile
-// lists. Then the times of a change of the set of Gaussians and of copies of the whole state.
+// lists. Then the times of a change of the set of Gaussians and of copies of the whole state; the
+// same passes with masks, with a colour field and with codes of shapes; and the times of the
+// field's kernels, one after the other.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
+#include "app/train/field_model.h"
+#include "app/train/initial.h"
 #include "io/camera/cameras.h"
 #include "raster/cuda/train/gpu_model.h"
+#include "raster/timings/field_stages.h"
+#include "support/pool.h"
 #include "support/scene_files.h"
 #include "test_paths.h"
 
@@ -75,7 +82,7 @@ class Iteration {
 };
 
 void measure(cuda::train::GpuModel& model, const std::vector<Camera>& cameras,
-             const RenderSettings& settings, int iterations) {
+             const RenderSettings& settings, int iterations, const char* name) {
   Iteration it(model, cameras, settings);
   std::vector<double> times[5];
   double pairs = 0;
@@ -94,7 +101,7 @@ void measure(cuda::train::GpuModel& model, const std::vector<Camera>& cameras,
       it.all();
     }
   });
-  std::printf("%-14s", mode_name(settings.mode));
+  std::printf("%-14s", name);
   for (auto& pass : times) std::printf(" %9.3f", median(pass));
   std::printf(" %9.3f %11.0f\n", flow / iterations, pairs / iterations);
 }
@@ -114,6 +121,32 @@ void measure_changes(cuda::train::GpuModel& model) {
   }
 }
 
+train::Parameters with_dc_only(train::Parameters parameters) {
+  const std::size_t stride = parameters.sh_stride();
+  for (std::size_t i = 0; i < parameters.size(); ++i) parameters.sh[i] = parameters.sh[i * stride];
+  parameters.sh_degree = 0;
+  parameters.resize(parameters.size());
+  return parameters;
+}
+
+// The passes of strategy mask in mode quadbox, with the coefficients of colour and with a field.
+void measure_field(cuda::train::GpuModel& model, const std::vector<Camera>& cameras,
+                   int iterations) {
+  train::ModelState state = train::ModelState::starting_with(train::with_masks(model.parameters()));
+  const RenderSettings settings;
+  const auto measure_state = [&](const char* name) {
+    model.set_state(state);
+    measure(model, cameras, settings, iterations, name);
+  };
+  measure_state("mask");
+  state = train::ModelState::starting_with(with_dc_only(std::move(state.parameters)));
+  state.color_field = train::starting_field(0);
+  measure_state("colour field");
+  state.codes = train::first_codes(state, 0, test::pool());
+  measure_state("and codes");
+  test::measure_field_stages(state, cameras, iterations);
+}
+
 int run(const fs::path& scene, const fs::path& camera_file, int iterations, int width, int height) {
   std::vector<Camera> cameras = read_cameras(camera_file);
   for (Camera& camera : cameras) camera = camera.resized(width, height);
@@ -126,9 +159,10 @@ int run(const fs::path& scene, const fs::path& camera_file, int iterations, int 
   for (const char* mode : {"3dgs", "quadbox", "exact"}) {
     RenderSettings settings;
     settings.mode = find_culler(mode);
-    measure(model, cameras, settings, iterations);
+    measure(model, cameras, settings, iterations, mode);
   }
   measure_changes(model);
+  measure_field(model, cameras, iterations);
   return 0;
 }
 

@@ -3,10 +3,13 @@
 // The dialog Train: starts a training run in the window. Enter trains, Escape closes.
 #include <algorithm>
 #include <span>
+#include <string>
 
+#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "app/train/strategy.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/style.h"
 #include "app/viewer/state/training_actions.h"
@@ -36,11 +39,14 @@ bool draw_data_field(TrainForm& form) {
   return ImGui::Button(kChoose);
 }
 
-void choose(const char* title, std::span<const TrainChoice> choices, std::size_t& chosen) {
+// entry_of(row) is the text of a row in the list, name_of(row) of the chosen row.
+template <class Row, class NameOf, class EntryOf>
+void choose(const char* title, std::span<const Row> rows, std::size_t& chosen,
+            const NameOf& name_of, const EntryOf& entry_of) {
   ImGui::SetNextItemWidth(19 * ImGui::GetFontSize());
-  if (!ImGui::BeginCombo(title, choices[chosen].words)) return;
-  for (std::size_t i = 0; i < choices.size(); ++i)
-    if (ImGui::Selectable(choices[i].words, i == chosen)) chosen = i;
+  if (!ImGui::BeginCombo(title, name_of(rows[chosen]))) return;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (ImGui::Selectable(entry_of(rows[i]).c_str(), i == chosen)) chosen = i;
   ImGui::EndCombo();
 }
 
@@ -48,8 +54,14 @@ void draw_choices(TrainForm& form) {
   ImGui::SetNextItemWidth(19 * ImGui::GetFontSize());
   ImGui::InputInt("iterations", &form.iterations, 1000, 10000);
   form.iterations = std::max(form.iterations, 1);
-  choose("size of the photographs", kTrainSizes, form.size);
-  choose("how Gaussians are added", kTrainStrategies, form.strategy);
+  choose(
+      "size of the photographs", std::span<const TrainChoice>(kTrainSizes), form.size,
+      [](const TrainChoice& row) { return row.words; },
+      [](const TrainChoice& row) { return std::string(row.words); });
+  choose(
+      "how Gaussians are added", train::strategies(), form.strategy,
+      [](const train::Strategy& row) { return row.name; },
+      [](const train::Strategy& row) { return fmt::format("{}: {}", row.name, row.summary); });
 }
 
 }  // namespace

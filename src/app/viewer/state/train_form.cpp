@@ -6,6 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "app/train/settings.h"
+#include "app/train/strategy.h"
+
 namespace qs {
 
 std::string usual_model(const std::string& data) {
@@ -33,7 +36,8 @@ TrainingRequest request_of(const TrainForm& form) {
   if (form.iterations != kTrainIterations)
     options.insert(options.end(), {"--iterations", fmt::format("{}", form.iterations)});
   add("--resolution-scale", kTrainSizes[form.size].value);
-  add("--strategy", kTrainStrategies[form.strategy].value);
+  const char* const strategy = train::strategies()[form.strategy].name;
+  add("--strategy", strategy == train::TrainSettings{}.strategy ? nullptr : strategy);
   for (std::string& word : words_of(form.more)) options.push_back(std::move(word));
   return request;
 }

@@ -24,17 +24,12 @@ inline constexpr TrainChoice kTrainSizes[] = {{"at most 1600 pixels wide", nullp
                                               {"1/4", "4"},
                                               {"1/8", "8"}};
 
-/// --strategy.
-inline constexpr TrainChoice kTrainStrategies[] = {{"adc: as published with 3DGS", nullptr},
-                                                   {"mcmc: up to a number of Gaussians", "mcmc"},
-                                                   {"fastgs: few Gaussians", "fastgs"}};
-
 inline constexpr int kTrainIterations = 30000;  ///< the default of `train`
 
 struct TrainForm {
   std::string data, model;  ///< folders; an empty `model`: usual_model()
   int iterations = kTrainIterations;
-  std::size_t size = 0, strategy = 0;  ///< indices into kTrainSizes and kTrainStrategies
+  std::size_t size = 0, strategy = 0;  ///< indices into kTrainSizes and train::strategies()
   std::string more;                    ///< further options, as on the command line
   bool operator==(const TrainForm&) const = default;
 };

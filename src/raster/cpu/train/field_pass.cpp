@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cpu/train/field_pass.h"
 
-#include <algorithm>
-
 #include "raster/kernel/adam.h"
-#include "raster/kernel/constants.h"
-#include "raster/kernel/gradient/sh.h"
+#include "raster/kernel/gradient/color_field.h"
 
 namespace qs::cpu::train {
 
@@ -15,18 +12,18 @@ void add_field_gradients(const FieldGradient<Real>& field, const Parameters<Real
                          const std::vector<glm::vec<3, Real>>& d_colors, ThreadPool& pool,
                          Gradients<Real>& gradients) {
   using Vec3 = glm::vec<3, Real>;
-  // Every block of Gaussians has its own sums of the weights' derivatives.
-  constexpr std::size_t kBlocks = 64;
   const std::size_t weights = gradients.by_field.weights.size(), count = parameters.size();
+  const std::size_t size = field_block_size(count);
   std::vector<Real>& sums = gradients.by_field.block_weights;
-  sums.assign(kBlocks * weights, 0);
-  pool.for_chunks(kBlocks, 1, [&](std::size_t begin, std::size_t end, int) {
+  sums.assign(kFieldBlocks * weights, 0);
+  pool.for_chunks(kFieldBlocks, 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t block = begin; block < end; ++block) {
       const std::span<Real> own(&sums[block * weights], weights);
-      for (std::size_t i = block * count / kBlocks; i < (block + 1) * count / kBlocks; ++i) {
-        if (d_colors[i] == Vec3(0)) continue;
+      for (std::size_t position = 0; position < size; ++position) {
+        const std::size_t i = field_gaussian(block, position);
+        if (i >= count || d_colors[i] == Vec3(0)) continue;
         const Vec3 color = field_color(field, parameters.means[i], eye);
-        const Vec3 d_output = static_cast<Real>(kSh0) * clamp_gradient(color, d_colors[i]);
+        const Vec3 d_output = output_gradient(color, d_colors[i]);
         if (d_output == Vec3(0)) continue;
         const Vec3 by_direction =
             field.add(parameters.means[i], eye, d_output, gradients.by_field.grid, own);
@@ -36,7 +33,7 @@ void add_field_gradients(const FieldGradient<Real>& field, const Parameters<Real
   });
   pool.for_chunks(weights, 1024, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t k = begin; k < end; ++k) {
-      for (std::size_t block = 0; block < kBlocks; ++block)
+      for (std::size_t block = 0; block < kFieldBlocks; ++block)
         gradients.by_field.weights[k] += sums[block * weights + k];
     }
   });

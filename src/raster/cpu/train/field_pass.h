@@ -9,7 +9,7 @@
 #include "raster/base/parallel.h"
 #include "raster/cpu/train/parameters.h"
 #include "raster/field/field_gradient.h"
-#include "raster/kernel/sh.h"
+#include "raster/kernel/color_field.h"
 
 namespace qs::cpu::train {
 
@@ -18,7 +18,7 @@ template <class Real>
 glm::vec<3, Real> field_color(const FieldGradient<Real>& field, const glm::vec<3, Real>& mean,
                               const glm::vec<3, Real>& eye) {
   const glm::vec<3, Real> output = field.output(mean, eye);
-  return sh_color<Real>(0, glm::vec<3, Real>(0, 0, 1), [&](int) { return output; });
+  return {color_of_output(output.x), color_of_output(output.y), color_of_output(output.z)};
 }
 
 /// Adds the derivatives by the field to gradients.by_field, and those by the directions to the

@@ -22,7 +22,7 @@ using qs::train::for_each_array;
 /// Derivatives by a colour field.
 template <class Real>
 struct FieldGradients {
-  GridSums grid;
+  IntegerSums grid;
   std::vector<Real> weights;
   std::vector<Real> block_weights;  ///< memory that the next step uses again
 };

@@ -3,6 +3,7 @@
 
 #include "raster/cuda/train/backward.cuh"
 #include "raster/cuda/train/segment.cuh"
+#include "raster/kernel/gradient/color_field.h"
 
 namespace qs::cuda::train {
 namespace {
@@ -368,18 +369,23 @@ struct GaussianInput {
   const ListedSplat* splats;
 };
 
-/// One thread per Gaussian.
+/// One thread per Gaussian. `d_outputs` is null without a colour field.
 __global__ void __launch_bounds__(kThreads)
     gaussian_gradients(GaussianInput in, ParametersView out, ColorGradient<float>* colors,
-                       glm::vec2* d_mean_px) {
+                       glm::vec2* d_mean_px, glm::vec3* d_outputs) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= in.parameters.count) return;
   GaussianValues<float> gradient{glm::vec3(0.0f), glm::vec3(0.0f), glm::quat(0, 0, 0, 0), 0.0f,
                                  0.0f};
   glm::vec2 mean_px(0.0f);
   ColorGradient<float> color{glm::vec3(0.0f), glm::vec3(0.0f)};
+  glm::vec3 d_output(0.0f);
   if (in.tile_counts[i] > 0) {
-    const SplatGradient<float> splat = splat_gradient<float>(in.splats[i].splat, in.sums[i]);
+    SplatGradient<float> splat = splat_gradient<float>(in.splats[i].splat, in.sums[i]);
+    if (d_outputs != nullptr) {
+      d_output = output_gradient(in.splats[i].splat.color, splat.color);
+      splat.color = glm::vec3(0.0f);
+    }
     const GaussianValues<float> gaussian = in.parameters.gaussian(i);
     const auto coefficient = [&](int k) { return in.parameters.coefficient(i, k); };
     color = ColorGradient<float>::of(in.rules, gaussian.mean, coefficient, splat.color);
@@ -390,6 +396,7 @@ __global__ void __launch_bounds__(kThreads)
   out.set_gaussian(i, gradient);
   colors[i] = color;
   d_mean_px[i] = mean_px;
+  if (d_outputs != nullptr) d_outputs[i] = d_output;
 }
 
 /// One thread per Gaussian.
@@ -417,10 +424,10 @@ void sum_pairs_of_tiles(const StepView& view, const ForwardFrame& frame, const g
 
 }  // namespace
 
-void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+void backward(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
               const glm::vec3* d_color, const qs::train::BackwardOrder& order,
-              BackwardScratch& scratch, Gradients& gradients) {
-  gradients.by.resize_shapes(parameters.count, parameters.has_masks);
+              BackwardScratch& scratch, Gradients& gradients, glm::vec3* d_outputs) {
+  gradients.by.resize_shapes(parameters.count, parameters.has_masks());
   gradients.colors.reserve("the gradients", with_room(parameters.count));
   gradients.mean_px.reserve("the gradients", with_room(parameters.count));
   gradients.has_absolute = order.absolute;
@@ -432,7 +439,7 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
   gradients.sh_degree = std::min(view.settings.sh_degree, parameters.sh_degree);
   const GradientRules<float> rules{make_view<float>(view.camera), view.settings.dilation,
                                    view.antialiased(), gradients.sh_degree};
-  const GaussianInput in{rules, parameters.view(), frame.tile_counts.data(), scratch.sums.data(),
+  const GaussianInput in{rules, parameters, frame.tile_counts.data(), scratch.sums.data(),
                          frame.splats.data()};
   launch_sums<kSums>(view, parameters.count, frame, scratch.pairs.data(), scratch.sums.data());
   if (order.absolute) {
@@ -440,7 +447,7 @@ void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
                    gradients.absolute_px.data());
   }
   launch("gaussian_gradients", gaussian_gradients, blocks_for(parameters.count), view.stream, in,
-         gradients.by.view(), gradients.colors.data(), gradients.mean_px.data());
+         gradients.by.view(), gradients.colors.data(), gradients.mean_px.data(), d_outputs);
 }
 
 void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients) {

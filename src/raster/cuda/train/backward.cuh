@@ -25,10 +25,12 @@ struct BackwardScratch {
 };
 
 /// `frame` is the result of forward() for the same arguments; `d_color` is per pixel, row by row.
-/// Does not wait. Throws Cancelled, and Error(device) if memory is short.
-void backward(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+/// With `d_outputs`, which has room for all Gaussians, a colour field computed the colours: they
+/// become the derivatives by the outputs of its network, and the coefficients of colour have no
+/// derivatives. Does not wait. Throws Cancelled, and Error(device) if memory is short.
+void backward(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
               const glm::vec3* d_color, const qs::train::BackwardOrder& order,
-              BackwardScratch& scratch, Gradients& gradients);
+              BackwardScratch& scratch, Gradients& gradients, glm::vec3* d_outputs = nullptr);
 
 /// Sets gradients.by.sh, for tests, of a model with coefficients up to `sh_degree`.
 void expand_colors(int sh_degree, cudaStream_t stream, Gradients& gradients);

@@ -199,7 +199,7 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void project_view(const StepView& view, Parameters& parameters, ForwardFrame& frame) {
+void project_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame) {
   view.throw_if_cancelled();
   constexpr const char* kWhat = "the step's Gaussians";
   const std::size_t room = with_room(parameters.count);
@@ -214,7 +214,7 @@ void project_view(const StepView& view, Parameters& parameters, ForwardFrame& fr
         "project");
   if (parameters.count > 0) {
     with_culler(view.settings.mode, [&]<class P>(P) {
-      const ProjectInput in{parameters.view(), make_view<float>(view.camera),
+      const ProjectInput in{parameters, make_view<float>(view.camera),
                             footprint_rules(view.settings, view.antialiased()), view.grid()};
       launch("project", project_gaussians<P>, blocks_for(parameters.count), view.stream, in,
              ProjectOutput{frame.tile_counts.data(), frame.footprints.arrays(),
@@ -228,10 +228,10 @@ void project_view(const StepView& view, Parameters& parameters, ForwardFrame& fr
   frame.total.arrived.record(view.stream);
 }
 
-void color_view(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream) {
   if (parameters.count == 0) return;
-  launch("color", color_gaussians, blocks_for(parameters.count), stream, parameters.view(),
+  launch("color", color_gaussians, blocks_for(parameters.count), stream, parameters,
          make_view<float>(view.camera).position,
          std::min(view.settings.sh_degree, parameters.sh_degree), frame.tile_counts.data(),
          frame.splats.data());

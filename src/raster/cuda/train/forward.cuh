@@ -158,10 +158,10 @@ struct ForwardFrame {
 // The steps of the pass, in this order. They throw Error(device) if memory is short.
 
 /// Does not read colours. Throws Cancelled.
-void project_view(const StepView& view, Parameters& parameters, ForwardFrame& frame);
+void project_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame);
 
 /// Sets the colours of the projected Gaussians, in `stream`, which may run beside list_view().
-void color_view(const StepView& view, Parameters& parameters, ForwardFrame& frame,
+void color_view(const StepView& view, const ParametersView& parameters, ForwardFrame& frame,
                 cudaStream_t stream);
 
 /// Composites the lists.

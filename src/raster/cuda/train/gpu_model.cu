@@ -7,13 +7,16 @@
 #include "raster/cuda/stream.cuh"
 #include "raster/cuda/train/adam.cuh"
 #include "raster/cuda/train/backward.cuh"
+#include "raster/cuda/train/codes.cuh"
 #include "raster/cuda/train/count_errors.cuh"
 #include "raster/cuda/train/density.cuh"
+#include "raster/cuda/train/field.cuh"
 #include "raster/cuda/train/gpu_model.h"
 #include "raster/cuda/train/list.cuh"
 #include "raster/cuda/train/loss.cuh"
 #include "raster/cuda/train/pass_clock.cuh"
 #include "raster/cuda/train/photograph.cuh"
+#include "raster/kernel/integer_sum.h"
 
 namespace qs::cuda::train {
 
@@ -102,6 +105,8 @@ struct GpuModel::State {
   ErrorScratch errors;
   BackwardScratch backward;
   Gradients gradients;
+  DeviceField field;
+  ShapeCodes codes;
   PassClock clock;
 
   // Of the drawn view.
@@ -131,6 +136,11 @@ struct GpuModel::State {
 
   /// Fills `next` by the plan.
   void gather_next(const qs::train::Plan& plan);
+
+  /// The parameters that the passes draw.
+  ParametersView drawn() {
+    return codes.exist() ? codes.drawn(parameters.view()) : parameters.view();
+  }
 
   StepView view() const { return {camera, settings, stream, stop}; }
   std::size_t pixels() const { return view().pixels(); }
@@ -225,8 +235,7 @@ int GpuModel::iteration() const { return state_->iteration; }
 int GpuModel::changed_before() const { return state_->changed_before; }
 
 void GpuModel::set_state(qs::train::ModelState state) {
-  if (state.color_field.exists())
-    throw Error(ErrorKind::device, "cuda: a colour field is trained on the CPU only");
+  if (state.color_field.exists()) require_small_network(state.color_field.field);
   State& s = gpu();
   s.side.join(s.stream);
   s.iteration = state.iteration;
@@ -243,6 +252,8 @@ void GpuModel::set_state(qs::train::ModelState state) {
   upload(state.adam.first, s.stream, s.adam.first);
   upload(state.adam.second, s.stream, s.adam.second);
   s.density.upload(state.density, s.stream);
+  s.field.upload(state.color_field, s.stream);
+  s.codes.upload(state.codes, s.stream);
 }
 
 const qs::train::Parameters& GpuModel::parameters() {
@@ -262,6 +273,8 @@ const qs::train::ModelState& GpuModel::state() {
                  s.adam.rest_steps};
   s.download_sums();
   s.density.download(s.stream, s.host.density);
+  s.field.download(s.stream, s.host.color_field);
+  s.codes.download(s.stream, s.host.codes);
   return s.host;
 }
 
@@ -322,9 +335,15 @@ void GpuModel::forward(const Camera& camera, const RenderSettings& settings, std
   s.stop = std::move(stop);
   s.clock.begin(s.stream);
   s.with_memory([&] {
-    project_view(s.view(), s.parameters, s.frame);
-    s.side.fork(s.stream,
-                [&](cudaStream_t beside) { color_view(s.view(), s.parameters, s.frame, beside); });
+    if (s.codes.exist()) code_shapes(s.parameters.view(), s.codes, s.stream);
+    const ParametersView drawn = s.drawn();
+    project_view(s.view(), drawn, s.frame);
+    s.side.fork(s.stream, [&](cudaStream_t beside) {
+      if (s.field.exists())
+        color_by_field(s.view(), drawn, s.frame, s.field, beside);
+      else
+        color_view(s.view(), drawn, s.frame, beside);
+    });
     list_view(s.view(), s.parameters.count, s.frame);
     s.side.join(s.stream);
     draw_view(s.view(), s.frame);
@@ -369,8 +388,18 @@ void GpuModel::compare(std::span<const glm::vec3> target, std::span<const std::u
 void GpuModel::backward(const qs::train::BackwardOrder& order) {
   State& s = gpu();
   s.with_memory([&] {
-    train::backward(s.view(), s.parameters, s.frame, s.d_color.data(), order, s.backward,
-                    s.gradients);
+    const ParametersView drawn = s.drawn();
+    const bool has_field = s.field.exists();
+    train::backward(s.view(), drawn, s.frame, s.d_color.data(), order, s.backward, s.gradients,
+                    has_field ? s.field.d_outputs.data() : nullptr);
+    const ParametersView by = s.gradients.by.view();
+    if (has_field) network_gradients(s.view(), drawn, s.field, by.means, s.stream);
+    if (s.codes.exist()) pass_through_codes(s.parameters.view(), s.codes, by, s.stream);
+    if (has_field) {
+      s.side.fork(s.stream, [&](cudaStream_t beside) {
+        sum_field_gradients(s.view(), drawn, s.field, beside);
+      });
+    }
   });
   s.clock.end(2, s.stream);
 }
@@ -395,10 +424,12 @@ void GpuModel::step(const qs::train::StepOrder& order) {
   }
   const bool uses_sums = order.sums && (!order.moves || s.sums.has_others);
   take_step(order, s.parameters, uses_sums ? s.sums.by : s.gradients.by, s.adam, s.stream);
-  if (order.moves || order.sums) {
+  if (s.codes.exist()) take_code_steps(s.parameters.view(), s.codes, s.stream);
+  if (order.moves || order.sums || s.field.exists()) {
     s.side.fork(s.stream, [&](cudaStream_t beside) {
       if (order.sums) add_color_gradients(order, s.gradients, s.sums, beside);
       take_color_step(order, s.parameters, s.gradients, s.sums, s.adam, beside);
+      if (s.field.exists()) take_field_step(order.field_rate, s.field, beside);
     });
   }
   s.clock.end(3, s.stream);
@@ -451,6 +482,17 @@ GradientCopies GpuModel::gradients() const {
           copied(s.gradients.absolute_px.data(), s.gradients.has_absolute ? s.parameters.count : 0,
                  s.stream),
           copied(s.frame.in_view.data(), s.parameters.count, s.stream)};
+}
+
+FieldGradientCopies GpuModel::field_gradients() const {
+  State& s = gpu();
+  s.side.join(s.stream);
+  FieldGradientCopies copies;
+  for (const unsigned long long sum :
+       copied(s.field.grid_sums.data(), s.field.grid_count, s.stream))
+    copies.grid.push_back(static_cast<double>(static_cast<long long>(sum)) * kSumUnit);
+  copies.weights = copied(s.field.by_weights.data(), s.field.weight_count, s.stream);
+  return copies;
 }
 
 std::uint32_t GpuModel::pairs() const { return state_->frame.pairs.count; }

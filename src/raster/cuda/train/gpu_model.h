@@ -30,6 +30,12 @@ struct GradientCopies {
   std::vector<std::uint8_t> visible;
 };
 
+/// Derivatives by a colour field, as the CPU's FieldGradients.
+struct FieldGradientCopies {
+  std::vector<double> grid;
+  std::vector<float> weights;
+};
+
 class GpuModel final : public qs::train::TrainingModel {
  public:
   /// `device` is an index into GpuReport::gpus. Throws Error(device).
@@ -74,7 +80,8 @@ class GpuModel final : public qs::train::TrainingModel {
   PixelCopies pixels() const;
   std::vector<glm::vec3> pixel_gradients() const;
   GradientCopies gradients() const;
-  std::uint32_t pairs() const;  ///< of tiles and Gaussians in the drawn view
+  FieldGradientCopies field_gradients() const;  ///< after backward(), of a model with a field
+  std::uint32_t pairs() const;                  ///< of tiles and Gaussians in the drawn view
 
  private:
   struct State;

@@ -35,7 +35,9 @@ struct ParametersView {
   float* mask_logits;  ///< null without masks
   float* sh;           ///< row 3 k + c, of `sh_row` values: channel c of coefficient k
   std::uint32_t count, sh_row;
-  int sh_coefficients;
+  int sh_degree, sh_coefficients;
+
+  bool has_masks() const { return mask_logits != nullptr; }
 
   __device__ GaussianValues<float> gaussian(std::uint32_t i) const {
     return {means[i], log_scales[i], rotations[i], opacity_logits[i],
@@ -83,6 +85,7 @@ struct Parameters {
             sh.data(),
             count,
             sh_row(count),
+            sh_degree,
             sh_coefficient_count(sh_degree)};
   }
 };

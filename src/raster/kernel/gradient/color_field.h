@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// The gradient of color_field.h: from the network's inputs to the direction.
+// The gradient of color_field.h: from the network's inputs to the direction, and from the colour to
+// the network's output.
 #pragma once
 
 #include <glm/vec3.hpp>
 
 #include "raster/kernel/color_field.h"
+#include "raster/kernel/constants.h"
+#include "raster/kernel/gradient/sh.h"
+#include "raster/kernel/hd.h"
 
 namespace qs {
 
@@ -20,6 +24,13 @@ QS_HD glm::vec<3, Real> direction_features_gradient(const glm::vec<3, Real>& d, 
   const Real by_z =
       Real(kSh1) * by[2] - Real(kSh2A) * (y * by[5] + x * by[7]) + 6 * Real(kSh2B) * z * by[6];
   return {2 * by_x, 2 * by_y, 2 * by_z};
+}
+
+/// From color_of_output(), whose result is `color`, to the network's outputs.
+template <class Real>
+QS_HD glm::vec<3, Real> output_gradient(const glm::vec<3, Real>& color,
+                                        const glm::vec<3, Real>& d_color) {
+  return static_cast<Real>(kSh0) * clamp_gradient(color, d_color);
 }
 
 }  // namespace qs

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/train/strategy.h"
 #include "app/viewer/state/training_actions.h"
 #include "app/viewer/state/viewer.h"
 
@@ -38,6 +39,21 @@ TEST(TrainForm, gives_the_options_of_its_fields_and_then_the_typed_ones) {
   EXPECT_THAT(request.options,
               ElementsAre("--iterations", "7000", "--resolution-scale", "2", "--strategy", "mcmc",
                           "--masks", "my masks", "--eval-every", "5000"));
+}
+
+TEST(TrainForm, offers_the_strategies_of_the_command_line) {
+  std::vector<std::string> offered;
+  TrainForm form;
+  for (form.strategy = 0; form.strategy < train::strategies().size(); ++form.strategy) {
+    const std::vector<std::string> options = request_of(form).options;
+    if (options.empty()) {
+      offered.emplace_back("the default");
+    } else {
+      EXPECT_EQ(options.front(), "--strategy");
+      offered.push_back(options.back());
+    }
+  }
+  EXPECT_THAT(offered, ElementsAre("the default", "mcmc", "dash", "fastgs", "mask"));
 }
 
 TEST(TrainForm, quotes_keep_blanks_and_a_backslash_keeps_a_quote) {

@@ -67,6 +67,13 @@ class Rules(unittest.TestCase):
         self.assertEqual(why["quadbox"], "")
         self.assertEqual(plan.rows[0].notes, ["trained without '--count-views mode', which this program does not have"])
 
+    def test_the_rows_of_compact_3dgs_train_a_colour_field(self):
+        options = {model.name: model.options for model in plan_of([]).models}
+        self.assertEqual([name for name in options if "--color-field" in options[name]], ["mask", "mask-quadbox"])
+        older = plan_of(["mask"], FakeProgram(options=False))
+        self.assertNotIn("--color-field", older.models[0].options)
+        self.assertEqual(older.rows[0].notes, ["trained without '--color-field', which this program does not have"])
+
     def test_rows_are_chosen_by_name(self):
         self.assertEqual([model.name for model in plan_of(["adr", "quadbox"]).models], ["quadbox"])
         with self.assertRaisesRegex(Problem, "'nonsense' is none of 3dgs, adr"):
@@ -229,6 +236,10 @@ class Runs(unittest.TestCase):
         done = json.loads((self.folder / "one/doll/seed0/quadbox/done.json").read_text())
         for key in ("commit", "seed", "settings", "data", "seconds", "program"):
             self.assertIsNotNone(done[key], key)
+        compact = json.loads((self.folder / "one/doll/seed0/mask/done.json").read_text())
+        self.assertTrue(compact["settings"]["color_field"])
+        evaluated = (self.folder / "one/doll/seed0/mask/eval.log").read_text()
+        self.assertIn("--exact-color", evaluated)
         model = self.folder / "one/doll/seed0/quadbox/model"
         self.assertFalse((model / "checkpoint").exists())
         self.assertEqual([path.name for path in (model / "point_cloud").iterdir()], ["iteration_20"])

@@ -50,14 +50,15 @@ def base_models() -> list[Model]:
     counted = [["--count-views", "mode"]]
     dash = ["--strategy", "dash"]
     variant = [["--dash-variant", "2025-06"]]
+    field = [["--color-field"]]
     return [
         Model("3dgs", ["--cull", "3dgs"], counted, cost=1.13),
         Model("quadbox", ["--cull", "quadbox"]),
         Model("dualbox", ["--cull", "dualbox"], sets=OWN_TOO, cost=1),
         Model("dash", [*dash, "--cull", "3dgs"], variant, [*SIMPLE_MODES], 0.54),
         Model("dash-quadbox", [*dash, "--cull", "quadbox"], variant, [*SIMPLE_MODES], 0.54),
-        Model("mask", ["--strategy", "mask", "--cull", "3dgs"], [], [*SIMPLE_MODES], 1.7),
-        Model("mask-quadbox", ["--strategy", "mask", "--cull", "quadbox"], [], [*SIMPLE_MODES], 1.7),
+        Model("mask", ["--strategy", "mask", "--cull", "3dgs"], field, [*SIMPLE_MODES], 1.7),
+        Model("mask-quadbox", ["--strategy", "mask", "--cull", "quadbox"], field, [*SIMPLE_MODES], 1.7),
     ]
 
 

@@ -249,6 +249,7 @@ def evaluate(plan: Plan, unit: Unit) -> str:
     words = ["eval", str(folder / "model"), "--images", str(pathlib.Path(scene.data, scene.images)), "--holdout", str(HOLDOUT),
              "--images-scale", str(scene.scale), "--cull", ",".join(row_modes(plan, unit.model)), "--out-dir", str(folder / "eval")]
     words += ["--lpips", plan.lpips] if plan.lpips else []
+    words += ["--exact-color"] if "--color-field" in plan.model(unit.model).options else []
     cropped = scene.crop if unit.seed == 0 else None
     shutil.rmtree(shown, ignore_errors=True)
     measure(plan, words + (["--save", str(shown), "--save-format", "ppm"] if cropped else []), log, "eval")

@@ -364,6 +364,23 @@ TEST(Stages, refuse_inputs_that_do_not_fit_together) {
                                       {});
             }),
             "project_backward: the frame has 2 Gaussians, the inputs have 3");
+
+  const DrawnView view = off_centre_view();
+  StageFrame<float> frame;
+  PictureValues<float> pictures = frame.draw(view, scene);
+  test::BlendInput<float> blended = frame.input(view, scene.inputs());
+  const auto blend_error = [&](bool with_depth) {
+    frame.pixels.resize(blended.size, 5, with_depth);
+    return test::error_of([&] {
+      blend<float>(blended, frame.frame.view(), {pool(1)}, frame.pixels.state(),
+                   pictures.pictures());
+    });
+  };
+  EXPECT_EQ(blend_error(false), "blend: depths are wanted, but the frame has no arrays for them");
+  blended.channel_count = 5;
+  EXPECT_EQ(blend_error(true), "blend: the frame's colours have 3 channels, not 5");
+  blended.channel_count = 0;
+  EXPECT_EQ(blend_error(true), "blend: there are 0 channels; the number must be 1 to 32");
 }
 
 TEST(Stages, outside_of_the_view_have_a_row_in_the_boundary_but_no_gradient_from_pixels) {

@@ -2,11 +2,11 @@
 #include "raster/cpu/stages/blend.h"
 
 #include <algorithm>
-#include <cassert>
 #include <type_traits>
 
 #include <glm/common.hpp>
 
+#include "raster/base/fail.h"
 #include "raster/kernel/composite.h"
 
 namespace qs::cpu::stages {
@@ -32,6 +32,21 @@ void with_variant(const PixelRules<Real>& rules, bool deep, const F& f) {
     if (are_default(rules)) return f(std::false_type{}, std::true_type{});
   }
   f(std::false_type{}, std::false_type{});
+}
+
+/// Throws Error(usage). `has_depth`: the frame has depths; `wants_depth`: a picture needs them.
+template <class Real>
+void check(const char* who, const BlendInput<Real>& in, bool has_depth, bool wants_depth) {
+  if (in.channel_count < 1 || in.channel_count > qs::stages::kMostChannels) {
+    fail(ErrorKind::usage, "{}: there are {} channels; the number must be 1 to {}", who,
+         in.channel_count, qs::stages::kMostChannels);
+  }
+  if (!in.channels && in.channel_count != 3) {
+    fail(ErrorKind::usage, "{}: the frame's colours have 3 channels, not {}", who,
+         in.channel_count);
+  }
+  if (wants_depth && !has_depth)
+    fail(ErrorKind::usage, "{}: depths are wanted, but the frame has no arrays for them", who);
 }
 
 /// The colours of the listed Gaussians.
@@ -283,7 +298,7 @@ void clear(const BoundaryGradients<Real>& out, std::size_t i, int channels) {
 template <class Real>
 void blend(const BlendInput<Real>& in, const FrameView<Real>& frame, const Workers& workers,
            const PixelState<Real>& state, const Pictures<Real>& out) {
-  assert(state.depth != nullptr || (!out.depth && !out.inverse_depth));
+  check("blend", in, state.depth != nullptr, out.depth || out.inverse_depth);
   with_channels(in.channel_count, [&](auto channels) {
     constexpr int kChannels = channels();
     with_variant<kChannels>(in.rules, state.depth != nullptr, [&](auto deep, auto defaults) {
@@ -298,7 +313,6 @@ template <int kChannels, class Real>
 void sum_pairs(const BlendInput<Real>& in, const FrameView<Real>& frame,
                const PixelState<const Real>& state, const Pictures<const Real>& by, bool absolute,
                const Workers& workers, PairScratch<Real>& scratch) {
-  assert(state.depth != nullptr || (!by.depth && !by.inverse_depth));
   const bool is_deep = by.alpha || by.depth || by.inverse_depth;
   scratch.pairs.resize(frame.pairs * StoredSums<Real, kChannels>::kNumbers);
   scratch.depths.resize(is_deep ? frame.pairs : 0);
@@ -316,6 +330,7 @@ void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, st
                     const PixelState<const Real>& state, const Pictures<const Real>& by,
                     const Workers& workers, PairScratch<Real>& scratch,
                     const BoundaryGradients<Real>& out) {
+  check("blend_backward", in, state.depth != nullptr, by.depth || by.inverse_depth);
   workers.for_each(gaussians, 4096, [&](std::size_t i) { clear(out, i, in.channel_count); });
   if (out.background != nullptr) add_background(in, state, by.color, workers, out.background);
   with_channels(in.channel_count, [&](auto channels) {

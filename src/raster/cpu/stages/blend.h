@@ -38,7 +38,8 @@ struct BlendInput {
 };
 
 /// Draws the frame into `state`, whose arrays have the picture's size, and into all wanted
-/// pictures. Depths are summed if `state` has their arrays. Throws Cancelled.
+/// pictures. Depths are summed if `state` has their arrays. Throws Error(usage) if inputs do not
+/// fit together, and Cancelled.
 template <class Real>
 void blend(const BlendInput<Real>& in, const FrameView<Real>& frame, const Workers& workers,
            const PixelState<Real>& state, const Pictures<Real>& out = {});
@@ -54,7 +55,8 @@ struct PairScratch {
 };
 
 /// `state` is the result of blend() for the same arguments; `by` are the derivatives by the
-/// pictures, each of which may be missing. Writes all rows of the wanted arrays. Throws Cancelled.
+/// pictures, each of which may be missing. Writes all rows of the wanted arrays. Throws
+/// Error(usage) and Cancelled.
 template <class Real>
 void blend_backward(const BlendInput<Real>& in, const FrameView<Real>& frame, std::size_t gaussians,
                     const PixelState<const Real>& state, const Pictures<const Real>& by,

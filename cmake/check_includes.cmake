@@ -69,8 +69,10 @@ room(io/bytes raster/scene raster/base)
 room(quadsplat)
 room(raster/make raster/cpu/train raster/cpu/fast raster/cpu/classic raster/cpu raster/cuda/train raster/cuda/lpips
      raster/cuda/fast raster/cuda/classic raster/cuda raster/api raster/clock raster/base)
-room(raster/cpu/train raster/cpu/classic raster/api raster/train raster/field raster/scene raster/kernel/gradient
-     raster/kernel/cull raster/kernel raster/base)
+room(raster/cpu/train raster/cpu/stages raster/api raster/train raster/field raster/scene raster/kernel/gradient
+     raster/kernel raster/base)
+room(raster/cpu/stages raster/cpu/classic raster/stages raster/scene raster/kernel/gradient raster/kernel/cull
+     raster/kernel raster/base)
 room(raster/cpu/fast raster/cpu raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/cpu/classic raster/cpu raster/scene raster/kernel/cull raster/kernel)
 room(raster/cpu raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
@@ -83,6 +85,7 @@ room(raster/cuda raster/api raster/scene raster/kernel/cull raster/kernel raster
 room(raster/api raster/lpips raster/train raster/scene raster/kernel/gradient raster/kernel/cull raster/kernel raster/base)
 room(raster/lpips raster/scene raster/base)
 room(raster/clock)
+room(raster/stages raster/scene raster/kernel/cull raster/kernel raster/base)
 room(raster/train raster/field raster/scene raster/kernel/gradient raster/kernel raster/base)
 room(raster/field raster/kernel/gradient raster/kernel raster/base)
 room(raster/scene raster/kernel raster/base)

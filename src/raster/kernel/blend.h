@@ -23,11 +23,16 @@ struct Splat {
   glm::vec3 color;  ///< RGB >= 0
 };
 
+/// `conic` is (a, b, c) of a footprint.
+QS_HD Splat make_splat(glm::vec2 mean_px, glm::vec3 conic, float opacity, glm::vec3 color) {
+  return {
+      mean_px,
+      glm::vec3(kLog2OfFalloff * conic.x, 2 * kLog2OfFalloff * conic.y, kLog2OfFalloff * conic.z),
+      opacity, color};
+}
+
 QS_HD Splat make_splat(const Footprint& footprint, float opacity, glm::vec3 color) {
-  return {footprint.mean_px,
-          glm::vec3(kLog2OfFalloff * footprint.conic.x, 2 * kLog2OfFalloff * footprint.conic.y,
-                    kLog2OfFalloff * footprint.conic.z),
-          opacity, color};
+  return make_splat(footprint.mean_px, footprint.conic, opacity, color);
 }
 
 /// 2^x, relative error below 2e-7 for -126 <= x < 127; smaller x give 2^-126.
@@ -55,10 +60,10 @@ QS_HD float log2_falloff(const Splat& splat, float dx, float dy) {
   return splat.log2_conic.x * dx * dx + splat.log2_conic.z * dy * dy + splat.log2_conic.y * dx * dy;
 }
 
-/// min(kAlphaMax, opacity * 2^power). `power` is log2_falloff().
-QS_HD float alpha_of(const Splat& splat, float power) {
+/// min(alpha_max, opacity * 2^power). `power` is log2_falloff().
+QS_HD float alpha_of(const Splat& splat, float power, float alpha_max = kAlphaMax) {
   const float alpha = splat.opacity * exp2_polynomial(power);
-  return alpha < kAlphaMax ? alpha : kAlphaMax;
+  return alpha < alpha_max ? alpha : alpha_max;
 }
 
 }  // namespace qs

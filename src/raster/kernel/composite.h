@@ -10,7 +10,7 @@
 namespace qs {
 
 /// Outcome for one pixel: `skips` if alpha is below 1/255, `blends`, or `stops` if blending would
-/// push the transmittance below kTransmittanceMin.
+/// push the transmittance below the rules' limit.
 enum class Step { skips, blends, stops };
 
 /// (x, y) is the pixel. `transmittance` is the value in front of the Gaussian; `blends` sets it to
@@ -18,14 +18,14 @@ enum class Step { skips, blends, stops };
 /// check gradients.
 template <class Real>
 QS_HD Step composite(const typename PixelMath<Real>::Splat& splat, Real x, Real y,
-                     Real& transmittance, Real& alpha) {
+                     Real& transmittance, Real& alpha, const PixelRules<Real>& rules = {}) {
   using Math = PixelMath<Real>;
   const Real power = log2_falloff(splat, x - splat.mean_px.x, y - splat.mean_px.y);
   if (!(power <= 0)) return Step::skips;
-  alpha = alpha_of(splat, power);
+  alpha = alpha_of(splat, power, rules.alpha_max);
   if (!(alpha >= Math::kAlphaMin)) return Step::skips;
   const Real next = transmittance * (1 - alpha);
-  if (next < Math::kTransmittanceMin) return Step::stops;
+  if (next < rules.stops_below) return Step::stops;
   transmittance = next;
   return Step::blends;
 }

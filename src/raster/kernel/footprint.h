@@ -20,6 +20,13 @@ struct FootprintRules {
   bool antialiased;   ///< scale the opacity by compensation()
   float splat_scale;  ///< factor on every standard deviation; 1 = as trained
   float dilation = static_cast<float>(kDilation);  ///< px^2 added to both variances
+
+  // The rules that renderers do not change.
+  static constexpr float compensation_floor = static_cast<float>(kCompensationFloor);
+  static QS_HD bool draws_depth(const View<float>& view, float z) { return z > view.near_depth; }
+  static QS_HD SlopeLimits<float> slope_limits(const View<float>& view) {
+    return SlopeLimits<float>::of(view);
+  }
 };
 
 /// The footprint of a dilated covariance, px^2, whose determinant must be > 0. `gamma` is 2 ln(255
@@ -35,16 +42,19 @@ QS_HD Footprint make_footprint(glm::vec2 mean_px, const Covariance2<float>& cova
 
 struct Projected {
   Footprint footprint;
-  float depth;           ///< view z, > near_depth
+  float depth;           ///< view z, > 0
   float opacity_factor;  ///< 1 unless antialiased
 };
 
-/// Sets `out`. False if the Gaussian is behind the near plane, degenerate, not finite or too faint.
-QS_HD bool project(const View<float>& view, const FootprintRules& rules,
-                   const ActiveGaussian& gaussian, Projected& out) {
+/// Sets `out`. False if the Gaussian is at a depth that is not drawn, degenerate, not finite or too
+/// faint. `Rules` has the members of FootprintRules.
+template <class Rules = FootprintRules>
+QS_HD bool project(const View<float>& view, const Rules& rules, const ActiveGaussian& gaussian,
+                   Projected& out) {
   const glm::vec3 point = to_view(view, gaussian.position);
-  if (!(point.z > view.near_depth)) return false;
-  Covariance2<float> covariance = project_covariance(view, point, gaussian.covariance);
+  if (!rules.draws_depth(view, point.z)) return false;
+  Covariance2<float> covariance =
+      project_covariance(view, rules.slope_limits(view), point, gaussian.covariance);
   const float scale2 = rules.splat_scale * rules.splat_scale;
   covariance.xx = covariance.xx * scale2;
   covariance.xy = covariance.xy * scale2;
@@ -57,7 +67,7 @@ QS_HD bool project(const View<float>& view, const FootprintRules& rules,
   float log2_255_opacity = gaussian.log2_255_opacity;
   out.opacity_factor = 1.0f;
   if (rules.antialiased) {
-    out.opacity_factor = compensation(before, determinant);
+    out.opacity_factor = compensation(before, determinant, float{rules.compensation_floor});
     log2_255_opacity = log2_255_opacity + log2_portable(out.opacity_factor);
   }
   const float gamma = 2.0f * static_cast<float>(kLn2) * log2_255_opacity;

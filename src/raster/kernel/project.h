@@ -53,18 +53,32 @@ QS_HD glm::vec<2, Real> to_pixel(const View<Real>& view, const glm::vec<3, Real>
           view.focal_px.y * (point.y / point.z) + view.center_px.y};
 }
 
-/// Covariance on the image in px^2, without the dilation: J W Sigma W^T J^T with the Jacobian J of
-/// the perspective projection at `point` (view axes, z > 0), its slopes clamped to
-/// view.slope_limit.
+/// The range of the slopes x/z and y/z inside the Jacobian of the projection.
 template <class Real>
-QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::vec<3, Real>& point,
+struct SlopeLimits {
+  glm::vec<2, Real> low, high;
+
+  static QS_HD SlopeLimits of(const View<Real>& view) {
+    return {-view.slope_limit, view.slope_limit};
+  }
+  /// `axis` is 0 for x and 1 for y.
+  QS_HD Real clamped(int axis, Real slope) const {
+    return slope < low[axis] ? low[axis] : (slope > high[axis] ? high[axis] : slope);
+  }
+  QS_HD bool contains(int axis, Real slope) const {
+    return !(slope < low[axis] || slope > high[axis]);
+  }
+};
+
+/// Covariance on the image in px^2, without the dilation: J W Sigma W^T J^T with the Jacobian J of
+/// the perspective projection at `point` (view axes, z > 0), its slopes clamped to `limits`.
+template <class Real>
+QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const SlopeLimits<Real>& limits,
+                                           const glm::vec<3, Real>& point,
                                            const Covariance3<Real>& sigma) {
   using Vec3 = glm::vec<3, Real>;
-  const auto clamp = [](Real value, Real limit) {
-    return value < -limit ? -limit : (value > limit ? limit : value);
-  };
-  const Real tx = clamp(point.x / point.z, view.slope_limit.x) * point.z;
-  const Real ty = clamp(point.y / point.z, view.slope_limit.y) * point.z;
+  const Real tx = limits.clamped(0, point.x / point.z) * point.z;
+  const Real ty = limits.clamped(1, point.y / point.z) * point.z;
   const Real zz = point.z * point.z;
   const Real j00 = view.focal_px.x / point.z, j02 = -(view.focal_px.x * tx) / zz;
   const Real j11 = view.focal_px.y / point.z, j12 = -(view.focal_px.y * ty) / zz;
@@ -85,6 +99,13 @@ QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::ve
           v.x * sigma_v.x + v.y * sigma_v.y + v.z * sigma_v.z};
 }
 
+/// The same with slopes clamped to view.slope_limit.
+template <class Real>
+QS_HD Covariance2<Real> project_covariance(const View<Real>& view, const glm::vec<3, Real>& point,
+                                           const Covariance3<Real>& sigma) {
+  return project_covariance(view, SlopeLimits<Real>::of(view), point, sigma);
+}
+
 /// log2(x) for x in (0, 1], relative error about 1e-6. Uses only + - * /, so that every backend
 /// gets the same bits when the logarithm decides about listed tiles.
 QS_HD float log2_portable(float x) {
@@ -102,11 +123,11 @@ QS_HD float log2_portable(float x) {
 }
 
 /// Opacity factor of models trained with Mip-Splatting: it keeps the integral of the dilated
-/// Gaussian. Arguments: determinants of the covariance before and after the dilation, after > 0.
+/// Gaussian. Arguments: determinants of the covariance before and after the dilation, after > 0,
+/// and the lower bound of their ratio.
 template <class Real>
-QS_HD Real compensation(Real before, Real after) {
+QS_HD Real compensation(Real before, Real after, Real floor = Real(kCompensationFloor)) {
   const Real ratio = before / after;
-  const Real floor = Real(kCompensationFloor);
   return std::sqrt(ratio > floor ? ratio : floor);
 }
 

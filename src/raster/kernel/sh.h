@@ -11,11 +11,11 @@
 
 namespace qs {
 
-/// RGB >= 0 (no upper clamp) for the unit vector `d` from the camera to the Gaussian, world axes.
+/// RGB before the clamp at 0, for the unit vector `d` from the camera to the Gaussian, world axes.
 /// `coefficients(i)` returns RGB coefficient i as vec<3, Real>, i < (degree + 1)^2; degree 0..3.
 template <class Real, class Coefficients>
-QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
-                                 const Coefficients& coefficients) {
+QS_HD glm::vec<3, Real> unclamped_sh_color(int degree, const glm::vec<3, Real>& d,
+                                           const Coefficients& coefficients) {
   using Vec3 = glm::vec<3, Real>;
   Vec3 color = Real(kSh0) * coefficients(0);
   if (degree > 0) {
@@ -37,7 +37,14 @@ QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
       }
     }
   }
-  return glm::max(color + Real(0.5), Vec3(0));
+  return color + Real(0.5);
+}
+
+/// The same, clamped to RGB >= 0; there is no upper clamp.
+template <class Real, class Coefficients>
+QS_HD glm::vec<3, Real> sh_color(int degree, const glm::vec<3, Real>& d,
+                                 const Coefficients& coefficients) {
+  return glm::max(unclamped_sh_color(degree, d, coefficients), glm::vec<3, Real>(0));
 }
 
 /// Writes the 16 functions of degrees 0 to 3 at the unit vector `d`. sh_color() is the sum of their

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // The backward pass of training: from the loss's derivatives by the pixels to its derivatives by
-// all parameters. The result does not depend on the number of threads: every pair of a tile and a
-// Gaussian gets its own sum over the tile's pixels, row by row, and a Gaussian's pairs are summed
-// in the order of tiles.
+// all parameters. The result does not depend on the number of threads, see cpu/stages/blend.h. It
+// joins the backward passes of both stages, so that no boundary is stored between them.
 #pragma once
 
 #include <span>
 
 #include "raster/cpu/train/forward.h"
-#include "raster/kernel/gradient/pixel.h"
 #include "raster/train/backward_order.h"
 
 namespace qs::cpu::train {
@@ -19,10 +17,7 @@ using qs::train::BackwardOrder;
 /// Memory of backward() that the next step uses again.
 template <class Real>
 struct BackwardScratch {
-  std::vector<PixelSums<Real>> pairs;       ///< per pair, in the order of the tile lists
-  std::vector<glm::vec<2, Real>> absolute;  ///< the same for absolute gradients, if asked for
-  std::vector<std::uint64_t> begin;         ///< slots + 1 offsets into `order`
-  std::vector<std::uint64_t> order;         ///< pairs by slot and tile
+  stages::PairScratch<Real> pairs;
   std::vector<glm::vec<3, Real>> d_colors;  ///< by Gaussians' colours, with a colour field
 };
 

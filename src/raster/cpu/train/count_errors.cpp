@@ -36,7 +36,7 @@ void add(std::vector<std::uint32_t>& counts, std::uint32_t gaussian, std::uint32
 
 void count_tile(const StepView& step, const ForwardFrame<float>& frame, const ErrorMap& errors,
                 std::size_t tile, PixelCounts& counts) {
-  const TileBox box = TileBox::of(step, tile);
+  const auto box = stages::TileBox::of(step.size(), tile);
   const std::uint64_t first = frame.lists.begin[tile];
   std::uint32_t longest = 0;
   for (int y = box.y0; y < box.y0 + box.height; ++y) {
@@ -46,7 +46,7 @@ void count_tile(const StepView& step, const ForwardFrame<float>& frame, const Er
   for (std::uint32_t entry = 0; entry < longest; ++entry) {
     const std::uint32_t slot = frame.lists.slots[first + entry];
     std::uint32_t blended = 0, flagged = 0;
-    box.for_each_pixel(frame.areas[slot], [&](int x, int y, int /*pixel*/) {
+    box.for_each_pixel(frame.areas[slot], [&](int x, int y, std::size_t /*pixel*/) {
       const auto at = static_cast<std::size_t>(y * step.camera.width + x);
       if (entry >= frame.last[at] || errors.bins[at] == kMaskedError) return;
       // No pixel stops before its last entry, so alpha alone decides.

@@ -38,14 +38,15 @@ QS_HD Covariance2<Real> conic_gradient(const Covariance2<Real>& covariance,
 }
 
 /// From the factor compensation(before, after) to the covariance, which is `before` without and
-/// `after` with the dilation. Nothing where the factor is at its lower bound.
+/// `after` with the dilation. Nothing where their ratio is at its lower bound.
 template <class Real>
 QS_HD Covariance2<Real> compensation_gradient(const Covariance2<Real>& before,
-                                              const Covariance2<Real>& after, Real d_factor) {
+                                              const Covariance2<Real>& after, Real d_factor,
+                                              Real floor = Real(kCompensationFloor)) {
   Covariance2<Real> result{0, 0, 0};
   const Real determinant = after.determinant();
   const Real ratio = before.determinant() / determinant;
-  if (!(ratio > static_cast<Real>(kCompensationFloor))) return result;
+  if (!(ratio > floor)) return result;
   const Real d_ratio = d_factor / (2 * std::sqrt(ratio));
   add_determinant_gradient(before, d_ratio / determinant, result);
   add_determinant_gradient(after, -d_ratio * ratio / determinant, result);

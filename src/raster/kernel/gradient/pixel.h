@@ -8,8 +8,9 @@
 //     alpha = min(0.99, opacity e^E)
 //     E = -(a dx^2 + c dy^2) / 2 - b dx dy,  (dx, dy) = pixel - mean
 //
-// The clamp at 0.99 passes the gradient through, as in the published training code. Gaussians that
-// a pixel skips, or in front of which it stops, get no gradient from it.
+// The clamp at 0.99 passes the gradient through, as in the published training code, unless the
+// rules say otherwise. Gaussians that a pixel skips, or in front of which it stops, get no gradient
+// from it. A colour is glm::vec3, or has as many channels as `Color`.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -23,11 +24,11 @@ namespace qs {
 
 /// Sums over the pixels of a Gaussian, with d = dL/dE of each pixel. The rest of the gradient is
 /// linear in these sums.
-template <class Real>
+template <class Real, class Color = glm::vec<3, Real>>
 struct PixelSums {
   Real d = 0, dx = 0, dy = 0;      ///< of d, d dx, d dy
   Real dxx = 0, dxy = 0, dyy = 0;  ///< of d dx^2, d dx dy, d dy^2
-  glm::vec<3, Real> color{0};      ///< of dL/dc
+  Color color{0};                  ///< of dL/dc
 
   QS_HD PixelSums& operator+=(const PixelSums& other) {
     d += other.d;
@@ -42,30 +43,30 @@ struct PixelSums {
 };
 
 /// The loss's derivatives by the values that pixels read of a Gaussian.
-template <class Real>
+template <class Real, class Color = glm::vec<3, Real>>
 struct SplatGradient {
   glm::vec<2, Real> mean_px{0};
   glm::vec<3, Real> conic{0};  ///< by a, b, c
   Real opacity = 0;            ///< by the opacity that is blended: with compensation
-  glm::vec<3, Real> color{0};
+  Color color{0};
 };
 
 /// dL/dalpha. `alpha` is below 1. `transmittance` is the value in front of the Gaussian; `behind`
 /// is the colour that the Gaussians behind it and the background add to the pixel; `d_pixel` is
 /// dL/dC.
-template <class Real>
-QS_HD Real alpha_gradient(const glm::vec<3, Real>& color, Real alpha, Real transmittance,
-                          const glm::vec<3, Real>& behind, const glm::vec<3, Real>& d_pixel) {
-  return glm::dot(d_pixel, color * transmittance - behind / (1 - alpha));
+template <class Real, class Color>
+QS_HD Real alpha_gradient(const Color& color, Real alpha, Real transmittance, const Color& behind,
+                          const Color& d_pixel) {
+  return dot(d_pixel, color * transmittance - behind / (1 - alpha));
 }
 
 /// A pixel that blended a Gaussian, in the step that blended it; see alpha_gradient().
-template <class Real>
+template <class Real, class Color = glm::vec<3, Real>>
 struct BlendedPixel {
   Real x, y;
   Real alpha;          ///< as composite() returned it
   Real transmittance;  ///< in front of the Gaussian
-  glm::vec<3, Real> behind, d_pixel;
+  Color behind, d_pixel;
 };
 
 /// The derivative by a Gaussian's mean on the image, from sums of d dx and d dy, see PixelSums.
@@ -78,19 +79,23 @@ QS_HD glm::vec<2, Real> mean_gradient(const typename PixelMath<Real>::Splat& spl
           scale * (2 * splat.log2_conic.z * dy + splat.log2_conic.y * dx)};
 }
 
-/// Adds the contribution of a pixel to a Gaussian that it blended. Returns its part of the
-/// derivative by the mean.
-template <class Real>
+/// Adds the contribution of a pixel to a Gaussian that it blended, with dL/dalpha. Returns its part
+/// of the derivative by the mean.
+template <class Real, class Color>
 QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
-                                  const BlendedPixel<Real>& pixel, PixelSums<Real>& sums) {
+                                  const BlendedPixel<Real, Color>& pixel, Real d_alpha,
+                                  PixelSums<Real, Color>& sums,
+                                  const PixelRules<Real>& rules = {}) {
   using Math = PixelMath<Real>;
   const Real alpha = pixel.alpha;
   const Real dx = pixel.x - splat.mean_px.x, dy = pixel.y - splat.mean_px.y;
   sums.color += alpha * pixel.transmittance * pixel.d_pixel;
-  const Real unclamped =
-      alpha < Math::kAlphaMax ? alpha : splat.opacity * Math::exp2(log2_falloff(splat, dx, dy));
-  const Real d = unclamped * alpha_gradient(splat.color, alpha, pixel.transmittance, pixel.behind,
-                                            pixel.d_pixel);
+  Real unclamped = alpha;
+  if (!(alpha < rules.alpha_max)) {
+    unclamped =
+        rules.alpha_max_passes ? splat.opacity * Math::exp2(log2_falloff(splat, dx, dy)) : Real(0);
+  }
+  const Real d = unclamped * d_alpha;
   sums.d += d;
   sums.dx += d * dx;
   sums.dy += d * dy;
@@ -100,11 +105,20 @@ QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
   return mean_gradient<Real>(splat, d * dx, d * dy);
 }
 
-/// The gradient of a Gaussian from the sums over all its pixels.
+/// The same for a pixel whose colour alone is in the loss, and a Gaussian with its colour.
 template <class Real>
-QS_HD SplatGradient<Real> splat_gradient(const typename PixelMath<Real>::Splat& splat,
-                                         const PixelSums<Real>& sums) {
-  SplatGradient<Real> result;
+QS_HD glm::vec<2, Real> add_pixel(const typename PixelMath<Real>::Splat& splat,
+                                  const BlendedPixel<Real>& pixel, PixelSums<Real>& sums) {
+  const Real d_alpha =
+      alpha_gradient(splat.color, pixel.alpha, pixel.transmittance, pixel.behind, pixel.d_pixel);
+  return add_pixel<Real, glm::vec<3, Real>>(splat, pixel, d_alpha, sums);
+}
+
+/// The gradient of a Gaussian from the sums over all its pixels.
+template <class Real, class Color>
+QS_HD SplatGradient<Real, Color> splat_gradient(const typename PixelMath<Real>::Splat& splat,
+                                                const PixelSums<Real, Color>& sums) {
+  SplatGradient<Real, Color> result;
   result.mean_px = mean_gradient<Real>(splat, sums.dx, sums.dy);
   result.conic = {-sums.dxx / 2, -sums.dxy, -sums.dyy / 2};
   result.opacity = splat.opacity > 0 ? sums.d / splat.opacity : Real(0);

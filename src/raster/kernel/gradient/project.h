@@ -18,6 +18,7 @@ template <class Real>
 struct GeometryGradient {
   glm::vec<3, Real> mean{0};
   Covariance3<Real> covariance{0, 0, 0, 0, 0, 0};
+  glm::vec<3, Real> rows[3]{};  ///< by the rows of the view's rotation, through the covariance
 };
 
 /// From the result of to_pixel() to the point in view axes.
@@ -28,21 +29,18 @@ QS_HD glm::vec<3, Real> pixel_gradient(const View<Real>& view, const glm::vec<3,
   return {x, y, -(x * point.x + y * point.y) / point.z};
 }
 
-/// From project_covariance() to the point in view axes, through the Jacobian, and to the covariance
-/// in the world. A slope that is clamped is a constant.
+/// From project_covariance() to the point in view axes, through the Jacobian, to the covariance in
+/// the world and to the rotation of the view. A slope that is clamped is a constant.
 template <class Real>
 QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
+                                                         const SlopeLimits<Real>& limits,
                                                          const glm::vec<3, Real>& point,
                                                          const Covariance3<Real>& sigma,
                                                          const Covariance2<Real>& d_covariance) {
   using Vec3 = glm::vec<3, Real>;
-  const auto clamped = [](Real value, Real limit) { return value < -limit || value > limit; };
-  const auto clamp = [](Real value, Real limit) {
-    return value < -limit ? -limit : (value > limit ? limit : value);
-  };
   const Real z = point.z;
-  const Real slope_x = clamp(point.x / z, view.slope_limit.x);
-  const Real slope_y = clamp(point.y / z, view.slope_limit.y);
+  const Real slope_x = limits.clamped(0, point.x / z);
+  const Real slope_y = limits.clamped(1, point.y / z);
   const Real j00 = view.focal_px.x / z, j02 = -view.focal_px.x * slope_x / z;
   const Real j11 = view.focal_px.y / z, j12 = -view.focal_px.y * slope_y / z;
   // Rows of W; glm stores columns, m[column][row]. u and v are the rows of J W.
@@ -71,20 +69,32 @@ QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
   const Vec3 d_u = 2 * d.xx * sigma_u + d.xy * sigma_v;
   const Vec3 d_v = d.xy * sigma_u + 2 * d.yy * sigma_v;
   const auto dot = [](const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  result.rows[0] = j00 * d_u;
+  result.rows[1] = j11 * d_v;
+  result.rows[2] = j02 * d_u + j12 * d_v;
   const Real d_j00 = dot(d_u, w0), d_j02 = dot(d_u, w2);
   const Real d_j11 = dot(d_v, w1), d_j12 = dot(d_v, w2);
   // j02 = -focal slope / z; the slope is x / z unless it is clamped.
   const Real d_slope_x = -d_j02 * view.focal_px.x / z, d_slope_y = -d_j12 * view.focal_px.y / z;
   result.mean.z = -(d_j00 * j00 + d_j02 * j02 + d_j11 * j11 + d_j12 * j12) / z;
-  if (!clamped(point.x / z, view.slope_limit.x)) {
+  if (limits.contains(0, point.x / z)) {
     result.mean.x = d_slope_x / z;
     result.mean.z -= d_slope_x * slope_x / z;
   }
-  if (!clamped(point.y / z, view.slope_limit.y)) {
+  if (limits.contains(1, point.y / z)) {
     result.mean.y = d_slope_y / z;
     result.mean.z -= d_slope_y * slope_y / z;
   }
   return result;
+}
+
+/// The same with slopes clamped to view.slope_limit.
+template <class Real>
+QS_HD GeometryGradient<Real> project_covariance_gradient(const View<Real>& view,
+                                                         const glm::vec<3, Real>& point,
+                                                         const Covariance3<Real>& sigma,
+                                                         const Covariance2<Real>& d_covariance) {
+  return project_covariance_gradient(view, SlopeLimits<Real>::of(view), point, sigma, d_covariance);
 }
 
 /// From to_view() to the position in the world.

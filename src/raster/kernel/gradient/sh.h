@@ -13,12 +13,17 @@
 
 namespace qs {
 
-/// The gradient before the clamp: 0 for channels that are clamped at 0.
+/// The gradient before the clamp at 0, of a colour before or after it: 0 for channels that are
+/// clamped. A channel of exactly 0 passes its gradient on only if `zero_passes`, which requires the
+/// colour before the clamp.
 template <class Real>
 QS_HD glm::vec<3, Real> clamp_gradient(const glm::vec<3, Real>& color,
-                                       const glm::vec<3, Real>& d_color) {
-  return {color.x > 0 ? d_color.x : Real(0), color.y > 0 ? d_color.y : Real(0),
-          color.z > 0 ? d_color.z : Real(0)};
+                                       const glm::vec<3, Real>& d_color, bool zero_passes = false) {
+  const auto passes = [zero_passes](Real value) {
+    return value > 0 || (zero_passes && value == 0);
+  };
+  return {passes(color.x) ? d_color.x : Real(0), passes(color.y) ? d_color.y : Real(0),
+          passes(color.z) ? d_color.z : Real(0)};
 }
 
 /// Calls add(i, gradient) for every RGB coefficient of the degree and returns the gradient by the

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// scripts/check_serve load: 10,000 pictures of 16 visitors and 500 connections; the server's memory stays the same.
+// scripts/check_serve load: 10,000 pictures of 20 visitors and 500 connections; the server's memory stays the
+// same, and the visitors get equal shares.
 //   node check_serve_load.mjs SCENE CAMERAS
-// The visitors are plain WebSocket clients (package ws, a part of puppeteer-core). Half of them confirm pictures late
+// The visitors are plain WebSocket clients (package ws, a part of puppeteer-core). They confirm pictures late
 // and take VP9.
 import { argv, exit } from "node:process";
 import WebSocket from "ws";
 import { check, exitCode, memoryOf, startServer, wait } from "./serve_kit.mjs";
 
-const kVisitors = 16, kPictures = 10000, kConnections = 500, kWarm = 2000;
+const kVisitors = 20, kPictures = 10000, kConnections = 500, kWarm = 8000;  // memory pools fill first
 const kMostGrowth = 32;  // MiB; 3 kB for each picture
 const [scene, cameras] = argv.slice(2);
 const server = await startServer(scene, "--cameras", cameras, "--backend", "cpu");
@@ -37,7 +38,7 @@ class Visitor {
     this.socket.on("error", () => {});
   }
   async take(data) {
-    if (this.number % 2 === 1) await wait(6);
+    await wait(6);
     ++pictures;
     if (data[1] === 3) ++videos;
     ++this.received;
@@ -58,12 +59,17 @@ try {
   const visitors = Array.from({ length: kVisitors }, (_, number) => new Visitor(number));
   await until(kWarm);
   const before = await memoryOf(server.pid);
+  const begun = visitors.map((visitor) => visitor.received);
   await until(kWarm + kPictures);
   const after = await memoryOf(server.pid);
   check(`${kPictures} pictures were sent`, pictures >= kWarm + kPictures, pictures);
   check("some of them as VP9, or there is no libvpx", videos > 100 || videos === 0, videos);
   check("no visitor was lost", lost === 0, lost);
   check(`memory is flat over them (${before.toFixed(0)} to ${after.toFixed(0)} MiB, ${videos} by VP9)`, after - before < kMostGrowth);
+  const shares = visitors.map((visitor, i) => visitor.received - begun[i]);
+  const mean = shares.reduce((a, b) => a + b, 0) / kVisitors;
+  check(`visitors get equal shares (${Math.min(...shares)} to ${Math.max(...shares)} pictures)`,
+    Math.min(...shares) > 0.8 * mean && Math.max(...shares) < 1.2 * mean, shares);
   for (const visitor of visitors) visitor.end();
 
   for (let i = 0; i < kConnections; ++i) {

@@ -29,8 +29,10 @@ class PictureFlow {
   /// One more moving picture may be in transit beside `coming` pictures that are being made.
   bool has_room(int coming = 0) const { return pictures_ + coming < window_; }
 
-  /// A part of a picture at rest may be sent: the line carries all bytes in transit within 30 ms
-  /// more than a round trip, so that the first moving picture afterwards waits no longer than that.
+  /// A part of a picture at rest may be sent beside the bytes in transit. There is room for as many
+  /// as the line carries in 30 ms more than a round trip; for more while parts arrive within 50 ms
+  /// more than it, because the rate may be underestimated; and for less when they do not. So the
+  /// first moving picture afterwards waits little.
   bool has_room_for_part(std::size_t bytes) const;
 
   int window() const { return window_; }
@@ -46,7 +48,10 @@ class PictureFlow {
     bool is_part = false;
   };
   std::deque<InTransit> in_transit_;
+  void learn_part(double seconds, std::size_t bytes);
+
   std::size_t bytes_ = 0;  // in transit
+  double part_room_ = 0;   // bytes, with parts in transit
   int pictures_ = 0;       // in transit, without parts
   std::uint32_t received_ = 0;
   double least_ = 0;  // seconds from sending to confirmation; 0: not known

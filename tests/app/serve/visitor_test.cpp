@@ -123,6 +123,22 @@ TEST_F(ServeVisitor, slow_lines_make_pictures_smaller_and_never_exact_ones) {
   EXPECT_EQ(visitor_.next_order(1e6)->request.divisor, 1);
 }
 
+TEST_F(ServeVisitor, video_of_large_windows_is_reduced) {
+  take(message::Resize{{4096, 4096}});
+  EXPECT_EQ(visitor_.next_order(5e6)->request.divisor, 1) << "JPEG";
+  take(message::Video{true});
+  const auto divisor = [&](int width, int height) {
+    take(message::Resize{{width, height}});
+    const auto order = visitor_.next_order(5e6);
+    return order && order->encoding.codec == PictureCodec::vp9 ? order->request.divisor : 0;
+  };
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  EXPECT_EQ(divisor(1920, 1200), 1);
+  EXPECT_EQ(divisor(4096, 4096), 3);
+  EXPECT_EQ(divisor(1921, 1200), 2);
+  EXPECT_EQ(divisor(1, 1), 1);
+}
+
 TEST_F(ServeVisitor, a_cancelled_exact_picture_is_ordered_again) {
   wait(0.5);
   answer(*visitor_.next_order());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The coefficients are those of BT.601 for 8-bit colours, times 256. The coefficients of a chroma
+// BT.601's coefficients for 8-bit colours, times 256. The coefficients of a chroma
 // have the sum 0, so greys stay grey.
 #include "io/picture/i420.h"
 

@@ -35,9 +35,9 @@ class Vp9Encoder {
   int width() const;
   int height() const;
 
-  /// The picture after the last one, which was `seconds` ago: it gets that part of the bits of a
-  /// second, at least 1/60 and at most 1/20. The rate is limited to 1 kbit/s to 100 Mbit/s. The
-  /// first picture is a key picture, and so is one with `key`. Throws Error(device) when memory
+  /// Encodes the next picture, `seconds` after the picture before it: it gets that part of the bits
+  /// of a second, at least 1/60 and at most 1/20. The rate is limited to 1 kbit/s to 100 Mbit/s.
+  /// The first picture is a key picture, and so is one with `key`. Throws Error(device) when memory
   /// runs out.
   Vp9Picture encode(const I420& picture, double seconds, int bits_per_second, bool key);
 

@@ -325,7 +325,7 @@ TEST(ServeQuality, the_size_grows_back_and_does_not_alternate) {
 TEST(ServeQuality, jpeg_follows_the_rate) {
   Quality quality;
   const double rate = 10e6, budget = 0.7 * rate / 8 / 25;
-  // Bytes of a JPEG picture by quality and size, about those of 1280x720.
+  // Bytes of a JPEG picture by quality and size, about as for 1280x720.
   const auto bytes = [&] {
     const int d = quality.divisor();
     return static_cast<std::size_t>(81000.0 * std::pow(quality.next(rate).quality / 90.0, 2) /

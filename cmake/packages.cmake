@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libzip and OpenImageIO are found
+# All libraries the project uses; scripts/setup installs them. ImGui, zstd, libwebp, libvpx, libzip and OpenImageIO are found
 # through pkg-config, because Debian's CMake files for them are missing or broken.
 # QUADSPLAT_STATIC, used by scripts/bundle, links static libraries if the system has them, the C++ library included.
 # Shared libraries are loaded from ../lib beside the program.
@@ -41,6 +41,13 @@ if(QUADSPLAT_SERVE)
   if(NOT BOOST_INCLUDE_DIR)
     message(STATUS "Boost.Beast was not found: quadsplat serve will not work")
     set(QUADSPLAT_SERVE OFF)
+  endif()
+endif()
+if(QUADSPLAT_VIDEO)
+  pkg_check_modules(VPX IMPORTED_TARGET vpx)
+  if(NOT VPX_FOUND)
+    message(STATUS "libvpx was not found: quadsplat serve will send moving pictures as JPEG only")
+    set(QUADSPLAT_VIDEO OFF)
   endif()
 endif()
 if(QUADSPLAT_OIIO)

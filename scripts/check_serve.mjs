@@ -1,38 +1,24 @@
 // SPDX-License-Identifier: MIT
 //
-// scripts/check_serve: starts the server, opens its page in Chromium, and checks what a visitor sees.
-//   node check_serve.mjs SCENE CAMERAS
-// Prints a line per check and leaves screenshots in the current folder. Exit code 1: a check failed.
-import { execFileSync, spawn } from "node:child_process";
+// scripts/check_serve page: starts the server, opens its page in Chromium or Firefox, and checks what a visitor sees.
+//   node check_serve.mjs SCENE CAMERAS chrome|firefox
+// Prints a line per check and leaves screenshots in the current folder. Exit code 1: a check failed. Firefox cannot
+// emulate phones, media and names of hosts, so these checks are Chromium's.
+import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { argv, env, exit } from "node:process";
 import puppeteer from "puppeteer-core";
+import { check, exitCode, slowLine, startServer, through } from "./serve_kit.mjs";
 
-const [scene, cameras] = argv.slice(2);
-let failures = 0;
-function check(what, holds, found = "") {
-  console.log((holds ? "ok      " : "FAILED  ") + what + (holds ? "" : ": " + found));
-  if (!holds) ++failures;
-}
-
-// ---- the server ---------------------------------------------------------------------------------
-const server = spawn(env.QUADSPLAT, ["serve", scene, "--cameras", cameras, "--backend", "cpu", "--port", "0"]);
-let errors = "";
-server.stderr.on("data", (data) => { errors += data; });
-const address = await new Promise((resolve, reject) => {
-  let out = "";
-  server.stdout.on("data", (data) => {
-    out += data;
-    if (out.includes("\n")) resolve(out.trim());
-  });
-  server.on("exit", () => reject(new Error("the server ended: " + errors)));
-});
-const port = new URL(address).port;
+const [scene, cameras, kind] = argv.slice(2);
+const isChrome = kind === "chrome";
+const server = await startServer(scene, "--cameras", cameras, "--backend", "cpu");
+const { address, port } = server;
 
 // ---- the browser --------------------------------------------------------------------------------
 const browser = await puppeteer.launch({
-  executablePath: env.CHROMIUM, headless: true,
-  args: ["--no-sandbox", "--disable-gpu", `--host-resolver-rules=MAP foreign.example 127.0.0.1`],
+  browser: kind, executablePath: env.BROWSER, headless: true,
+  args: isChrome ? ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP foreign.example 127.0.0.1"] : [],
 });
 const page = await browser.newPage();
 const problems = [];
@@ -46,6 +32,12 @@ const rest = (after = 0) => page.waitForFunction((least) => {
   return exact === "true" && Number(input) >= least && Number(picture) > 0;
 }, { timeout: 30000 }, after);
 const inputs = () => page.evaluate("input");
+// Firefox passes keys to the page later.
+async function press(key) {
+  const before = await inputs();
+  await page.keyboard.press(key);
+  await page.waitForFunction((count) => input >= count, {}, before + 2);
+}
 // The pixels of the canvas, as base64 of RGBA.
 const pixels = () => page.evaluate(() => {
   const canvas = document.querySelector("canvas");
@@ -57,11 +49,13 @@ const pixels = () => page.evaluate(() => {
 
 try {
   await page.setViewport({ width: 900, height: 640 });
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
+  if (isChrome) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
   await page.goto(address);
   await rest();
   check("the token leaves the address", !page.url().includes("token"), page.url());
-  await page.screenshot({ path: "dark.png" });
+  await page.screenshot({ path: kind + "_dark.png" });
+  const facts = await page.$eval("#line", (line) => line.textContent);
+  check("the status line has codec, size and rate", /^WebP \u00b7 \d+\u00d7\d+ \u00b7 [\d.]+ Mbit\/s/.test(facts), facts);
 
   const first = await pixels();
   execFileSync(env.QUADSPLAT, ["render", scene, "--cameras", cameras, "--backend", "cpu", "--camera-index", "0",
@@ -81,7 +75,7 @@ try {
   await rest(await inputs());
   const turned = await pixels();
   check("a drag turns the scene", turned.data !== first.data);
-  await page.keyboard.press("Home");
+  await press("Home");
   await rest(await inputs());
   check("Home returns to the first view", (await pixels()).data === first.data);
 
@@ -91,32 +85,94 @@ try {
   await rest(await inputs());
   check("W moves the camera", (await pixels()).data !== first.data);
 
-  await page.keyboard.press("1");
+  await press("1");
   await page.waitForFunction(() => document.querySelector("#mode").value === "3dgs");
   check("1 chooses 3dgs", true);
-  await page.keyboard.press("h");
+  await press("h");
   await page.waitForFunction(() => document.querySelector("#numbers").textContent.includes("heat map pairs"));
   await rest(await inputs());
-  await page.screenshot({ path: "heatmap.png" });
+  await page.screenshot({ path: kind + "_heatmap.png" });
 
   await page.click("#menu");
-  await page.screenshot({ path: "commands.png" });
+  await page.screenshot({ path: kind + "_commands.png" });
   const names = await page.$$eval("#commands button", (buttons) => buttons.map((button) => button.dataset.help));
   check("the commands of the window are offered", names.includes("Frame the scene") && names.includes("quadbox"), names);
   check("commands that write files are not", !names.some((name) => /film|screenshot|open|quit|save/i.test(name)), names);
   await page.keyboard.press("Escape");
   await page.click("#ask");
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "light" }]);
-  await page.screenshot({ path: "help_light.png" });
+  if (isChrome) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "light" }]);
+  await page.screenshot({ path: kind + "_help.png" });
   await page.click("#ask");
 
-  const tree = JSON.stringify(await page.accessibility.snapshot());
-  for (const name of ["Culling mode", "Screenshot", "Help"]) check(`"${name}" has a name for screen readers`, tree.includes(name));
+  if (isChrome) {
+    const tree = JSON.stringify(await page.accessibility.snapshot());
+    for (const name of ["Culling mode", "Screenshot", "Help"]) check(`"${name}" has a name for screen readers`, tree.includes(name));
+  }
 
   await page.evaluate(() => socket.close());
   await page.waitForFunction(() => socket.readyState === 1 && document.querySelector("#connection").textContent === "exact", { timeout: 20000 });
   check("a lost connection comes back", true);
 
+  await checkVideo();
+  if (isChrome) await checkPhoneAndNames();
+  const stranger = await (await browser.createBrowserContext()).newPage();
+  await stranger.goto(`http://127.0.0.1:${port}/`);
+  await stranger.waitForFunction(() => document.querySelector("#connection").textContent.includes("no valid token"));
+  check("without the token nothing is shown", true);
+
+  check("no request leaves the server", outside.length === 0, outside);
+  check("the page reports no error", problems.length === 0, problems.join("; "));
+} catch (error) {
+  check("all steps were possible", false, error + " " + problems.join("; "));
+  await page.screenshot({ path: kind + "_failed.png" }).catch(() => {});
+} finally {
+  await browser.close();
+  check("Ctrl+C ends the server with 130", (await server.end()) === 130);
+}
+exit(exitCode());
+
+// Over a slow line moving pictures are VP9, also after an error of the decoder and in another size; a page without
+// VideoDecoder gets JPEG.
+async function checkVideo() {
+  const line = await slowLine(port, 10, 40);
+  const slow = await browser.newPage();
+  const moving = async (codec) => {
+    await slow.evaluate(() => { canvas.dataset.codec = ""; });
+    const box = await (await slow.$("canvas")).boundingBox();
+    await slow.mouse.move(box.x + 100, box.y + 100);
+    await slow.mouse.down();
+    for (let i = 0; i < 400; ++i) {
+      await slow.mouse.move(box.x + 100 + i % 50, box.y + 100);
+      if (await slow.$eval("canvas", (canvas) => canvas.dataset.codec) === codec) break;
+    }
+    const found = await slow.$eval("canvas", (canvas) => canvas.dataset.codec);
+    await slow.mouse.up();
+    await slow.waitForFunction(() => canvas.dataset.exact === "true" && Number(canvas.dataset.input) === input, { timeout: 30000 });
+    return found;
+  };
+  try {
+    await slow.setViewport({ width: 900, height: 640 });
+    await slow.goto(through(address, line.port));
+    await slow.waitForFunction(() => canvas.dataset.exact === "true", { timeout: 30000 });
+    check("over a slow line pictures are VP9", (await moving("VP9")) === "VP9");
+    await slow.setViewport({ width: 700, height: 500 });
+    await slow.waitForFunction(() => canvas.dataset.exact === "true" && canvas.width === 700, { timeout: 30000 });
+    check("also in another size", (await moving("VP9")) === "VP9");
+    await slow.evaluate(() => decoder.fail());
+    check("and after an error of the decoder", (await moving("VP9")) === "VP9");
+    await slow.evaluate(() => { decoder.errors = 9; decoder.fail(); });
+    check("a page that cannot decode gets JPEG", (await moving("JPEG")) === "JPEG");
+    await slow.evaluateOnNewDocument(() => { delete window.VideoDecoder; });
+    await slow.reload();
+    await slow.waitForFunction(() => canvas.dataset.exact === "true", { timeout: 30000 });
+    check("and so does a browser without VideoDecoder", (await moving("JPEG")) === "JPEG");
+  } finally {
+    await slow.close();
+    line.end();
+  }
+}
+
+async function checkPhoneAndNames() {
   const phone = await browser.newPage();
   await phone.emulate({ viewport: { width: 390, height: 800, deviceScaleFactor: 2, isMobile: true, hasTouch: true }, userAgent: "phone" });
   await phone.goto(address);
@@ -136,21 +192,4 @@ try {
   const answer = await foreign.goto(`http://foreign.example:${port}/`);
   check("a foreign name of this machine is refused", answer.status() === 403, answer.status());
   await foreign.close();
-  const stranger = await (await browser.createBrowserContext()).newPage();
-  await stranger.goto(`http://127.0.0.1:${port}/`);
-  await stranger.waitForFunction(() => document.querySelector("#connection").textContent.includes("no valid token"));
-  check("without the token nothing is shown", true);
-
-  check("no request leaves the server", outside.length === 0, outside);
-  check("the page reports no error", problems.length === 0, problems.join("; "));
-} catch (error) {
-  check("all steps were possible", false, error + " " + problems.join("; "));
-  await page.screenshot({ path: "failed.png" }).catch(() => {});
-} finally {
-  await browser.close();
-  server.removeAllListeners("exit");
-  const ended = new Promise((resolve) => server.on("exit", (code) => resolve(code)));
-  server.kill("SIGINT");
-  check("Ctrl+C ends the server with 130", (await ended) === 130);
 }
-exit(failures === 0 ? 0 : 1);

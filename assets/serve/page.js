@@ -2,11 +2,10 @@
 //
 // The page of `quadsplat serve`. It sends input and shows pictures and state; the server decides
 // what keys and gestures do. src/app/serve/message.h has the messages, picture_message.h the header
-// of pictures.
+// of pictures; video.js decodes them.
 "use strict";
 
-const kHeader = 96, kLossless = 2, kLastPart = 4, kMostSide = 4096;
-const kTypes = ["", "image/jpeg", "image/webp"];
+const kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kMostSide = 4096;
 const kWheelPixels = 100;  // of a notch
 
 const at = (id) => document.getElementById(id);
@@ -15,10 +14,12 @@ const context = canvas.getContext("2d", { alpha: false, colorSpace: "srgb" });
 let socket = null, received = 0, input = 0, retry = 500;
 let parts = [];          // of the picture that arrives
 let shown = null;        // facts of the picture on the canvas
-let newest = 0;          // number of the newest picture
+let newest = 0;          // number of the newest picture that has arrived
 let sections = {};
 let cursor = null, cursorDue = false;
 const pressed = new Set();
+const decoder = new PictureDecoder((decodes) => send({ type: "video", decodes }, false));
+const line = new LineFacts();
 
 // ---- connection ---------------------------------------------------------------------------------
 // The token comes in the fragment, which is removed so that a copied address does not give it away.
@@ -33,7 +34,7 @@ function token() {
 
 function send(message, isInput = true) {
   if (!socket || socket.readyState !== WebSocket.OPEN) return;
-  if (isInput) message.input = ++input;
+  if (isInput) line.input(message.input = ++input);
   socket.send(JSON.stringify(message));
 }
 
@@ -49,9 +50,11 @@ function connect() {
   input = 0;
   newest = 0;
   parts = [];
+  shown = null;
   sections = {};
   socket.onopen = () => {
     send({ type: "hello", token: token(), ...pictureSize() }, false);
+    decoder.begin();
   };
   socket.onmessage = (event) => {
     retry = 500;
@@ -75,16 +78,19 @@ function pictureSize() {
   return { width: side(box.width), height: side(box.height) };
 }
 
-function confirm() {
-  send({ type: "received", count: ++received }, false);
+function confirm(arrived) {
+  const held = Math.min(10000, Math.max(0, performance.now() - arrived));
+  send({ type: "received", count: ++received, held }, false);
 }
 
 async function takePart(data) {
-  const head = new DataView(data, 0, kHeader);
+  const arrived = performance.now(), head = new DataView(data, 0, kHeader);
+  line.bytes(data.byteLength);
   const facts = {
     codec: head.getUint8(1), flags: head.getUint8(2), divisor: head.getUint8(3),
     number: head.getUint32(4, true), input: head.getUint32(8, true),
     width: head.getUint16(16, true), height: head.getUint16(18, true),
+    key: (head.getUint8(2) & kKey) !== 0,
     lossless: (head.getUint8(2) & kLossless) !== 0,
   };
   if (facts.number !== newest) parts = [];
@@ -92,27 +98,31 @@ async function takePart(data) {
   parts.push(new Uint8Array(data, kHeader));
   const owner = socket;
   if ((facts.flags & kLastPart) !== 0) {
-    const file = new Blob(parts, { type: kTypes[facts.codec] });
+    const bytes = parts;
     parts = [];
     try {
-      const bitmap = await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
-      if (owner === socket && facts.number === newest) draw(bitmap, facts);
-      bitmap.close();
+      const image = await decoder.image(facts, bytes);
+      if (image && owner === socket && !(shown && shown.number > facts.number)) draw(image, facts);
+      if (image) image.close();
     } catch {
       say("the browser cannot show a picture of the server", true);
     }
   }
-  if (owner === socket) confirm();
+  if (owner === socket) confirm(arrived);
 }
 
-function draw(bitmap, facts) {
-  if (facts.divisor === 1 && (canvas.width !== bitmap.width || canvas.height !== bitmap.height)) {
-    canvas.width = bitmap.width;
-    canvas.height = bitmap.height;
+function draw(image, facts) {
+  const { width, height } = facts.divisor === 1 ? facts : pictureSize();
+  if (canvas.width !== width || canvas.height !== height) {
+    canvas.width = width;
+    canvas.height = height;
   }
-  context.imageSmoothingEnabled = bitmap.width !== canvas.width;
-  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  context.imageSmoothingEnabled = facts.width !== canvas.width;
+  context.drawImage(image, 0, 0, canvas.width, canvas.height);
   shown = facts;
+  line.shown(facts.input);
+  at("line").textContent = line.text(facts);
+  canvas.dataset.codec = kCodecs[facts.codec];
   canvas.dataset.picture = facts.number;
   canvas.dataset.input = facts.input;
   canvas.dataset.exact = facts.lossless;

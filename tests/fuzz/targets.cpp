@@ -245,6 +245,8 @@ void read_message(Bytes content) {
     demand(size.x >= 1 && size.y >= 1 && size.x <= kMostSide && size.y <= kMostSide,
            "pictures have a sound size");
   }
+  if (const auto* received = std::get_if<message::Received>(&parsed->body))
+    demand(received->held >= 0 && received->held <= 1e4, "a time is within its limits");
   if (const auto* button = std::get_if<message::Button>(&parsed->body))
     demand(std::abs(button->at.x) <= 1e5 && std::abs(button->at.y) <= 1e5, "places are finite");
   if (const auto* wheel = std::get_if<message::Wheel>(&parsed->body))

@@ -10,24 +10,55 @@ namespace {
 constexpr double kWantedRate = 60;  ///< messages per second
 constexpr int kMostWindow = 4;
 constexpr double kQueueSeconds = 0.06;  ///< above the least time: messages wait in transit
+constexpr double kPartSeconds = 0.03;   ///< that parts may wait in transit, by the line's rate
+constexpr double kLatePart = 0.05;      ///< seconds above an empty round trip
+constexpr double kLeastRoom = 32768;    ///< bytes of parts
 
 }  // namespace
 
-void PictureFlow::sent(double now) { in_transit_.push_back(now); }
+void PictureFlow::sent(double now, std::size_t bytes, bool is_part) {
+  if (in_transit_.empty())
+    part_room_ = std::max(kLeastRoom, bits_per_second() / 8 * (rate_.least() + kPartSeconds));
+  in_transit_.push_back({now, bytes, is_part});
+  bytes_ += bytes;
+  pictures_ += is_part ? 0 : 1;
+}
 
-bool PictureFlow::received(std::uint32_t count, double now) {
+bool PictureFlow::received(std::uint32_t count, double held, double now) {
   const std::uint32_t more = count - received_;  // the count may wrap
   if (more > in_transit_.size()) return false;
   received_ = count;
   for (std::uint32_t i = 0; i < more; ++i) {
-    const double seconds = std::max(now - in_transit_.front(), 1e-4);
+    const InTransit first = in_transit_.front();
     in_transit_.pop_front();
+    bytes_ -= first.bytes;
+    pictures_ -= first.is_part ? 0 : 1;
+    const double arrived = std::max(first.sent, now - held);
+    rate_.confirmed(first.sent, arrived, first.bytes);
+    if (first.is_part) {
+      learn_part(arrived - first.sent, first.bytes);
+      continue;
+    }
+    const double seconds = std::max(now - first.sent, 1e-4);
     least_ = least_ > 0 ? std::min(least_, seconds) : seconds;
     const int wanted =
         std::clamp(static_cast<int>(std::ceil(kWantedRate * least_)), 1, kMostWindow);
     window_ = seconds > least_ + kQueueSeconds ? std::max(1, window_ - 1) : wanted;
   }
   return true;
+}
+
+bool PictureFlow::has_room_for_part(std::size_t bytes) const {
+  return in_transit_.empty() || static_cast<double>(bytes_ + bytes) <= part_room_;
+}
+
+void PictureFlow::learn_part(double seconds, std::size_t bytes) {
+  const auto change = static_cast<double>(bytes);
+  if (seconds < rate_.least() + kLatePart) {
+    part_room_ += change;
+  } else {
+    part_room_ = std::max(kLeastRoom, part_room_ - change / 2);
+  }
 }
 
 }  // namespace qs

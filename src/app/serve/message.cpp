@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMostPixels = 1e5, kMostNotches = 100;
+constexpr double kMostPixels = 1e5, kMostNotches = 100, kMostHeld = 1e4;
 constexpr std::size_t kMostText = 200;
 
 // Reads the values of an object. A missing or unfit value makes `sound` false.
@@ -62,6 +62,11 @@ struct MessageReader {
   // A flag that may be missing.
   bool set(const char* name) { return object.contains(name) && flag(name); }
 
+  double held() {
+    const double milliseconds = object.contains("held") ? real("held", kMostHeld) : 0;
+    sound = sound && milliseconds >= 0;
+    return milliseconds;
+  }
   int mods() {
     return (set("shift") ? GLFW_MOD_SHIFT : 0) | (set("ctrl") ? GLFW_MOD_CONTROL : 0) |
            (set("alt") ? GLFW_MOD_ALT : 0);
@@ -109,9 +114,11 @@ constexpr std::array kMessages = {
     MessageRow{
         "scene",
         [](MessageReader& r) -> Body { return message::ShowScene{r.whole("scene", 0, 100'000)}; }},
-    MessageRow{
-        "received",
-        [](MessageReader& r) -> Body { return message::Received{r.whole("count", 0, ~0u)}; }},
+    MessageRow{"received",
+               [](MessageReader& r) -> Body {
+                 return message::Received{r.whole("count", 0, ~0u), r.held()};
+               }},
+    MessageRow{"video", [](MessageReader& r) -> Body { return message::Video{r.flag("decodes")}; }},
     MessageRow{"blur", [](MessageReader&) -> Body { return message::Blur{}; }},
 };
 

@@ -10,7 +10,12 @@
 //   {"type":"wheel", "notches":1, "shift":false, "ctrl":false}
 //   {"type":"command", "command":"Frame the scene"}               KeyCommand::help
 //   {"type":"scene", "scene":0}
-//   {"type":"received", "count":7}                                binary messages so far
+//   {"type":"received", "count":7, "held":12.5}                   binary messages so far;
+//   milliseconds
+//                                                                 since the last of them arrived
+//   {"type":"video", "decodes":true}                              the page decodes VP9, from the
+//   next
+//                                                                 key picture on
 //   {"type":"blur"}                                               the page lost the keyboard
 // Every message may have "input", the number of the user's input; pictures name the last input.
 #pragma once
@@ -63,6 +68,10 @@ struct ShowScene {
 };
 struct Received {
   std::uint32_t count = 0;
+  double held = 0;  ///< milliseconds, 0 to 10,000
+};
+struct Video {
+  bool decodes = false;
 };
 struct Blur {};
 
@@ -72,7 +81,7 @@ struct ClientMessage {
   std::uint32_t input = 0;  ///< 0: not an input of the user
   std::variant<message::Hello, message::Resize, message::Key, message::Button, message::Cursor,
                message::Wheel, message::Command, message::ShowScene, message::Received,
-               message::Blur>
+               message::Video, message::Blur>
       body;
 };
 

@@ -24,8 +24,8 @@ void put(std::string& message, T value) {
 }  // namespace
 
 std::size_t end_of_part(const Picture& picture, std::size_t begin) {
-  if (picture.codec == PictureCodec::jpeg) return picture.bytes.size();
-  return std::min(begin + kPicturePart, picture.bytes.size());
+  const std::size_t size = picture.encoded.bytes.size();
+  return picture.order.lossless ? std::min(begin + kPicturePart, size) : size;
 }
 
 std::string picture_message(const Picture& picture, const PictureNumbers& numbers,
@@ -34,13 +34,13 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
   const FrameRequest& request = picture.order.request;
   const Camera camera =
       request.divisor > 1 ? reduced(request.camera, request.divisor) : request.camera;
-  const std::uint8_t flags =
-      static_cast<std::uint8_t>((picture.order.lossless ? kLosslessFlag : 0) |
-                                (end == picture.bytes.size() ? kLastPartFlag : 0));
+  const std::uint8_t flags = static_cast<std::uint8_t>(
+      (picture.encoded.is_key ? kKeyFlag : 0) | (picture.order.lossless ? kLosslessFlag : 0) |
+      (end == picture.encoded.bytes.size() ? kLastPartFlag : 0));
   std::string message;
   message.reserve(kPictureHeader + end - begin);
   put(message, std::uint8_t{1});
-  put(message, static_cast<std::uint8_t>(picture.codec));
+  put(message, static_cast<std::uint8_t>(picture.encoded.codec));
   put(message, flags);
   put(message, static_cast<std::uint8_t>(request.divisor));
   put(message, numbers.picture);
@@ -56,7 +56,7 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
   for (const double part : {rotation.x, rotation.y, rotation.z, rotation.w}) put(message, part);
   put(message, static_cast<float>(camera.focal_px.x));
   put(message, static_cast<float>(camera.focal_px.y));
-  message.append(picture.bytes, begin, end - begin);
+  message.append(picture.encoded.bytes, begin, end - begin);
   return message;
 }
 

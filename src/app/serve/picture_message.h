@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// The binary messages of the server: a picture file in parts, each behind this header of 96 bytes,
-// little-endian.
+// The binary messages of the server: a picture behind this header of 96 bytes, little-endian. A
+// lossless picture comes in parts, each behind a header.
 //
 //   byte  0  u8   1: a picture           byte 24  u64  microseconds of the server's clock
 //         1  u8   PictureCodec                32  f64  position x, y, z in the world
-//         2  u8   flags: 2 lossless,          56  f64  rotation view from world, quaternion x, y,
+//         2  u8   flags: 1 key, 2 lossless,   56  f64  rotation view from world, quaternion x, y,
 //         z, w
 //                 4 last part                 88  f32  fx, fy in pixels of the picture
 //         3  u8   divisor
@@ -27,7 +27,7 @@ inline constexpr std::size_t kPictureHeader = 96;
 /// The longest part of a picture file in a message, so that input can stop the rest.
 inline constexpr std::size_t kPicturePart = 16384;
 
-inline constexpr std::uint8_t kLosslessFlag = 2, kLastPartFlag = 4;
+inline constexpr std::uint8_t kKeyFlag = 1, kLosslessFlag = 2, kLastPartFlag = 4;
 
 /// The facts in a header that are not of the picture itself.
 struct PictureNumbers {
@@ -35,7 +35,7 @@ struct PictureNumbers {
   std::uint64_t microseconds = 0;
 };
 
-/// The message with the bytes from `begin` on; a JPEG is one part. `begin` < picture.bytes.size().
+/// The message with the bytes from `begin` on; `begin` < its number of bytes.
 std::string picture_message(const Picture& picture, const PictureNumbers& numbers,
                             std::size_t begin);
 

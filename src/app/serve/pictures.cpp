@@ -2,6 +2,7 @@
 #include "app/serve/pictures.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 #include <new>
 #include <utility>
@@ -22,6 +23,10 @@ Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height) {
       image.values[3 * i + c] = static_cast<float>(rgba[4 * i + c]) / 255;
   }
   return image;
+}
+
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 // The sentence of an exception; nothing for Cancelled.
@@ -56,14 +61,16 @@ std::vector<std::uint8_t> painted(const FrameRequest& request, RenderedFrame fra
 
 Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
     : scenes_(scenes), receiver_(std::move(receiver)) {
-  encoder_ = std::jthread([this](const std::stop_token& stop) { encode(stop); });
+  const unsigned encoders = std::max(2u, std::thread::hardware_concurrency()) - 1;
+  for (unsigned i = 0; i < encoders; ++i)
+    encoders_.emplace_back([this](const std::stop_token& stop) { encode(stop); });
   renderer_ = std::jthread([this](const std::stop_token& stop) { render(stop); });
 }
 
 Pictures::~Pictures() {
   all_.request_stop();
   renderer_.request_stop();
-  encoder_.request_stop();
+  for (std::jthread& encoder : encoders_) encoder.request_stop();
   {
     const std::lock_guard lock(mutex_);
     for (auto& [visitor, work] : work_) work.stop.request_stop();
@@ -169,6 +176,7 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn.picture.width = frame.width;
     drawn.picture.height = frame.height;
     drawn.rgba = painted(scaled, std::move(frame));
+    drawn.now = steady_seconds();
   } catch (...) {
     drawn.picture.error = sentence_of(std::current_exception());
     drawn.rgba.clear();
@@ -180,6 +188,7 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn_.push_back(std::move(drawn));
   }
   changed_.notify_all();
+  receiver_.drawn(visitor);
 }
 
 void Pictures::run_job(int visitor, std::size_t scene, const Job& job) {
@@ -196,25 +205,50 @@ void Pictures::run_job(int visitor, std::size_t scene, const Job& job) {
   receiver_.report(visitor, std::move(actions));
 }
 
+// Moving pictures first: a picture at rest takes several times as long.
+std::deque<Pictures::Drawn>::iterator Pictures::next_drawn() {
+  const auto is_free = [&](const Drawn& drawn) {
+    const auto found = work_.find(drawn.visitor);
+    return found == work_.end() || !found->second.encodes;
+  };
+  const auto moving = std::find_if(drawn_.begin(), drawn_.end(), [&](const Drawn& drawn) {
+    return is_free(drawn) && !drawn.picture.order.lossless;
+  });
+  return moving != drawn_.end() ? moving : std::find_if(drawn_.begin(), drawn_.end(), is_free);
+}
+
 void Pictures::encode(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [&] { return !drawn_.empty(); })) {
-    Drawn drawn = std::move(drawn_.front());
-    drawn_.pop_front();
-    lock.unlock();
-    Picture& picture = drawn.picture;
-    try {
-      const RgbaPixels pixels{drawn.rgba, picture.width, picture.height};
-      if (!drawn.rgba.empty() && !drawn.stop.stop_requested()) {
-        picture.codec = picture.order.lossless ? PictureCodec::webp : PictureCodec::jpeg;
-        picture.bytes = picture.order.lossless ? encode_webp(pixels, drawn.stop)
-                                               : encode_jpeg(pixels, kMovingQuality);
-      }
-    } catch (...) {
-      picture.error = sentence_of(std::current_exception());
+  while (changed_.wait(lock, stop, [&] { return next_drawn() != drawn_.end(); })) {
+    const auto next = next_drawn();
+    Drawn drawn = std::move(*next);
+    drawn_.erase(next);
+    const auto before = work_.find(drawn.visitor);
+    std::shared_ptr<PictureEncoder> encoder;  // none if the visitor has left
+    if (before != work_.end()) {
+      encoder = before->second.encoder;
+      before->second.encodes = true;
     }
-    receiver_.ready(drawn.visitor, std::move(picture));
+    lock.unlock();
+    if (encoder) encode(*encoder, drawn);
+    receiver_.ready(drawn.visitor, std::move(drawn.picture));
     lock.lock();
+    const auto after = work_.find(drawn.visitor);
+    if (after != work_.end()) after->second.encodes = false;
+    changed_.notify_all();
+  }
+}
+
+void Pictures::encode(PictureEncoder& encoder, Drawn& drawn) {
+  Picture& picture = drawn.picture;
+  if (drawn.rgba.empty() || drawn.stop.stop_requested()) return;
+  try {
+    Encoding encoding = picture.order.encoding;
+    if (picture.order.lossless) encoding.codec = PictureCodec::webp;
+    picture.encoded = encoder.encode({drawn.rgba, picture.width, picture.height}, encoding,
+                                     drawn.now, drawn.stop);
+  } catch (...) {
+    picture.error = sentence_of(std::current_exception());
   }
 }
 

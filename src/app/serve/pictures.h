@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Makes the visitors' pictures: one thread renders, another encodes. Each visitor has at most one
-// order; a newer order replaces one that waits. The visitor who has used the renderer least is
-// next, and a visitor without orders costs nothing.
+// Makes the visitors' pictures: one thread renders, the other processors encode. Each visitor has
+// at most one order; a newer order replaces one that waits. The visitor who has used the renderer
+// least is next, and a visitor without orders costs nothing.
 #pragma once
 
 #include <condition_variable>
@@ -14,19 +14,19 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "app/serve/picture_encoder.h"
 #include "app/serve/served_scene.h"
 
 namespace qs {
-
-/// Index = the byte `codec` of a picture's header.
-enum class PictureCodec : std::uint8_t { none, jpeg, webp };
 
 struct PictureOrder {
   std::size_t scene = 0;  ///< number
   FrameRequest request;
   std::uint32_t input = 0;  ///< the last input that the request answers
   bool lossless = false;
+  Encoding encoding;  ///< of a picture that is not lossless
 };
 
 /// The answer to an order.
@@ -34,19 +34,16 @@ struct Picture {
   PictureOrder order;
   ShownFrame shown;
   int width = 0, height = 0;
-  PictureCodec codec = PictureCodec::none;
-  std::string bytes;  ///< of the picture file; empty if the order was cancelled or failed
-  std::string error;  ///< a sentence if it failed
+  EncodedPicture encoded;  ///< without bytes if the order was cancelled or failed
+  std::string error;       ///< a sentence if it failed
 };
-
-/// Quality of the JPEG pictures of a moving camera.
-inline constexpr int kMovingQuality = 90;
 
 class Pictures {
  public:
-  /// Both are called on threads of this object: `ready` once for each order that was taken,
-  /// `report` with the actions of a job.
+  /// Called on threads of this object: for each order that was taken, `drawn` when it need no
+  /// longer be rendered and then `ready`; `report` with the actions of a job.
   struct Receiver {
+    std::function<void(int visitor)> drawn;
     std::function<void(int visitor, Picture picture)> ready;
     std::function<void(int visitor, Actions actions)> report;
   };
@@ -75,16 +72,21 @@ class Pictures {
     std::stop_source stop;                // of the order in progress
     bool lossless = false;                // the order in progress
     bool drew_last = false;               // a job is next
+    std::shared_ptr<PictureEncoder> encoder = std::make_shared<PictureEncoder>();
+    bool encodes = false;  // a thread uses it
   };
   struct Drawn {
     int visitor = 0;
     Picture picture;
     std::vector<std::uint8_t> rgba;
     std::stop_token stop;
+    double now = 0;  // seconds
   };
 
   void render(const std::stop_token& stop);
   void encode(const std::stop_token& stop);
+  std::deque<Drawn>::iterator next_drawn();  // of a visitor whose encoder is free
+  static void encode(PictureEncoder& encoder, Drawn& drawn);
   int next_visitor() const;  // -1: none
   void draw(int visitor, PictureOrder order, std::stop_token stop,
             std::optional<HeldScale> heat_scale);
@@ -98,7 +100,8 @@ class Pictures {
   double served_ms_ = 0;  // Work::used_ms of the visitor who is served, before the work
   std::deque<Drawn> drawn_;
   std::stop_source all_;
-  std::jthread encoder_, renderer_;
+  std::vector<std::jthread> encoders_;
+  std::jthread renderer_;
 };
 
 /// The frame's pixels as visitors see them: with the heat map or the legend of the quantity.

@@ -13,6 +13,7 @@ constexpr std::array kPageFiles = {
     PageFile{"/", "assets/serve/page.html", "text/html; charset=utf-8"},
     PageFile{"/page.css", "assets/serve/page.css", "text/css; charset=utf-8"},
     PageFile{"/page.js", "assets/serve/page.js", "text/javascript; charset=utf-8"},
+    PageFile{"/video.js", "assets/serve/video.js", "text/javascript; charset=utf-8"},
     PageFile{"/icon.svg", "assets/serve/icon.svg", "image/svg+xml"},
 };
 

@@ -59,9 +59,12 @@ using Clock = std::chrono::steady_clock;
 using Timer = asio::steady_timer;
 
 constexpr std::chrono::milliseconds kTurn{16};        ///< of a visitor whose camera moves
+constexpr std::chrono::milliseconds kPingTime{1000};  ///< between two empty messages at least
 constexpr std::chrono::milliseconds kStateTime{100};  ///< between two states at least
 constexpr std::chrono::milliseconds kLinger{1000};    ///< for a refused client to read the answer
 constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions whether to end
+constexpr const char* kPing = "q";                    ///< differs from the empty one of Beast
+constexpr int kMostInWork = 2;                        ///< pictures of a visitor: one is encoded
 constexpr int kMostRefused = 64;                      ///< connections that are being refused
 constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
 
@@ -69,6 +72,9 @@ double seconds_of(Clock::time_point time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 double seconds_now() { return seconds_of(Clock::now()); }
+Clock::duration of_ms(double ms) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms));
+}
 
 /// Counts what one address does.
 struct AddressCount {
@@ -142,6 +148,7 @@ class Live : public std::enable_shared_from_this<Live> {
         number_(++hub.visitors),
         token_timer_(hub.io),
         turn_timer_(hub.io),
+        order_timer_(hub.io),
         state_timer_(hub.io),
         write_timer_(hub.io) {}
   ~Live() {
@@ -154,6 +161,9 @@ class Live : public std::enable_shared_from_this<Live> {
     beast::get_lowest_layer(socket_).expires_never();
     socket_.set_option(websocket::stream_base::timeout{limits.head_time, limits.pong_time, true});
     socket_.read_message_max(limits.message_bytes);
+    socket_.control_callback([this](websocket::frame_type kind, beast::string_view payload) {
+      if (kind == websocket::frame_type::pong && payload == kPing) take_pong();
+    });
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (!error) self->begin();
     });
@@ -164,15 +174,23 @@ class Live : public std::enable_shared_from_this<Live> {
     beast::get_lowest_layer(socket_).socket().close(ignored);
   }
 
+  // The next picture may be rendered while this one is encoded, but not sooner than needed for it
+  // to be encoded next.
+  void picture_drawn() {
+    renders_ = false;
+    next_order_ = std::max(next_order_, Clock::now() + encoding_time_ - rendering_time_);
+    proceed();
+  }
+
   void picture_ready(Picture picture) {
-    ordered_ = false;
+    --in_work_;
+    if (!picture.order.lossless) {
+      rendering_time_ = of_ms(static_cast<double>(picture.shown.stats.frame_ms));
+      encoding_time_ = of_ms(picture.encoded.ms);
+    }
     visitor_->picture_ready(picture, seconds_now());
     const bool stale = picture.order.lossless && visitor_->has_moved_on();
-    if (!picture.bytes.empty() && !stale) {
-      outgoing_ = std::move(picture);
-      sent_bytes_ = 0;
-      ++picture_;
-    }
+    if (!picture.encoded.bytes.empty() && !stale) outgoing_.push_back(std::move(picture));
     proceed();
   }
 
@@ -212,7 +230,8 @@ class Live : public std::enable_shared_from_this<Live> {
     if (const auto* received = std::get_if<message::Received>(&message->body)) {
       // A new confirmation answers a message of the server, so the flow limits their number.
       if (received->count != flow_.received()) --messages_;
-      if (!flow_.received(received->count, seconds_now())) return close(kTooMany, "wrong count");
+      if (!flow_.received(received->count, received->held / 1000, seconds_now()))
+        return close(kTooMany, "wrong count");
     } else {
       visitor_->take(*message, seconds_now());
     }
@@ -234,6 +253,7 @@ class Live : public std::enable_shared_from_this<Live> {
     if (!same_token(hub_.options.token, hello.token)) return refuse_token();
     token_timer_.cancel();
     visitor_.emplace(hub_.scenes, hello.size, seconds_now());
+    ping();  // before the state, which takes its time
     proceed();
     return true;
   }
@@ -261,6 +281,7 @@ class Live : public std::enable_shared_from_this<Live> {
   void stop() {
     token_timer_.cancel();
     turn_timer_.cancel();
+    order_timer_.cancel();
     state_timer_.cancel();
     write_timer_.cancel();
     stopped_ = true;
@@ -274,12 +295,20 @@ class Live : public std::enable_shared_from_this<Live> {
     for (Job& job : visitor_->take_jobs())
       hub_.pictures->run(number_, visitor_->scene(), std::move(job));
     const bool moved_on = visitor_->has_moved_on();
-    if (moved_on && ordered_) hub_.pictures->cancel_lossless(number_);
-    if (moved_on && outgoing_ && outgoing_->order.lossless) outgoing_.reset();
+    if (moved_on && in_work_ > 0) hub_.pictures->cancel_lossless(number_);
+    if (moved_on) drop_lossless();
     waits_to_order_ = false;
-    if (!ordered_ && !outgoing_ && flow_.has_room()) order_picture();
+    const int coming = in_work_ + static_cast<int>(outgoing_.size());
+    if (!renders_ && in_work_ < kMostInWork && flow_.has_room(coming)) order_picture();
     send();
     await_turn();
+    await_order();
+  }
+
+  // Moving pictures are all sent, because each refers to the picture before it.
+  void drop_lossless() {
+    if (!outgoing_.empty() && outgoing_.front().order.lossless) sent_bytes_ = 0;
+    std::erase_if(outgoing_, [](const Picture& picture) { return picture.order.lossless; });
   }
 
   // At most one picture per turn, because a screen shows no more.
@@ -288,14 +317,15 @@ class Live : public std::enable_shared_from_this<Live> {
     waits_to_order_ = now < next_order_;
     if (waits_to_order_) return;
     next_order_ = now + kTurn;
-    if (std::optional<PictureOrder> order = visitor_->next_order()) {
-      ordered_ = true;
+    if (std::optional<PictureOrder> order = visitor_->next_order(flow_.bits_per_second())) {
+      renders_ = true;
+      ++in_work_;
       hub_.pictures->order(number_, std::move(*order));
     }
   }
 
   void await_turn() {
-    if (waits_for_turn_ || !(visitor_->is_busy() || waits_to_order_)) return;
+    if (waits_for_turn_ || !visitor_->is_busy()) return;
     waits_for_turn_ = true;
     turn_timer_.expires_after(kTurn);
     turn_timer_.async_wait([self = shared_from_this()](error_code error) {
@@ -306,19 +336,55 @@ class Live : public std::enable_shared_from_this<Live> {
     });
   }
 
+  void await_order() {
+    if (waits_for_order_ || !waits_to_order_) return;
+    waits_for_order_ = true;
+    order_timer_.expires_at(next_order_);
+    order_timer_.async_wait([self = shared_from_this()](error_code error) {
+      self->waits_for_order_ = false;
+      if (error) return;
+      self->visitor_->tick(seconds_now());
+      self->proceed();
+    });
+  }
+
   void send() {
     if (writing_) return;
     if (send_state()) return;
-    if (!outgoing_ || !flow_.has_room()) return;
+    if (outgoing_.empty()) return;
+    const Picture& picture = outgoing_.front();
+    const std::size_t end = end_of_part(picture, sent_bytes_);
+    const bool lossless = picture.order.lossless;
+    if (lossless ? !flow_.has_room_for_part(end - sent_bytes_) : !flow_.has_room()) return;
+    ping();
     const auto since =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
+    if (sent_bytes_ == 0) ++picture_;
     text_ = picture_message(
-        *outgoing_, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
-    sent_bytes_ = end_of_part(*outgoing_, sent_bytes_);
-    if (sent_bytes_ == outgoing_->bytes.size()) outgoing_.reset();
-    flow_.sent(seconds_now());
+        picture, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
+    sent_bytes_ = end;
+    flow_.sent(seconds_now(), text_.size(), lossless);
+    if (end == picture.encoded.bytes.size()) {
+      outgoing_.pop_front();
+      sent_bytes_ = 0;
+    }
     socket_.binary(true);
     write();
+  }
+
+  // An empty message before pictures. Its round trip is the least one of the line.
+  void ping() {
+    const Clock::time_point now = Clock::now();
+    if (pings_ || now < next_ping_) return;
+    pings_ = true;
+    pinged_ = now;
+    next_ping_ = now + kPingTime;
+    pinged_alone_ = flow_.is_empty();
+    socket_.async_ping(websocket::ping_data(kPing), [self = shared_from_this()](error_code) {});
+  }
+  void take_pong() {
+    if (pings_) flow_.round_trip(seconds_of(Clock::now()) - seconds_of(pinged_), pinged_alone_);
+    pings_ = false;
   }
 
   // True if a state is being sent.
@@ -375,20 +441,25 @@ class Live : public std::enable_shared_from_this<Live> {
   websocket::stream<beast::tcp_stream> socket_;
   std::unique_ptr<Counted> counted_;
   int number_;
-  Timer token_timer_, turn_timer_, state_timer_, write_timer_;
+  Timer token_timer_, turn_timer_, order_timer_, state_timer_, write_timer_;
   beast::flat_buffer buffer_;
   std::optional<Visitor> visitor_;  // set by the right token
   PictureFlow flow_;
   StateSections sections_;     // as the page has them
   std::uint32_t version_ = 0;  // of the state
   Clock::time_point next_state_{}, next_order_{}, second_began_{};
-  int messages_ = 0;  // in this second
-  bool ordered_ = false, writing_ = false, stopped_ = false;
-  bool waits_for_turn_ = false, waits_for_state_ = false, waits_to_order_ = false;
+  Clock::time_point pinged_{}, next_ping_{};
+  Clock::duration rendering_time_{}, encoding_time_{};  // of the last picture
+  int messages_ = 0;                                    // in this second
+  int in_work_ = 0;                                     // pictures that were ordered
+  bool renders_ = false, writing_ = false, stopped_ = false;
+  bool pings_ = false, pinged_alone_ = false;
+  bool waits_for_turn_ = false, waits_for_state_ = false, waits_for_order_ = false;
+  bool waits_to_order_ = false;  // a picture is needed after next_order_
   std::optional<websocket::close_reason> closing_;
-  std::optional<Picture> outgoing_;
-  std::size_t sent_bytes_ = 0;  // of it
-  std::uint32_t picture_ = 0;   // number
+  std::deque<Picture> outgoing_;
+  std::size_t sent_bytes_ = 0;  // of the first of them
+  std::uint32_t picture_ = 0;   // number of the last picture that was sent
   std::string text_;            // the message that is being sent
 };
 
@@ -543,17 +614,18 @@ class Server::Network {
   void run(ServedScenes& scenes, const std::function<bool()>& ends) {
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
     {
-      Pictures pictures(scenes, {[this](int visitor, Picture picture) {
-                                   to_live(visitor,
-                                           [picture = std::move(picture)](Live& live) mutable {
-                                             live.picture_ready(std::move(picture));
-                                           });
-                                 },
-                                 [this](int visitor, Actions actions) {
-                                   to_live(visitor, [actions = std::move(actions)](Live& live) {
-                                     live.job_ended(actions);
-                                   });
-                                 }});
+      Pictures pictures(
+          scenes,
+          {[this](int visitor) { to_live(visitor, [](Live& live) { live.picture_drawn(); }); },
+           [this](int visitor, Picture picture) {
+             to_live(visitor, [picture = std::move(picture)](Live& live) mutable {
+               live.picture_ready(std::move(picture));
+             });
+           },
+           [this](int visitor, Actions actions) {
+             to_live(visitor,
+                     [actions = std::move(actions)](Live& live) { live.job_ended(actions); });
+           }});
       hub_.pictures = &pictures;
       await_end(ends);
       accept();

@@ -2,6 +2,7 @@
 #include "app/serve/visitor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/serve/served_commands.h"
@@ -14,6 +15,8 @@ namespace qs {
 namespace {
 
 constexpr std::size_t kMostJobs = 4;  ///< of a visitor that wait
+constexpr double kRestSeconds = 0.1;  ///< without motion, before the picture at rest is made
+constexpr double kMostVideoPixels = 1920 * 1200;  ///< an encoder for 4096x4096 has 1.1 GB
 constexpr double kLongestTick = 0.1;  ///< seconds; a longer pause does not let the camera jump
 
 Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
@@ -23,6 +26,11 @@ Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
   viewer.settings.mode = scene.settings.mode;
   viewer.animates_moves = true;
   return viewer;
+}
+
+int video_divisor(const Camera& camera) {
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  return static_cast<int>(std::ceil(std::sqrt(pixels / kMostVideoPixels)));
 }
 
 }  // namespace
@@ -85,6 +93,8 @@ void Visitor::take(const ClientMessage& message, double now) {
     if (row != nullptr && !row->on_release) actions.push_back(row->action);
   } else if (const auto* scene = std::get_if<message::ShowScene>(&message.body)) {
     show_scene(scene->scene);
+  } else if (const auto* video = std::get_if<message::Video>(&message.body)) {
+    quality_.decodes_video(video->decodes);
   } else if (std::holds_alternative<message::Blur>(message.body)) {
     input_.release_all(actions);
   }
@@ -98,22 +108,29 @@ bool Visitor::waits_for_rest() const {
 bool Visitor::is_busy() const {
   const Viewer& v = viewer();
   return input_.busy() || v.travel || v.flight.velocity != glm::dvec3(0) ||
-         (waits_for_rest() && !v.still());
+         (waits_for_rest() && !rests());
 }
 
-std::optional<PictureOrder> Visitor::next_order() {
+// Sooner than in the window: input cancels the picture at rest.
+bool Visitor::rests() const { return viewer().now - viewer().last_motion > kRestSeconds; }
+
+std::optional<PictureOrder> Visitor::next_order(double line_rate) {
   const Viewer& v = viewer();
   if (!waits_for_rest()) return {};
   const bool is_new = v.version != ordered_version_;
-  if (!is_new && (!v.still() || is_busy())) return {};
+  if (!is_new && (!rests() || is_busy())) return {};
   PictureOrder order;
   order.scene = scene_;
   order.request = full_frame(v);
-  order.request.moving = v.moving();
+  order.request.moving = is_new && v.moving();
   order.input = last_input_;
   order.lossless = !is_new;
-  if (v.moving() && v.backend == Backend::cpu && v.reduce_when_moving)
+  order.encoding = quality_.next(line_rate);
+  if (order.request.moving && v.backend == Backend::cpu && v.reduce_when_moving)
     order.request.divisor = resolution_.divisor();
+  if (is_new) order.request.divisor = std::max(order.request.divisor, quality_.divisor());
+  if (is_new && order.encoding.codec == PictureCodec::vp9)
+    order.request.divisor = std::max(order.request.divisor, video_divisor(v.camera));
   ordered_version_ = v.version;
   ordered_lossless_ = order.lossless;
   return order;
@@ -124,11 +141,12 @@ void Visitor::picture_ready(const Picture& picture, double now) {
     apply({call(action::notify_error, picture.error)}, now);
     return;
   }
-  if (picture.bytes.empty()) {  // cancelled
+  if (picture.encoded.bytes.empty()) {  // cancelled
     if (picture.order.request.version == ordered_version_) ordered_lossless_ = false;
     return;
   }
   resolution_.learn(picture.shown.divisor, cost_of(picture.shown.stats));
+  if (!picture.order.lossless) quality_.learn(picture.encoded, picture.shown.divisor);
   apply({call(action::frame_shown, picture.shown)}, now);
 }
 

@@ -11,6 +11,7 @@
 
 #include "app/serve/message.h"
 #include "app/serve/pictures.h"
+#include "app/serve/quality.h"
 #include "app/viewer/commands/input.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/action.h"
@@ -64,8 +65,9 @@ class Visitor {
   /// True if the picture of the last order is out of date, so that it need not be finished.
   bool has_moved_on() const { return viewer().version != ordered_version_; }
 
-  /// The picture that is needed now. The caller asks only when it can be sent.
-  std::optional<PictureOrder> next_order();
+  /// The picture that is needed now. The caller asks only when it can be sent, over a line of this
+  /// rate in bits per second; 0: not known yet.
+  std::optional<PictureOrder> next_order(double line_rate = 0);
   /// The answer to the last order, also if it is empty.
   void picture_ready(const Picture& picture, double now);
 
@@ -77,6 +79,7 @@ class Visitor {
  private:
   void show_scene(std::size_t scene);
   bool waits_for_rest() const;
+  bool rests() const;
 
   const std::vector<const OpenedScene*>& scenes_;
   std::size_t scene_ = 0;
@@ -84,6 +87,7 @@ class Visitor {
   VisitorHost host_;
   Input input_;
   Resolution resolution_;
+  Quality quality_;
   double began_ = 0, last_tick_ = 0;
   std::uint32_t last_input_ = 0;
   int ordered_version_ = -1;

@@ -47,6 +47,9 @@ TEST(ServeMessage, each_kind_is_read) {
             "Heat map");
   EXPECT_EQ(body_of<message::ShowScene>(R"({"type":"scene","scene":3})").scene, 3u);
   EXPECT_EQ(body_of<message::Received>(R"({"type":"received","count":9})").count, 9u);
+  EXPECT_EQ(body_of<message::Received>(R"({"type":"received","count":9,"held":12.5})").held, 12.5);
+  EXPECT_TRUE(body_of<message::Video>(R"({"type":"video","decodes":true})").decodes);
+  EXPECT_FALSE(body_of<message::Video>(R"({"type":"video","decodes":false})").decodes);
   body_of<message::Blur>(R"({"type":"blur"})");
   EXPECT_EQ(parse_message(R"({"type":"blur","input":4294967295})")->input, 4294967295u);
 }
@@ -74,6 +77,11 @@ TEST(ServeMessage, all_else_is_refused) {
                            R"({"type":"key","code":"KeyW","down":true,"shift":"yes"})",
                            R"({"type":"button","button":3,"down":true,"x":0,"y":0})",
                            R"({"type":"received","count":4294967296})",
+                           R"({"type":"received","count":1,"held":-1})",
+                           R"({"type":"received","count":1,"held":10001})",
+                           R"({"type":"received","count":1,"held":"long"})",
+                           R"({"type":"video"})",
+                           R"({"type":"video","decodes":1})",
                            R"({"type":"blur","input":-1})",
                            R"({"type":"scene","scene":"/etc/passwd"})",
                            "{\"type\":\"blur\"}\xff"}) {

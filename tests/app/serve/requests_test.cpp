@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "app/base/assets.h"
-#include "app/serve/flow.h"
 #include "app/serve/token.h"
 
 namespace qs {
@@ -89,35 +88,6 @@ TEST(ServeToken, tokens_are_long_and_differ) {
   std::string other = token;
   other.back() = other.back() == '0' ? '1' : '0';
   EXPECT_FALSE(same_token(token, other));
-}
-
-TEST(ServeFlow, the_window_bounds_what_is_on_the_way) {
-  PictureFlow flow;
-  int sent = 0;
-  for (; flow.has_room() && sent < 100; ++sent) flow.sent(0);
-  EXPECT_EQ(sent, flow.window());
-  EXPECT_FALSE(flow.received(static_cast<std::uint32_t>(sent + 1), 0.01)) << "more than were sent";
-  EXPECT_TRUE(flow.received(static_cast<std::uint32_t>(sent), 0.01));
-  EXPECT_TRUE(flow.is_empty());
-  EXPECT_EQ(flow.window(), 1) << "10 ms there and back need one picture on the way";
-}
-
-TEST(ServeFlow, long_lines_get_more_and_full_ones_less) {
-  PictureFlow flow;
-  std::uint32_t count = 0;
-  double now = 0;
-  const auto one = [&](double seconds) {
-    flow.sent(now);
-    now += seconds;
-    EXPECT_TRUE(flow.received(++count, now));
-  };
-  one(0.06);
-  EXPECT_EQ(flow.window(), 4);
-  for (int i = 0; i < 3; ++i) one(0.15);
-  EXPECT_EQ(flow.window(), 1) << "90 ms over the least time: something waits on the way";
-  EXPECT_TRUE(flow.has_room());
-  one(0.06);
-  EXPECT_EQ(flow.window(), 4);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <numeric>
 #include <thread>
 #include <utility>  // Asio 1.74 uses std::exchange without it
 
@@ -19,6 +20,7 @@
 #include <boost/beast/websocket.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/tcp.h>
 #include <nlohmann/json.hpp>
 
 #include "app/serve/picture_message.h"
@@ -171,8 +173,16 @@ class ServeLive : public ServeServer {
  protected:
   using Socket = websocket::stream<Tcp::socket>;
 
-  Socket open(const std::string& origin = "") {
-    Socket socket(connect());
+  Socket open(const std::string& origin = "") { return handshaken(connect(), origin); }
+  // On a socket with options of its own.
+  Socket open_on(Tcp::socket bare) {
+    if (!server_) start();
+    bare.connect(
+        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(server_->port())});
+    return handshaken(std::move(bare));
+  }
+  Socket handshaken(Tcp::socket bare, const std::string& origin = "") {
+    Socket socket(std::move(bare));
     const std::string own = origin.empty() ? "http://" + host() : origin;
     socket.set_option(websocket::stream_base::decorator(
         [own](websocket::request_type& request) { request.set(beast::http::field::origin, own); }));
@@ -183,8 +193,9 @@ class ServeLive : public ServeServer {
     socket.text(true);
     socket.write(asio::buffer(text));
   }
-  static void greet(Socket& socket, const std::string& token = kToken) {
-    say(socket, R"({"type":"hello","token":")" + token + R"(","width":64,"height":48})");
+  static void greet(Socket& socket, const std::string& token = kToken,
+                    const std::string& size = R"("width":64,"height":48)") {
+    say(socket, R"({"type":"hello","token":")" + token + R"(",)" + size + "}");
   }
   // Reads until the server closes the connection; the code with which it does.
   static int code_at_end(Socket& socket) {
@@ -405,6 +416,157 @@ TEST_F(ServeLive, twenty_visitors_are_all_served) {
     received_ = 0;
     EXPECT_FALSE(exact_picture(socket).empty());
   }
+}
+
+// A client that moves all the time: every picture is confirmed and answered by a new input.
+class Mover : public std::enable_shared_from_this<Mover> {
+ public:
+  Mover(websocket::stream<Tcp::socket> socket, std::function<void()> on_picture)
+      : socket_(std::move(socket)), on_picture_(std::move(on_picture)) {}
+
+  void begin() {
+    socket_.text(true);
+    say(R"({"type":"hello","token":")" + std::string(kToken) + R"(","width":320,"height":240})");
+    say(R"({"type":"video","decodes":true})");
+    say(R"({"type":"button","button":0,"down":true,"x":0,"y":0,"input":1})");
+    read();
+  }
+  void end() { socket_.next_layer().close(); }
+
+  int pictures = 0;
+  bool has_failed = false;
+
+ private:
+  void say(const std::string& text) { socket_.write(asio::buffer(text)); }
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      self->has_failed = self->has_failed || (error && self->socket_.is_open());
+      if (!error) self->take();
+    });
+  }
+  void take() {
+    const bool is_picture = socket_.got_binary();
+    buffer_.consume(buffer_.size());
+    if (is_picture) {
+      ++pictures;
+      const std::string count = std::to_string(pictures), place = std::to_string(pictures % 90);
+      say(R"({"type":"cursor","y":0,"x":)" + place + R"(,"input":)" + std::to_string(pictures + 1) +
+          "}");
+      say(R"({"type":"received","count":)" + count + "}");
+      on_picture_();
+    }
+    read();
+  }
+
+  websocket::stream<Tcp::socket> socket_;
+  beast::flat_buffer buffer_;
+  std::function<void()> on_picture_;
+};
+
+// Shares are of time, so other programs on the machine disturb the number of pictures.
+// `scripts/check_serve load` counts more of them, within 20 %.
+TEST_F(ServeLive, twenty_visitors_get_equal_shares) {
+  constexpr int kVisitors = 20, kEach = 25, kWarm = 5;
+  options_.limits.connections_per_address = 40;
+  options_.limits.messages_per_second = 100'000;
+  start();
+  std::vector<std::shared_ptr<Mover> > movers;
+  std::vector<int> before;
+  int all = 0;
+  for (int i = 0; i < kVisitors; ++i) {
+    movers.push_back(std::make_shared<Mover>(open(), [&] {
+      ++all;
+      if (all == kWarm * kVisitors) {
+        for (const auto& mover : movers) before.push_back(mover->pictures);
+      }
+      if (all == (kWarm + kEach) * kVisitors) io_.stop();
+    }));
+  }
+  for (const auto& mover : movers) mover->begin();
+  io_.run_for(120s);
+  ASSERT_GE(all, (kWarm + kEach) * kVisitors);
+  for (int i = 0; i < kVisitors; ++i) {
+    const auto& mover = movers[static_cast<std::size_t>(i)];
+    EXPECT_FALSE(mover->has_failed);
+    const int share = mover->pictures - before[static_cast<std::size_t>(i)];
+    EXPECT_GT(share, kEach / 3) << i;
+    EXPECT_LT(share, 2 * kEach) << i;
+  }
+  for (const auto& mover : movers) mover->end();
+  io_.restart();
+  io_.run_for(1s);  // their last handlers
+}
+
+TEST_F(ServeLive, video_begins_with_a_key_and_again_when_the_page_asks) {
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  Socket socket = open();
+  greet(socket, kToken, R"("width":640,"height":480)");
+  say(socket, R"({"type":"video","decodes":true})");
+  exact_picture(socket);
+  // Every confirmation comes late, as over a slow line.
+  std::vector<int> keys;
+  int videos = 0;
+  for (std::uint32_t input = 1; videos < 12 && input < 200; ++input) {
+    say(socket, R"({"type":"wheel","notches":)" + std::string(input % 2 == 0 ? "-0.5" : "0.5") +
+                    R"(,"input":)" + std::to_string(input) + "}");
+    Message message;
+    do {
+      message = read(socket);
+    } while (!message.is_binary);
+    std::this_thread::sleep_for(30ms);
+    ++received_;
+    say(socket, R"({"type":"received","count":)" + std::to_string(received_) + "}");
+    if (message.bytes[1] != static_cast<char>(PictureCodec::vp9)) continue;
+    keys.push_back((message.flags() & kKeyFlag) != 0 ? 1 : 0);
+    if (++videos == 6) say(socket, R"({"type":"video","decodes":true})");
+  }
+  ASSERT_EQ(videos, 12) << "the line is slow enough for video";
+  EXPECT_EQ(keys.front(), 1);
+  EXPECT_EQ(std::accumulate(keys.begin(), keys.begin() + 6, 0), 1);
+  EXPECT_EQ(std::accumulate(keys.begin() + 6, keys.end(), 0), 1);
+}
+
+TEST_F(ServeLive, a_client_that_does_not_read_is_dropped) {
+  options_.limits.write_time = 300ms;
+  options_.limits.pong_time = 100s;
+  options_.limits.connections_per_address = 1;
+  start();
+  // Small segments and a small buffer, so that the kernels hold less than a picture.
+  Tcp::socket bare(io_, Tcp::v4());
+  const int segment = 536;
+  ASSERT_EQ(setsockopt(bare.native_handle(), IPPROTO_TCP, TCP_MAXSEG, &segment, sizeof(segment)),
+            0);
+  bare.set_option(asio::socket_base::receive_buffer_size(4096));
+  Socket socket = open_on(std::move(bare));
+  greet(socket, kToken, R"("width":4096,"height":4096)");
+  int status = 503;  // as long as the connection exists
+  for (int i = 0; i < 1000 && status == 503; ++i) {
+    std::this_thread::sleep_for(20ms);
+    status = status_of("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(status, 200);
+}
+
+TEST_F(ServeLive, a_socket_killed_in_the_middle_of_a_picture_harms_nobody) {
+  Socket other = open();
+  greet(other);
+  const std::string before = exact_picture(other);
+  for (int i = 0; i < 10; ++i) {
+    Tcp::socket bare(io_, Tcp::v4());
+    bare.set_option(asio::socket_base::receive_buffer_size(4096));
+    Socket socket = open_on(std::move(bare));
+    greet(socket, kToken, R"("width":2048,"height":1024)");
+    // Read to the header of a picture, and no further.
+    std::string some(200, ' ');
+    error_code error;
+    while (!socket.got_binary() && !error) socket.read_some(asio::buffer(some), error);
+    ASSERT_FALSE(error) << error;
+    const linger reset{1, 0};
+    setsockopt(socket.next_layer().native_handle(), SOL_SOCKET, SO_LINGER, &reset, sizeof(reset));
+    socket.next_layer().close();
+  }
+  say(other, R"({"type":"wheel","notches":3,"input":1})");
+  EXPECT_NE(exact_picture(other, 1), before);
 }
 
 TEST_F(ServeLive, the_server_ends_with_visitors) {

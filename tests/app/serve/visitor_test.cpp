@@ -48,7 +48,7 @@ class ServeVisitor : public testing::Test {
   void answer(const PictureOrder& order) {
     Picture picture;
     picture.order = order;
-    picture.bytes = "x";
+    picture.encoded.bytes = "x";
     picture.shown.version = order.request.version;
     visitor_.picture_ready(picture, now_);
   }
@@ -73,6 +73,70 @@ TEST_F(ServeVisitor, orders_one_quick_and_then_one_exact_picture) {
   answer(*second);
   EXPECT_FALSE(visitor_.next_order()) << "an idle visitor costs nothing";
   EXPECT_FALSE(visitor_.is_busy()) << "nor does it need turns";
+}
+
+TEST_F(ServeVisitor, exact_pictures_come_soon_and_whole_though_moving_ones_are_small) {
+  std::optional<PictureOrder> order;
+  for (int i = 0; i < 30; ++i) {
+    take(message::Wheel{i % 2 == 0 ? 1.0 : -1.0, 0});
+    order = visitor_.next_order();
+    ASSERT_TRUE(order);
+    Picture slow;
+    slow.order = *order;
+    slow.encoded.bytes = "x";
+    slow.shown.version = order->request.version;
+    slow.shown.divisor = order->request.divisor;
+    slow.shown.stats.frame_ms = 900.0f / static_cast<float>(slow.shown.divisor);
+    slow.shown.stats.stage_ms[static_cast<int>(Stage::blend)] = slow.shown.stats.frame_ms;
+    visitor_.picture_ready(slow, now_);
+    now_ += 0.02;
+  }
+  EXPECT_GT(order->request.divisor, 1);
+  EXPECT_FALSE(visitor_.next_order()) << "the camera may move on";
+  wait(0.15);
+  const auto exact = visitor_.next_order();
+  ASSERT_TRUE(exact);
+  EXPECT_TRUE(exact->lossless);
+  EXPECT_EQ(exact->request.divisor, 1);
+  EXPECT_FALSE(exact->request.moving);
+}
+
+TEST_F(ServeVisitor, slow_lines_make_pictures_smaller_and_never_exact_ones) {
+  take(message::Video{true});
+  std::optional<PictureOrder> order;
+  for (int i = 0; i < 40; ++i) {
+    take(message::Wheel{i % 2 == 0 ? 1.0 : -1.0, 0});
+    order = visitor_.next_order(1e6);
+    ASSERT_TRUE(order);
+    Picture coarse;
+    coarse.order = *order;
+    coarse.encoded.codec = order->encoding.codec;
+    coarse.encoded.bytes = std::string(100'000, 'x');
+    coarse.encoded.quantizer = kMostQuantizer;
+    coarse.shown.version = order->request.version;
+    coarse.shown.divisor = order->request.divisor;
+    visitor_.picture_ready(coarse, now_);
+  }
+  EXPECT_EQ(order->encoding.codec, has_vp9() ? PictureCodec::vp9 : PictureCodec::jpeg);
+  EXPECT_GT(order->request.divisor, 1);
+  wait(0.15);
+  EXPECT_EQ(visitor_.next_order(1e6)->request.divisor, 1);
+}
+
+TEST_F(ServeVisitor, video_of_large_windows_is_reduced) {
+  take(message::Resize{{4096, 4096}});
+  EXPECT_EQ(visitor_.next_order(5e6)->request.divisor, 1) << "JPEG";
+  take(message::Video{true});
+  const auto divisor = [&](int width, int height) {
+    take(message::Resize{{width, height}});
+    const auto order = visitor_.next_order(5e6);
+    return order && order->encoding.codec == PictureCodec::vp9 ? order->request.divisor : 0;
+  };
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  EXPECT_EQ(divisor(1920, 1200), 1);
+  EXPECT_EQ(divisor(4096, 4096), 3);
+  EXPECT_EQ(divisor(1921, 1200), 2);
+  EXPECT_EQ(divisor(1, 1), 1);
 }
 
 TEST_F(ServeVisitor, a_cancelled_exact_picture_is_ordered_again) {
@@ -204,7 +268,8 @@ class ServePictures : public ServeVisitor {
     std::mutex mutex;
     std::condition_variable changed;
     std::vector<std::pair<int, Picture>> ready;
-    Pictures pictures(small_.scenes, {[&](int visitor, Picture picture) {
+    Pictures pictures(small_.scenes, {[](int) {},
+                                      [&](int visitor, Picture picture) {
                                         const std::lock_guard lock(mutex);
                                         ready.emplace_back(visitor, std::move(picture));
                                         changed.notify_all();
@@ -225,8 +290,8 @@ TEST_F(ServePictures, exact_pictures_have_the_pixels_of_render) {
   ASSERT_EQ(ready.size(), 1u);
   const Picture& picture = ready[0].second;
   EXPECT_EQ(picture.error, "");
-  EXPECT_EQ(picture.codec, PictureCodec::webp);
-  const auto pixels = decode_webp(std::as_bytes(std::span(picture.bytes)), "test");
+  EXPECT_EQ(picture.encoded.codec, PictureCodec::webp);
+  const auto pixels = decode_webp(std::as_bytes(std::span(picture.encoded.bytes)), "test");
   const Session& session = small_.scenes[0]->context.session;
   const Frame& frame = session.renderer->render(small_.opened[0]->facts.cameras[0].resized(64, 48),
                                                 session.settings);
@@ -241,7 +306,7 @@ TEST_F(ServePictures, every_visitor_gets_an_answer) {
   std::set<int> answered;
   for (const auto& [visitor, picture] : draw(orders)) {
     EXPECT_EQ(picture.error, "");
-    EXPECT_EQ(picture.codec, PictureCodec::jpeg);
+    EXPECT_EQ(picture.encoded.codec, PictureCodec::jpeg);
     answered.insert(visitor);
   }
   EXPECT_EQ(answered.size(), 20u);
@@ -255,7 +320,8 @@ TEST_F(ServePictures, visitors_share_the_renderer_equally) {
   int counts[3] = {0, 0, 0};  // since then
   bool both = false;
   Pictures* all = nullptr;
-  Pictures pictures(small_.scenes, {[&](int visitor, const Picture&) {
+  Pictures pictures(small_.scenes, {[](int) {},
+                                    [&](int visitor, const Picture&) {
                                       const std::lock_guard lock(mutex);
                                       ++(both ? counts[visitor] : alone);
                                       if (counts[1] + counts[2] < 200) all->order(visitor, order);
@@ -281,7 +347,7 @@ TEST_F(ServePictures, maps_are_painted_over_the_picture) {
   plain.request.heatmap.reset();
   const auto ready = draw({{1, map}, {2, plain}});
   ASSERT_EQ(ready.size(), 2u);
-  EXPECT_NE(ready[0].second.bytes, ready[1].second.bytes);
+  EXPECT_NE(ready[0].second.encoded.bytes, ready[1].second.encoded.bytes);
 }
 
 template <class T>
@@ -297,10 +363,10 @@ TEST_F(ServePictures, headers_have_the_camera_and_the_input) {
   picture.order = *visitor_.next_order();
   picture.order.request.divisor = 2;
   picture.order.lossless = true;
-  picture.codec = PictureCodec::webp;
+  picture.encoded.codec = PictureCodec::webp;
   picture.width = 32;
   picture.height = 24;
-  picture.bytes = std::string(kPicturePart, 'a') + "bc";
+  picture.encoded.bytes = std::string(kPicturePart, 'a') + "bc";
   const std::string first = picture_message(picture, {5, 6, 7}, 0);
   ASSERT_EQ(first.size(), kPictureHeader + kPicturePart);
   EXPECT_EQ(at<std::uint8_t>(first, 0), 1);

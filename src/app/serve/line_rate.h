@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+//
+// The rate of a line, in bits per second, estimated from the messages that the page confirms. Pages
+// seldom fill the line, so the bytes of a second do not show its rate. A message occupies the line
+// from the time at which its first byte can arrive, half of an empty round trip before the
+// confirmation at the earliest, or from the end of the message before it. A function of times
+// alone.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+
+namespace qs {
+
+class LineRate {
+ public:
+  /// The round trip of a message without content, in seconds. `alone`: nothing else was in transit.
+  void round_trip(double seconds, bool alone);
+
+  /// A message of so many bytes was sent at `sent` and confirmed on its arrival at `confirmed`.
+  /// Messages are confirmed in the order in which they were sent.
+  void confirmed(double sent, double confirmed, std::size_t bytes);
+
+  /// 0: not known yet. At most 1e9.
+  double bits_per_second() const;
+
+  /// Least seconds there and back; 0: not known yet.
+  double least() const;
+
+ private:
+  // Messages that follow each other. A late confirmation makes one message seem slow and the next
+  // fast, which their sum does not show.
+  struct Group {
+    double bytes = 0, seconds = 0;
+    int messages = 0;
+  };
+  std::deque<double> trips_;  // the last round trips
+  std::deque<Group> groups_;
+  double last_confirmed_ = 0;
+};
+
+}  // namespace qs

@@ -6,7 +6,6 @@ import collections
 import ctypes
 import os
 import threading
-import warnings
 import weakref
 from types import TracebackType
 from typing import Any, Deque, Dict, Optional, Tuple, Type
@@ -14,6 +13,7 @@ from typing import Any, Deque, Dict, Optional, Tuple, Type
 from . import _ffi
 from ._checks import choice, integer
 from ._errors import UsageError
+from ._warn import warn
 
 
 class _Handle:
@@ -158,7 +158,7 @@ def _say_why_cpu() -> None:
     report = _ffi.QsReport()
     _ffi.call("Context", "qs_report", ctypes.byref(report), None, 0)
     reason = _ffi.text(report.cuda_problem) or "no GPU can be used"
-    warnings.warn(f"quadsplat draws on the CPU: {reason}", RuntimeWarning, stacklevel=5)
+    warn(f"quadsplat draws on the CPU: {reason}", RuntimeWarning)
 
 
 _defaults: Dict[Tuple[int, str], Context] = {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import warnings
 import weakref
 from os import PathLike
 from types import TracebackType
@@ -18,6 +17,7 @@ from ._camera import Camera, read_cameras
 from ._checks import encoded, encoded_path, integer
 from ._context import Context, chosen
 from ._errors import InputError, UsageError
+from ._warn import warn
 
 Path = Union[str, "PathLike[str]"]
 _ALL_SH_DEGREES = 3
@@ -214,7 +214,7 @@ def _load(path: Path, axes: Optional[str], context: Context, who: str) -> Scene:
         _ffi.call(who, "qs_scene_load", pointer, name, convention, ctypes.byref(handle))
         scene = _scene(context, handle, who)
     for sentence in scene.facts.warnings:
-        warnings.warn(f"{scene.facts.path}: {sentence}", UserWarning, stacklevel=3)
+        warn(f"{scene.facts.path}: {sentence}", UserWarning)
     return scene
 
 

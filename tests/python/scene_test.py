@@ -152,8 +152,8 @@ def test_scenes_are_not_pickled_or_made_directly(quadsplat, scene):
 def test_sentences_about_a_file_are_warnings(quadsplat, cpu, tmp_path):
     data = PLUSH.read_bytes()
     (tmp_path / "long.ply").write_bytes(data + b"abc")
-    with pytest.warns(UserWarning, match="long.ply: 3 bytes"):
+    with pytest.warns(UserWarning, match="long.ply: 3 bytes") as caught:
         scene = quadsplat.load(tmp_path / "long.ply", context=cpu)
-    assert len(scene.facts.warnings) == 1
+    assert len(scene.facts.warnings) == 1 and caught[0].filename == __file__
     with pytest.raises(quadsplat.InputError, match="no file of cameras"):
         scene.cameras()

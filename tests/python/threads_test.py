@@ -164,9 +164,9 @@ with warnings.catch_warnings(record=True) as caught:
     quadsplat.Context()
     quadsplat.Context("cpu")
 assert scene.context.backend == "cpu"
-print([str(warning.message) for warning in caught])
+print([(str(warning.message), warning.filename, warning.lineno) for warning in caught])
 """)
-    assert printed.strip() == str([f"quadsplat draws on the CPU: {reason}"])
+    assert printed.strip() == str([(f"quadsplat draws on the CPU: {reason}", "<string>", 6)])
 
 
 def test_a_missing_backend_is_a_device_error(quadsplat):

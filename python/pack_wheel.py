@@ -3,7 +3,7 @@
 """Packs the Python package and a built libquadsplat into a wheel: pack_wheel.py LIBRARY FOLDER [--any-linux]
 
 The tag says the oldest glibc that works, from the symbols of the library. It fails if that is above 2.34, if the library
-needs libraries that a system may lack, or if the wheel has more than 15 MB. --any-linux: for tests, a wheel for this machine
+needs libraries that a system may lack and that are not packed with it, or if the wheel has more than 15 MB. --any-linux: for tests, a wheel for this machine
 alone (linux_x86_64), of any library. Prints the path of the wheel. scripts/wheel builds the library and calls this.
 Needs objdump and strip. Source of the format: PyPA's specifications of binary distributions and of platform tags.
 """
@@ -21,10 +21,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 NEWEST_GLIBC = (2, 34)  # of RHEL 9 and Ubuntu 22.04
+NEWEST_OF_TAG = {"GLIBCXX": (3, 4, 29), "CXXABI": (1, 3, 13)}  # that systems with this glibc have
 OLDEST_GLIBC = (2, 17)  # no older tag exists for it
 MOST_BYTES = 15_000_000
-# The C library's own parts, and libgcc_s, which every system with a C++ program has.
-SYSTEM_LIBRARIES = re.compile(r"lib(c|m|dl|rt|pthread|gcc_s)\.so|ld-linux")
+# The C library's own parts, and the compiler's libraries, which every system with a C++ program has.
+SYSTEM_LIBRARIES = re.compile(r"lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+)\.so|ld-linux")
+PACKED_LIBRARIES = ("libhwy.so.1",)  # Debian has no static one
 # Debian's packages of the libraries in the wheel.
 LICENCES = ("libfmt-dev libglm-dev libhwy-dev libjpeg62-turbo-dev libpng-dev libstdc++6 libtinygltf-dev libwebp-dev "
             "libzstd-dev nlohmann-json3-dev zlib1g-dev").split()
@@ -34,20 +36,41 @@ def fail(sentence: str) -> None:
     sys.exit(f"pack_wheel.py: {sentence}")
 
 
-def oldest_glibc(library: Path) -> tuple[int, int]:
-    """The glibc whose symbols the library needs. Fails if it needs other libraries."""
-    headers = subprocess.run(["objdump", "-p", library], check=True, capture_output=True, text=True).stdout
-    for needed in re.findall(r"NEEDED\s+(\S+)", headers):
-        if not SYSTEM_LIBRARIES.match(needed):
+def output(*words: object) -> str:
+    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
+
+
+def packed_libraries(library: Path) -> list[Path]:
+    """The shared libraries that belong into the wheel. Fails if it needs others."""
+    places = dict(re.findall(r"(\S+) => (/\S+)", output("ldd", library)))
+    packed = []
+    for needed in re.findall(r"NEEDED\s+(\S+)", output("objdump", "-p", library)):
+        if needed in PACKED_LIBRARIES and needed in places:
+            packed.append(Path(places[needed]))
+        elif not SYSTEM_LIBRARIES.match(needed) or needed.startswith("libstdc++"):
             fail(f"{library} needs {needed}, which a system may lack: build it with QUADSPLAT_STATIC=ON")
-    symbols = subprocess.run(["objdump", "-T", library], check=True, capture_output=True, text=True).stdout
-    found = {tuple(map(int, version.split(".")[:2])) for version in re.findall(r"\(GLIBC_([0-9.]+)\)", symbols)}
-    newest = max(found | {OLDEST_GLIBC})
-    if newest > NEWEST_GLIBC:
-        names = re.findall(rf"\(GLIBC_{newest[0]}\.{newest[1]}\)\s+(\S+)", symbols)
-        fail(f"{library} needs glibc {newest[0]}.{newest[1]} for {', '.join(names)}, "
-             f"newer than {NEWEST_GLIBC[0]}.{NEWEST_GLIBC[1]}")
+    return packed
+
+
+def oldest_glibc(library: Path) -> tuple[int, ...]:
+    """The glibc whose symbols the library needs."""
+    newest = OLDEST_GLIBC
+    symbols = re.findall(r"\((GLIBC|GLIBCXX|CXXABI)_([0-9.]+)\)\s+(\S+)", output("objdump", "-T", library))
+    for family, text, name in symbols:
+        version = tuple(map(int, text.split(".")))
+        if version > NEWEST_OF_TAG.get(family, (*NEWEST_GLIBC, 9)):
+            fail(f"{library} needs {family}_{text} for {name}, which systems with glibc "
+                 f"{NEWEST_GLIBC[0]}.{NEWEST_GLIBC[1]} lack")
+        if family == "GLIBC":
+            newest = max(newest, version[:2])
     return newest
+
+
+def stripped(library: Path) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "stripped.so"
+        output("strip", "--strip-unneeded", "-o", copy, library)
+        return copy.read_bytes()
 
 
 def metadata(version: str) -> str:
@@ -89,15 +112,18 @@ def main() -> None:
         fail(f"{options.library} does not exist")
 
     version = re.search(r"^project\(quadsplat VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(), re.M).group(1)
+    files = {"quadsplat/libquadsplat.so": stripped(options.library)}
     if options.any_linux:
         tag = "py3-none-linux_x86_64"
     else:
-        major, minor = oldest_glibc(options.library)
+        packed = packed_libraries(options.library)
+        major, minor = max(oldest_glibc(path) for path in [options.library, *packed])
         tag = f"py3-none-manylinux_{major}_{minor}_x86_64"
-    with tempfile.TemporaryDirectory() as folder:
-        stripped = Path(folder) / "libquadsplat.so"
-        subprocess.run(["strip", "--strip-unneeded", "-o", stripped, options.library], check=True)
-        files = {"quadsplat/libquadsplat.so": stripped.read_bytes()}
+        for path in packed:
+            needed = re.findall(r"NEEDED\s+(\S+)", output("objdump", "-p", path))
+            if not all(map(SYSTEM_LIBRARIES.match, needed)):
+                fail(f"{path} needs a library that a system may lack: {', '.join(needed)}")
+            files[f"quadsplat/{path.name}"] = stripped(path)
     package = ROOT / "python" / "quadsplat"
     for path in sorted(package.rglob("*")):
         if path.suffix == ".py" or path.name == "py.typed":
@@ -119,7 +145,7 @@ def main() -> None:
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name)  # of 1980, so that equal files give equal wheels
-            entry.external_attr = (0o100755 if name.endswith(".so") else 0o100644) << 16
+            entry.external_attr = (0o100755 if ".so" in name else 0o100644) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, content)
     if wheel.stat().st_size > MOST_BYTES:

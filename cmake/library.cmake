@@ -18,6 +18,12 @@ target_link_options(quadsplat_library PRIVATE -Wl,--version-script=${PROJECT_SOU
 if(QUADSPLAT_STATIC)
   set_source_files_properties(src/library/static_stderr.cpp PROPERTIES COMPILE_DEFINITIONS QUADSPLAT_WRAPS_STDERR SKIP_UNITY_BUILD_INCLUSION ON)
   target_link_options(quadsplat_library PRIVATE -Wl,--wrap=stderr)
+  # Highway stays shared, because Debian has no static one. The Python package has it beside this library.
+  set_target_properties(quadsplat_library PROPERTIES INSTALL_RPATH "$ORIGIN")
+  if(CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64)
+    set_source_files_properties(src/library/static_hypot.cpp PROPERTIES COMPILE_DEFINITIONS QUADSPLAT_WRAPS_HYPOT SKIP_UNITY_BUILD_INCLUSION ON)
+    target_link_options(quadsplat_library PRIVATE -Wl,--wrap=hypot)
+  endif()
 endif()
 if(NOT QUADSPLAT_SANITIZE)
   target_link_options(quadsplat_library PRIVATE -Wl,-z,defs)

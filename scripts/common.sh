@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # Functions shared by several scripts, which source this file: root, say, fail, gpu_present, find_nvcc, nvcc_major,
-# debian_mirror, write_webp.
+# gpu_architectures, debian_mirror, write_webp.
 
 # shellcheck disable=SC2034  # used by the scripts that source this
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -33,6 +33,16 @@ nvcc_major() {
   local nvcc major=
   nvcc=$(find_nvcc) && major=$("$nvcc" --version 2>/dev/null | sed -n 's/.*release \([0-9]*\)\..*/\1/p')
   echo "${major:-0}"
+}
+
+# gpu_architectures NVCC: CMake's list of architectures for every GPU since compute capability 7.5 that the compiler
+# knows, and PTX for GPUs between and after them.
+gpu_architectures() {
+  local real arch=''
+  for real in $("$1" --list-gpu-code | sed -n 's/^sm_//p'); do
+    case $real in 75 | 80 | 86 | 89 | 90 | 100 | 120) arch+="$real-real;" ;; esac
+  done
+  echo "${arch}90-virtual"
 }
 
 # Prints the address from which debootstrap takes packages: MIRROR, or the mirror in apt's sources for this machine's

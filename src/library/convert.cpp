@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
 // Scenes as files.
-#include <mutex>
 #include <string>
 #include <utility>
 
 #include "io/bytes/file_guard.h"
-#include "io/bytes/replace_file.h"
 #include "io/cloud/cloud_order.h"
 #include "io/cloud/sh_degree.h"
 #include "io/scene/writer.h"
 #include "library/scene.h"
 #include "library/structs.h"
+#include "library/write_guard.h"
 
 namespace qs::library {
 namespace {
@@ -28,12 +27,9 @@ QsConversion conversion_of(const QsConversion* given, const Where& where) {
 
 void write(const OpenScene& scene, const std::filesystem::path& path,
            const QsConversion& conversion, const Use& use) {
-  // There is one guard at a time in a process.
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  const FileGuard guard(conversion.overwrite == 1, "the option overwrite");
+  const WriteGuard guard(conversion.overwrite == 1);
   if (!scene.path().empty()) note_input(scene.path());
-  check_targets({path});
+  guard.check(path);
   const std::string format = conversion.format != nullptr ? conversion.format : "";
   const Progress progress{{}, use.stop()};
   const GaussianCloud& cloud = scene.cloud();

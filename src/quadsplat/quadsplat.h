@@ -393,6 +393,26 @@ QS_LIBRARY_FUNCTION int32_t qs_count_modes(QsSceneHandle* scene, const QsCamera*
                                            const QsSettings* settings, QsModeCounts* counts,
                                            uint64_t capacity, uint64_t* count, char* message);
 
+/* ---- files of pictures ----------------------------------------------------------------------- */
+
+typedef struct QsPictureFile QsPictureFile;
+
+/* Reads a picture of any format that the program reads. *values becomes a view of height x width x
+ * channels, 1 to 4, QS_FLOAT32, integers scaled to 0..1, valid until qs_picture_close(). After an
+ * error *picture is null. */
+QS_LIBRARY_FUNCTION int32_t qs_picture_open(const char* path, QsPictureFile** picture,
+                                            QsArray* values, char* message);
+
+/* Null is allowed. */
+QS_LIBRARY_FUNCTION void qs_picture_close(QsPictureFile* picture);
+
+/* Writes height x width, or height x width x 1 to 4 values, QS_FLOAT32 or QS_UINT8. The name's
+ * ending chooses the format: .png and .ppm store 8 bits of 0..1, .pfm and .npy store floats. A
+ * missing module for other formats is QS_DEVICE. The file appears whole or not at all. A file that
+ * exists is replaced if `overwrite` is 1, or if quadsplat wrote it as a picture. */
+QS_LIBRARY_FUNCTION int32_t qs_picture_save(const QsArray* values, const char* path,
+                                            uint32_t overwrite, char* message);
+
 /* ---- comparing pictures ---------------------------------------------------------------------- */
 
 #define QS_METRIC_PSNR 1u      /* dB of the values; infinity if they are equal */

@@ -15,10 +15,13 @@ constexpr std::size_t kPiece = 1u << 30;
 
 }  // namespace
 
-Inflater::Inflater(std::span<const std::byte> compressed, std::string source)
-    : compressed_(compressed), source_(std::move(source)) {
-  constexpr int kGzipWindow = 15 + 16;  // a window of 32 KiB, with a gzip header
-  if (inflateInit2(&stream_, kGzipWindow) != Z_OK) throw std::bad_alloc();
+Inflater::Inflater(std::span<const std::byte> compressed, std::string source, Form form)
+    : compressed_(compressed),
+      source_(std::move(source)),
+      form_(form == Form::gzip ? "gzip" : "deflate") {
+  constexpr int kWindow = 15;  // 32 KiB; 16 more: with a gzip header; negative: without a header
+  if (inflateInit2(&stream_, form == Form::gzip ? kWindow + 16 : -kWindow) != Z_OK)
+    throw std::bad_alloc();
 }
 
 Inflater::~Inflater() { inflateEnd(&stream_); }
@@ -45,9 +48,9 @@ std::size_t Inflater::try_read(std::span<std::byte> out) {
     filled += room - stream_.avail_out;
     ended_ = result == Z_STREAM_END;
     if (result == Z_BUF_ERROR) {
-      problem_ = "cut off: the gzip data ends early";
+      problem_ = fmt::format("cut off: the {} data ends early", form_);
     } else if (result != Z_OK && !ended_) {
-      problem_ = fmt::format("the gzip data is damaged ({})",
+      problem_ = fmt::format("the {} data is damaged ({})", form_,
                              stream_.msg != nullptr ? stream_.msg : "unknown reason");
     }
   }

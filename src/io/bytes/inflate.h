@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Decompresses a gzip member into buffers of sizes that the caller chose, so that a small file
-// cannot make the program allocate more than the caller allows. The checksum is verified at the
-// end.
+// Decompresses a gzip member, or the bare deflate data of a zip archive, into buffers of sizes that
+// the caller chose, so that a small file cannot make the program allocate more than the caller
+// allows. A member's checksum is verified at the end.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,10 @@ constexpr std::uint64_t kMaxInflation = 1032;
 
 class Inflater {
  public:
+  enum class Form { gzip, deflate };
+
   /// `source` names the file in messages. `compressed` must outlive this.
-  Inflater(std::span<const std::byte> compressed, std::string source);
+  Inflater(std::span<const std::byte> compressed, std::string source, Form form = Form::gzip);
   ~Inflater();
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
@@ -39,6 +41,7 @@ class Inflater {
  private:
   std::span<const std::byte> compressed_;  // not passed to zlib yet
   std::string source_;
+  const char* form_;  ///< its name
   z_stream stream_{};
   bool ended_ = false;
   std::string problem_;

@@ -1,53 +1,155 @@
 // SPDX-License-Identifier: MIT
+//
+// Source of the layout: PKWARE's APPNOTE.TXT 6.3.10, sections 4.3 to 4.5.
 #include "io/bytes/zip_writer.h"
 
-#include <memory>
-#include <utility>
+#include <algorithm>
+#include <cstdint>
+#include <new>
+#include <ostream>
+#include <string_view>
 
-#include <zip.h>
+#include <zlib.h>
 
 #include "io/bytes/replace_file.h"
-#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
 
-struct DiscardArchive {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
-};
+constexpr std::uint16_t kDate = 1 << 5 | 1;  // 1980-01-01
+constexpr std::uint16_t kNameIsUtf8 = 1 << 11;
+constexpr std::uint16_t kVersion = 20, kVersion64 = 45;  // of the format that a reader needs
+constexpr std::uint32_t kInExtraField = 0xffffffff;
 
-void write_archive(const std::filesystem::path& file, const std::vector<ZipEntry>& entries,
-                   bool deflated) {
-  constexpr zip_uint16_t kDate = 1 << 5 | 1;  // 1980-01-01
-  int code = 0;
-  std::unique_ptr<zip_t, DiscardArchive> archive(
-      zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code));
-  if (!archive) fail_to_write(file, file);
-  for (const ZipEntry& entry : entries) {
-    zip_source_t* const source =
-        zip_source_buffer(archive.get(), entry.content.data(), entry.content.size(), 0);
-    if (source == nullptr) throw std::bad_alloc();
-    const zip_int64_t added =
-        zip_file_add(archive.get(), entry.name.c_str(), source, ZIP_FL_ENC_UTF_8);
-    if (added < 0) {
-      zip_source_free(source);
-      fail("{}: {}: {}", file.string(), entry.name, zip_strerror(archive.get()));
-    }
-    const auto index = static_cast<zip_uint64_t>(added);
-    zip_set_file_compression(archive.get(), index, deflated ? ZIP_CM_DEFLATE : ZIP_CM_STORE, 0);
-    zip_file_set_dostime(archive.get(), index, 0, kDate, 0);
-  }
-  if (zip_close(archive.get()) != 0)
-    fail("{}: cannot be written: {}", file.string(), zip_strerror(archive.get()));
-  std::ignore = archive.release();  // closed
+/// Appends the little-endian bytes of every value.
+template <class... Values>
+void put(std::string& bytes, Values... values) {
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
 }
+
+std::string deflated_bytes(std::string_view content) {
+  constexpr int kBareWindow = -15, kMemory = 8;
+  constexpr std::size_t kMostAtOnce = 1u << 30;  // zlib counts in 32 bits
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kBareWindow, kMemory,
+                   Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
+  std::string packed;
+  char block[1 << 16];
+  int result = Z_OK;
+  while (result != Z_STREAM_END) {
+    if (stream.avail_in == 0) {
+      const std::size_t piece = std::min(content.size(), kMostAtOnce);
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(content.data()));
+      stream.avail_in = static_cast<uInt>(piece);
+      content.remove_prefix(piece);
+    }
+    stream.next_out = reinterpret_cast<Bytef*>(block);
+    stream.avail_out = sizeof block;
+    result = deflate(&stream, content.empty() ? Z_FINISH : Z_NO_FLUSH);
+    packed.append(block, sizeof block - stream.avail_out);
+  }
+  deflateEnd(&stream);
+  return packed;
+}
+
+/// A size or offset of 32 bits, which is added to the 64-bit extra field if it does not fit.
+std::uint32_t short_value(std::uint64_t value, std::string& extra) {
+  if (value < kInExtraField) return static_cast<std::uint32_t>(value);
+  put(extra, value);
+  return kInExtraField;
+}
+
+/// The extra field with 64-bit values; empty without values.
+std::string extra_field(const std::string& values) {
+  std::string field;
+  if (!values.empty()) put(field, std::uint16_t{1}, static_cast<std::uint16_t>(values.size()));
+  return field + values;
+}
+
+/// Writes an archive, file by file.
+class Archive {
+ public:
+  explicit Archive(std::ostream& stream) : stream_(stream) {}
+
+  void add(const ZipEntry& entry, bool deflated) {
+    const std::string packed = deflated ? deflated_bytes(entry.content) : std::string();
+    const std::string& stored = deflated ? packed : entry.content;
+    const auto checksum = static_cast<std::uint32_t>(
+        crc32_z(0, reinterpret_cast<const Bytef*>(entry.content.data()), entry.content.size()));
+    const bool is_ascii = std::all_of(entry.name.begin(), entry.name.end(),
+                                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    const auto name_bytes = static_cast<std::uint16_t>(entry.name.size());
+    // A file's own header has both sizes in 64 bits or none.
+    const bool is_long = entry.content.size() >= kInExtraField || stored.size() >= kInExtraField;
+    std::string common, values;  // the part that both headers have
+    put(common, is_long || offset_ >= kInExtraField ? kVersion64 : kVersion,
+        is_ascii ? std::uint16_t{0} : kNameIsUtf8, static_cast<std::uint16_t>(deflated ? 8 : 0),
+        std::uint16_t{0}, kDate, checksum);
+    if (is_long) {
+      put(common, kInExtraField, kInExtraField);
+      put(values, std::uint64_t{entry.content.size()}, std::uint64_t{stored.size()});
+    } else {
+      put(common, static_cast<std::uint32_t>(stored.size()),
+          static_cast<std::uint32_t>(entry.content.size()));
+    }
+    put(common, name_bytes);
+    std::string local = "PK\3\4" + common;
+    put(local, static_cast<std::uint16_t>(extra_field(values).size()));
+    local += entry.name + extra_field(values);
+
+    const std::uint32_t place = short_value(offset_, values);
+    directory_ += "PK\1\2";
+    put(directory_, kVersion64);
+    directory_ += common;
+    put(directory_, static_cast<std::uint16_t>(extra_field(values).size()), std::uint16_t{0},
+        std::uint16_t{0}, std::uint16_t{0}, std::uint32_t{0}, place);
+    directory_ += entry.name + extra_field(values);
+    ++files_;
+    write(local);
+    write(stored);
+  }
+
+  void finish() {
+    const std::uint64_t begin = offset_, bytes = directory_.size();
+    write(directory_);
+    std::string end, unused;
+    constexpr std::uint16_t kMany = 0xffff;
+    if (begin >= kInExtraField || bytes >= kInExtraField || files_ >= kMany) {
+      const std::uint64_t end64 = offset_;
+      end += "PK\6\6";
+      put(end, std::uint64_t{44}, kVersion64, kVersion64, std::uint32_t{0}, std::uint32_t{0},
+          files_, files_, bytes, begin);
+      end += "PK\6\7";
+      put(end, std::uint32_t{0}, end64, std::uint32_t{1});
+    }
+    const auto count = static_cast<std::uint16_t>(std::min<std::uint64_t>(files_, kMany));
+    end += "PK\5\6";
+    put(end, std::uint16_t{0}, std::uint16_t{0}, count, count, short_value(bytes, unused),
+        short_value(begin, unused), std::uint16_t{0});
+    write(end);
+  }
+
+ private:
+  void write(std::string_view bytes) {
+    stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    offset_ += bytes.size();
+  }
+
+  std::ostream& stream_;
+  std::uint64_t offset_ = 0, files_ = 0;
+  std::string directory_;
+};
 
 }  // namespace
 
 void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries,
                bool deflated) {
-  replace_file(path,
-               [&](const std::filesystem::path& file) { write_archive(file, entries, deflated); });
+  write_file(path, [&](std::ostream& stream) {
+    Archive archive(stream);
+    for (const ZipEntry& entry : entries) archive.add(entry, deflated);
+    archive.finish();
+  });
 }
 
 }  // namespace qs

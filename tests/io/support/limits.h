@@ -2,7 +2,7 @@
 //
 // Limits on the cost of reading any file: 5 s, and 1 GiB of heap beyond the decoded scene. The heap
 // is all memory from malloc, in this program and in the libraries it calls (operator new, zlib,
-// zstd, libzip, libwebp); mapped files do not count.
+// zstd, libwebp); mapped files do not count.
 #pragma once
 
 #include <cstddef>

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""3D Gaussian Splatting: reads, renders, counts, converts and compares, with the library quadsplat.
+
+    import quadsplat
+    scene = quadsplat.load("plush.ply")
+    quadsplat.render(scene, scene.cameras()[0]).save("first.png")
+
+Importing it uses no GPU and imports nothing but numpy. docs/python.md is the guide.
+
+Conventions: world and view axes are x right, y down, z forward. Pixel i has its centre at i.
+Pictures are height x width x 3 values of RGB, nominally 0..1, and are not clamped.
+"""
+from ._camera import Camera, read_cameras
+from ._compare import Comparison, compare
+from ._context import Context
+from ._errors import Cancelled, DeviceError, Error, InputError, UsageError
+from ._ffi import VERSION as __version__
+from ._lists import ModeCount, TileLists, counts, tile_lists
+from ._machine import Device, Mode, Report, devices, modes, report
+from ._picture import Picture, read_picture
+from ._render import Counts, render
+from ._scene import Scene, SceneFacts, convert, load
+from ._settings import Settings
+
+__all__ = [
+    "Camera",
+    "Cancelled",
+    "Comparison",
+    "Context",
+    "Counts",
+    "Device",
+    "DeviceError",
+    "Error",
+    "InputError",
+    "Mode",
+    "ModeCount",
+    "Picture",
+    "Report",
+    "Scene",
+    "SceneFacts",
+    "Settings",
+    "TileLists",
+    "UsageError",
+    "__version__",
+    "compare",
+    "convert",
+    "counts",
+    "devices",
+    "load",
+    "modes",
+    "read_cameras",
+    "read_picture",
+    "render",
+    "report",
+    "tile_lists",
+]

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Metrics of two pictures."""
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Any, NamedTuple, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _ffi
+from ._arrays import picture_array, require_shape, struct_of, to_numpy
+from ._checks import choice, words
+from ._context import Context, chosen
+from ._errors import UsageError
+
+
+class Comparison(NamedTuple):
+    """Metrics of two pictures. NaN: not asked for."""
+
+    psnr: float = float("nan")  #: dB of the values; infinity if they are equal
+    psnr_8bit: float = float("nan")  #: dB of the values rounded to 8 bits
+    ssim: float = float("nan")  #: window of 11 x 11 pixels, sigma 1.5
+    flip: float = float("nan")  #: mean of LDR-FLIP at 67.02 pixels per degree
+
+
+def compare(reference: Any, picture: Any, *,
+            metrics: Union[str, Sequence[str]] = ("psnr", "ssim"), mask: Any = None,
+            ssim_border: str = "zeros", context: Optional[Context] = None) -> Comparison:
+    """The metrics of a picture against a reference.
+
+    reference, picture: pictures of render(), arrays of height x width x 3, floats of 0..1 or uint8
+        of 0..255, or paths of files. Values are clamped to 0..1, and NaN counts as 0.
+    metrics: of "psnr", "psnr_8bit", "ssim" and "flip".
+    mask: height x width, bool or uint8: "psnr" and "ssim" leave out pixels of value 0.
+    ssim_border: "zeros": every pixel counts, values outside are 0; "crop": pixels whose window is
+        inside count, and both sides have at least 11 pixels.
+
+    Raises UsageError, and InputError for files.
+    """
+    who = "compare"
+    a = _values(reference, f"{who}: reference")
+    b = _values(picture, f"{who}: picture")
+    if a.shape != b.shape:
+        raise UsageError(f"{who}: picture has the shape {b.shape}, but reference has {a.shape}")
+    names = words(metrics, f"{who}: metrics", _ffi.METRICS)
+    result = _ffi.QsComparison()
+    result.metrics = sum({_ffi.METRICS[name] for name in names})
+    result.ssim_border = choice(ssim_border, f"{who}: ssim_border", _ffi.BORDERS)
+    if mask is not None:
+        weights = to_numpy(mask, f"{who}: mask")
+        if weights.dtype not in (np.bool_, np.uint8):
+            raise UsageError(f"{who}: mask has elements of type {weights.dtype} instead of bool or "
+                             "uint8")
+        require_shape(weights, f"{who}: mask", a.shape[:2])
+        weights = weights.view(np.uint8)
+        result.mask = struct_of(weights)
+    with chosen(context, who, "cpu")._use(who) as pointer:
+        _ffi.call(who, "qs_compare", pointer, ctypes.byref(struct_of(a)),
+                  ctypes.byref(struct_of(b)), ctypes.byref(result))
+    return Comparison(**{name: getattr(result, name) for name in names})
+
+
+def _values(picture: Any, where: str) -> np.ndarray:
+    if isinstance(picture, (str, os.PathLike)):
+        from ._picture import read_picture  # _picture imports this module
+
+        picture = read_picture(picture)
+    return picture_array(picture, where)

@@ -15,14 +15,14 @@
 namespace qs::train {
 namespace {
 
-constexpr std::size_t kGaussians = 5;
+constexpr std::size_t kStored = 5;
 
 struct Kind {
   bool masks, absolute, sums;
 };
 
 ModelState model_of(const Kind& kind) {
-  Parameters parameters = test::ball_of_gaussians(kGaussians, 1);
+  Parameters parameters = test::ball_of_gaussians(kStored, 1);
   parameters.has_masks = kind.masks;
   parameters.mask_logits.resize(kind.masks ? parameters.size() : 0, 0.5f);
   ModelState model = ModelState::starting_with(std::move(parameters));

@@ -23,8 +23,10 @@
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/requests.h"
+#include "app/serve/sharing.h"
 #include "app/serve/state_json.h"
 #include "app/serve/token.h"
+#include "app/viewer/render/crop_scene.h"
 #include "io/bytes/mapped_file.h"
 #endif
 
@@ -62,6 +64,7 @@ constexpr std::chrono::milliseconds kTurn{16};        ///< of a visitor whose ca
 constexpr std::chrono::milliseconds kStateTime{100};  ///< between two states at least
 constexpr std::chrono::milliseconds kLinger{1000};    ///< for a refused client to read the answer
 constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions whether to end
+constexpr int kNobody = 0;                            ///< the number of no visitor
 constexpr int kMostRefused = 64;                      ///< connections that are being refused
 constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
 
@@ -88,6 +91,7 @@ struct Hub {
   int visitors = 0;                          // so far
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
+  Sharing sharing;
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
 
   bool has_too_many_wrong_tokens(const std::string& address) {
@@ -176,10 +180,20 @@ class Live : public std::enable_shared_from_this<Live> {
     proceed();
   }
 
-  void job_ended(const Actions& actions) {
+  // No actions: the job has ended.
+  void job_reported(const Actions& actions) {
+    if (actions.empty()) visitor_->job_ended();
     visitor_->apply(actions, seconds_now());
     proceed();
   }
+
+  void measuring_changed(int version, Measuring state) {
+    visitor_->measuring_changed(version, state, seconds_now());
+    proceed();
+  }
+
+  // Another visitor has changed what all share.
+  void follow() { proceed(); }
 
  private:
   void begin() {
@@ -263,16 +277,24 @@ class Live : public std::enable_shared_from_this<Live> {
     turn_timer_.cancel();
     state_timer_.cancel();
     write_timer_.cancel();
+    if (!stopped_) leave();
     stopped_ = true;
-    if (hub_.pictures != nullptr) hub_.pictures->forget(number_);
     end();
+  }
+
+  void leave() {
+    if (hub_.pictures == nullptr) return;
+    hub_.pictures->forget(number_);
+    if (!visitor_ || !visitor_->viewer().crop.busy) return;
+    const std::size_t scene = visitor_->scene();
+    hub_.pictures->run(kNobody, scene, show_crop(hub_.sharing.crop_of(scene)));
   }
 
   // Does what is due: orders a picture, sends, waits for the next turn.
   void proceed() {
     if (stopped_ || closing_ || !visitor_) return;
-    for (Job& job : visitor_->take_jobs())
-      hub_.pictures->run(number_, visitor_->scene(), std::move(job));
+    share();
+    pass_on_work();
     const bool moved_on = visitor_->has_moved_on();
     if (moved_on && ordered_) hub_.pictures->cancel_lossless(number_);
     if (moved_on && outgoing_ && outgoing_->order.lossless) outgoing_.reset();
@@ -280,6 +302,34 @@ class Live : public std::enable_shared_from_this<Live> {
     if (!ordered_ && !outgoing_ && flow_.has_room()) order_picture();
     send();
     await_turn();
+  }
+
+  // Follows the other visitors, or makes them follow.
+  void share() {
+    if (!hub_.sharing.meet(*visitor_, seconds_now())) return;
+    for (const auto& [number, live] : hub_.live) {
+      if (number == number_) continue;
+      asio::post(hub_.io, [live] {
+        if (const std::shared_ptr<Live> other = live.lock()) other->follow();
+      });
+    }
+  }
+
+  // Jobs, measuring and files that the visitor's actions ask for.
+  void pass_on_work() {
+    if (visitor_->take_stop()) hub_.pictures->stop_long(number_);
+    const std::size_t scene = visitor_->scene();
+    for (VisitorJob& work : visitor_->take_jobs()) {
+      if (work.is_long) {
+        hub_.pictures->run_long(number_, scene, std::move(work.job));
+      } else {
+        hub_.pictures->run(number_, scene, std::move(work.job));
+      }
+    }
+    const MeasuringWish wish = visitor_->measuring_wish();
+    if (wish.stops) hub_.pictures->stop_measuring(number_);
+    if (wish.request) hub_.pictures->measure({number_, scene, *wish.request});
+    for (SentFile& file : visitor_->take_files()) files_.push_back(std::move(file));
   }
 
   // At most one picture per turn, because a screen shows no more.
@@ -309,13 +359,29 @@ class Live : public std::enable_shared_from_this<Live> {
   void send() {
     if (writing_) return;
     if (send_state()) return;
-    if (!outgoing_ || !flow_.has_room()) return;
+    if (!flow_.has_room()) return;
+    if (!outgoing_) return send_file();
     const auto since =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
     text_ = picture_message(
         *outgoing_, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
     sent_bytes_ = end_of_part(*outgoing_, sent_bytes_);
     if (sent_bytes_ == outgoing_->bytes.size()) outgoing_.reset();
+    flow_.sent(seconds_now());
+    socket_.binary(true);
+    write();
+  }
+
+  void send_file() {
+    if (files_.empty()) return;
+    const SentFile& file = files_.front();
+    text_ = file_message(file, file_, sent_of_file_);
+    sent_of_file_ = std::min(sent_of_file_ + kFilePart, file.bytes->size());
+    if (sent_of_file_ == file.bytes->size()) {
+      files_.pop_front();
+      sent_of_file_ = 0;
+      ++file_;
+    }
     flow_.sent(seconds_now());
     socket_.binary(true);
     write();
@@ -330,10 +396,10 @@ class Live : public std::enable_shared_from_this<Live> {
     }
     StateSections sections = state_sections(*visitor_, hub_.scenes);
     std::string message = state_message(sections_, sections, version_ + 1);
+    next_state_ = now + kStateTime;
     if (message.empty()) return false;
     ++version_;
     sections_ = std::move(sections);
-    next_state_ = now + kStateTime;
     text_ = std::move(message);
     socket_.text(true);
     write();
@@ -389,7 +455,10 @@ class Live : public std::enable_shared_from_this<Live> {
   std::optional<Picture> outgoing_;
   std::size_t sent_bytes_ = 0;  // of it
   std::uint32_t picture_ = 0;   // number
-  std::string text_;            // the message that is being sent
+  std::deque<SentFile> files_;
+  std::size_t sent_of_file_ = 0;  // bytes of the first
+  std::uint32_t file_ = 0;        // number
+  std::string text_;              // the message that is being sent
 };
 
 // ---- a request ----------------------------------------------------------------------------------
@@ -551,7 +620,12 @@ class Server::Network {
                                  },
                                  [this](int visitor, Actions actions) {
                                    to_live(visitor, [actions = std::move(actions)](Live& live) {
-                                     live.job_ended(actions);
+                                     live.job_reported(actions);
+                                   });
+                                 },
+                                 [this](int visitor, int version, Measuring state) {
+                                   to_live(visitor, [version, state](Live& live) {
+                                     live.measuring_changed(version, state);
                                    });
                                  }});
       hub_.pictures = &pictures;

@@ -9,7 +9,7 @@
 namespace qs {
 namespace {
 
-// The state of a viewer that shows these crops and asks for nothing.
+// The state of a viewer that shows these crops without a further request.
 Crop crop_with(std::vector<CropWish> crops, const std::optional<RemovalCounts>& counts) {
   Crop crop;
   crop.marks = false;

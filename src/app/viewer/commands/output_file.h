@@ -27,8 +27,8 @@ class OutputFile {
   /// The file to write.
   const std::filesystem::path& path() const { return path_; }
 
-  /// The file is complete: tells the user about it, with `more` behind its name, or sends it.
-  /// Throws Error(input) if it is too large to be sent.
+  /// The file is complete: reports it, with `more` behind its name, or sends it. Throws
+  /// Error(input) if it is too large to be sent.
   void done(RenderContext& context, const std::string& more) const;
 
  private:

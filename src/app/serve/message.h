@@ -15,7 +15,7 @@
 //   {"type":"view", "scene":0, "camera":"{...}", "mode":"exact"}  a view that the page has kept
 //   {"type":"stop"}                                               the visitor's film or zoom
 //   {"type":"received", "count":7, "held":12.5}                   binary messages so far, and
-//                                                                 milliseconds since the last one
+//                                                                 the age of the last in ms
 //   {"type":"video", "decodes":true}                              the page decodes VP9, from the
 //                                                                 next key picture on
 //   {"type":"blur"}                                               the page lost the keyboard

@@ -3,8 +3,9 @@
 // Makes the visitors' pictures: one thread renders, the other processors encode. Each visitor has
 // at most one order; a newer order replaces one that waits. The visitor who has used the renderer
 // least is next, and a visitor without orders costs nothing. A long job, such as a film, runs while
-// no picture and no short job waits, and gives way to them between its parts. The modes are measured
-// for one visitor after the other while there is no other work at all; a new order interrupts that.
+// no picture and no short job waits, and gives way to them between its parts. The modes are
+// measured for one visitor after the other while there is no other work at all; a new order
+// interrupts that.
 #pragma once
 
 #include <condition_variable>
@@ -48,9 +49,9 @@ enum class Measuring { none, waits, runs };
 class Pictures {
  public:
   /// Called on threads of this object and of its callers: for each order that was taken, `drawn`
-  /// when it need no longer be rendered and then `ready`; `report` with actions of a job and without
-  /// actions at the end of each job; `measuring` when the state of the request with this view
-  /// version changes.
+  /// when it need no longer be rendered and then `ready`; `report` with actions of a job and
+  /// without actions at the end of each job; `measuring` when the state of the request with this
+  /// view version changes.
   struct Receiver {
     std::function<void(int visitor)> drawn;
     std::function<void(int visitor, Picture picture)> ready;

@@ -693,9 +693,8 @@ class Server::Network {
              });
            },
            [this](int visitor, Actions actions) {
-             to_live(visitor, [actions = std::move(actions)](Live& live) {
-               live.job_reported(actions);
-             });
+             to_live(visitor,
+                     [actions = std::move(actions)](Live& live) { live.job_reported(actions); });
            },
            [this](int visitor, int version, Measuring state) {
              to_live(visitor,

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kMostJobs = 4;         ///< of a visitor that wait
 constexpr std::size_t kMostFiles = 4;        ///< that wait to be sent
 constexpr std::size_t kMostKeyframes = 500;  ///< of a path
-constexpr double kRestSeconds = 0.1;  ///< without motion, before the picture at rest is made
+constexpr double kRestSeconds = 0.1;         ///< without motion, before the picture at rest is made
 constexpr double kMostVideoPixels = 1920 * 1200;  ///< an encoder for 4096x4096 has 1.1 GB
 constexpr double kLongestTick = 0.1;  ///< seconds; a longer pause does not let the camera jump
 

@@ -47,6 +47,130 @@ const pixels = () => page.evaluate(() => {
   return { width: canvas.width, height: canvas.height, data: btoa(text) };
 });
 
+// The panels as a visitor uses them, mostly by keyboard.
+async function checkPanels(page, box) {
+  const open = (name) => page.waitForSelector(`#panel-${name}:not([hidden])`, { timeout: 30000 });
+  const focusPicture = () => page.focus("canvas");
+  const mode = (name) => page.waitForFunction((it) => sections.table && sections.table.mode === it, { timeout: 30000 }, name);
+  await focusPicture();
+  await page.keyboard.press("F10");
+  await open("table");
+  await page.waitForFunction(() => sections.table.status.includes("medians of"), { timeout: 120000 });
+  const measured = await page.evaluate(() => sections.table.rows.every((row) => row.fps > 0) && sections.table.rows.length);
+  check("a view at rest is measured in all modes", measured >= 6, measured);
+  const texts = await page.evaluate(() => [...document.querySelectorAll('#panel-table td[data-column="pairs"]')].map((cell) => cell.textContent).join() === sections.table.rows.map((row) => row.cells[2].text).join());
+  check("the table shows the server's digits", texts);
+  await page.keyboard.press("3");
+  await mode("dualbox");
+  const here = await page.$eval("#panel-table tr.here button", (button) => button.textContent);
+  check("the table follows the keys", here === "dualbox", here);
+  await page.focus('#panel-table button[data-cell="exact"]');
+  await page.keyboard.press("Enter");
+  await mode("exact");
+  check("a row chooses its mode by keyboard", await page.evaluate(() => document.activeElement.dataset.cell === "exact"));
+  await page.screenshot({ path: "table.png" });
+  await focusPicture();
+  await page.keyboard.press("F10");
+  await page.waitForSelector("#panel-table", { hidden: true });
+
+  await page.keyboard.press("b");
+  await open("inspector");
+  await page.mouse.click(box.x + 250, box.y + 300);
+  await page.waitForFunction(() => sections.inspector && sections.inspector.rows && sections.inspector.construction, { timeout: 60000 });
+  const rows = await page.$$eval("#panel-inspector [data-gaussian]", (buttons) => buttons.length);
+  check("a click lists the Gaussians of a pixel", rows > 1, rows);
+  check("the inspector draws the boxes", await page.$("#panel-inspector svg polygon") !== null);
+  await page.screenshot({ path: "inspector.png" });
+  await focusPicture();
+  await page.keyboard.press("b");
+
+  await page.keyboard.press("c");
+  await page.waitForSelector("#overlay .divider", { timeout: 60000 });
+  await page.focus("#overlay .divider");
+  for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => Math.abs(sections.split.divider - 0.4) < 0.01, { timeout: 30000 });
+  check("the divider moves by keyboard", true);
+  await page.waitForFunction(() => sections.split.facts.some(([label]) => label === "PSNR"), { timeout: 30000 });
+  await rest(await inputs());
+  await page.screenshot({ path: "split.png" });
+  await focusPicture();
+  await page.keyboard.press("c");
+  await page.keyboard.press("F9");
+  await page.waitForFunction(() => document.querySelectorAll("#overlay .cell").length >= 6, { timeout: 60000 });
+  check("all modes are shown side by side", true);
+  await focusPicture();
+  await page.keyboard.press("F9");
+  await page.waitForFunction(() => document.querySelectorAll("#overlay .cell").length === 0, { timeout: 60000 });
+
+  await page.keyboard.press("i");
+  await open("settings");
+  await page.focus('[data-control="splat scale"]');
+  await page.keyboard.press("End");
+  await page.waitForFunction(() => sections.controls.settings.find((row) => row.name === "splat scale").value === 3, { timeout: 30000 });
+  check("a setting is changed by keyboard", true);
+  await page.evaluate(() => setControl("splat scale", 1));
+  await focusPicture();
+  await page.keyboard.press("i");
+
+  await page.keyboard.press("r");
+  await open("crop");
+  await page.focus('[data-control="Box"]');
+  await page.keyboard.press("Space");
+  await page.waitForSelector("#overlay .handle", { timeout: 30000 });
+  check("the box of the crop has handles", (await page.$$("#drawing line")).length >= 8);
+  await page.focus('[data-control="Box"]');
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => document.querySelectorAll("#overlay .handle").length === 0, { timeout: 30000 });
+  await focusPicture();
+  await page.keyboard.press("r");
+
+  await page.keyboard.press("z");
+  await open("recorder");
+  await page.evaluate(() => setControl("steps", 2));
+  await page.waitForFunction(() => sections.recorder.plan.startsWith("2 steps"), { timeout: 30000 });
+  await page.evaluate(() => [...document.querySelectorAll("#panel-recorder button")].find((button) => button.textContent === "Record").click());
+  await page.waitForFunction(() => sections.recorder.status.startsWith("all 2 steps"), { timeout: 300000 });
+  check("a zoom is recorded with its chart", (await page.$$("#panel-recorder svg polyline")).length >= 6);
+  await page.evaluate(() => [...document.querySelectorAll("#panel-recorder button")].find((button) => button.textContent === "The zoom as CSV").click());
+  await page.waitForFunction(() => (document.body.dataset.saved || "").endsWith("_zoom.csv"), { timeout: 30000 });
+  check("the zoom is saved as CSV", true);
+  await page.screenshot({ path: "recorder.png" });
+  await focusPicture();
+  await page.keyboard.press("z");
+
+  await page.keyboard.press("l");
+  await open("path");
+  await page.keyboard.press("k");
+  await page.keyboard.press("]");
+  await page.waitForFunction(() => sections.path.keyframes.length === 1, { timeout: 30000 });
+  await rest(await inputs());
+  await page.keyboard.press("k");
+  await page.waitForFunction(() => sections.path.keyframes.length === 2, { timeout: 30000 });
+  await page.evaluate(() => setControl("seconds", 0.2, 1));
+  await page.waitForFunction(() => Math.abs(sections.path.keyframes[1].seconds - 0.2) < 1e-6, { timeout: 30000 });
+  await page.evaluate(() => [...document.querySelectorAll("#panel-path button")].find((button) => button.textContent === "Film").click());
+  await page.waitForFunction(() => (document.body.dataset.saved || "").endsWith(".mp4") || sections.messages.some((one) => one.text.includes("ffmpeg")), { timeout: 120000 });
+  check("a film is saved, or the page says that ffmpeg is missing", true);
+  await page.screenshot({ path: "path.png" });
+  await focusPicture();
+  await page.keyboard.press("l");
+
+  await page.keyboard.press("F10");
+  await open("table");
+  const tree = JSON.stringify(await page.accessibility.snapshot({ interestingOnly: false }));
+  for (const name of ["Numbers of all modes", "Open panels", "measure at", "Close Numbers of all modes"])
+    check(`"${name}" has a name for screen readers`, tree.includes(name));
+  for (const [width, height] of [[3840, 2160], [1280, 720]]) {
+    await page.setViewport({ width, height });
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    const fits = await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth && document.documentElement.scrollHeight <= innerHeight);
+    check(`the page fits ${width}x${height}`, fits);
+  }
+  await page.setViewport({ width: 900, height: 640 });
+  await focusPicture();
+  await page.keyboard.press("F10");
+}
+
 try {
   await page.setViewport({ width: 900, height: 640 });
   if (isChrome) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
@@ -89,7 +213,7 @@ try {
   await page.waitForFunction(() => document.querySelector("#mode").value === "3dgs");
   check("1 chooses 3dgs", true);
   await press("h");
-  await page.waitForFunction(() => document.querySelector("#numbers").textContent.includes("heat map pairs"));
+  await page.waitForFunction(() => document.querySelector("#note").textContent.includes("with a heat map"), { timeout: 30000 });
   await rest(await inputs());
   await page.screenshot({ path: kind + "_heatmap.png" });
 
@@ -97,7 +221,7 @@ try {
   await page.screenshot({ path: kind + "_commands.png" });
   const names = await page.$$eval("#commands button", (buttons) => buttons.map((button) => button.dataset.help));
   check("the commands of the window are offered", names.includes("Frame the scene") && names.includes("quadbox"), names);
-  check("commands that write files are not", !names.some((name) => /film|screenshot|open|quit|save/i.test(name)), names);
+  check("commands that open or write files here are not", !names.some((name) => /screenshot|open a|reload|quit|save|train/i.test(name)), names);
   await page.keyboard.press("Escape");
   await page.click("#ask");
   if (isChrome) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "light" }]);
@@ -109,6 +233,15 @@ try {
     for (const name of ["Culling mode", "Screenshot", "Help"]) check(`"${name}" has a name for screen readers`, tree.includes(name));
   }
 
+  await page.focus("canvas");
+  await page.keyboard.press("h");
+  await checkPanels(page, box);
+
+  await rest(await inputs());
+  const kept = await page.evaluate(() => JSON.stringify(JSON.parse(sections.view.pose).position));
+  await page.reload();
+  await page.waitForFunction((place) => sections.view && JSON.stringify(JSON.parse(sections.view.pose).position) === place, { timeout: 30000 }, kept);
+  check("a reload keeps the view", true);
   await page.evaluate(() => socket.close());
   await page.waitForFunction(() => socket.readyState === 1 && document.querySelector("#connection").textContent === "exact", { timeout: 20000 });
   check("a lost connection comes back", true);
@@ -185,6 +318,15 @@ async function checkPhoneAndNames() {
   await phone.touchscreen.touchEnd();
   await phone.waitForFunction((old) => Number(document.querySelector("canvas").dataset.picture) > Number(old), {}, before);
   check("a finger turns the scene", true);
+  await new Promise((resolve) => setTimeout(resolve, 1000));  // a tap soon after a swipe is part of it
+  await phone.tap("#choose");
+  await phone.waitForSelector('#panels [data-panel="table"]', { visible: true });
+  await phone.tap('#panels [data-panel="table"]');
+  await phone.waitForSelector("#panel-table:not([hidden]) table", { timeout: 30000 });
+  await phone.tap("#choose");
+  const wider = await phone.evaluate(() => document.documentElement.scrollWidth);
+  check("an open panel fits a phone", wider <= 390, wider);
+  check("the picture stays visible on a phone", await phone.evaluate(() => canvas.clientHeight > 200));
   await phone.screenshot({ path: "phone.png" });
   await phone.close();
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// The page of `quadsplat serve`. It sends input and shows pictures and state; the server decides
-// what keys and gestures do. src/app/serve/message.h has the messages, picture_message.h the header
-// of pictures; video.js decodes them.
+// The page of `quadsplat serve`: connection, pictures, input. The server decides what keys and
+// gestures do. src/app/serve/message.h has the messages, picture_message.h the header of pictures;
+// video.js decodes them. The other scripts of this folder draw the panels from the server's state
+// (`sections`).
 "use strict";
 
-const kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kMostSide = 4096;
+const kFileMessage = 2, kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kMostSide = 4096;
 const kWheelPixels = 100;  // of a notch
 
 const at = (id) => document.getElementById(id);
@@ -55,6 +56,7 @@ function connect() {
   socket.onopen = () => {
     send({ type: "hello", token: token(), ...pictureSize() }, false);
     decoder.begin();
+    restoreView();
   };
   socket.onmessage = (event) => {
     retry = 500;
@@ -68,6 +70,20 @@ function connect() {
     setTimeout(connect, retry);
     retry = Math.min(2 * retry, 8000);
   };
+}
+
+// A reload, or a connection that comes back, keeps the view and the open panels.
+function keepView() {
+  const { scene, pose, mode } = sections.view;
+  const panels = (sections.panels || []).filter((panel) => panel.open).map((panel) => panel.title);
+  sessionStorage.setItem("view", JSON.stringify({ scene, camera: pose, mode, panels }));
+}
+function restoreView() {
+  const kept = JSON.parse(sessionStorage.getItem("view") || "null");
+  if (!kept) return;
+  const { scene, camera, mode, panels } = kept;
+  send({ type: "view", scene, camera, mode });
+  for (const title of panels) send({ type: "command", command: title });
 }
 
 // ---- pictures -----------------------------------------------------------------------------------
@@ -84,8 +100,13 @@ function confirm(arrived) {
 }
 
 async function takePart(data) {
-  const arrived = performance.now(), head = new DataView(data, 0, kHeader);
+  const arrived = performance.now();
   line.bytes(data.byteLength);
+  if (new Uint8Array(data, 0, 1)[0] === kFileMessage) {
+    takeFile(data);
+    return confirm(arrived);
+  }
+  const head = new DataView(data, 0, kHeader);
   const facts = {
     codec: head.getUint8(1), flags: head.getUint8(2), divisor: head.getUint8(3),
     number: head.getUint32(4, true), input: head.getUint32(8, true),
@@ -136,10 +157,15 @@ function takeState(message) {
   const changed = (...names) => names.some((name) => name in message.sections);
   if (changed("commands")) showCommands();
   if (changed("help", "commands")) showHelp();
-  if (changed("scenes")) fill(at("scene"), sections.scenes.map((scene, i) => [i, scene.name]));
+  if (changed("scenes")) {
+    fill(at("scene"), sections.scenes.map((scene, i) => [i, scene.name]));
+    at("scene").parentElement.hidden = sections.scenes.length < 2;  // there is no choice
+  }
   if (changed("view", "commands", "scenes")) showView();
-  if (changed("frame", "view")) showFrame();
+  if (changed("status")) showStatus();
   if (changed("messages")) showMessages();
+  showPanels(changed);
+  if (changed("view", "panels") && sections.view) keepView();
 }
 
 function make(tag, text, parent) {
@@ -198,16 +224,12 @@ function showView() {
   document.title = sections.scenes[view.scene].name + " - quadsplat";
 }
 
-function showFrame() {
-  const frame = sections.frame, view = sections.view;
-  if (!frame || !view) return;
-  const words = [frame.mode, frame.ms.toPrecision(3) + " ms on " + frame.backend,
-                 frame.pairs.toLocaleString("en") + " pairs"];
-  if (view.heatmap) words.push("heat map " + view.heatmap);
-  if (view.quantity !== "color") words.push(view.quantity);
-  words.push(view.navigation);
-  if (frame.divisor > 1) words.push("drawn at 1/" + frame.divisor);
-  at("numbers").textContent = words.join(" \u00b7 ");
+function showStatus() {
+  const { numbers, note, faint, caution } = sections.status;
+  setText(at("numbers"), numbers);
+  at("numbers").classList.toggle("faint", faint);
+  setText(at("note"), note);
+  at("note").classList.toggle("caution", caution);
 }
 
 function showMessages() {
@@ -218,7 +240,7 @@ function showMessages() {
 
 // ---- input --------------------------------------------------------------------------------------
 // Positions are pixels of the picture.
-function place(event) {
+function placeOnPicture(event) {
   const box = canvas.getBoundingClientRect(), size = pictureSize();
   const limit = (value) => Math.max(-1e5, Math.min(1e5, value));
   return { x: limit((event.clientX - box.left) * size.width / box.width),
@@ -244,7 +266,7 @@ let pinch = null, pinchDue = false;
 
 function press(button, down, event) {
   if (cursor) flushCursor();
-  send({ type: "button", button, down, ...place(event) });
+  send({ type: "button", button, down, ...placeOnPicture(event) });
 }
 
 function middle() {
@@ -268,19 +290,19 @@ canvas.addEventListener("pointerdown", (event) => {
 });
 canvas.addEventListener("pointermove", (event) => {
   if (event.pointerType !== "touch") {
-    if (event.buttons !== 0) moveCursor(place(event));
+    if (event.buttons !== 0) moveCursor(placeOnPicture(event));
     return;
   }
   if (!fingers.has(event.pointerId)) return;
   fingers.set(event.pointerId, event);
-  if (fingers.size === 1) return moveCursor(place(event));
+  if (fingers.size === 1) return moveCursor(placeOnPicture(event));
   if (fingers.size !== 2 || pinchDue) return;
   pinchDue = true;
   requestAnimationFrame(() => {
     pinchDue = false;
     if (fingers.size !== 2) return;
     const now = middle();
-    moveCursor(place(now));
+    moveCursor(placeOnPicture(now));
     const notches = 6 * Math.log((now.apart || 1) / (pinch.apart || 1));
     if (Math.abs(notches) > 0.05) {
       send({ type: "wheel", notches: Math.max(-50, Math.min(50, notches)) });
@@ -327,23 +349,23 @@ addEventListener("blur", () => {
   send({ type: "blur" });
 });
 
+const kMenus = [["choose", "panels"], ["menu", "commands"], ["ask", "help"]];  // button, what it opens
 function toggle(button, panel) {
   const opens = panel.hidden;
-  for (const [other, its] of [["menu", "commands"], ["ask", "help"]]) {
+  for (const [other, its] of kMenus) {
     at(its).hidden = true;
     at(other).setAttribute("aria-expanded", false);
   }
   panel.hidden = !opens;
   button.setAttribute("aria-expanded", opens);
 }
-at("menu").onclick = () => toggle(at("menu"), at("commands"));
-at("ask").onclick = () => toggle(at("ask"), at("help"));
+for (const [button, its] of kMenus) at(button).onclick = () => toggle(at(button), at(its));
+at("stop").onclick = () => send({ type: "stop" });
 at("scene").onchange = () => send({ type: "scene", scene: Number(at("scene").value) });
 at("mode").onchange = () => send({ type: "command", command: at("mode").value });
 addEventListener("keydown", (event) => {
   if (event.key !== "Escape") return;
-  if (!at("commands").hidden) at("menu").click();
-  if (!at("help").hidden) at("ask").click();
+  for (const [button, its] of kMenus) if (!at(its).hidden) at(button).click();
   canvas.focus();
 });
 
@@ -351,15 +373,12 @@ addEventListener("keydown", (event) => {
 at("shot").onclick = () => {
   if (!shown) return;
   const view = sections.view, name = sections.scenes[view.scene].name;
-  canvas.toBlob((file) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(file);
-    link.download = name + "_" + view.mode + "_" + canvas.width + "x" + canvas.height + ".png";
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-  }, "image/png");
+  canvas.toBlob((file) => saveFile(file, name + "_" + view.mode + "_" + canvas.width + "x" + canvas.height + ".png"), "image/png");
 };
 
-new ResizeObserver(() => send({ type: "resize", ...pictureSize() })).observe(canvas);
+new ResizeObserver(() => {
+  send({ type: "resize", ...pictureSize() });
+  showPanels((...names) => names.includes("crop") || names.includes("table"));
+}).observe(canvas);
 canvas.focus();
 connect();

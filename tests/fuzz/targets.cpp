@@ -249,6 +249,12 @@ void read_message(Bytes content) {
     demand(received->held >= 0 && received->held <= 1e4, "a time is within its limits");
   if (const auto* button = std::get_if<message::Button>(&parsed->body))
     demand(std::abs(button->at.x) <= 1e5 && std::abs(button->at.y) <= 1e5, "places are finite");
+  if (const auto* set = std::get_if<message::SetControl>(&parsed->body))
+    demand(std::abs(set->value) <= 1e9 && set->control.size() <= 200, "values are finite");
+  if (const auto* drag = std::get_if<message::DragHandle>(&parsed->body))
+    demand(drag->face >= 0 && drag->face < 6 && std::abs(drag->at.x) <= 1e5, "a box has six faces");
+  if (const auto* view = std::get_if<message::ShowView>(&parsed->body))
+    demand(view->camera.size() <= kMostCamera, "cameras are short");
   if (const auto* wheel = std::get_if<message::Wheel>(&parsed->body))
     demand(std::abs(wheel->notches) <= 100, "notches are few");
 }

@@ -24,6 +24,7 @@ constexpr std::array kKeyCodes = {
     KeyCode{"Backquote", GLFW_KEY_GRAVE_ACCENT},
     KeyCode{"Home", GLFW_KEY_HOME},
     KeyCode{"Backspace", GLFW_KEY_BACKSPACE},
+    KeyCode{"F10", GLFW_KEY_F10},
     KeyCode{"NumpadAdd", GLFW_KEY_KP_ADD},
     KeyCode{"NumpadSubtract", GLFW_KEY_KP_SUBTRACT},
 };

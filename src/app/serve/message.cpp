@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -16,7 +17,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMostPixels = 1e5, kMostNotches = 100, kMostHeld = 1e4;
+constexpr double kMostPixels = 1e5, kMostNotches = 100, kMostHeld = 1e4, kMostValue = 1e9;
+constexpr std::uint32_t kMostScene = 100'000;
 constexpr std::size_t kMostText = 200;
 
 // Reads the values of an object. A missing or unfit value makes `sound` false.
@@ -47,9 +49,9 @@ struct MessageReader {
     sound = false;
     return least;
   }
-  std::string text(const char* name) {
+  std::string text(const char* name, std::size_t most = kMostText) {
     const Json& found = value(name);
-    if (found.is_string() && found.get_ref<const std::string&>().size() <= kMostText)
+    if (found.is_string() && found.get_ref<const std::string&>().size() <= most)
       return found.get<std::string>();
     sound = false;
     return {};
@@ -111,9 +113,28 @@ constexpr std::array kMessages = {
                }},
     MessageRow{"command",
                [](MessageReader& r) -> Body { return message::Command{r.text("command")}; }},
-    MessageRow{
-        "scene",
-        [](MessageReader& r) -> Body { return message::ShowScene{r.whole("scene", 0, 100'000)}; }},
+    MessageRow{"scene",
+               [](MessageReader& r) -> Body {
+                 return message::ShowScene{r.whole("scene", 0, kMostScene)};
+               }},
+    MessageRow{"set",
+               [](MessageReader& r) -> Body {
+                 message::SetControl set{r.text("control"), r.real("value", kMostValue)};
+                 if (r.object.contains("index")) set.index = r.whole("index", 0, ~0u);
+                 return set;
+               }},
+    MessageRow{"handle",
+               [](MessageReader& r) -> Body {
+                 const auto face = static_cast<int>(r.whole("face", 0, 5));
+                 return message::DragHandle{face, r.place()};
+               }},
+    MessageRow{"view",
+               [](MessageReader& r) -> Body {
+                 const std::size_t scene = r.whole("scene", 0, kMostScene);
+                 std::string camera = r.text("camera", kMostCamera);
+                 return message::ShowView{scene, std::move(camera), r.text("mode")};
+               }},
+    MessageRow{"stop", [](MessageReader&) -> Body { return message::Stop{}; }},
     MessageRow{"received",
                [](MessageReader& r) -> Body {
                  return message::Received{r.whole("count", 0, ~0u), r.held()};

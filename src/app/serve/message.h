@@ -10,12 +10,14 @@
 //   {"type":"wheel", "notches":1, "shift":false, "ctrl":false}
 //   {"type":"command", "command":"Frame the scene"}               KeyCommand::help
 //   {"type":"scene", "scene":0}
-//   {"type":"received", "count":7, "held":12.5}                   binary messages so far;
-//   milliseconds
-//                                                                 since the last of them arrived
+//   {"type":"set", "control":"splat scale", "value":1.5, "index":0}   a Control; index of an item
+//   {"type":"handle", "face":3, "x":10, "y":20}                   drags a face of the crop box
+//   {"type":"view", "scene":0, "camera":"{...}", "mode":"exact"}  a view that the page has kept
+//   {"type":"stop"}                                               the visitor's film or zoom
+//   {"type":"received", "count":7, "held":12.5}                   binary messages so far, and
+//                                                                 the age of the last in ms
 //   {"type":"video", "decodes":true}                              the page decodes VP9, from the
-//   next
-//                                                                 key picture on
+//                                                                 next key picture on
 //   {"type":"blur"}                                               the page lost the keyboard
 // Every message may have "input", the number of the user's input; pictures name the last input.
 #pragma once
@@ -33,6 +35,8 @@ namespace qs {
 
 /// The longest side of a picture.
 inline constexpr int kMostSide = 4096;
+/// The longest camera of a view, bytes.
+inline constexpr std::size_t kMostCamera = 4096;
 
 namespace message {
 
@@ -66,6 +70,21 @@ struct Command {
 struct ShowScene {
   std::size_t scene = 0;
 };
+struct SetControl {
+  std::string control;  ///< Control::name
+  double value = 0;     ///< finite
+  std::size_t index = 0;
+};
+struct DragHandle {
+  int face = 0;  ///< 0 to 5
+  glm::dvec2 at{0.0};
+};
+struct ShowView {
+  std::size_t scene = 0;
+  std::string camera;  ///< for parse_camera(), not checked
+  std::string mode;
+};
+struct Stop {};
 struct Received {
   std::uint32_t count = 0;
   double held = 0;  ///< milliseconds, 0 to 10,000
@@ -80,7 +99,8 @@ struct Blur {};
 struct ClientMessage {
   std::uint32_t input = 0;  ///< 0: not an input of the user
   std::variant<message::Hello, message::Resize, message::Key, message::Button, message::Cursor,
-               message::Wheel, message::Command, message::ShowScene, message::Received,
+               message::Wheel, message::Command, message::ShowScene, message::SetControl,
+               message::DragHandle, message::ShowView, message::Stop, message::Received,
                message::Video, message::Blur>
       body;
 };

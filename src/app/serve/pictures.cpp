@@ -7,7 +7,7 @@
 #include <new>
 #include <utility>
 
-#include "app/picture/heatmap.h"
+#include "app/serve/paint.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
 #include "io/picture/encode.h"
@@ -15,15 +15,6 @@
 
 namespace qs {
 namespace {
-
-Image image_of(const std::vector<std::uint8_t>& rgba, int width, int height) {
-  Image image(width, height, 3);
-  for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
-    for (std::size_t c = 0; c < 3; ++c)
-      image.values[3 * i + c] = static_cast<float>(rgba[4 * i + c]) / 255;
-  }
-  return image;
-}
 
 double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -44,23 +35,16 @@ std::string sentence_of(const std::exception_ptr& exception) {
 
 }  // namespace
 
-std::vector<std::uint8_t> painted(const FrameRequest& request, RenderedFrame frame) {
-  const ShownFrame& shown = frame.shown;
-  if (!shown.heatmap && !shown.values) return std::move(frame.rgba);
-  Image image = image_of(frame.rgba, frame.width, frame.height);
-  const char* const mode = mode_name(shown.mode);
-  if (shown.heatmap) {
-    image = draw_over(image, *shown.heatmap, shown.map_scale, request.heat_style);
-    draw_legend_over(image,
-                     make_legend(*shown.heatmap, shown.map_scale, mode, request.heat_style.colors));
-  } else {
-    draw_legend_over(image, make_legend(*shown.values, mode));
-  }
-  return to_rgba(image);
-}
-
 Pictures::Pictures(ServedScenes& scenes, Receiver receiver)
     : scenes_(scenes), receiver_(std::move(receiver)) {
+  for (const auto& scene : scenes_) {
+    scene->reported = [this, &reports = scene->reports] {
+      Actions actions;
+      reports.take(actions);
+      if (!actions.empty()) receiver_.report(reporting_, std::move(actions));
+    };
+    scene->context.give_way = [this] { serve_each(); };
+  }
   const unsigned encoders = std::max(2u, std::thread::hardware_concurrency()) - 1;
   for (unsigned i = 0; i < encoders; ++i)
     encoders_.emplace_back([this](const std::stop_token& stop) { encode(stop); });
@@ -74,6 +58,8 @@ Pictures::~Pictures() {
   {
     const std::lock_guard lock(mutex_);
     for (auto& [visitor, work] : work_) work.stop.request_stop();
+    long_stop_.request_stop();
+    measuring_stop_.request_stop();
   }
   changed_.notify_all();
 }
@@ -84,6 +70,7 @@ void Pictures::order(int visitor, PictureOrder order) {
     Work& work = work_[visitor];
     work.used_ms = std::max(work.used_ms, served_ms_);  // time without orders is no claim
     work.order = std::move(order);
+    note_request();
   }
   changed_.notify_all();
 }
@@ -94,8 +81,51 @@ void Pictures::run(int visitor, std::size_t scene, Job job) {
     Work& work = work_[visitor];
     work.used_ms = std::max(work.used_ms, served_ms_);
     work.jobs.emplace_back(scene, std::move(job));
+    note_request();
   }
   changed_.notify_all();
+}
+
+void Pictures::run_long(int visitor, std::size_t scene, Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    long_jobs_.push_back({visitor, scene, std::move(job)});
+    measuring_stop_.request_stop();
+  }
+  changed_.notify_all();
+}
+
+void Pictures::stop_long(int visitor) {
+  std::size_t dropped = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    dropped = std::erase_if(long_jobs_, [&](const LongJob& job) { return job.visitor == visitor; });
+    if (long_visitor_ == visitor) long_stop_.request_stop();
+  }
+  for (; dropped > 0; --dropped) receiver_.report(visitor, {});
+}
+
+void Pictures::measure(const MeasuringTurns::Turn& turn) {
+  {
+    const std::lock_guard lock(mutex_);
+    turns_.want(turn);
+  }
+  changed_.notify_all();
+}
+
+void Pictures::stop_measuring(int visitor) {
+  const std::lock_guard lock(mutex_);
+  turns_.drop(visitor);
+  if (measured_visitor_ == visitor) measuring_stop_.request_stop();
+}
+
+// Somebody wants a picture or a short job: measurements are void.
+void Pictures::note_request() {
+  measuring_stop_.request_stop();
+  for (const auto& scene : scenes_) {
+    scene->context.window_rests = false;
+    ++scene->context.drawings;
+  }
 }
 
 void Pictures::cancel_lossless(int visitor) {
@@ -105,7 +135,10 @@ void Pictures::cancel_lossless(int visitor) {
 }
 
 void Pictures::forget(int visitor) {
+  stop_long(visitor);
+  stop_measuring(visitor);
   const std::lock_guard lock(mutex_);
+  turns_.forget(visitor);
   const auto found = work_.find(visitor);
   if (found == work_.end()) return;
   found->second.stop.request_stop();
@@ -122,36 +155,94 @@ int Pictures::next_visitor() const {
   return next;
 }
 
+bool Pictures::is_quiet() const { return next_visitor() < 0 && drawn_.empty() && encoding_ == 0; }
+
+bool Pictures::may_measure() const { return is_quiet() && turns_.next().has_value(); }
+
 void Pictures::render(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [&] { return next_visitor() >= 0; })) {
-    const int visitor = next_visitor();
-    Work& work = work_[visitor];
-    served_ms_ = work.used_ms;
-    const auto began = std::chrono::steady_clock::now();
-    if (!work.jobs.empty() && (work.drew_last || !work.order)) {
-      const auto [scene, job] = std::move(work.jobs.front());
-      work.jobs.pop_front();
-      work.drew_last = false;
-      lock.unlock();
-      run_job(visitor, scene, job);
+  Lock lock(mutex_);
+  const auto has_work = [&] { return next_visitor() >= 0 || !long_jobs_.empty() || may_measure(); };
+  while (changed_.wait(lock, stop, has_work)) {
+    if (const int visitor = next_visitor(); visitor >= 0) {
+      serve(lock, visitor);
+    } else if (!long_jobs_.empty()) {
+      run_next_long(lock);
     } else {
-      PictureOrder next = std::move(*work.order);
-      work.order.reset();
-      work.drew_last = true;
-      work.stop = std::stop_source();
-      work.lossless = next.lossless;
-      const std::stop_token token = work.stop.get_token();
-      const std::optional<HeldScale> scale = work.heat_scale;
-      lock.unlock();
-      draw(visitor, std::move(next), token, scale);
+      measure_next(lock);
     }
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - began;
-    lock.lock();
-    const auto found = work_.find(visitor);
-    if (found != work_.end()) found->second.used_ms += spent.count();
   }
+}
+
+// Draws the visitor's picture or runs a short job, also from within a long job.
+void Pictures::serve(Lock& lock, int visitor) {
+  Work& work = work_[visitor];
+  served_ms_ = work.used_ms;
+  const auto began = std::chrono::steady_clock::now();
+  if (!work.jobs.empty() && (work.drew_last || !work.order)) {
+    const auto [scene, job] = std::move(work.jobs.front());
+    work.jobs.pop_front();
+    work.drew_last = false;
+    lock.unlock();
+    run_job(visitor, scene, job, all_.get_token());
+    receiver_.report(visitor, {});
+  } else {
+    PictureOrder next = std::move(*work.order);
+    work.order.reset();
+    work.drew_last = true;
+    work.stop = std::stop_source();
+    work.lossless = next.lossless;
+    const std::stop_token token = work.stop.get_token();
+    const std::optional<HeldScale> scale = work.heat_scale;
+    lock.unlock();
+    draw(visitor, std::move(next), token, scale);
+  }
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
+  lock.lock();
+  const auto found = work_.find(visitor);
+  if (found != work_.end()) found->second.used_ms += spent.count();
+}
+
+// Between two parts of a long job: everybody who waits gets one picture or short job.
+void Pictures::serve_each() {
+  Lock lock(mutex_);
+  if (long_visitor_ < 0) return;
+  for (std::size_t most = work_.size(); most > 0 && next_visitor() >= 0; --most)
+    serve(lock, next_visitor());
+  for (const auto& scene : scenes_) scene->context.window_rests = is_quiet();
+}
+
+void Pictures::run_next_long(Lock& lock) {
+  const LongJob next = std::move(long_jobs_.front());
+  long_jobs_.pop_front();
+  long_visitor_ = next.visitor;
+  long_stop_ = std::stop_source();
+  lock.unlock();
+  run_job(next.visitor, next.scene, next.job, long_stop_.get_token());
+  receiver_.report(next.visitor, {});
+  lock.lock();
+  long_visitor_ = -1;
+}
+
+void Pictures::measure_next(Lock& lock) {
+  const MeasuringTurns::Turn turn = *turns_.next();
+  measured_visitor_ = turn.visitor;
+  measuring_stop_ = std::stop_source();
+  const std::stop_token token = measuring_stop_.get_token();
+  const auto began = std::chrono::steady_clock::now();
+  lock.unlock();
+  const auto tell = [&](Measuring state) {
+    if (receiver_.measuring) receiver_.measuring(turn.visitor, turn.request.version, state);
+  };
+  tell(Measuring::runs);
+  run_job(
+      turn.visitor, turn.scene,
+      [&](RenderContext& context) { measure_modes(context, turn.request); }, token);
+  const bool answered = !token.stop_requested();
+  tell(answered ? Measuring::none : Measuring::waits);
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
+  lock.lock();
+  turns_.measured(turn.visitor, turn.request.version, spent.count(), answered);
+  measured_visitor_ = -1;
 }
 
 void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
@@ -162,8 +253,8 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
   drawn.picture.order = std::move(order);
   const FrameRequest& request = drawn.picture.order.request;
   RenderContext& context = scenes_[drawn.picture.order.scene]->context;
+  const std::stop_token outer_stop = std::exchange(context.stop, stop);
   try {
-    context.stop = stop;
     context.heat_scale = std::move(heat_scale);
     FrameRequest scaled = request;
     Camera camera = request.camera;
@@ -175,12 +266,13 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
     drawn.picture.shown = frame.shown;
     drawn.picture.width = frame.width;
     drawn.picture.height = frame.height;
-    drawn.rgba = painted(scaled, std::move(frame));
+    drawn.rgba = painted(scaled, drawn.picture.order.split, std::move(frame));
     drawn.now = steady_seconds();
   } catch (...) {
     drawn.picture.error = sentence_of(std::current_exception());
     drawn.rgba.clear();
   }
+  context.stop = outer_stop;
   {
     const std::lock_guard lock(mutex_);
     const auto found = work_.find(visitor);
@@ -191,18 +283,18 @@ void Pictures::draw(int visitor, PictureOrder order, std::stop_token stop,
   receiver_.drawn(visitor);
 }
 
-void Pictures::run_job(int visitor, std::size_t scene, const Job& job) {
+void Pictures::run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop) {
   ServedScene& served = *scenes_[scene];
-  Actions actions;
+  const int outer = std::exchange(reporting_, visitor);
+  const std::stop_token outer_stop = std::exchange(served.context.stop, std::move(stop));
   try {
-    served.context.stop = all_.get_token();
     job(served.context);
   } catch (...) {
     const std::string sentence = sentence_of(std::current_exception());
-    if (!sentence.empty()) actions.push_back(call(action::notify_error, sentence));
+    if (!sentence.empty()) served.context.report(action::notify_error, sentence);
   }
-  served.reports.take(actions);
-  receiver_.report(visitor, std::move(actions));
+  served.context.stop = outer_stop;
+  reporting_ = outer;
 }
 
 // Moving pictures first: a picture at rest takes several times as long.
@@ -218,11 +310,12 @@ std::deque<Pictures::Drawn>::iterator Pictures::next_drawn() {
 }
 
 void Pictures::encode(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   while (changed_.wait(lock, stop, [&] { return next_drawn() != drawn_.end(); })) {
     const auto next = next_drawn();
     Drawn drawn = std::move(*next);
     drawn_.erase(next);
+    ++encoding_;
     const auto before = work_.find(drawn.visitor);
     std::shared_ptr<PictureEncoder> encoder;  // none if the visitor has left
     if (before != work_.end()) {
@@ -235,6 +328,7 @@ void Pictures::encode(const std::stop_token& stop) {
     lock.lock();
     const auto after = work_.find(drawn.visitor);
     if (after != work_.end()) after->second.encodes = false;
+    --encoding_;
     changed_.notify_all();
   }
 }

@@ -2,7 +2,10 @@
 //
 // Makes the visitors' pictures: one thread renders, the other processors encode. Each visitor has
 // at most one order; a newer order replaces one that waits. The visitor who has used the renderer
-// least is next, and a visitor without orders costs nothing.
+// least is next, and a visitor without orders costs nothing. A long job, such as a film, runs while
+// no picture and no short job waits, and gives way to them between its parts. The modes are
+// measured for one visitor after the other while there is no other work at all; a new order
+// interrupts that.
 #pragma once
 
 #include <condition_variable>
@@ -16,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/serve/measuring_turns.h"
 #include "app/serve/picture_encoder.h"
 #include "app/serve/served_scene.h"
 
@@ -26,7 +30,8 @@ struct PictureOrder {
   FrameRequest request;
   std::uint32_t input = 0;  ///< the last input that the request answers
   bool lossless = false;
-  Encoding encoding;  ///< of a picture that is not lossless
+  Encoding encoding;           ///< of a picture that is not lossless
+  std::optional<Split> split;  ///< of a request with two variants: their places in the picture
 };
 
 /// The answer to an order.
@@ -38,14 +43,20 @@ struct Picture {
   std::string error;       ///< a sentence if it failed
 };
 
+/// The state of a visitor's request to measure all modes.
+enum class Measuring { none, waits, runs };
+
 class Pictures {
  public:
-  /// Called on threads of this object: for each order that was taken, `drawn` when it need no
-  /// longer be rendered and then `ready`; `report` with the actions of a job.
+  /// Called on threads of this object and of its callers: for each order that was taken, `drawn`
+  /// when it need no longer be rendered and then `ready`; `report` with actions of a job and
+  /// without actions at the end of each job; `measuring` when the state of the request with this
+  /// view version changes.
   struct Receiver {
     std::function<void(int visitor)> drawn;
     std::function<void(int visitor, Picture picture)> ready;
     std::function<void(int visitor, Actions actions)> report;
+    std::function<void(int visitor, int version, Measuring state)> measuring = {};
   };
 
   /// `scenes` must outlive this object.
@@ -58,6 +69,14 @@ class Pictures {
   void order(int visitor, PictureOrder order);
   /// Runs a job on the thread of the renderer; jobs and pictures take turns.
   void run(int visitor, std::size_t scene, Job job);
+  /// Runs a job that gives way (Host::run_long) when nothing else is wanted, after the long jobs
+  /// before it.
+  void run_long(int visitor, std::size_t scene, Job job);
+  /// Stops the visitor's long jobs.
+  void stop_long(int visitor);
+  /// Measures all modes when nothing else is wanted. Replaces the visitor's request.
+  void measure(const MeasuringTurns::Turn& turn);
+  void stop_measuring(int visitor);
   /// Cancels a picture at rest, because the visitor has moved on; its answer is empty.
   void cancel_lossless(int visitor);
   /// Drops what the visitor has ordered.
@@ -83,14 +102,28 @@ class Pictures {
     double now = 0;  // seconds
   };
 
+  struct LongJob {
+    int visitor = 0;
+    std::size_t scene = 0;
+    Job job;
+  };
+  using Lock = std::unique_lock<std::mutex>;
+
   void render(const std::stop_token& stop);
   void encode(const std::stop_token& stop);
   std::deque<Drawn>::iterator next_drawn();  // of a visitor whose encoder is free
   static void encode(PictureEncoder& encoder, Drawn& drawn);
   int next_visitor() const;  // -1: none
+  bool is_quiet() const;     // nobody waits for a picture or a short job
+  bool may_measure() const;
+  void note_request();
+  void serve(Lock& lock, int visitor);
+  void serve_each();
+  void run_next_long(Lock& lock);
+  void measure_next(Lock& lock);
   void draw(int visitor, PictureOrder order, std::stop_token stop,
             std::optional<HeldScale> heat_scale);
-  void run_job(int visitor, std::size_t scene, const Job& job);
+  void run_job(int visitor, std::size_t scene, const Job& job, std::stop_token stop);
 
   ServedScenes& scenes_;
   Receiver receiver_;
@@ -99,13 +132,17 @@ class Pictures {
   std::map<int, Work> work_;
   double served_ms_ = 0;  // Work::used_ms of the visitor who is served, before the work
   std::deque<Drawn> drawn_;
+  int encoding_ = 0;  // pictures
+  std::deque<LongJob> long_jobs_;
+  int long_visitor_ = -1;       // whose long job runs; -1: none
+  std::stop_source long_stop_;  // of it
+  MeasuringTurns turns_;
+  int measured_visitor_ = -1;        // who is being measured; -1: nobody
+  std::stop_source measuring_stop_;  // of it
+  int reporting_ = -1;               // whose job reports; only the renderer's thread uses it
   std::stop_source all_;
   std::vector<std::jthread> encoders_;
   std::jthread renderer_;
 };
-
-/// The frame's pixels as visitors see them: with the heat map or the legend of the quantity.
-/// 8-bit RGBA, rows from the top.
-std::vector<std::uint8_t> painted(const FrameRequest& request, RenderedFrame frame);
 
 }  // namespace qs

@@ -9,11 +9,22 @@
 namespace qs {
 namespace {
 
+constexpr PageFile script(const char* target, const char* asset) {
+  return {target, asset, "text/javascript; charset=utf-8"};
+}
+
 constexpr std::array kPageFiles = {
     PageFile{"/", "assets/serve/page.html", "text/html; charset=utf-8"},
     PageFile{"/page.css", "assets/serve/page.css", "text/css; charset=utf-8"},
-    PageFile{"/page.js", "assets/serve/page.js", "text/javascript; charset=utf-8"},
-    PageFile{"/video.js", "assets/serve/video.js", "text/javascript; charset=utf-8"},
+    script("/page.js", "assets/serve/page.js"),
+    script("/video.js", "assets/serve/video.js"),
+    script("/panels.js", "assets/serve/panels.js"),
+    script("/controls.js", "assets/serve/controls.js"),
+    script("/table.js", "assets/serve/table.js"),
+    script("/inspector.js", "assets/serve/inspector.js"),
+    script("/chart.js", "assets/serve/chart.js"),
+    script("/overlay.js", "assets/serve/overlay.js"),
+    script("/files.js", "assets/serve/files.js"),
     PageFile{"/icon.svg", "assets/serve/icon.svg", "image/svg+xml"},
 };
 

@@ -27,6 +27,21 @@ constexpr std::string_view kServed[] = {
     "This view is upright",
     "Orbit or fly",
     "Previous mode, while held",
+    "Numbers of all modes",
+    "Scene and render settings",
+    "Inspector: boxes of a Gaussian",
+    "Crop and clean",
+    "Apply or undo the crop",
+    "Cameras and path",
+    "Set a keyframe",
+    "Play the path",
+    "Film of the path, or round the scene",
+    "All modes side by side",
+    "Split: beside another mode or scene",
+    "Next view of the split",
+    "Flip the split",
+    "Zoom recorder",
+    "Record a zoom",
 };
 
 bool is_served(const KeyCommand& command) {

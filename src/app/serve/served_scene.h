@@ -13,8 +13,9 @@
 namespace qs {
 
 struct ServedScene {
-  OpenedScene opened;          ///< the facts that visitors' viewers start with
-  ActionQueue reports{[] {}};  ///< of the job that runs
+  OpenedScene opened;                           ///< the facts that visitors' viewers start with
+  std::function<void()> reported = [] {};       ///< called on the renderer's thread after a report
+  ActionQueue reports{[this] { reported(); }};  ///< of the job that runs
   RenderContext context{reports, [](const FrameRequest&) {}};
 };
 

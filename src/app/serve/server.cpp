@@ -23,8 +23,10 @@
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/requests.h"
+#include "app/serve/sharing.h"
 #include "app/serve/state_json.h"
 #include "app/serve/token.h"
+#include "app/viewer/render/crop_scene.h"
 #include "io/bytes/mapped_file.h"
 #endif
 
@@ -65,6 +67,7 @@ constexpr std::chrono::milliseconds kLinger{1000};    ///< for a refused client 
 constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions whether to end
 constexpr const char* kPing = "q";                    ///< differs from the empty one of Beast
 constexpr int kMostInWork = 2;                        ///< pictures of a visitor: one is encoded
+constexpr int kNobody = 0;                            ///< the number of no visitor
 constexpr int kMostRefused = 64;                      ///< connections that are being refused
 constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
 
@@ -94,6 +97,7 @@ struct Hub {
   int visitors = 0;                          // so far
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
+  Sharing sharing;
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
 
   bool has_too_many_wrong_tokens(const std::string& address) {
@@ -194,10 +198,20 @@ class Live : public std::enable_shared_from_this<Live> {
     proceed();
   }
 
-  void job_ended(const Actions& actions) {
+  // No actions: the job has ended.
+  void job_reported(const Actions& actions) {
+    if (actions.empty()) visitor_->job_ended();
     visitor_->apply(actions, seconds_now());
     proceed();
   }
+
+  void measuring_changed(int version, Measuring state) {
+    visitor_->measuring_changed(version, state, seconds_now());
+    proceed();
+  }
+
+  // Another visitor has changed what all share.
+  void follow() { proceed(); }
 
  private:
   void begin() {
@@ -284,16 +298,24 @@ class Live : public std::enable_shared_from_this<Live> {
     order_timer_.cancel();
     state_timer_.cancel();
     write_timer_.cancel();
+    if (!stopped_) leave();
     stopped_ = true;
-    if (hub_.pictures != nullptr) hub_.pictures->forget(number_);
     end();
+  }
+
+  void leave() {
+    if (hub_.pictures == nullptr) return;
+    hub_.pictures->forget(number_);
+    if (!visitor_ || !visitor_->viewer().crop.busy) return;
+    const std::size_t scene = visitor_->scene();
+    hub_.pictures->run(kNobody, scene, show_crop(hub_.sharing.crop_of(scene)));
   }
 
   // Does what is due: orders a picture, sends, waits for the next turn.
   void proceed() {
     if (stopped_ || closing_ || !visitor_) return;
-    for (Job& job : visitor_->take_jobs())
-      hub_.pictures->run(number_, visitor_->scene(), std::move(job));
+    share();
+    pass_on_work();
     const bool moved_on = visitor_->has_moved_on();
     if (moved_on && in_work_ > 0) hub_.pictures->cancel_lossless(number_);
     if (moved_on) drop_lossless();
@@ -309,6 +331,34 @@ class Live : public std::enable_shared_from_this<Live> {
   void drop_lossless() {
     if (!outgoing_.empty() && outgoing_.front().order.lossless) sent_bytes_ = 0;
     std::erase_if(outgoing_, [](const Picture& picture) { return picture.order.lossless; });
+  }
+
+  // Follows the other visitors, or makes them follow.
+  void share() {
+    if (!hub_.sharing.meet(*visitor_, seconds_now())) return;
+    for (const auto& [number, live] : hub_.live) {
+      if (number == number_) continue;
+      asio::post(hub_.io, [live] {
+        if (const std::shared_ptr<Live> other = live.lock()) other->follow();
+      });
+    }
+  }
+
+  // Jobs, measuring and files that the visitor's actions ask for.
+  void pass_on_work() {
+    if (visitor_->take_stop()) hub_.pictures->stop_long(number_);
+    const std::size_t scene = visitor_->scene();
+    for (VisitorJob& work : visitor_->take_jobs()) {
+      if (work.is_long) {
+        hub_.pictures->run_long(number_, scene, std::move(work.job));
+      } else {
+        hub_.pictures->run(number_, scene, std::move(work.job));
+      }
+    }
+    const MeasuringWish wish = visitor_->measuring_wish();
+    if (wish.stops) hub_.pictures->stop_measuring(number_);
+    if (wish.request) hub_.pictures->measure({number_, scene, *wish.request});
+    for (SentFile& file : visitor_->take_files()) files_.push_back(std::move(file));
   }
 
   // At most one picture per turn, because a screen shows no more.
@@ -351,7 +401,7 @@ class Live : public std::enable_shared_from_this<Live> {
   void send() {
     if (writing_) return;
     if (send_state()) return;
-    if (outgoing_.empty()) return;
+    if (outgoing_.empty()) return send_file();
     const Picture& picture = outgoing_.front();
     const std::size_t end = end_of_part(picture, sent_bytes_);
     const bool lossless = picture.order.lossless;
@@ -387,6 +437,23 @@ class Live : public std::enable_shared_from_this<Live> {
     pings_ = false;
   }
 
+  void send_file() {
+    if (files_.empty()) return;
+    const SentFile& file = files_.front();
+    const std::size_t end = std::min(sent_of_file_ + kFilePart, file.bytes->size());
+    if (!flow_.has_room_for_part(end - sent_of_file_)) return;
+    text_ = file_message(file, file_, sent_of_file_);
+    sent_of_file_ = end;
+    if (sent_of_file_ == file.bytes->size()) {
+      files_.pop_front();
+      sent_of_file_ = 0;
+      ++file_;
+    }
+    flow_.sent(seconds_now(), text_.size(), true);
+    socket_.binary(true);
+    write();
+  }
+
   // True if a state is being sent.
   bool send_state() {
     const Clock::time_point now = Clock::now();
@@ -396,10 +463,10 @@ class Live : public std::enable_shared_from_this<Live> {
     }
     StateSections sections = state_sections(*visitor_, hub_.scenes);
     std::string message = state_message(sections_, sections, version_ + 1);
+    next_state_ = now + kStateTime;
     if (message.empty()) return false;
     ++version_;
     sections_ = std::move(sections);
-    next_state_ = now + kStateTime;
     text_ = std::move(message);
     socket_.text(true);
     write();
@@ -460,7 +527,10 @@ class Live : public std::enable_shared_from_this<Live> {
   std::deque<Picture> outgoing_;
   std::size_t sent_bytes_ = 0;  // of the first of them
   std::uint32_t picture_ = 0;   // number of the last picture that was sent
-  std::string text_;            // the message that is being sent
+  std::deque<SentFile> files_;
+  std::size_t sent_of_file_ = 0;  // bytes of the first
+  std::uint32_t file_ = 0;        // number
+  std::string text_;              // the message that is being sent
 };
 
 // ---- a request ----------------------------------------------------------------------------------
@@ -624,7 +694,11 @@ class Server::Network {
            },
            [this](int visitor, Actions actions) {
              to_live(visitor,
-                     [actions = std::move(actions)](Live& live) { live.job_ended(actions); });
+                     [actions = std::move(actions)](Live& live) { live.job_reported(actions); });
+           },
+           [this](int visitor, int version, Measuring state) {
+             to_live(visitor,
+                     [version, state](Live& live) { live.measuring_changed(version, state); });
            }});
       hub_.pictures = &pictures;
       await_end(ends);

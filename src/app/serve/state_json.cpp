@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: MIT
 #include "app/serve/state_json.h"
 
+#include <algorithm>
+#include <span>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/serve/panel_json.h"
 #include "app/serve/served_commands.h"
 #include "app/viewer/commands/keys.h"
+#include "io/camera/cameras.h"
 
 namespace qs {
 namespace {
 
 using Json = nlohmann::json;
 
-// The gestures of kGestures that need the window: they have no effect in a browser.
+// Files cannot be dropped on a page.
 bool works_in_browsers(const Gesture& gesture) {
-  const std::string_view keys = gesture.keys;
-  return keys != "Click" && keys != "Drop a file";
+  return std::string_view(gesture.keys) != "Drop a file";
 }
 
 Json commands_json() {
@@ -62,24 +66,17 @@ Json view_json(const Visitor& visitor) {
           {"quantity", row_of(v.quantity).name},
           {"camera", v.dataset_camera},
           {"cameras", v.scene->cameras.size()},
+          {"pose", format_camera(v.camera)},
           {"checked", checked}};
 }
 
-Json frame_json(const Viewer& v) {
-  const RenderStats& stats = v.shown.stats;
-  return {{"mode", mode_name(v.shown.mode)},
-          {"ms", stats.frame_ms},
-          {"pairs", stats.tile_pairs},
-          {"visible", stats.visible},
-          {"divisor", v.shown.divisor},
-          {"backend", kBackendNames[static_cast<int>(v.backend)]},
-          {"pipeline", kPipelineNames[static_cast<int>(stats.pipeline)]}};
-}
-
 Json messages_json(const Viewer& v) {
+  constexpr std::ptrdiff_t kMost = 6;  // the newest
   Json rows = Json::array();
-  for (const Toast& toast : v.toasts) {
-    if (toast.path.empty()) rows.push_back({{"text", toast.text}, {"error", toast.error}});
+  for (const Toast& toast :
+       std::span(v.toasts).last(static_cast<std::size_t>(std::min(kMost, std::ssize(v.toasts))))) {
+    if (toast.path.empty())
+      rows.push_back({{"text", public_text(v, toast.text)}, {"error", toast.error}});
   }
   return rows;
 }
@@ -91,13 +88,17 @@ StateSections state_sections(const Visitor& visitor,
   const auto text = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
-  static const std::string kCommands = text(commands_json()), kHelp = text(help_json());
-  return {{"commands", kCommands},
-          {"help", kHelp},
-          {"scenes", text(scenes_json(scenes))},
-          {"view", text(view_json(visitor))},
-          {"frame", text(frame_json(visitor.viewer()))},
-          {"messages", text(messages_json(visitor.viewer()))}};
+  static const std::string kCommands = text(commands_json()), kHelp = text(help_json()),
+                           kLegend = text(legend_json());
+  StateSections sections = {{"commands", kCommands},
+                            {"help", kHelp},
+                            {"legend", kLegend},
+                            {"scenes", text(scenes_json(scenes))},
+                            {"view", text(view_json(visitor))},
+                            {"messages", text(messages_json(visitor.viewer()))}};
+  const Json panels = panel_sections(visitor);
+  for (const auto& [name, value] : panels.items()) sections[name] = text(value);
+  return sections;
 }
 
 std::string state_message(const StateSections& before, const StateSections& now,

@@ -6,16 +6,24 @@
 #include <utility>
 
 #include "app/serve/served_commands.h"
+#include "app/viewer/commands/controls.h"
+#include "app/viewer/render/crop_scene.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/state/actions.h"
 #include "app/viewer/state/camera_actions.h"
+#include "app/viewer/state/live_counts.h"
+#include "app/viewer/state/mode_numbers.h"
+#include "app/viewer/state/zoom_actions.h"
+#include "io/camera/cameras.h"
 #include "raster/base/fail.h"
 
 namespace qs {
 namespace {
 
-constexpr std::size_t kMostJobs = 4;  ///< of a visitor that wait
-constexpr double kRestSeconds = 0.1;  ///< without motion, before the picture at rest is made
+constexpr std::size_t kMostJobs = 4;         ///< of a visitor that wait
+constexpr std::size_t kMostFiles = 4;        ///< that wait to be sent
+constexpr std::size_t kMostKeyframes = 500;  ///< of a path
+constexpr double kRestSeconds = 0.1;         ///< without motion, before the picture at rest is made
 constexpr double kMostVideoPixels = 1920 * 1200;  ///< an encoder for 4096x4096 has 1.1 GB
 constexpr double kLongestTick = 0.1;  ///< seconds; a longer pause does not let the camera jump
 
@@ -25,6 +33,8 @@ Viewer first_viewer(const OpenedScene& scene, glm::ivec2 size) {
   viewer.camera.height = size.y;
   viewer.settings.mode = scene.settings.mode;
   viewer.animates_moves = true;
+  viewer.is_remote = true;
+  viewer.crop.marks = false;  // tints would be seen by all visitors
   return viewer;
 }
 
@@ -35,8 +45,16 @@ int video_divisor(const Camera& camera) {
 
 }  // namespace
 
-void VisitorHost::run(Job job) {
-  if (jobs_.size() < kMostJobs) jobs_.push_back(std::move(job));
+bool VisitorHost::has_room() const { return jobs_.size() + open_ < kMostJobs; }
+
+void VisitorHost::keep(VisitorJob job) {
+  if (!has_room()) fail("too much is asked for at once: try again when some of it is done");
+  jobs_.push_back(std::move(job));
+}
+
+void VisitorHost::send_file(const std::string& name, std::shared_ptr<const std::string> bytes) {
+  if (files_.size() >= kMostFiles) fail("too many files wait to be sent: try again later");
+  files_.push_back({harmless_name(name), std::move(bytes)});
 }
 
 void VisitorHost::refuse() { fail("this is not possible in a browser"); }
@@ -48,13 +66,62 @@ Visitor::Visitor(const std::vector<const OpenedScene*>& scenes, glm::ivec2 size,
 
 void Visitor::show_scene(std::size_t scene) {
   if (scene >= scenes_.size()) return;
+  if (viewer().crop.busy) {  // its outcome is of this scene
+    return store_.apply(
+        call(action::notify, std::string("the crop is not finished: choose the scene again")),
+        host_);
+  }
+  stop_long_jobs();
   scene_ = scene;
+  met_ = {{}, scenes_[scene]->backend};
   store_.apply(call(action::scene_opened, *scenes_[scene]), host_);
+  store_.apply(call(action::mark_removed, false), host_);
+}
+
+// A zoom that has not begun will not, and does not report its end.
+void Visitor::stop_long_jobs() {
+  host_.stop_job();
+  store_.apply(call(action::zoom_job_ended), host_);
+}
+
+void Visitor::show_view(const message::ShowView& view) {
+  if (view.scene != scene_) show_scene(view.scene);
+  if (view.scene != scene_) return;
+  const CullMode mode = find_culler(view.mode);
+  if (mode >= 1) store_.apply(call(action::set_mode, mode), host_);
+  store_.apply(
+      [&](Viewer& viewer, Host&) { action::set_camera(viewer, parse_camera(view.camera, "view")); },
+      host_);
+}
+
+Actions Visitor::actions_of(const message::SetControl& set) const {
+  const Control* const control = find_control(set.control);
+  if (control == nullptr) return {};
+  const auto action = set_control(viewer(), *control, set.value, set.index);
+  return action ? Actions{*action} : Actions{};
+}
+
+Actions Visitor::actions_of(const message::DragHandle& drag) const {
+  const Viewer& v = viewer();
+  if (!v.panels.crop || !v.crop.wish.boxed || v.crop.applied) return {};
+  CropWish moved = v.crop.wish;
+  const auto box = dragged(moved.box, drag.face, v.camera, drag.at);
+  if (!box) return {};
+  moved.box = *box;
+  return {call(action::change_crop, moved)};
+}
+
+// The actions, and the jobs that a change of the crop needs.
+void Visitor::do_all(const Actions& actions) {
+  for (const Action& action : actions) store_.apply(action, host_);
+  if (viewer().keyframes.size() > kMostKeyframes)
+    store_.apply(call(action::remove_keyframe, kMostKeyframes), host_);
+  if (host_.has_room()) store_.apply(call(action::follow_crop), host_);
 }
 
 void Visitor::apply(const Actions& actions, double now) {
   tick(now);
-  for (const Action& action : actions) store_.apply(action, host_);
+  do_all(actions);
 }
 
 void Visitor::tick(double now) {
@@ -65,6 +132,7 @@ void Visitor::tick(double now) {
   turn.now = now - began_;
   turn.cursor = input_.picture_cursor();
   turn.bare_size = {viewer().camera.width, viewer().camera.height};
+  turn.measuring = measuring_ == Measuring::runs;
   const double seconds = std::clamp(now - last_tick_, 0.0, kLongestTick);
   last_tick_ = now;
   store_.apply(call(action::tick, turn, seconds), host_);
@@ -95,20 +163,32 @@ void Visitor::take(const ClientMessage& message, double now) {
     show_scene(scene->scene);
   } else if (const auto* video = std::get_if<message::Video>(&message.body)) {
     quality_.decodes_video(video->decodes);
+  } else if (const auto* set = std::get_if<message::SetControl>(&message.body)) {
+    actions = actions_of(*set);
+  } else if (const auto* drag = std::get_if<message::DragHandle>(&message.body)) {
+    actions = actions_of(*drag);
+  } else if (const auto* view = std::get_if<message::ShowView>(&message.body)) {
+    show_view(*view);
+  } else if (std::holds_alternative<message::Stop>(message.body)) {
+    stop_long_jobs();
   } else if (std::holds_alternative<message::Blur>(message.body)) {
     input_.release_all(actions);
   }
-  for (const Action& action : actions) store_.apply(action, host_);
+  do_all(actions);
 }
 
 bool Visitor::waits_for_rest() const {
   return viewer().version != ordered_version_ || !ordered_lossless_;
 }
 
+bool Visitor::is_moved() const {
+  const Viewer& v = viewer();
+  return input_.busy() || v.travel || v.flight.velocity != glm::dvec3(0) || v.playback.running;
+}
+
 bool Visitor::is_busy() const {
   const Viewer& v = viewer();
-  return input_.busy() || v.travel || v.flight.velocity != glm::dvec3(0) ||
-         (waits_for_rest() && !rests());
+  return is_moved() || !v.toasts.empty() || !v.still() || (waits_for_rest() && !rests());
 }
 
 // Sooner than in the window: input cancels the picture at rest.
@@ -118,7 +198,7 @@ std::optional<PictureOrder> Visitor::next_order(double line_rate) {
   const Viewer& v = viewer();
   if (!waits_for_rest()) return {};
   const bool is_new = v.version != ordered_version_;
-  if (!is_new && (!rests() || is_busy())) return {};
+  if (!is_new && (!rests() || is_moved())) return {};
   PictureOrder order;
   order.scene = scene_;
   order.request = full_frame(v);
@@ -131,9 +211,38 @@ std::optional<PictureOrder> Visitor::next_order(double line_rate) {
   if (is_new) order.request.divisor = std::max(order.request.divisor, quality_.divisor());
   if (is_new && order.encoding.codec == PictureCodec::vp9)
     order.request.divisor = std::max(order.request.divisor, video_divisor(v.camera));
+  if (order.request.other) order.split = v.split;
+  if (shows_counts(v) && !counts_are_current(v) &&
+      (counting_pace_.counts_next() || !order.request.moving))
+    order.request.counted = CountedView{measured_camera(v), order.request.settings};
   ordered_version_ = v.version;
   ordered_lossless_ = order.lossless;
   return order;
+}
+
+MeasuringWish Visitor::measuring_wish() {
+  const Viewer& v = viewer();
+  const bool wants = numbers_are_wanted(v) && v.still() && !is_moved();
+  MeasuringWish wish;
+  if (asked_numbers_ >= 0) {
+    if (wants && asked_numbers_ == v.view_version) return wish;
+    wish.stops = true;
+    asked_numbers_ = -1;
+    measuring_ = Measuring::none;
+  }
+  if (!wants) return wish;
+  asked_numbers_ = v.view_version;
+  measuring_ = Measuring::waits;
+  wish.request =
+      NumbersRequest{measured_camera(v), v.settings, v.view_version, numbers_are_current(v)};
+  return wish;
+}
+
+void Visitor::measuring_changed(int version, Measuring state, double now) {
+  if (version != asked_numbers_) return;
+  measuring_ = state;
+  if (state == Measuring::none) asked_numbers_ = -1;
+  tick(now);
 }
 
 void Visitor::picture_ready(const Picture& picture, double now) {
@@ -145,8 +254,9 @@ void Visitor::picture_ready(const Picture& picture, double now) {
     if (picture.order.request.version == ordered_version_) ordered_lossless_ = false;
     return;
   }
-  resolution_.learn(picture.shown.divisor, cost_of(picture.shown.stats));
+  resolution_.learn(picture.shown.divisor, cost_of(picture.shown));
   if (!picture.order.lossless) quality_.learn(picture.encoded, picture.shown.divisor);
+  counting_pace_.learn(picture.shown.stats, !picture.shown.mode_pairs.empty());
   apply({call(action::frame_shown, picture.shown)}, now);
 }
 

@@ -9,19 +9,36 @@
 #include <string>
 #include <vector>
 
+#include "app/serve/file_message.h"
 #include "app/serve/message.h"
 #include "app/serve/pictures.h"
 #include "app/serve/quality.h"
 #include "app/viewer/commands/input.h"
+#include "app/viewer/render/counting_pace.h"
 #include "app/viewer/render/resolution.h"
 #include "app/viewer/state/action.h"
 
 namespace qs {
 
-/// The requests of a visitor's actions: jobs are kept, everything else is refused.
+struct VisitorJob {
+  Job job;
+  bool is_long = false;  ///< Host::run_long
+};
+
+/// The requests of a visitor's actions: jobs and files are kept, everything else is refused.
 class VisitorHost : public Host {
  public:
-  std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
+  std::vector<VisitorJob> take_jobs() {
+    open_ += jobs_.size();
+    return std::exchange(jobs_, {});
+  }
+  /// A job that was taken has ended.
+  void job_ended() { open_ -= open_ > 0 ? 1 : 0; }
+  /// True if another job is taken. Else run() throws Error.
+  bool has_room() const;
+  /// True if the visitor's long jobs are to be stopped.
+  bool take_stop() { return std::exchange(stops_, false); }
+  std::vector<SentFile> take_files() { return std::exchange(files_, {}); }
 
   void open(const std::filesystem::path&, const std::string&) override { refuse(); }
   void open_beside(const std::filesystem::path&) override { refuse(); }
@@ -29,13 +46,17 @@ class VisitorHost : public Host {
   void read_test_photograph(const std::shared_ptr<const TestViews>&, std::size_t) override {
     refuse();
   }
-  void cancel_loading() override {}
-  void run(Job job) override;
-  void stop_job() override {}
+  void cancel_loading() override { stops_ = true; }
+  void run(Job job) override { keep({std::move(job), false}); }
+  void run_long(Job job) override { keep({std::move(job), true}); }
+  void stop_job() override { stops_ = true; }
   void run_behind(Job) override {}
   void start_training(const TrainingRequest&) override { refuse(); }
   void train(TrainingCommand) override { refuse(); }
-  void write_file(const std::filesystem::path&, const std::string&) override { refuse(); }
+  void write_file(const std::filesystem::path& path, const std::string& text) override {
+    send_file(path.filename().string(), std::make_shared<const std::string>(text));
+  }
+  void send_file(const std::string& name, std::shared_ptr<const std::string> bytes) override;
   void grab_window(const std::filesystem::path&, bool) override { refuse(); }
   void open_with_desktop(const std::filesystem::path&) override { refuse(); }
   std::string clipboard() const override { return {}; }
@@ -45,8 +66,24 @@ class VisitorHost : public Host {
 
  private:
   [[noreturn]] static void refuse();
+  void keep(VisitorJob job);
 
-  std::vector<Job> jobs_;
+  std::vector<VisitorJob> jobs_;
+  std::size_t open_ = 0;  // jobs that were taken and have not ended
+  std::vector<SentFile> files_;
+  bool stops_ = false;
+};
+
+/// The shared parts of a scene as a visitor has them.
+struct Met {
+  CropRequest asked;  ///< the last request that was answered
+  Backend backend = Backend::cpu;
+};
+
+/// What to do about the measuring of a visitor's table.
+struct MeasuringWish {
+  bool stops = false;  ///< the last request is out of date
+  std::optional<NumbersRequest> request = {};
 };
 
 class Visitor {
@@ -71,15 +108,34 @@ class Visitor {
   /// The answer to the last order, also if it is empty.
   void picture_ready(const Picture& picture, double now);
 
-  std::vector<Job> take_jobs() { return host_.take_jobs(); }
+  /// Called after every change.
+  MeasuringWish measuring_wish();
+  /// The request with this view version is measured now, waits, or was answered.
+  void measuring_changed(int version, Measuring state, double now);
+  Measuring measuring() const { return measuring_; }
+
+  std::vector<VisitorJob> take_jobs() { return host_.take_jobs(); }
+  void job_ended() { host_.job_ended(); }
+  bool take_stop() { return host_.take_stop(); }
+  std::vector<SentFile> take_files() { return host_.take_files(); }
+
+  /// The shared parts at the last Sharing::meet().
+  const Met& met() const { return met_; }
+  void set_met(Met met) { met_ = std::move(met); }
 
   const Viewer& viewer() const { return store_.viewer(); }
   std::size_t scene() const { return scene_; }
 
  private:
   void show_scene(std::size_t scene);
+  void stop_long_jobs();
+  void show_view(const message::ShowView& view);
+  void do_all(const Actions& actions);
+  Actions actions_of(const message::SetControl& set) const;
+  Actions actions_of(const message::DragHandle& drag) const;
   bool waits_for_rest() const;
   bool rests() const;
+  bool is_moved() const;  // by the visitor, by a flight or by playback
 
   const std::vector<const OpenedScene*>& scenes_;
   std::size_t scene_ = 0;
@@ -92,6 +148,10 @@ class Visitor {
   std::uint32_t last_input_ = 0;
   int ordered_version_ = -1;
   bool ordered_lossless_ = false;
+  CountingPace counting_pace_;
+  int asked_numbers_ = -1;  // NumbersRequest::version of the last request; -1: none is open
+  Measuring measuring_ = Measuring::none;
+  Met met_;
 };
 
 }  // namespace qs

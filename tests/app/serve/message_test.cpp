@@ -46,6 +46,21 @@ TEST(ServeMessage, each_kind_is_read) {
   EXPECT_EQ(body_of<message::Command>(R"({"type":"command","command":"Heat map"})").help,
             "Heat map");
   EXPECT_EQ(body_of<message::ShowScene>(R"({"type":"scene","scene":3})").scene, 3u);
+  const auto set = body_of<message::SetControl>(
+      R"({"type":"set","control":"splat scale","value":-1.5,"index":4294967295})");
+  EXPECT_EQ(set.control, "splat scale");
+  EXPECT_EQ(set.value, -1.5);
+  EXPECT_EQ(set.index, 4294967295u);
+  EXPECT_EQ(body_of<message::SetControl>(R"({"type":"set","control":"","value":0})").index, 0u);
+  const auto handle = body_of<message::DragHandle>(R"({"type":"handle","face":5,"x":1,"y":2})");
+  EXPECT_EQ(handle.face, 5);
+  EXPECT_EQ(handle.at, glm::dvec2(1, 2));
+  const auto view = body_of<message::ShowView>(
+      R"({"type":"view","scene":2,"camera":"{\"id\":0}","mode":"exact"})");
+  EXPECT_EQ(view.scene, 2u);
+  EXPECT_EQ(view.camera, R"({"id":0})");
+  EXPECT_EQ(view.mode, "exact");
+  body_of<message::Stop>(R"({"type":"stop"})");
   EXPECT_EQ(body_of<message::Received>(R"({"type":"received","count":9})").count, 9u);
   EXPECT_EQ(body_of<message::Received>(R"({"type":"received","count":9,"held":12.5})").held, 12.5);
   EXPECT_TRUE(body_of<message::Video>(R"({"type":"video","decodes":true})").decodes);
@@ -84,12 +99,26 @@ TEST(ServeMessage, all_else_is_refused) {
                            R"({"type":"video","decodes":1})",
                            R"({"type":"blur","input":-1})",
                            R"({"type":"scene","scene":"/etc/passwd"})",
+                           R"({"type":"set","control":"x"})",
+                           R"({"type":"set","control":7,"value":1})",
+                           R"({"type":"set","control":"x","value":"1"})",
+                           R"({"type":"set","control":"x","value":1e10})",
+                           R"({"type":"set","control":"x","value":1,"index":-1})",
+                           R"({"type":"set","control":"x","value":1,"index":1.5})",
+                           R"({"type":"handle","face":6,"x":1,"y":2})",
+                           R"({"type":"handle","face":0,"x":1e6,"y":2})",
+                           R"({"type":"view","scene":0,"camera":{},"mode":"exact"})",
+                           R"({"type":"view","scene":0,"camera":"{}"})",
+                           R"({"type":"view","scene":-1,"camera":"{}","mode":"exact"})",
                            "{\"type\":\"blur\"}\xff"}) {
     EXPECT_FALSE(parse_message(text)) << text;
   }
   const std::string longest(200, 'x'), longer(201, 'x');
   EXPECT_TRUE(parse_message(R"({"type":"command","command":")" + longest + R"("})"));
   EXPECT_FALSE(parse_message(R"({"type":"command","command":")" + longer + R"("})"));
+  const std::string camera(kMostCamera, ' '), more(kMostCamera + 1, ' ');
+  EXPECT_TRUE(parse_message(R"({"type":"view","scene":0,"mode":"","camera":")" + camera + R"("})"));
+  EXPECT_FALSE(parse_message(R"({"type":"view","scene":0,"mode":"","camera":")" + more + R"("})"));
   EXPECT_FALSE(parse_message(std::string(60000, '[')));
 }
 
@@ -100,19 +129,20 @@ TEST(ServeMessage, browsers_have_every_key_that_visitors_may_use) {
       if (code < 10 && key_of_code(fmt::format("Digit{}", code)) == key) return true;
     }
     for (const char* code : {"Space", "Minus", "Equal", "BracketLeft", "BracketRight", "Backquote",
-                             "Home", "Backspace"}) {
+                             "Home", "Backspace", "F9", "F10"}) {
       if (key_of_code(code) == key) return true;
     }
     return false;
   };
-  EXPECT_EQ(served_commands().size(), 18u + static_cast<std::size_t>(culler_count()))
+  EXPECT_EQ(served_commands().size(), 33u + static_cast<std::size_t>(culler_count()))
       << "a name in the list of served commands is not one of the window's commands";
   for (const KeyCommand* command : served_commands())
     EXPECT_TRUE(has_code(command->key)) << command->help;
   for (const FlyKey& key : fly_keys()) EXPECT_TRUE(has_code(key.key)) << key.help;
   EXPECT_EQ(key_of_code("KeyAA"), 0);
   EXPECT_EQ(key_of_code("Key"), 0);
-  EXPECT_EQ(key_of_code("F10"), 0);
+  EXPECT_EQ(key_of_code("F11"), 0);
+  EXPECT_EQ(key_of_code("F0"), 0);
 }
 
 }  // namespace

@@ -280,6 +280,48 @@ TEST_F(ServeLive, pictures_answer_the_last_input_and_rest_after_it) {
   EXPECT_NE(exact_picture(socket, 2), before);
 }
 
+TEST_F(ServeLive, a_file_comes_in_confirmed_parts_between_the_pictures) {
+  Socket socket = open();
+  greet(socket);
+  for (int i = 0; i < 150; ++i) say(socket, R"({"type":"set","control":"Set here","value":0})");
+  say(socket, R"({"type":"set","control":"Save","value":0})");
+  std::string file, name;
+  for (bool is_complete = false; !is_complete;) {
+    const Message message = read(socket);
+    if (!message.is_binary) continue;
+    say(socket, R"({"type":"received","count":)" + std::to_string(++received_) + "}");
+    if (message.bytes[0] != 2) continue;
+    const auto letters = static_cast<std::size_t>(message.number(0) >> 16);
+    name = message.bytes.substr(16, letters);
+    file += message.bytes.substr(16 + letters);
+    is_complete = (message.bytes[1] & 4) != 0;
+    EXPECT_GE(message.number(8), file.size());
+  }
+  EXPECT_EQ(name, "scene0_path.json");
+  EXPECT_EQ(Json::parse(file).size(), 150u);
+  EXPECT_GT(file.size(), 32768u) << "of several parts";
+  EXPECT_THAT(all_, Not(HasSubstr("secret")));
+  EXPECT_FALSE(exact_picture(socket).empty());
+}
+
+TEST_F(ServeLive, the_table_of_a_view_at_rest_is_measured) {
+  Socket socket = open();
+  greet(socket);
+  say(socket, R"({"type":"command","command":"Numbers of all modes","input":1})");
+  std::string status;
+  while (status.find("medians of") == status.npos) {
+    const Message message = read(socket);
+    if (message.is_binary) {
+      say(socket, R"({"type":"received","count":)" + std::to_string(++received_) + "}");
+      continue;
+    }
+    const Json sections = Json::parse(message.bytes).at("sections");
+    if (sections.contains("table") && !sections.at("table").is_null())
+      status = sections.at("table").at("status");
+  }
+  EXPECT_THAT(status, StartsWith("all modes measured off screen for this view at 64 x 48"));
+}
+
 TEST_F(ServeLive, nothing_is_sent_beyond_the_window) {
   Socket socket = open();
   greet(socket);

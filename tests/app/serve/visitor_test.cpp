@@ -255,7 +255,8 @@ TEST_F(ServeVisitor, only_changed_sections_are_sent) {
   const auto sent =
       nlohmann::json::parse(state_message(before, state_sections(visitor_, small_.opened), 2));
   EXPECT_EQ(sent.at("version"), 2);
-  EXPECT_EQ(sent.at("sections").size(), 1u);
+  EXPECT_EQ(sent.at("sections").size(), 2u);
+  EXPECT_TRUE(sent.at("sections").contains("status"));
   EXPECT_EQ(sent.at("sections").at("view").at("mode"), mode_name(2));
 }
 

@@ -3,6 +3,7 @@
 // Measures all modes as `bench` does and saves the report in bench/SCENE_NNNN.
 #include <fmt/format.h>
 
+#include "app/measure/measure_view.h"
 #include "app/measure/scene_facts.h"
 #include "app/report/clock_report.h"
 #include "app/report/stats_file.h"

@@ -116,8 +116,10 @@ KeyCommand checked(KeyCommand command, std::function<bool(const Viewer&)> is_che
 }
 
 KeyCommand panel(int key, int mods, Menu menu, const char* help, bool Panels::*panel) {
-  return checked(row(key, mods, menu, help, toggle_panel, panel),
-                 [panel](const Viewer& viewer) { return viewer.panels.*panel; });
+  KeyCommand command = checked(row(key, mods, menu, help, toggle_panel, panel),
+                               [panel](const Viewer& viewer) { return viewer.panels.*panel; });
+  command.panel = panel;
+  return command;
 }
 
 KeyCommand always(KeyCommand command) {

@@ -29,7 +29,8 @@ struct KeyCommand {
   const char* tooltip = nullptr;                       ///< in the menu
   /// also works without a scene; else the menu's entry is gray without one
   bool without_scene = false;
-  bool line_above = false;  ///< in the menu
+  bool line_above = false;        ///< in the menu
+  bool Panels::*panel = nullptr;  ///< that the command opens and closes; null: none
 };
 
 std::span<const KeyCommand> key_commands();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the rest of a cropped scene to a new file.
+// Writes the rest of a cropped scene to a new file, or sends it to a user at another machine.
 #include <system_error>
 
 #include <fmt/format.h>
@@ -8,6 +8,7 @@
 #include "app/base/text.h"
 #include "app/report/write_report.h"
 #include "app/viewer/commands/jobs.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/commands/output_names.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/state/actions.h"
@@ -17,11 +18,24 @@
 namespace qs {
 namespace {
 
-void write(RenderContext& context, const std::filesystem::path& path) {
-  // The key may be pressed before the crop was carried out.
+// The key may be pressed before the crop was carried out.
+void demand_crop(const RenderContext& context, const std::filesystem::path& path) {
   if (!context.cropped || context.cropped->tinted)
     fail(ErrorKind::usage, "{}: the window does not show a cropped scene, nothing was saved",
          path.string());
+}
+
+void send(RenderContext& context, const Viewer& viewer) {
+  const OutputFile output(viewer, "", viewer.scene->name + "_cropped", ".ply");
+  demand_crop(context, output.path().filename());
+  const auto end = hide_progress_at_end(context);
+  write_scene(context.session.scene->cloud, output.path(), *context.session.pool,
+              shown_progress(output.path(), "writing", context.stop, context.reports));
+  output.done(context, "");
+}
+
+void write(RenderContext& context, const std::filesystem::path& path) {
+  demand_crop(context, path);
   std::error_code error;
   if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
     fail(ErrorKind::usage, "{}: this file exists already: choose another name", path.string());
@@ -45,6 +59,7 @@ void action::save_crop(Viewer& viewer, Host& host, const std::filesystem::path& 
   if (!viewer.scene) return;
   if (!viewer.crop.applied)
     return notify(viewer, "nothing is cropped: apply a box or the search for floaters first");
+  if (viewer.is_remote) return start_job(viewer, host, send);
   const std::filesystem::path folder = viewer.out_dir;
   const std::string stem = viewer.scene->name + "_cropped";
   host.run([=](RenderContext& context) {

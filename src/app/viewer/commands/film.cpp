@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: MIT
 //
 // Writes a film of the path, or of a turntable, to film/SCENE_NNNN.mp4 at the size of the picture;
-// without ffmpeg to a folder of PNG files.
+// without ffmpeg to a folder of PNG files, which cannot be sent.
 #include "app/film/film.h"
 
 #include <fmt/format.h>
 
 #include "app/film/film_format.h"
 #include "app/measure/scene_facts.h"
-#include "app/report/write_report.h"
 #include "app/viewer/commands/jobs.h"
-#include "app/viewer/commands/output_names.h"
+#include "app/viewer/commands/output_file.h"
 #include "app/viewer/render/frame_requests.h"
 #include "app/viewer/render/render_context.h"
 #include "app/viewer/render/upload_scene.h"
 #include "app/viewer/state/actions.h"
+#include "raster/base/fail.h"
 
 namespace qs {
 namespace {
+
+constexpr double kMostSentSeconds = 600;
 
 CameraTrack track_of(const RenderContext& context, const Viewer& viewer, glm::ivec2 size) {
   if (viewer.keyframes.size() < 2) {
@@ -62,6 +64,9 @@ void film_view(RenderContext& context, const Viewer& viewer) {
   plan.size = {std::max(viewer.camera.width / 2 * 2, 2), std::max(viewer.camera.height / 2 * 2, 2)};
   plan.track = track_of(context, viewer, plan.size);
   plan.seconds = plan.track.seconds;
+  if (viewer.is_remote && plan.seconds > kMostSentSeconds)
+    fail(ErrorKind::usage, "a film of {:.0f} s is too long to send: at most {:.0f} s", plan.seconds,
+         kMostSentSeconds);
   plan.ways = ways_of(context, viewer);
   plan.numbers = plan.ways.size() > 1 || viewer.shows_badge;
   if (viewer.heatmap)
@@ -69,14 +74,16 @@ void film_view(RenderContext& context, const Viewer& viewer) {
         FilmHeatmap{*viewer.heatmap, {}, viewer.heat_view.style, context.session.pool.get()};
 
   const bool encodes = ffmpeg_is_installed();
-  const std::filesystem::path folder = viewer.out_dir / "film";
-  make_folder(folder);
-  const std::filesystem::path path =
-      free_name(folder, scene_name(context.session.scene->path), encodes ? ".mp4" : "");
+  if (viewer.is_remote && !encodes)
+    fail(ErrorKind::device, "a film needs ffmpeg, which is not installed on the server");
+  const OutputFile output(viewer, "film", scene_name(context.session.scene->path),
+                          encodes ? ".mp4" : "");
+  const std::filesystem::path& path = output.path();
   const auto end = hide_progress_at_end(context);
   context.report(action::show_progress, Loading{path, "filming", 0});
   try {
-    const Progress progress = shown_progress(path, "filming", context.stop, context.reports);
+    const Progress progress =
+        giving_way(shown_progress(path, "filming", context.stop, context.reports), context);
     if (plan.heatmap)
       plan.heatmap->scale = viewer.heat_view.maximum > 0
                                 ? exact_scale(viewer.heat_view.maximum)
@@ -86,8 +93,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
     context.report(action::notify, "the film was stopped, nothing was saved");
     throw;
   }
-  context.report(action::notify_file, path,
-                 std::string(encodes ? "" : ": PNG files, because ffmpeg is not installed"));
+  output.done(context, encodes ? "" : ": PNG files, because ffmpeg is not installed");
 }
 
 }  // namespace
@@ -95,7 +101,7 @@ void film_view(RenderContext& context, const Viewer& viewer) {
 void action::film(Viewer& viewer, Host& host) {
   if (!viewer.scene) return;
   viewer.playback.running = false;
-  start_job(viewer, host, film_view);
+  start_long_job(viewer, host, film_view);
 }
 
 }  // namespace qs

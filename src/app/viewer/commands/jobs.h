@@ -15,6 +15,12 @@ void start_job(const Viewer& viewer, Host& host, Function function, Arguments...
   host.run([=](RenderContext& context) { function(context, viewer, arguments...); });
 }
 
+/// The same for a job that calls RenderContext::give_way between its parts.
+template <class Function>
+void start_long_job(const Viewer& viewer, Host& host, Function function) {
+  host.run_long([=](RenderContext& context) { function(context, viewer); });
+}
+
 namespace action {
 
 /// Sets the pivot to the point that a pixel shows.

@@ -2,6 +2,7 @@
 //
 // The jobs of the zoom recorder: it measures the modes of the plan from its start to the point in
 // the middle of the start's picture, shows every step and saves the recording in zoom/SCENE_NNNN.
+// A program that sends its files keeps the numbers only.
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
@@ -87,6 +88,7 @@ void record(RenderContext& context, const Viewer& viewer) {
     GpuClock clock = clock_of(session);
     bundle.rows = measure_steps(context, viewer, bundle, clock);
     add_clock(bundle.environment, clock);
+    if (viewer.is_remote) return context.report(action::zoom_ended, std::filesystem::path(), false);
     const std::filesystem::path path =
         free_name(viewer.out_dir / "zoom", scene_name(session.scene->path), "");
     const std::string problem = save_zoom(session, bundle, path);
@@ -127,7 +129,7 @@ void action::toggle_zoom_recording(Viewer& viewer, Host& host) {
   viewer.zoom.plan = clamped_plan(viewer.zoom.plan, viewer.backend);
   viewer.playback.running = false;
   viewer.zoom.starting = true;
-  start_job(viewer, host, record);
+  start_long_job(viewer, host, record);
 }
 
 void action::end_zoom_here(Viewer& viewer, Host& host) {

@@ -2,6 +2,7 @@
 #include "app/viewer/panels/construction.h"
 
 #include <algorithm>
+#include <span>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -78,9 +79,9 @@ void draw_counts(const Inspection& inspection, CullMode shown) {
     return;
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
-  ImGui::TextColored(palette::kFaint, "tiles of");
+  ImGui::TextColored(palette::kFaint, "%s", kTileColumns[0]);
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  for (const char* title : {"listed", "used", "hidden", "empty"}) {
+  for (const char* title : std::span(kTileColumns).subspan(1)) {
     ImGui::TableNextColumn();
     right_aligned(title);
   }
@@ -134,7 +135,7 @@ void draw_transmittance(const PixelReport& pixel) {
   }
   draw.AddPolyline(steps.data(), static_cast<int>(steps.size()), ImGui::GetColorU32(palette::kText),
                    0, 1.5f);
-  draw.AddText({low.x, high.y + 0.3f * letter}, faint, "transmittance, from front to back");
+  draw.AddText({low.x, high.y + 0.3f * letter}, faint, kTransmittanceTitle);
   ImGui::Dummy(size);
 }
 
@@ -150,10 +151,7 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   const Figure figure{*ImGui::GetWindowDrawList(), {left, at.y}, window.low, scale};
   figure.draw.PushClipRect(at, {at.x + size.x, at.y + size.y}, true);
   figure.draw.AddRectFilled(at, {at.x + size.x, at.y + size.y}, kFigure);
-  // Inspection has only the tiles of the paper's modes; for other modes the drawing shows the
-  // default mode's tiles.
-  const bool is_listed = mode >= 1 && mode <= culler_count();
-  const auto index = static_cast<std::size_t>((is_listed ? mode : default_mode()) - 1);
+  const auto index = static_cast<std::size_t>(inspected_mode(mode) - 1);
   const ModeTiles& listed = gaussian.modes[index];
   for (std::size_t i = 0; i < listed.tiles.size(); ++i) {
     constexpr float kOpacity[] = {0.55f, 0.3f, 0.14f};  // index = PairUse
@@ -170,10 +168,7 @@ void draw_construction_view(const InspectedView& view, CullMode mode) {
   ImGui::Dummy(size);
   draw_construction_legend();
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  ImGui::TextWrapped(
-      "Tiles of %s: strong where a pixel uses the pair, medium where it reaches only "
-      "pixels that have stopped, pale where it reaches none.",
-      mode_name(listed.mode));
+  ImGui::TextWrapped("%s", construction_text(listed.mode).c_str());
   ImGui::PopStyleColor();
   draw_counts(view.inspection, listed.mode);
 }

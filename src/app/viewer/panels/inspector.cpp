@@ -3,9 +3,9 @@
 // The inspector: the Gaussians of the clicked pixel, front to back, and the tiles of every mode for
 // one of them.
 #include <algorithm>
+#include <span>
 #include <utility>
 
-#include <fmt/format.h>
 #include <imgui.h>
 
 #include "app/viewer/panels/construction.h"
@@ -23,7 +23,7 @@ void cell(const std::string& text) {
 void draw_row(const Contribution& row, bool picked, bool stops, Actions& actions) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
-  const std::string label = fmt::format("{}{}", row.gaussian, stops ? " stops" : "");
+  const std::string label = contribution_label(row, stops);
   if (ImGui::Selectable(label.c_str(), picked, ImGuiSelectableFlags_SpanAllColumns))
     actions.push_back(call(action::inspect_gaussian, row.gaussian));
   for (const std::string& text : contribution_cells(row, stops)) cell(text);
@@ -46,11 +46,12 @@ void draw_contributions(const Inspection& inspection, float height, bool scroll,
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
+  const std::span names(kContributionColumns);
   ImGui::TableNextColumn();
-  ImGui::TextUnformatted("Gaussian");
-  for (const char* name : {"depth", "alpha", "in front", "weight"}) cell(name);
+  ImGui::TextUnformatted(names.front());
+  for (const char* name : names.subspan(1, names.size() - 2)) cell(name);
   ImGui::TableNextColumn();
-  ImGui::TextUnformatted("color");
+  ImGui::TextUnformatted(names.back());
   const auto draw = [&](const Contribution& row, bool stops) {
     const bool picked = inspection.gaussian && inspection.gaussian->gaussian == row.gaussian;
     draw_row(row, picked, stops, actions);
@@ -65,13 +66,13 @@ void draw_contributions(const Inspection& inspection, float height, bool scroll,
 
 void draw_inspector(const Viewer& viewer, PanelState& state, Actions& actions) {
   if (!viewer.inspected) {
-    ImGui::TextWrapped("Click a pixel of the picture.");
+    ImGui::TextWrapped("%s", kNothingInspected);
     return;
   }
   const Inspection& inspection = viewer.inspected->inspection;
   ImGui::TextWrapped("%s", inspected_pixel_text(inspection.pixel).c_str());
   if (viewer.inspected->version != viewer.version)
-    ImGui::TextColored(palette::kCaution, "of an earlier view: click again");
+    ImGui::TextColored(palette::kCaution, "%s", kInspectedEarlier);
   draw_transmittance(inspection.pixel);
   const bool scroll = std::exchange(state.inspections, viewer.inspections) != viewer.inspections;
   const std::size_t rows = inspection.pixel.contributions.size() + 2;

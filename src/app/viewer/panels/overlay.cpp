@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <imgui.h>
@@ -42,15 +43,10 @@ struct Screen {
   }
 };
 
-// A line between two points of the world, clipped at the near plane.
+// A line between two points of the world.
 void draw_line(const Screen& screen, glm::dvec3 from, glm::dvec3 to, ImU32 color, float width) {
-  glm::dvec3 a = screen.camera.view_from_world * glm::dvec4(from, 1);
-  glm::dvec3 b = screen.camera.view_from_world * glm::dvec4(to, 1);
-  const double near_depth = screen.camera.near_depth;
-  if (a.z < near_depth && b.z < near_depth) return;
-  if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
-  if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
-  screen.draw.AddLine(screen.projected(a), screen.projected(b), color, width * screen.scale);
+  if (const auto line = line_in_picture(screen.camera, from, to))
+    screen.draw.AddLine(screen.at(line->from), screen.at(line->to), color, width * screen.scale);
 }
 
 void draw_frustum(const Screen& screen, const Camera& camera, double depth, ImU32 color,
@@ -93,21 +89,15 @@ void draw_photograph(const Viewer& viewer, const PanelState& state, const Screen
 // The box of the crop, with handles in the middle of its faces.
 void draw_crop_box(const Viewer& viewer, const Screen& screen, Actions& actions) {
   const CropWish& wish = viewer.crop.wish;
-  const glm::dvec3 ends[] = {glm::dvec3(wish.box.low), glm::dvec3(wish.box.high)};
-  const auto corner = [&](int bits) {
-    return glm::dvec3(ends[bits & 1].x, ends[bits >> 1 & 1].y, ends[bits >> 2].z);
-  };
-  for (int from = 0; from < 8; ++from) {
-    for (const int axis : {1, 2, 4}) {
-      if ((from & axis) != 0) continue;
-      draw_line(screen, corner(from), corner(from | axis), IM_COL32(0, 0, 0, 160), 3);
-      draw_line(screen, corner(from), corner(from | axis), color_of(kSkyBlue), 1.5f);
-    }
+  for (const PictureLine& line : box_lines(viewer.camera, wish.box)) {
+    for (const auto& [color, width] :
+         {std::pair(ImU32{IM_COL32(0, 0, 0, 160)}, 3.0f), std::pair(color_of(kSkyBlue), 1.5f)})
+      screen.draw.AddLine(screen.at(line.from), screen.at(line.to), color, width * screen.scale);
   }
   for (int face = 0; face < kBoxFaces; ++face) {
-    const glm::dvec3 at = viewer.camera.view_from_world * glm::dvec4(handle_of(wish.box, face), 1);
-    if (at.z <= viewer.camera.near_depth) continue;
-    const ImVec2 place = screen.projected(at);
+    const auto pixel = handle_in_picture(viewer.camera, wish.box, face);
+    if (!pixel) continue;
+    const ImVec2 place = screen.at(*pixel);
     const float radius = 6 * screen.scale;
     if (!(place.x > screen.area.low.x && place.x < screen.area.high.x &&
           place.y > screen.area.low.y && place.y < screen.area.high.y))

@@ -127,7 +127,7 @@ void draw_pair_legend(const Viewer& viewer) {
                                      pairs.grid.columns, pairs.grid.rows);
   const std::string under = tile ? signed_text(pairs.values[*tile]) : "-";
   ImGui::PushStyleColor(ImGuiCol_Text, palette::kFaint);
-  ImGui::TextWrapped("blue: the first lists fewer, orange: more; here: %s", under.c_str());
+  ImGui::TextWrapped("%s; here: %s", kPairColors, under.c_str());
   ImGui::PopStyleColor();
 }
 

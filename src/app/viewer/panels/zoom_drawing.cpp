@@ -15,9 +15,8 @@
 namespace qs {
 namespace {
 
-constexpr const char* kZoomTitle = "zoom (first distance / distance)";
 PlotAxes axes_of(const ZoomChart& chart) {
-  PlotAxes axes{{}, {}, kZoomTitle};
+  PlotAxes axes{{}, {}, kZoomAxis};
   for (const AxisTick& tick : chart.zoom_ticks)
     axes.across.push_back({static_cast<float>(chart.place(tick.value, 0).x), tick.text});
   for (const AxisTick& tick : chart.value_ticks)

@@ -123,20 +123,23 @@ void FrameRequests::update(const Viewer& viewer, RenderThread& render, bool wind
   }
 }
 
+FrameCost cost_of(const ShownFrame& shown) {
+  FrameCost sum;
+  const auto add = [&](const RenderStats& stats) {
+    const FrameCost one = cost_of(stats);
+    sum = {sum.ms + one.ms, sum.pixels_ms + one.pixels_ms};
+  };
+  if (shown.grid) {
+    for (const RenderStats& stats : shown.grid->stats) add(stats);
+    return sum;
+  }
+  add(shown.stats);
+  if (shown.other) add(shown.other->stats);
+  return sum;
+}
+
 void FrameRequests::learn(const RenderedFrame& frame) {
-  FrameCost cost = cost_of(frame.shown.stats);
-  if (frame.shown.other) {
-    const FrameCost other = cost_of(frame.shown.other->stats);
-    cost = {cost.ms + other.ms, cost.pixels_ms + other.pixels_ms};
-  }
-  if (frame.shown.grid) {
-    cost = {};
-    for (const RenderStats& stats : frame.shown.grid->stats) {
-      const FrameCost one = cost_of(stats);
-      cost = {cost.ms + one.ms, cost.pixels_ms + one.pixels_ms};
-    }
-  }
-  resolution_.learn(frame.shown.divisor, cost);
+  resolution_.learn(frame.shown.divisor, cost_of(frame.shown));
   counting_pace_.learn(frame.shown.stats, !frame.shown.mode_pairs.empty());
 }
 

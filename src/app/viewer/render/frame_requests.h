@@ -26,6 +26,9 @@ bool counts_are_missing(const Viewer& viewer);
 /// True if nothing moves and the window shows the final frame, counts and numbers of the view.
 bool is_settled(const Viewer& viewer);
 
+/// The cost of all renderings of a frame.
+FrameCost cost_of(const ShownFrame& shown);
+
 class FrameRequests {
  public:
   /// Requests the missing frame or numbers. `window_rests`: the window will not draw now. Drawing

@@ -80,6 +80,8 @@ struct RenderContext {
   ActionQueue& reports;
   std::function<void(const FrameRequest&)> show;    ///< draws into the window from within a job
   std::function<void(RenderedFrame)> present = {};  ///< shows a frame that a job has drawn
+  /// Called between the parts of a long job: others use the renderer, so the last frame is lost.
+  std::function<void()> give_way = {};
 
   /// Makes a renderer without a scene for the session. Tests make another kind.
   std::function<std::unique_ptr<Renderer>(Backend, const Session&)> make_renderer =
@@ -126,6 +128,15 @@ inline auto hide_progress_at_end(RenderContext& context) {
 inline auto mark_measuring(RenderContext& context) {
   context.measuring = true;
   return AtEnd{[&context] { context.measuring = false; }};
+}
+
+/// The progress, and between its steps others use the renderer.
+inline Progress giving_way(Progress progress, RenderContext& context) {
+  progress.report = [report = std::move(progress.report), &context](float fraction) {
+    report(fraction);
+    if (context.give_way) context.give_way();
+  };
+  return progress;
 }
 
 /// Gives the session other settings in this scope.

@@ -6,23 +6,8 @@
 #include "app/viewer/render/heat_scale.h"
 #include "app/viewer/render/host_frames.h"
 #include "app/viewer/render/resolution.h"
-#include "app/viewer/state/mode_numbers.h"
-#include "app/viewer/state/samples.h"
 
 namespace qs {
-namespace {
-
-// Rounds of one frame per mode, so that every frame has a frame of the other modes beside it.
-// Enough for a stable median, few enough not to be noticeable.
-ViewPlan numbers_plan(Backend backend, bool more) {
-  const int rounds = backend != Backend::cpu ? 40 : more ? 10 : static_cast<int>(kFewestFrames);
-  return {1, 0, rounds, !more};
-}
-
-ViewPlan warm_up_plan(Backend backend) { return {backend == Backend::cpu ? 1 : 8, 0, 1, false}; }
-
-}  // namespace
-
 RenderThread::RenderThread(const FrameOptions& options, std::function<void()> wake,
                            GlFrames* frames)
     : wake_(wake),
@@ -146,7 +131,7 @@ void RenderThread::loop(const std::stop_token& stop) {
       const NumbersRequest request = *std::exchange(numbers_, std::nullopt);
       task_ = Task::numbers;
       lock.unlock();
-      guarded([&] { measure(request); });
+      guarded([&] { measure_modes(context_, request); });
     } else {
       task_ = Task::none;
       changed_.wait(lock, stop, [&] {
@@ -229,20 +214,6 @@ void RenderThread::answer(const FrameRequest& request) {
   sample_in_turn(request);
 }
 
-// Reports the time of a frame that nobody sees. `about`: its mode, its size and its view.
-void RenderThread::sample(const Camera& camera, const RenderSettings& settings, ModeSample about) {
-  RenderSettings of_mode = settings;
-  of_mode.mode = about.variant.mode;
-  const Backend backend = context_.session.backend;
-  about.variant.pipeline = settings.pipeline;
-  about.variant.backend = backend;
-  const Target target = backend == Backend::cpu ? Target(HostImage{}) : Target(DeviceImage{});
-  const Frame& frame =
-      context_.session.renderer->render(camera, of_mode, {}, target, context_.stop);
-  about.frame_ms = static_cast<double>(frame.stats.frame_ms);
-  context_.report(action::mode_sampled, about);
-}
-
 // While the camera moves, every tenth frame is followed by a frame of another mode: a tenth of the
 // time keeps the FPS of all modes alive.
 void RenderThread::sample_in_turn(const FrameRequest& request) {
@@ -256,19 +227,8 @@ void RenderThread::sample_in_turn(const FrameRequest& request) {
   about.variant.mode = sampled_;
   about.divisor = request.divisor;
   about.view_version = request.view_version;
-  sample(reduced(request.camera, request.divisor), reduced(request.settings, request.divisor),
-         about);
-}
-
-// Draws each mode once before a measurement, which warms it up, and shows the times until enough
-// frames are measured.
-void RenderThread::sample_all(const NumbersRequest& request) {
-  for (CullMode mode = 1; mode <= culler_count(); ++mode) {
-    ModeSample about;
-    about.variant.mode = mode;
-    about.view_version = request.version;
-    sample(request.camera, request.settings, about);
-  }
+  sample_mode(context_, reduced(request.camera, request.divisor),
+              reduced(request.settings, request.divisor), about);
 }
 
 // Replaces a frame that the window did not take.
@@ -287,34 +247,6 @@ void RenderThread::expect(int width, int height) {
   next_width_ = width;
   next_height_ = height;
   context_.session.renderer->prepare_target(next_texture_);
-}
-
-void RenderThread::measure(const NumbersRequest& request) {
-  const auto measuring = mark_measuring(context_);
-  Session& session = context_.session;
-  const auto settings = with_settings(session, request.settings);
-  ModeNumbers numbers{request.version, {}};
-  try {
-    if (!request.more) sample_all(request);
-    for (const Pipeline pipeline : pipelines_of(session.backend)) {
-      session.settings.pipeline = pipeline;
-      const auto measured_with = [&](const ViewPlan& plan) {
-        return measure_view(session, all_modes(), request.camera, plan, {{}, context_.stop});
-      };
-      const bool sampled = !request.more && pipeline == request.settings.pipeline;
-      if (session.backend != Backend::cpu || !sampled) measured_with(warm_up_plan(session.backend));
-      const auto measured = measured_with(numbers_plan(session.backend, request.more));
-      numbers.rows.insert(numbers.rows.end(), measured.begin(), measured.end());
-    }
-  } catch (const Cancelled&) {
-    throw;
-  } catch (...) {
-    // Reports an empty table, so that the failing measurement is not repeated for this view.
-    context_.report(action::numbers_measured, ModeNumbers{request.version, {}});
-    throw;
-  }
-  context_.report(request.more ? action::numbers_refined : action::numbers_measured,
-                  std::move(numbers));
 }
 
 }  // namespace qs

@@ -13,20 +13,13 @@
 #include <optional>
 #include <thread>
 
-#include "app/measure/measure_view.h"
 #include "app/viewer/render/gl_frames.h"
 #include "app/viewer/render/interop_retry.h"
 #include "app/viewer/render/kept_frames.h"
+#include "app/viewer/render/measure_modes.h"
 #include "app/viewer/render/render_context.h"
 
 namespace qs {
-
-struct NumbersRequest {
-  Camera camera;
-  RenderSettings settings;
-  int version = 0;
-  bool more = false;  ///< adds frames to the numbers of this view
-};
 
 class RenderThread {
  public:
@@ -67,10 +60,7 @@ class RenderThread {
   RenderedFrame drawn(FrameRequest request);
   void show(RenderedFrame frame);
   void sample_in_turn(const FrameRequest& request);
-  void sample(const Camera& camera, const RenderSettings& settings, ModeSample about);
-  void sample_all(const NumbersRequest& request);
   void publish(RenderedFrame frame);
-  void measure(const NumbersRequest& request);
   template <class Work>
   void guarded(Work&& work);
   void expect(int width, int height);

@@ -19,6 +19,7 @@ inline int wait_for_rest(const RenderContext& context) {
   constexpr std::chrono::milliseconds kPause{2};
   for (;;) {
     if (context.stop.stop_requested()) throw Cancelled{};
+    if (context.give_way) context.give_way();
     const int drawings = context.drawings;  // before the other: note_drawing() sets it last
     if (context.window_rests) return drawings;
     std::this_thread::sleep_for(kPause);

@@ -61,6 +61,47 @@ glm::dvec3 handle_of(const CropBox& box, int face) {
   return place;
 }
 
+namespace {
+
+// The pixel of a point in view space, in front of the camera.
+glm::dvec2 projected(const Camera& camera, glm::dvec3 point) {
+  return glm::dvec2(point) / point.z * camera.focal_px + camera.center_px;
+}
+
+}  // namespace
+
+std::optional<PictureLine> line_in_picture(const Camera& camera, glm::dvec3 from, glm::dvec3 to) {
+  glm::dvec3 a = camera.view_from_world * glm::dvec4(from, 1);
+  glm::dvec3 b = camera.view_from_world * glm::dvec4(to, 1);
+  const double near_depth = camera.near_depth;
+  if (a.z < near_depth && b.z < near_depth) return std::nullopt;
+  if (a.z < near_depth) a += (near_depth - a.z) / (b.z - a.z) * (b - a);
+  if (b.z < near_depth) b += (near_depth - b.z) / (a.z - b.z) * (a - b);
+  return PictureLine{projected(camera, a), projected(camera, b)};
+}
+
+std::vector<PictureLine> box_lines(const Camera& camera, const CropBox& box) {
+  const glm::dvec3 ends[] = {glm::dvec3(box.low), glm::dvec3(box.high)};
+  const auto corner = [&](int bits) {
+    return glm::dvec3(ends[bits & 1].x, ends[bits >> 1 & 1].y, ends[bits >> 2].z);
+  };
+  std::vector<PictureLine> lines;
+  for (int from = 0; from < 8; ++from) {
+    for (const int axis : {1, 2, 4}) {
+      if ((from & axis) != 0) continue;
+      if (const auto line = line_in_picture(camera, corner(from), corner(from | axis)))
+        lines.push_back(*line);
+    }
+  }
+  return lines;
+}
+
+std::optional<glm::dvec2> handle_in_picture(const Camera& camera, const CropBox& box, int face) {
+  const glm::dvec3 at = camera.view_from_world * glm::dvec4(handle_of(box, face), 1);
+  if (at.z <= camera.near_depth) return std::nullopt;
+  return projected(camera, at);
+}
+
 std::optional<double> slide_along(const Camera& camera, glm::dvec3 point, glm::dvec3 direction,
                                   glm::dvec2 pixel) {
   constexpr double kLeastSine2 = 1e-6;

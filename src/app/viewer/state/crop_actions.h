@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/viewer/state/action.h"
 
@@ -25,6 +26,18 @@ std::string crop_text(const Viewer& viewer);
 /// A handle is in the middle of a face of the box: face 0..5 is low x, high x, low y, ...
 inline constexpr int kBoxFaces = 6;
 glm::dvec3 handle_of(const CropBox& box, int face);
+
+/// A line in the picture, in pixels.
+struct PictureLine {
+  glm::dvec2 from{0.0}, to{0.0};
+};
+
+/// The part of a line between two points of the world that is in front of the near plane.
+std::optional<PictureLine> line_in_picture(const Camera& camera, glm::dvec3 from, glm::dvec3 to);
+
+/// The edges of the box, and its handle of a face; unset if it is behind the near plane.
+std::vector<PictureLine> box_lines(const Camera& camera, const CropBox& box);
+std::optional<glm::dvec2> handle_in_picture(const Camera& camera, const CropBox& box, int face);
 
 /// The box with a face at the place on its axis that is nearest to the ray through `pixel`, but no
 /// farther than the opposite face. Empty if the ray is parallel to the axis or that place is behind

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace qs {
 
@@ -34,7 +35,9 @@ class Host {
   virtual void cancel_loading() = 0;  ///< stops reading and the running job
 
   virtual void run(Job job) = 0;  ///< after the jobs that are already queued
-  virtual void stop_job() = 0;    ///< the running job
+  /// The same for a job that calls RenderContext::give_way between its parts.
+  virtual void run_long(Job job) { run(std::move(job)); }
+  virtual void stop_job() = 0;  ///< the running job
   /// When no frame is wanted. A frame or a job cancels it; a job that still waits is replaced.
   virtual void run_behind(Job job) = 0;
 
@@ -43,6 +46,10 @@ class Host {
 
   /// Throws Error(input).
   virtual void write_file(const std::filesystem::path& path, const std::string& text) = 0;
+
+  /// Gives a file to a user at another machine, see Viewer::is_remote.
+  virtual void send_file(const std::string& /*name*/,
+                         std::shared_ptr<const std::string> /*bytes*/) {}
 
   /// Writes the window, panels included, as a picture after it is drawn next; then notifies the
   /// user if `notify`.

@@ -88,6 +88,9 @@ std::vector<Fact> hud_facts(const Viewer& viewer) {
       {"visible", fmt::format("{} of {}", grouped(stats.visible), grouped(stats.gaussians))},
       {"largest tile", grouped(stats.max_pairs_in_a_tile) + " pairs"},
   };
+  if (viewer.is_remote)  // these are of a window
+    std::erase_if(
+        facts, [](const Fact& fact) { return fact.label == "display" || fact.label == "present"; });
   const BenchRow* measured = measured_row(viewer, viewer.mode(), viewer.settings.pipeline);
   if (measured != nullptr && measured->false_positives && numbers_are_current(viewer))
     facts.push_back({"unused", fmt::format("{} pairs, {}", grouped(*measured->false_positives),

@@ -55,6 +55,21 @@ std::string keyframe_label(const Viewer& viewer, std::size_t index) {
   return fmt::format("{}  at {:.2f} s", index + 1, viewer.keyframes[index].time);
 }
 
+CullMode inspected_mode(CullMode mode) {
+  return mode >= 1 && mode <= culler_count() ? mode : default_mode();
+}
+
+std::string construction_text(CullMode mode) {
+  return fmt::format(
+      "Tiles of {}: strong where a pixel uses the pair, medium where it reaches only pixels that "
+      "have stopped, pale where it reaches none.",
+      mode_name(inspected_mode(mode)));
+}
+
+std::string contribution_label(const Contribution& row, bool stops) {
+  return fmt::format("{}{}", row.gaussian, stops ? " stops" : "");
+}
+
 std::array<std::string, 4> contribution_cells(const Contribution& row, bool stops) {
   return {fmt::format("{:.3f}", row.depth), fmt::format("{:.4f}", row.alpha),
           fmt::format("{:.4f}", row.transmittance),

@@ -324,6 +324,8 @@ struct Turn {
 
 struct Viewer : Turn {
   std::filesystem::path out_dir = ".";  ///< screenshots, zooms and benches are written below it
+  bool is_remote = false;  ///< the user sees a copy of the picture at another machine: files go
+                           ///< there, none is kept here, and changes over the picture draw it again
   std::optional<ViewedScene> scene;
   std::optional<SceneBeside> beside;    ///< the split window shows it instead of Split::other
   Choosing choosing = Choosing::scene;  ///< in the dialog Open

@@ -28,6 +28,8 @@ struct ZoomCurve {
   std::vector<ZoomPoint> points;  ///< by increasing zoom
 };
 
+inline constexpr const char* kZoomAxis = "zoom (first distance / distance)";
+
 struct ZoomChart {
   std::string title;      ///< of the vertical axis, with its unit
   double most_zoom = 2;   ///< right end of the axis, which begins at 1

@@ -120,6 +120,8 @@ std::string zoom_status(const ZoomRecorder& zoom) {
   }
   const ZoomRecord* record = shown_zoom(zoom);
   if (record == nullptr) return "";
+  if (record->folder.empty() && steps_done(*record) == static_cast<std::size_t>(record->steps))
+    return fmt::format("all {} steps, not saved", record->steps);
   if (record->folder.empty())
     return fmt::format("stopped after {} of {} steps, not saved", steps_done(*record),
                        record->steps);

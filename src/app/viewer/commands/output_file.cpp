@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "app/viewer/commands/output_file.h"
+
+#include "app/base/text.h"
+#include "app/report/write_report.h"
+#include "app/viewer/commands/output_names.h"
+#include "app/viewer/state/actions.h"
+#include "io/bytes/mapped_file.h"
+#include "raster/base/fail.h"
+
+namespace qs {
+
+OutputFile::OutputFile(const Viewer& viewer, const std::string& folder, const std::string& stem,
+                       const std::string& ending) {
+  if (viewer.is_remote) {
+    work_.emplace();
+    path_ = work_->path() / (stem + ending);
+    return;
+  }
+  const std::filesystem::path place = viewer.out_dir / folder;
+  make_folder(place);
+  path_ = free_name(place, stem, ending);
+}
+
+void OutputFile::done(RenderContext& context, const std::string& more) const {
+  if (!work_) return context.report(action::notify_file, path_, more);
+  const MappedFile file(path_);
+  const auto content = file.content();
+  if (content.size() > kMostSent)
+    fail("{}: {} are too many to send", path_.filename().string(), bytes_text(content.size()));
+  context.report(action::send_file, path_.filename().string(),
+                 std::make_shared<const std::string>(reinterpret_cast<const char*>(content.data()),
+                                                     content.size()));
+}
+
+void action::send_file(Viewer&, Host& host, const std::string& name,
+                       const std::shared_ptr<const std::string>& bytes) {
+  host.send_file(name, bytes);
+}
+
+}  // namespace qs

@@ -174,7 +174,8 @@ struct Records {
   }
   bool has(const std::string& event) { return count(event) > 0; }
   Pictures::Receiver receiver() {
-    return {[this](int visitor, const Picture& picture) {
+    return {[](int) {},
+            [this](int visitor, const Picture& picture) {
               add(fmt::format("picture of {}{}", visitor, picture.error));
             },
             [this](int visitor, const Actions& actions) {

@@ -27,6 +27,7 @@ class ServedRoom {
     for (int i = 0; i < count; ++i) add();
     pictures_ = std::make_unique<Pictures>(
         small.scenes, Pictures::Receiver{
+                          [](int) {},
                           [this](int visitor, Picture picture) {
                             post(visitor, [picture = std::make_shared<Picture>(std::move(picture))](
                                               ServedRoom& room, int number) {

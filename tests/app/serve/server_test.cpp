@@ -473,7 +473,10 @@ class Mover : public std::enable_shared_from_this<Mover> {
     say(R"({"type":"button","button":0,"down":true,"x":0,"y":0,"input":1})");
     read();
   }
-  void end() { socket_.next_layer().close(); }
+  void end() {
+    has_ended_ = true;
+    socket_.next_layer().close();
+  }
 
   int pictures = 0;
   bool has_failed = false;
@@ -482,7 +485,8 @@ class Mover : public std::enable_shared_from_this<Mover> {
   void say(const std::string& text) { socket_.write(asio::buffer(text)); }
   void read() {
     socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      self->has_failed = self->has_failed || (error && self->socket_.is_open());
+      if (self->has_ended_) return;
+      if (error) self->has_failed = true;
       if (!error) self->take();
     });
   }
@@ -503,6 +507,7 @@ class Mover : public std::enable_shared_from_this<Mover> {
   websocket::stream<Tcp::socket> socket_;
   beast::flat_buffer buffer_;
   std::function<void()> on_picture_;
+  bool has_ended_ = false;
 };
 
 // Shares are of time, so other programs on the machine disturb the number of pictures.

@@ -115,11 +115,11 @@ async function checkPanels(page, box) {
   await page.keyboard.press("r");
   await open("crop");
   await page.focus('[data-control="Box"]');
-  await page.keyboard.press("Space");
+  await page.keyboard.press(" ");
   await page.waitForSelector("#overlay .handle", { timeout: 30000 });
   check("the box of the crop has handles", (await page.$$("#drawing line")).length >= 8);
   await page.focus('[data-control="Box"]');
-  await page.keyboard.press("Space");
+  await page.keyboard.press(" ");
   await page.waitForFunction(() => document.querySelectorAll("#overlay .handle").length === 0, { timeout: 30000 });
   await focusPicture();
   await page.keyboard.press("r");
@@ -157,9 +157,11 @@ async function checkPanels(page, box) {
 
   await page.keyboard.press("F10");
   await open("table");
-  const tree = JSON.stringify(await page.accessibility.snapshot({ interestingOnly: false }));
-  for (const name of ["Numbers of all modes", "Open panels", "measure at", "Close Numbers of all modes"])
-    check(`"${name}" has a name for screen readers`, tree.includes(name));
+  if (isChrome) {
+    const tree = JSON.stringify(await page.accessibility.snapshot({ interestingOnly: false }));
+    for (const name of ["Numbers of all modes", "Open panels", "measure at", "Close Numbers of all modes"])
+      check(`"${name}" has a name for screen readers`, tree.includes(name));
+  }
   for (const [width, height] of [[3840, 2160], [1280, 720]]) {
     await page.setViewport({ width, height });
     await new Promise((resolve) => setTimeout(resolve, 500));

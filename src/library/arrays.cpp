@@ -7,6 +7,8 @@
 #include <iterator>
 #include <string>
 
+#include "raster/scene/gaussian_cloud.h"
+
 namespace qs::library {
 namespace {
 
@@ -83,6 +85,26 @@ void check_array(const QsArray& array, const Where& where,
   if (reinterpret_cast<std::uintptr_t>(array.data) % type.bytes != 0)
     refuse(where, "its data is not aligned to its elements of {} bytes", type.bytes);
   check_strides(array, where, access, type.bytes);
+}
+
+std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
+                      const Where& of_rest, std::int64_t count, Types types, Access access) {
+  check_dimensions(first, of_first, 3);
+  const bool split = !is_absent(rest);
+  const std::int64_t in_first = first.sizes[1];
+  if (split) {
+    check_dimensions(rest, of_rest, 3);
+    if (in_first != 1) refuse(of_first, "has {} coefficients instead of the DC alone", in_first);
+  }
+  const std::int64_t coefficients = split ? 1 + rest.sizes[1] : in_first;
+  int degree = 0;
+  while (degree < kMaxShDegree && sh_coefficient_count(degree) < coefficients) ++degree;
+  if (sh_coefficient_count(degree) != coefficients) {
+    refuse(of_first, "{} coefficients of spherical harmonics are not 1, 4, 9 or 16", coefficients);
+  }
+  check_array(first, of_first, {count, in_first, 3}, types, access);
+  if (split) check_array(rest, of_rest, {count, coefficients - 1, 3}, types, access);
+  return coefficients;
 }
 
 QsArray view_of(const void* data, std::size_t count, std::uint32_t type, std::int64_t columns,

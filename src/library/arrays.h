@@ -39,6 +39,14 @@ void check_array(const QsArray& array, const Where& where,
 /// The same for an array that may have any sizes but must have `dimensions`.
 void check_dimensions(const QsArray& array, const Where& where, std::uint32_t dimensions);
 
+inline constexpr std::int64_t kMostGaussians = INT32_MAX;
+
+/// Coefficients of spherical harmonics per channel, 1, 4, 9 or 16, of `count` Gaussians: `first` is
+/// count x K x 3, or count x 1 x 3 and `rest` count x (K - 1) x 3. Throws Error(usage) like
+/// check_array().
+std::int64_t check_sh(const QsArray& first, const Where& of_first, const QsArray& rest,
+                      const Where& of_rest, std::int64_t count, Types types, Access access);
+
 /// Calls f(pointer) with `data` as a pointer to elements of the array's type.
 template <class F>
 decltype(auto) with_type(const QsArray& array, F&& f) {

@@ -19,16 +19,6 @@ void check_side(int pixels, const Where& where) {
     refuse(where, "{} pixels are not between 1 and {}", pixels, kMostPixels);
 }
 
-CullMode mode_of(const char* name, const Where& where) {
-  if (name == nullptr) return default_mode();
-  const CullMode mode = find_culler(name);
-  if (mode >= 0) return mode;
-  std::string names;
-  for (CullMode known = 0; known <= mode_count(); ++known)
-    names += fmt::format("{}{}", known == 0 ? "" : ", ", mode_name(known));
-  refuse(where, "'{}' is none of {}", name, names);
-}
-
 double in_range(double value, double low, double high, const Where& where) {
   if (!(value >= low && value <= high))
     refuse(where, "{:.6g} is not between {:g} and {:g}", value, low, high);
@@ -80,6 +70,16 @@ QsCamera camera_struct(const Camera& camera) {
   }
   result.near_depth = camera.near_depth;
   return result;
+}
+
+CullMode mode_of(const char* name, const Where& where) {
+  if (name == nullptr) return default_mode();
+  const CullMode mode = find_culler(name);
+  if (mode >= 0) return mode;
+  std::string names;
+  for (CullMode known = 0; known <= mode_count(); ++known)
+    names += fmt::format("{}{}", known == 0 ? "" : ", ", mode_name(known));
+  refuse(where, "'{}' is none of {}", name, names);
 }
 
 RenderSettings settings_of(const QsSettings* settings, const Where& where) {

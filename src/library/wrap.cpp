@@ -36,23 +36,6 @@ class Reals {
   QsArray array_;
 };
 
-constexpr std::int64_t kMostGaussians = INT32_MAX;
-
-/// The SH coefficients per channel. Throws Error(usage) unless they make up a degree.
-std::int64_t coefficients_of(const QsGaussians& given, const Where& where) {
-  if (given.colors_are == QS_COLORS_RGB) return 1;
-  check_dimensions(given.colors, where / "colors", 3);
-  std::int64_t count = given.colors.sizes[1];
-  if (!is_absent(given.rest)) {
-    check_dimensions(given.rest, where / "rest", 3);
-    if (count != 1) refuse(where / "colors", "has {} coefficients instead of the DC alone", count);
-    count += given.rest.sizes[1];
-  }
-  for (int degree = 0; degree <= kMaxShDegree; ++degree)
-    if (count == sh_coefficient_count(degree)) return count;
-  refuse(where / "colors", "{} coefficients of spherical harmonics are not 1, 4, 9 or 16", count);
-}
-
 /// Checks everything but the values. Returns the number of SH coefficients per channel.
 std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   if (given.is_activated > 1) refuse(where / "is_activated", "is {}", given.is_activated);
@@ -62,7 +45,6 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   const std::int64_t count = given.means.sizes[0];
   if (count > kMostGaussians)
     refuse(where / "means", "{} Gaussians are more than {}", count, kMostGaussians);
-  const std::int64_t coefficients = coefficients_of(given, where);
   const auto check = [&](const QsArray& array, const char* name,
                          std::initializer_list<std::int64_t> sizes) {
     check_array(array, where / name, sizes, kReals, Access::reads);
@@ -71,15 +53,14 @@ std::int64_t check_gaussians(const QsGaussians& given, const Where& where) {
   check(given.scales, "scales", {count, 3});
   check(given.rotations, "rotations", {count, 4});
   check(given.opacities, "opacities", {count});
-  const bool split = !is_absent(given.rest);
-  if (given.colors_are == QS_COLORS_RGB) {
-    if (split) refuse(where / "rest", "belongs to spherical harmonics, but the colours are RGB");
-    check(given.colors, "colors", {count, 3});
-  } else {
-    check(given.colors, "colors", {count, split ? 1 : coefficients, 3});
-    if (split) check(given.rest, "rest", {count, coefficients - 1, 3});
+  if (given.colors_are != QS_COLORS_RGB) {
+    return check_sh(given.colors, where / "colors", given.rest, where / "rest", count, kReals,
+                    Access::reads);
   }
-  return coefficients;
+  if (!is_absent(given.rest))
+    refuse(where / "rest", "belongs to spherical harmonics, but the colours are RGB");
+  check(given.colors, "colors", {count, 3});
+  return 1;
 }
 
 /// ln(o / (1 - o)); NaN outside of 0..1.

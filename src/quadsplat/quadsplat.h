@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
- * libquadsplat: reads scenes of 3D Gaussians, renders and counts views of them, converts scenes and
- * compares pictures. It gives the same bytes as the program quadsplat. This is the whole interface,
- * version 1; it is C99 and C++. docs/library.md has a first program.
+ * libquadsplat: reads scenes of 3D Gaussians, renders and counts views of them, differentiates
+ * their pictures, converts scenes and compares pictures. It gives the same bytes as the program
+ * quadsplat. This is the whole interface, version 1; it is C99 and C++. docs/library.md has a first
+ * program.
  *
  * Conventions
  * - Structs have the layout of the C compiler on 64-bit Linux; the offset of every member is given.
@@ -442,6 +443,221 @@ typedef struct QsComparison {
  * Values are clamped to 0..1, and NaN counts as 0. `a` is the reference. */
 QS_LIBRARY_FUNCTION int32_t qs_compare(QsContext* context, const QsArray* a, const QsArray* b,
                                        QsComparison* comparison, char* message);
+
+/* ---- gradients ------------------------------------------------------------------------------- */
+
+/* A differentiable rasterizer in two stages:
+ *
+ *   QsInputs --qs_project--> QsBoundary --qs_blend--> QsBlended
+ *
+ * and back, from derivatives of a number L by the pictures to its derivatives by all inputs:
+ *
+ *   QsInputGradients <--qs_project_backward-- QsBoundaryGradients <--qs_blend_backward-- QsBlended
+ *
+ * qs_forward() and qs_backward() are both stages in one call, with the same values. All real arrays
+ * of a call have the type of QsInputs.means, QS_FLOAT32, or QS_FLOAT64 to check gradients; the
+ * lists are decided in single precision for both. An array that is absent is not given or not
+ * wanted; all elements of wanted arrays are written. Sums are in a fixed order, so results do not
+ * depend on the number of threads and are the same at every call. The functions run on the CPU with
+ * the threads of the context, also if its backend is CUDA. Gaussians with a number that is not
+ * finite are not drawn, and their gradients are 0. */
+
+/* N Gaussians with activated values, C channels and K coefficients. 888 bytes. */
+typedef struct QsInputs {
+  uint32_t size;       /*   0 */
+  uint32_t reserved;   /*   4 */
+  QsArray means;       /*   8: N x 3, world */
+  QsArray scales;      /*  96: N x 3, standard deviations */
+  QsArray rotations;   /* 184: N x 4, quaternions w x y z */
+  QsArray covariances; /* 272: N x 6: xx xy xz yy yz zz, in place of scales and rotations */
+  QsArray opacities;   /* 360: N; sensible values are 0..1 */
+  QsArray sh;          /* 448: N x K x RGB, K = 1, 4, 9 or 16, DC first; then C = 3 */
+  QsArray sh_rest;    /* 536: absent, or the SH but DC, N x (K - 1) x RGB; then sh is N x 1 x RGB */
+  QsArray channels;   /* 624: N x C in place of sh, C = 1..32; any values */
+  QsArray background; /* 712: C; absent: 0 */
+  QsArray position;   /* 800: 3, the point from which colours are seen, world; absent: the
+                              camera's. QS_FLOAT32 or QS_FLOAT64 */
+} QsInputs;
+
+/* The published code whose formula gives the radii. */
+#define QS_RADII_INRIA 0u      /* ceil(3 sigma) of the longer axis; 0 if `3dgs` lists no tile */
+#define QS_RADII_GSPLAT_1_4 1u /* gsplat until 1.4: the same, but 0 outside of the picture */
+#define QS_RADII_GSPLAT_1_5 2u /* gsplat since 1.5: per axis, shorter for faint Gaussians */
+
+/* The rules in which differentiable rasterizers differ; QS_RULES has the rules of quadsplat's
+ * trainer. The near plane belongs to the camera. 120 bytes. */
+typedef struct QsRules {
+  uint32_t size;       /*   0 */
+  int32_t sh_degree;   /*   4: highest degree that is evaluated, 0..3 */
+  const char* mode;    /*   8: name of a culling mode but "reference"; null: "quadbox" */
+  double far_depth;    /*  16: Gaussians with view z above it are not drawn; 0: no far plane */
+  double dilation_px2; /*  24: added to both variances of a projected Gaussian, >= 0 */
+  double splat_scale;  /*  32: factor on every standard deviation, > 0 */
+  double compensation_floor; /*  40: lower bound of the ratio of determinants in the compensation
+                                     of opacities, 0..1 */
+  double alpha_max;          /*  48: alpha is clamped to this, > 0 and < 1 */
+  double radius_clip_px;     /*  56: Gaussians whose radii are at most this are not drawn, >= 0 */
+  double slope_low[2];       /*  64: bounds of x/z and y/z in the Jacobian of the projection; */
+  double slope_high[2];      /*  80: all four 0: 1.3 times the half field of view, to both sides */
+  uint32_t antialiased;      /*  96: 1: opacities are compensated for the dilation */
+  uint32_t keeps_rotation_length; /* 100: 1: quaternions are not normalised */
+  uint32_t zero_color_passes;     /* 104: 1: colours that are exactly 0 pass their gradient on */
+  uint32_t alpha_max_blocks;      /* 108: 1: a clamped alpha has gradient 0 */
+  uint32_t stops_at_equal;        /* 112: 1: a pixel also stops in front of a Gaussian that would
+                                          push its transmittance to exactly 1e-4 */
+  uint32_t radius_rule;           /* 116: QS_RADII_... */
+} QsRules;
+
+#define QS_RULES                                                                                   \
+  {                                                                                                \
+    sizeof(QsRules), QS_ALL_SH_DEGREES, 0, 0, 0.3, 1, 2.5e-5, 0.99, 0, {0, 0}, {0, 0}, 0, 0, 0, 0, \
+        0, QS_RADII_INRIA                                                                          \
+  }
+
+/* The lifetime of memory that the library asks for. On the CPU temporary memory belongs to the
+ * library, so QS_TEMPORARY is not asked for. */
+#define QS_HELD_PER_GAUSSIAN 0u /* as long as the frame: projected Gaussians */
+#define QS_HELD_PER_PAIR 1u     /* as long as the frame: tile lists */
+#define QS_HELD_PER_PIXEL 2u    /* as long as the frame: states of pixels */
+#define QS_TEMPORARY 3u         /* until the call returns */
+
+/* The memory of frames. 24 bytes. */
+typedef struct QsMemory {
+  uint32_t size;     /*  0 */
+  uint32_t reserved; /*  4 */
+  void* user;        /*  8: handed to allocate() */
+  /* 16: returns `bytes` bytes, aligned to 16, of any content; null: not enough memory, and the call
+   * returns QS_DEVICE. It runs in the thread that called the library. It must neither use the
+   * context nor throw. */
+  void* (*allocate)(void* user, uint64_t bytes, uint32_t kind);
+} QsMemory;
+
+/* A frame between its stages. It is the caller's: nothing is closed. The backward functions only
+ * read it and its memory, so any number of frames may wait, a backward pass may run again, and each
+ * call may have its own thread and context. A copy of the struct is the same frame; qs_blend() of a
+ * copy leaves the first one as it was. The caller may move a block of memory and adjust its
+ * pointer, and frees the blocks when no call reads the frame any more. 72 bytes. */
+typedef struct QsStageFrame {
+  uint32_t size;      /*  0 */
+  uint32_t type;      /*  4: of the arrays, QS_FLOAT32 or QS_FLOAT64 */
+  uint64_t gaussians; /*  8: N */
+  uint64_t listed;    /* 16: Gaussians that a tile lists */
+  uint64_t pairs;     /* 24: listed (Gaussian, tile) pairs */
+  int32_t width;      /* 32: pixels */
+  int32_t height;     /* 36 */
+  uint32_t channels;  /* 40: of the blended colours; 0 before qs_blend() */
+  uint32_t has_depth; /* 44: 1: qs_blend() summed depths */
+  void* per_gaussian; /* 48: blocks from QsMemory.allocate(), null if the frame is empty */
+  void* per_pair;     /* 56 */
+  void* per_pixel;    /* 64: null before qs_blend() */
+} QsStageFrame;
+
+/* The values that pixels read of a Gaussian, and its radii. Rows of Gaussians behind the near
+ * plane, and of Gaussians that are degenerate, are 0; there are also rows of Gaussians that no tile
+ * lists. 536 bytes. */
+typedef struct QsBoundary {
+  uint32_t size;     /*   0 */
+  uint32_t reserved; /*   4 */
+  QsArray means_px;  /*   8: N x 2: pixels */
+  QsArray conics;    /*  96: N x 3: a b c, the inverse of the dilated covariance, 1/px^2 */
+  QsArray depths;    /* 184: N: view z */
+  QsArray opacities; /* 272: N: at the centre, with compensation */
+  QsArray colors;    /* 360: N x 3: RGB of the SH as seen by the camera; absent with channels */
+  QsArray radii;     /* 448: N x 2: pixels along x and y by QsRules.radius_rule, QS_INT32 */
+} QsBoundary;
+
+/* The pictures, or derivatives by them. 360 bytes. */
+typedef struct QsBlended {
+  uint32_t size;         /*   0 */
+  uint32_t reserved;     /*   4 */
+  QsArray color;         /*   8: height x width x C, over the background, not clamped */
+  QsArray alpha;         /*  96: height x width: 1 - transmittance */
+  QsArray depth;         /* 184: height x width: sum of view z by weight, which is alpha times the
+                                 transmittance in front of it; not divided by alpha */
+  QsArray inverse_depth; /* 272: height x width: the same sum of 1 / z */
+} QsBlended;
+
+/* Derivatives by the boundary, and by the inputs that only qs_blend() reads. 712 bytes. */
+typedef struct QsBoundaryGradients {
+  uint32_t size;       /*   0 */
+  uint32_t reserved;   /*   4 */
+  QsArray means_px;    /*   8: N x 2 */
+  QsArray conics;      /*  96: N x 3; by b as one number */
+  QsArray depths;      /* 184: N */
+  QsArray opacities;   /* 272: N */
+  QsArray colors;      /* 360: N x 3; absent with channels */
+  QsArray channels;    /* 448: N x C; absent with sh. qs_project_backward() does not read this and
+                               the next two */
+  QsArray absolute_px; /* 536: N x 2: sums over pixels of the absolute values of the pixels' parts
+                          of means_px, as AbsGS splits by */
+  QsArray background;  /* 624: C */
+} QsBoundaryGradients;
+
+/* Derivatives by the inputs of qs_project(); for inputs that are not given they are absent. 800
+ * bytes. */
+typedef struct QsInputGradients {
+  uint32_t size;           /*   0 */
+  uint32_t reserved;       /*   4 */
+  QsArray means;           /*   8: N x 3 */
+  QsArray scales;          /*  96: N x 3 */
+  QsArray rotations;       /* 184: N x 4 */
+  QsArray covariances;     /* 272: N x 6; by xy, xz and yz counting both equal elements */
+  QsArray opacities;       /* 360: N */
+  QsArray sh;              /* 448: N x K x 3, or N x 1 x 3 with sh_rest */
+  QsArray sh_rest;         /* 536: N x (K - 1) x 3 */
+  QsArray view_from_world; /* 624: 3 x 4, of the camera, with a position that stays where it is.
+                                   QS_FLOAT32 or QS_FLOAT64, as the next */
+  QsArray position;        /* 712: 3, of the point from which colours are seen */
+} QsInputGradients;
+
+/* Projects the Gaussians and lists them in tiles. Fills *frame, with memory from `memory`, and all
+ * wanted arrays of `boundary`, which may be null. `rules` may be null. After an error the frame is
+ * empty. */
+QS_LIBRARY_FUNCTION int32_t qs_project(QsContext* context, const QsInputs* inputs,
+                                       const QsCamera* camera, const QsRules* rules,
+                                       const QsMemory* memory, const QsBoundary* boundary,
+                                       QsStageFrame* frame, char* message);
+
+/* Draws the frame of qs_project() for the same inputs, camera and rules. The wanted pictures are
+ * written, and the state of the pixels goes to memory from `memory`. Depths are summed only if one
+ * of both depths is wanted; only then does the frame have gradients of them. It may be called
+ * again, with other channels or another background. */
+QS_LIBRARY_FUNCTION int32_t qs_blend(QsContext* context, const QsInputs* inputs,
+                                     const QsCamera* camera, const QsRules* rules,
+                                     const QsMemory* memory, const QsBlended* pictures,
+                                     QsStageFrame* frame, char* message);
+
+/* qs_project() and qs_blend(). */
+QS_LIBRARY_FUNCTION int32_t qs_forward(QsContext* context, const QsInputs* inputs,
+                                       const QsCamera* camera, const QsRules* rules,
+                                       const QsMemory* memory, const QsBoundary* boundary,
+                                       const QsBlended* pictures, QsStageFrame* frame,
+                                       char* message);
+
+/* Derivatives by the boundary. `by_pictures` are the derivatives by the pictures; strides may be 0.
+ * Inputs, camera and rules have the values of the forward call. Frames of another number of
+ * Gaussians, size, type or number of channels are refused. */
+QS_LIBRARY_FUNCTION int32_t qs_blend_backward(QsContext* context, const QsInputs* inputs,
+                                              const QsCamera* camera, const QsRules* rules,
+                                              const QsStageFrame* frame,
+                                              const QsBlended* by_pictures,
+                                              const QsBoundaryGradients* by_boundary,
+                                              char* message);
+
+/* Derivatives by the inputs, from `by_boundary`. */
+QS_LIBRARY_FUNCTION int32_t qs_project_backward(QsContext* context, const QsInputs* inputs,
+                                                const QsCamera* camera, const QsRules* rules,
+                                                const QsStageFrame* frame,
+                                                const QsBoundaryGradients* by_boundary,
+                                                const QsInputGradients* by_inputs, char* message);
+
+/* qs_blend_backward() and qs_project_backward(). The wanted arrays of `by_boundary`, which may be
+ * null, are written. */
+QS_LIBRARY_FUNCTION int32_t qs_backward(QsContext* context, const QsInputs* inputs,
+                                        const QsCamera* camera, const QsRules* rules,
+                                        const QsStageFrame* frame, const QsBlended* by_pictures,
+                                        const QsBoundaryGradients* by_boundary,
+                                        const QsInputGradients* by_inputs, char* message);
 
 #ifdef __cplusplus
 }

@@ -46,6 +46,7 @@ Struct sized() {
 
 inline QsSettings default_settings() { return QS_SETTINGS; }
 inline QsConversion default_conversion() { return QS_CONVERSION; }
+inline QsRules default_rules() { return QS_RULES; }
 
 /// QS_FLOAT32, ... of an element.
 template <class T>

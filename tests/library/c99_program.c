@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   QsPicture picture = {0};
   QsSettings settings = QS_SETTINGS;
   QsConversion conversion = QS_CONVERSION;
+  QsRules rules = QS_RULES;
   QsModeCounts modes[32];
   uint64_t count = 0, i;
   const char* text = NULL;
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
   expect(argc == 2, "usage: c99_program SCENE");
   expect(qs_version(&text) == QS_LIBRARY_VERSION && strlen(text) > 0, "qs_version");
   expect(conversion.size == 32 && conversion.sh_degree == 3, "QS_CONVERSION");
+  expect(rules.size == 120 && rules.sh_degree == 3 && rules.alpha_max == 0.99, "QS_RULES");
   expect(qs_context_open(QS_BACKEND_CPU, QS_FIRST_GPU, 1, &context, message) == QS_OK, "open");
   expect(qs_context_backend(context) == QS_BACKEND_CPU, "backend");
   expect(qs_scene_load(context, argv[1], NULL, &scene, message) == QS_OK, "load");

@@ -53,6 +53,11 @@ if(NOT picture_c STREQUAL picture_cpp)
   message(FATAL_ERROR "the examples drew different pictures")
 endif()
 
+execute_process(COMMAND ${WORK}/example/gradients_c RESULT_VARIABLE code OUTPUT_VARIABLE text)
+if(NOT code EQUAL 0 OR NOT text MATCHES "^0.500 0.200 ")
+  message(FATAL_ERROR "gradients_c gave ${code}: ${text}")
+endif()
+
 # A missing scene is the library's sentence and code.
 execute_process(COMMAND ${WORK}/example/first_cpp no_such_scene out.ppm RESULT_VARIABLE code ERROR_VARIABLE sentence)
 if(NOT code EQUAL 2 OR NOT sentence MATCHES "^no_such_scene: .*\n$")
@@ -71,13 +76,14 @@ run(${CMAKE_COMMAND} -S ${WORK}/other -B ${WORK}/other/build -DCMAKE_PREFIX_PATH
 
 # The programs of docs/library.md are the examples.
 file(READ ${CMAKE_CURRENT_LIST_DIR}/../../docs/library.md page)
-foreach(language c cpp)
-  file(READ ${tree}/share/quadsplat/examples/library/first.${language} program)
+foreach(name first.c first.cpp gradients.c)
+  string(REGEX REPLACE ".*\\." "" language ${name})
+  file(READ ${tree}/share/quadsplat/examples/library/${name} program)
   string(FIND "${program}" "#include" start)
   string(SUBSTRING "${program}" ${start} -1 program)
   string(FIND "${page}" "```${language}\n${program}```" found)
   if(found EQUAL -1)
-    message(FATAL_ERROR "docs/library.md has another program than first.${language}")
+    message(FATAL_ERROR "docs/library.md has another program than ${name}")
   endif()
 endforeach()
 message("the examples drew equal pictures")

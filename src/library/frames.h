@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+//
+// Frames of the differentiable rasterizer in memory of the caller (QsStageFrame).
+#pragma once
+
+#include "library/stage_arguments.h"
+#include "quadsplat/quadsplat.h"
+#include "raster/cpu/stages/held.h"
+
+namespace qs::library {
+
+/// Memory from the caller's callback.
+class CallersMemory {
+ public:
+  /// Throws Error(usage).
+  CallersMemory(const StageCall& call, const QsMemory* memory);
+
+  /// Throws Error(device) if the callback has no memory.
+  void* allocate(std::size_t bytes, std::uint32_t kind) const;
+
+  template <class Block>
+  Block allocate(const cpu::stages::HeldSizes& sizes, std::uint32_t kind) const {
+    return cpu::stages::block_at<Block>(allocate(cpu::stages::bytes_of<Block>(sizes), kind), sizes);
+  }
+
+ private:
+  Where where_;
+  QsMemory memory_;
+};
+
+/// Makes a frame of the caller an empty frame. Throws Error(usage).
+void clear_frame(QsStageFrame* frame, const Where& where);
+
+/// A copy of the caller's frame, which belongs to the call. `is_blended`: it must have pixels.
+/// Throws Error(usage).
+QsStageFrame frame_of(const StageCall& call, const QsStageFrame* frame, bool is_blended);
+
+cpu::stages::HeldSizes sizes_of(const QsStageFrame& frame);
+
+/// A checked frame as the stages read it.
+template <class Real>
+struct HeldFrame {
+  cpu::stages::HeldSizes sizes;
+  cpu::stages::GaussianBlock<Real> gaussians;
+  cpu::stages::PairBlock pairs;
+
+  explicit HeldFrame(const QsStageFrame& frame)
+      : sizes(sizes_of(frame)),
+        gaussians(
+            cpu::stages::block_at<cpu::stages::GaussianBlock<Real>>(frame.per_gaussian, sizes)),
+        pairs(cpu::stages::block_at<cpu::stages::PairBlock>(frame.per_pair, sizes)) {}
+
+  cpu::stages::FrameView<Real> view() const {
+    return cpu::stages::view_of(sizes, gaussians, pairs);
+  }
+  std::span<const std::uint8_t> projected() const { return {gaussians.projected, sizes.gaussians}; }
+};
+
+}  // namespace qs::library

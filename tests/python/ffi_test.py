@@ -37,7 +37,7 @@ def test_structs_have_the_members_and_offsets_of_the_header(ffi):
 def test_sizes_are_those_of_the_header(ffi):
     found = {}
     for comment, name in re.findall(r"/\*((?:[^*]|\*(?!/))*)\*/\ntypedef struct (\w+) \{", HEADER):
-        found[name] = int(re.findall(r"(\d+) bytes", comment)[-1])
+        found[name] = int(re.findall(r"(\d+)[\s*]+bytes", comment)[-1])
     known = {struct.__name__: size for struct, size in ffi.STRUCT_BYTES.items()}
     assert known == {name: found[name] for name in known}
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Component `library`: libquadsplat with its headers, for find_package(quadsplat COMPONENTS library) and the target
 # quadsplat::library, and examples (docs/library.md).
-include(GNUInstallDirs)
 install(TARGETS quadsplat_library EXPORT quadsplat_library LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
 install(FILES src/quadsplat/quadsplat.h src/quadsplat/quadsplat.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/quadsplat COMPONENT library)
 install(EXPORT quadsplat_library FILE quadsplat-library.cmake NAMESPACE quadsplat:: DESTINATION ${config} COMPONENT library)

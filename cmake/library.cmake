@@ -2,6 +2,7 @@
 # libquadsplat, a shared library with the C interface of src/quadsplat/quadsplat.h (docs/library.md). It exports the functions
 # of that header alone. With QUADSPLAT_STATIC it contains the other libraries, as the program does, and the C++ library;
 # libgcc stays shared, so that exceptions work in processes that have other C++ libraries.
+include(GNUInstallDirs)  # before the first CMAKE_INSTALL_*DIR
 file(STRINGS src/quadsplat/quadsplat.h version REGEX "^#define QS_LIBRARY_VERSION [0-9]+$")
 string(REGEX REPLACE ".* " "" version "${version}")
 

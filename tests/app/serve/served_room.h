@@ -108,6 +108,7 @@ class ServedRoom {
       posted_.pop_front();
       lock.unlock();
       event(*this, number);
+      sharing.meet(of(number), now);  // at once, as the server does: crops count in their order
       lock.lock();
     }
   }

@@ -70,6 +70,18 @@ TEST(GeometricMean, of_inverse_ratios_is_the_inverse) {
   EXPECT_NEAR(there.interval->high * back.interval->low, 1, 1e-12);
 }
 
+TEST(Ratio, is_undecided_as_long_as_its_interval_has_one) {
+  const auto undecided = [](double low, double high) {
+    return is_undecided({(low + high) / 2, Interval{low, high}, 5});
+  };
+  EXPECT_TRUE(undecided(0.9, 1.1));
+  EXPECT_TRUE(undecided(1, 1.1));
+  EXPECT_TRUE(undecided(0.9, 1));
+  EXPECT_FALSE(undecided(1.01, 1.1));
+  EXPECT_FALSE(undecided(0.9, 0.99));
+  EXPECT_FALSE(is_undecided({1, std::nullopt, 1}));
+}
+
 TEST(GeometricMean, of_one_ratio_has_no_interval_and_of_equal_ratios_an_empty_one) {
   const Ratio one = geometric_mean(std::array{1.75});
   EXPECT_DOUBLE_EQ(one.value, 1.75);

@@ -50,7 +50,7 @@ void Input::key(int key, bool down, bool repeat, int mods, bool captured, Action
 void Input::button(int button, bool down, bool captured, double now, Actions& actions) {
   if (!down) {
     if (button != dragged_) return;
-    dragged_ = -1;
+    dragged_.reset();
     if (button == GLFW_MOUSE_BUTTON_LEFT && glm::distance(cursor_, last_press_) < kClickPixels)
       actions.push_back(call(action::inspect_pixel, picture_cursor()));
     return;
@@ -68,7 +68,7 @@ void Input::button(int button, bool down, bool captured, double now, Actions& ac
 void Input::cursor(glm::dvec2 pixel, Navigation navigation, Actions& actions) {
   const glm::dvec2 by = pixel - cursor_;
   cursor_ = pixel;
-  if (dragged_ < 0 || by == glm::dvec2(0)) return;
+  if (!dragged_ || by == glm::dvec2(0)) return;
   const auto motion = dragged_ == GLFW_MOUSE_BUTTON_MIDDLE ? action::pan
                       : navigation == Navigation::fly      ? action::look
                       : dragged_ == GLFW_MOUSE_BUTTON_LEFT ? action::orbit
@@ -87,7 +87,7 @@ void Input::wheel(double notches, int mods, bool captured, Actions& actions) {
 void Input::release_all(Actions& actions) {
   const std::set<int> held = held_;
   for (const int key : held) this->key(key, false, false, 0, false, actions);
-  dragged_ = -1;
+  dragged_.reset();
   mods_ = 0;
 }
 

@@ -4,6 +4,7 @@
 // input scripts call the same functions. `captured`: a panel uses the input.
 #pragma once
 
+#include <optional>
 #include <set>
 
 #include "app/viewer/state/action.h"
@@ -25,7 +26,7 @@ class Input {
   /// Flies in the direction of the held keys.
   void tick(Actions& actions) const;
 
-  bool busy() const { return dragged_ >= 0 || flies(); }
+  bool busy() const { return dragged_.has_value() || flies(); }
 
   /// The upper left corner of the picture in the window, pixels. Actions get positions in the
   /// picture.
@@ -39,7 +40,7 @@ class Input {
 
   std::set<int> held_;  // keys
   int mods_ = 0;
-  int dragged_ = -1;  // button
+  std::optional<int> dragged_;  // button
   glm::dvec2 cursor_{0.0}, origin_{0.0}, last_press_{-1e9};
   double last_press_time_ = -1e9;
 };

@@ -45,7 +45,7 @@ function say(text, isError) {
 }
 
 function connect() {
-  socket = new WebSocket("ws://" + location.host + "/live");
+  socket = new WebSocket((location.protocol === "https:" ? "wss://" : "ws://") + location.host + "/live");
   socket.binaryType = "arraybuffer";
   received = 0;
   input = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "app/base/quit_signals.h"
 #include "app/cli/command.h"
@@ -19,6 +20,7 @@ namespace {
 struct ServeCommand {
   FrameOptions frame;
   std::vector<std::filesystem::path> scenes;
+  std::optional<std::filesystem::path> certificate, key;
   ServeOptions serve;
 };
 
@@ -31,14 +33,22 @@ void print_address(const ServeOptions& serve, int port, std::size_t scenes) {
   const std::string host = serve.name.empty() ? host_text(serve.address) : serve.name;
   const bool everywhere = serve.address == "0.0.0.0" || serve.address == "::";
   const std::string shown = everywhere && serve.name.empty() ? "localhost" : host;
-  fmt::print("http://{}:{}/#token={}\n", shown, port, serve.token);
+  const char* const scheme = serve.tls ? "https" : "http";
+  fmt::print("{}://{}:{}/#token={}\n", scheme, shown, port, serve.token);
   std::fflush(stdout);
   fmt::print(stderr,
              "serving {} scene{}; Ctrl+C ends it. The address has the token: whoever knows it can "
              "look.\nFrom another machine: ssh -L {}:{}:{} USER@THIS_MACHINE, then open "
-             "http://localhost:{}/#token={}\n",
+             "{}://localhost:{}/#token={}\n",
              scenes, scenes == 1 ? "" : "s", port,
-             everywhere ? "localhost" : host_text(serve.address), port, port, serve.token);
+             everywhere ? "localhost" : host_text(serve.address), port, scheme, port, serve.token);
+}
+
+std::optional<TlsFiles> tls_files(const ServeCommand& command) {
+  if (command.certificate.has_value() != command.key.has_value())
+    fail(ErrorKind::usage, "serve: --certificate and --key need each other");
+  if (!command.key) return {};
+  return TlsFiles{*command.certificate, *command.key};
 }
 
 void check(const FrameOptions& frame) {
@@ -52,12 +62,13 @@ void check(const FrameOptions& frame) {
 int serve_scenes(ServeCommand& command) {
   check(command.frame);
   ServeOptions& serve = command.serve;
+  serve.tls = tls_files(command);
   serve.token = make_token();
   Server server(serve);  // throws before the scenes are read
-  if (serve.address != "127.0.0.1" && serve.address != "::1") {
+  if (!server.is_local() && !serve.tls) {
     warn(
         fmt::format("{} can be reached from other machines, and the connection is not encrypted: "
-                    "ssh -L to 127.0.0.1 is safer",
+                    "ssh -L to 127.0.0.1 is safer, or --certificate and --key",
                     serve.address));
   }
   ServedScenes scenes;
@@ -84,6 +95,10 @@ CommandAction serve_command(Options& options) {
   options.text("--name", "HOST", command->serve.name,
                "name by which browsers may address this machine, beside localhost and --address",
                {"gpu7", "gpu7.example.org"});
+  options.text("--certificate", "FILE", command->certificate,
+               "PEM file with the certificates for https://; needs --key", {"missing.pem"});
+  options.text("--key", "FILE", command->key, "PEM file with the key of --certificate",
+               {"missing.pem"});
   options.example("quadsplat serve garden/", "prints the address to open in a browser");
   options.example("quadsplat serve plush.spz garden/ --port 8080",
                   "two scenes, at another port, for ssh -L 8080:127.0.0.1:8080");

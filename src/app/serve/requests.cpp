@@ -96,15 +96,16 @@ bool HostNames::has(std::string_view host) const {
   return !name.empty() && std::find(names_.begin(), names_.end(), name) != names_.end();
 }
 
-unsigned status_of(const RequestHead& head, const HostNames& names, std::size_t most_target_bytes) {
+unsigned status_of(const RequestHead& head, std::string_view scheme, const HostNames& names,
+                   std::size_t most_target_bytes) {
   if (head.method != "GET") return 405;
   if (head.target.size() > most_target_bytes) return 414;
   if (head.hosts.size() != 1 || name_in_host(head.hosts.front()).empty()) return 400;
   if (!names.has(head.hosts.front())) return 403;
   if (!head.upgrades) return page_file(head.target) != nullptr ? 200 : 404;
   if (head.target != kLiveTarget) return 404;
-  const bool own_page =
-      head.origins.size() == 1 && head.origins.front() == "http://" + head.hosts.front();
+  const std::string own = std::string(scheme) + "://" + head.hosts.front();
+  const bool own_page = head.origins.size() == 1 && head.origins.front() == own;
   return own_page ? 101 : 403;
 }
 

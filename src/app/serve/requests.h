@@ -48,8 +48,9 @@ class HostNames {
 std::string name_in_host(std::string_view host);
 
 /// The status of the answer: 101 opens a WebSocket, 200 sends the file page_file(target), others
-/// refuse the request.
-unsigned status_of(const RequestHead& head, const HostNames& names, std::size_t most_target_bytes);
+/// refuse the request. `scheme`: of the server's addresses, "http" or "https".
+unsigned status_of(const RequestHead& head, std::string_view scheme, const HostNames& names,
+                   std::size_t most_target_bytes);
 
 /// Null if there is none.
 const PageFile* page_file(std::string_view target);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The only file that includes Boost. Everything here runs on the thread of Server::run().
+// Only this file, client_stream.h and tls_context.h include Boost. Everything here runs on the
+// thread of Server::run().
 #include "app/serve/server.h"
 
 #ifdef QUADSPLAT_SERVE
@@ -20,6 +21,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "app/base/assets.h"
+#include "app/serve/client_stream.h"
 #include "app/serve/flow.h"
 #include "app/serve/picture_message.h"
 #include "app/serve/requests.h"
@@ -45,6 +47,7 @@ Server::Server(const ServeOptions&) {
 }
 Server::~Server() = default;
 int Server::port() const { return 0; }
+bool Server::is_local() const { return true; }
 void Server::run(ServedScenes&, const std::function<bool()>&) {}
 
 #else
@@ -68,7 +71,7 @@ constexpr std::chrono::milliseconds kEndTurn{100};    ///< between two questions
 constexpr const char* kPing = "q";                    ///< differs from the empty one of Beast
 constexpr int kMostInWork = 2;                        ///< pictures of a visitor: one is encoded
 constexpr int kNobody = 0;                            ///< the number of no visitor
-constexpr int kMostRefused = 64;                      ///< connections that are being refused
+constexpr int kMostLeaving = 64;                      ///< connections that were refused or answered
 constexpr std::uint16_t kWrongToken = 4401, kTooMany = 1008, kNoJson = 1007, kBinary = 1003;
 
 double seconds_of(Clock::time_point time) {
@@ -91,14 +94,17 @@ class Live;
 struct Hub {
   ServeOptions options;
   HostNames names{"", ""};
+  std::optional<TlsContext> tls;
   std::map<std::string, AddressCount> addresses;
-  int connections = 0, refused = 0;
+  int connections = 0, leaving = 0;
   std::map<int, std::weak_ptr<Live> > live;  // by visitor
   int visitors = 0;                          // so far
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
   Sharing sharing;
   asio::io_context io;  // goes first and takes the connections with it, which use the rest
+
+  std::string_view scheme() const { return tls ? "https" : "http"; }
 
   bool has_too_many_wrong_tokens(const std::string& address) {
     std::deque<Clock::time_point>& times = addresses[address].wrong_tokens;
@@ -108,44 +114,57 @@ struct Hub {
   }
 };
 
-/// Counts a connection as long as it exists.
+/// Counts a connection as long as it exists. One that is answered counts no longer as one of its
+/// address, because a browser opens the next one before it has closed it.
 class Counted {
  public:
   /// `fits`: it is served; else it is refused.
   Counted(Hub& hub, std::string address, bool fits)
-      : hub_(hub), address_(std::move(address)), fits_(fits) {
-    if (!fits_) {
-      ++hub_.refused;
+      : hub_(hub), address_(std::move(address)), serves_(fits) {
+    if (!serves_) {
+      ++hub_.leaving;
       return;
     }
     ++hub_.connections;
     ++hub_.addresses[address_].connections;
   }
   ~Counted() {
-    if (!fits_) {
-      --hub_.refused;
-      return;
+    if (serves_) {
+      forget();
+    } else {
+      --hub_.leaving;
     }
-    --hub_.connections;
-    const auto found = hub_.addresses.find(address_);
-    if (--found->second.connections == 0 && found->second.wrong_tokens.empty())
-      hub_.addresses.erase(found);
   }
   Counted(const Counted&) = delete;
   Counted& operator=(const Counted&) = delete;
 
   const std::string& address() const { return address_; }
 
+  /// The connection was answered.
+  void leave() {
+    if (!serves_) return;
+    forget();
+    serves_ = false;
+    ++hub_.leaving;
+  }
+
  private:
+  void forget() {
+    --hub_.connections;
+    const auto found = hub_.addresses.find(address_);
+    if (--found->second.connections == 0 && found->second.wrong_tokens.empty())
+      hub_.addresses.erase(found);
+  }
+
   Hub& hub_;
   std::string address_;
-  bool fits_;
+  bool serves_;
 };
 
 // ---- a visitor's WebSocket ----------------------------------------------------------------------
 class Live : public std::enable_shared_from_this<Live> {
  public:
-  Live(Hub& hub, beast::tcp_stream stream, std::unique_ptr<Counted> counted)
+  Live(Hub& hub, ClientStream stream, std::unique_ptr<Counted> counted)
       : hub_(hub),
         socket_(std::move(stream)),
         counted_(std::move(counted)),
@@ -167,6 +186,7 @@ class Live : public std::enable_shared_from_this<Live> {
     socket_.read_message_max(limits.message_bytes);
     socket_.control_callback([this](websocket::frame_type kind, beast::string_view payload) {
       if (kind == websocket::frame_type::pong && payload == kPing) take_pong();
+      if (kind == websocket::frame_type::close) guard_write();  // the end may take no longer
     });
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (!error) self->begin();
@@ -505,7 +525,7 @@ class Live : public std::enable_shared_from_this<Live> {
   }
 
   Hub& hub_;
-  websocket::stream<beast::tcp_stream> socket_;
+  websocket::stream<ClientStream> socket_;
   std::unique_ptr<Counted> counted_;
   int number_;
   Timer token_timer_, turn_timer_, order_timer_, state_timer_, write_timer_;
@@ -549,27 +569,40 @@ RequestHead head_of(const http::request<http::empty_body>& request) {
 class Request : public std::enable_shared_from_this<Request> {
  public:
   Request(Hub& hub, Tcp::socket socket, std::unique_ptr<Counted> counted)
-      : hub_(hub), stream_(std::move(socket)), counted_(std::move(counted)), timer_(hub.io) {
+      : hub_(hub),
+        stream_(std::move(socket), hub.tls ? &*hub.tls : nullptr),
+        counted_(std::move(counted)),
+        timer_(hub.io) {
     const ServeLimits& limits = hub_.options.limits;
     parser_.header_limit(static_cast<std::uint32_t>(limits.head_bytes));
     parser_.body_limit(std::uint64_t{0});
   }
 
-  void read() {
+  /// `refusal`: the status with which the request is refused unread; 0: it is read.
+  void begin(unsigned refusal) {
     timer_.expires_after(hub_.options.limits.head_time);
     timer_.async_wait([self = shared_from_this()](error_code error) {
       if (error) return;
       self->late_ = true;
-      self->stream_.cancel();
+      self->stream_.next_layer().cancel();
     });
-    http::async_read_header(stream_, buffer_, parser_,
-                            [self = shared_from_this()](error_code error, std::size_t) {
-                              self->timer_.cancel();
-                              self->answer(error);
-                            });
+    stream_.async_begin([self = shared_from_this(), refusal](error_code error, bool is_http) {
+      if (is_http) return self->refuse(400, "this port speaks https only");
+      if (error) return self->timer_.cancel(), void();
+      if (refusal != 0) return self->refuse(refusal);
+      self->read();
+    });
+  }
+
+ private:
+  void read() {
+    http::async_read_header(
+        stream_, buffer_, parser_,
+        [self = shared_from_this()](error_code error, std::size_t) { self->answer(error); });
   }
 
   void send(unsigned status, std::string body, const char* type) {
+    timer_.cancel();
     response_.version(11);
     response_.result(status);
     for (const HeaderField& field : security_fields()) response_.set(field.name, field.value);
@@ -578,7 +611,7 @@ class Request : public std::enable_shared_from_this<Request> {
     response_.keep_alive(false);
     response_.body() = std::move(body);
     response_.prepare_payload();
-    stream_.expires_after(hub_.options.limits.write_time);
+    stream_.next_layer().expires_after(hub_.options.limits.write_time);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](error_code error, std::size_t) {
                         if (!error) self->linger();
@@ -586,12 +619,14 @@ class Request : public std::enable_shared_from_this<Request> {
   }
 
   void refuse(unsigned status) {
-    send(status, std::string(http::obsolete_reason(static_cast<http::status>(status))) + "\n",
-         "text/plain; charset=utf-8");
+    refuse(status, std::string(http::obsolete_reason(static_cast<http::status>(status))));
+  }
+  void refuse(unsigned status, const std::string& sentence) {
+    send(status, sentence + "\n", "text/plain; charset=utf-8");
   }
 
- private:
   void answer(error_code error) {
+    timer_.cancel();
     if (late_) return refuse(408);
     if (error == http::error::header_limit) return refuse(431);
     if (error == http::error::body_limit) return refuse(413);
@@ -602,7 +637,8 @@ class Request : public std::enable_shared_from_this<Request> {
     const auto& request = parser_.get();
     if (parser_.chunked() || parser_.content_length().value_or(0) > 0) return refuse(413);
     const RequestHead head = head_of(request);
-    const unsigned status = status_of(head, hub_.names, hub_.options.limits.target_bytes);
+    const unsigned status =
+        status_of(head, hub_.scheme(), hub_.names, hub_.options.limits.target_bytes);
     if (status == 101) return open_live();
     if (status != 200) return refuse(status);
     send_file(*page_file(head.target));
@@ -627,23 +663,28 @@ class Request : public std::enable_shared_from_this<Request> {
 
   // Unread input at the end would discard the answer, so it is read for a moment.
   void linger() {
-    error_code ignored;
-    stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
-    stream_.expires_after(kLinger);
-    drain();
+    if (hub_.leaving >= kMostLeaving) return;
+    counted_->leave();
+    stream_.next_layer().expires_after(kLinger);
+    stream_.async_end([self = shared_from_this()](error_code) {
+      error_code ignored;
+      self->stream_.next_layer().socket().shutdown(Tcp::socket::shutdown_send, ignored);
+      self->stream_.next_layer().expires_after(kLinger);
+      self->drain();
+    });
   }
   void drain() {
-    stream_.async_read_some(asio::buffer(rest_),
-                            [self = shared_from_this()](error_code error, std::size_t bytes) {
-                              self->drained_ += bytes;
-                              if (!error && self->drained_ < kMostDrained) self->drain();
-                            });
+    stream_.next_layer().async_read_some(
+        asio::buffer(rest_), [self = shared_from_this()](error_code error, std::size_t bytes) {
+          self->drained_ += bytes;
+          if (!error && self->drained_ < kMostDrained) self->drain();
+        });
   }
 
   static constexpr std::size_t kMostDrained = 1 << 20;
 
   Hub& hub_;
-  beast::tcp_stream stream_;
+  ClientStream stream_;
   std::unique_ptr<Counted> counted_;
   Timer timer_;
   beast::flat_buffer buffer_;
@@ -662,6 +703,7 @@ class Server::Network {
   explicit Network(const ServeOptions& options)
       : acceptor_(hub_.io), end_timer_(hub_.io), accept_timer_(hub_.io) {
     hub_.options = options;
+    if (options.tls) hub_.tls.emplace(make_tls_context(*options.tls));
     hub_.names = HostNames(options.address, options.name);
     error_code error;
     const auto address = asio::ip::make_address(options.address, error);
@@ -680,6 +722,7 @@ class Server::Network {
   }
 
   int port() const { return acceptor_.local_endpoint().port(); }
+  bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
 
   void run(ServedScenes& scenes, const std::function<bool()>& ends) {
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
@@ -749,11 +792,10 @@ class Server::Network {
     const int here = found == hub_.addresses.end() ? 0 : found->second.connections;
     const bool fits =
         hub_.connections < limits.connections && here < limits.connections_per_address;
-    if (!fits && hub_.refused >= kMostRefused) return;
+    if (!fits && hub_.leaving >= kMostLeaving) return;
     auto request = std::make_shared<Request>(hub_, std::move(socket),
                                              std::make_unique<Counted>(hub_, address, fits));
-    if (fits) return request->read();
-    request->refuse(503);
+    request->begin(fits ? 0 : 503);
   }
 
   void await_end(const std::function<bool()>& ends) {
@@ -777,6 +819,7 @@ class Server::Network {
 Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>(options)) {}
 Server::~Server() = default;
 int Server::port() const { return network_->port(); }
+bool Server::is_local() const { return network_->is_local(); }
 void Server::run(ServedScenes& scenes, const std::function<bool()>& ends) {
   network_->run(scenes, ends);
 }

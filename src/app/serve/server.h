@@ -6,10 +6,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/serve/limits.h"
 #include "app/serve/served_scene.h"
+#include "app/serve/tls_files.h"
 
 namespace qs {
 
@@ -18,19 +20,22 @@ struct ServeOptions {
   std::string name;                   ///< another name of the host in addresses; may be empty
   int port = 7007;                    ///< 0: any free one
   std::string token;                  ///< make_token()
+  std::optional<TlsFiles> tls;        ///< without them nothing is encrypted
   ServeLimits limits;
 };
 
 class Server {
  public:
   /// Listens from now on, and answers from run() on. Throws Error if the address is wrong or taken,
-  /// or if this build has no server.
+  /// if a file of TLS cannot be used, or if this build has no server.
   explicit Server(const ServeOptions& options);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
   int port() const;
+  /// Only this machine can reach the address.
+  bool is_local() const;
 
   /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
   /// Error.

@@ -17,7 +17,7 @@ const HostNames& names() {
   return kNames;
 }
 
-unsigned status(RequestHead head) { return status_of(head, names(), 1024); }
+unsigned status(RequestHead head) { return status_of(head, "http", names(), 1024); }
 
 TEST(ServeRequests, the_page_consists_of_files_that_are_there) {
   for (const PageFile& file : page_files()) {
@@ -69,6 +69,11 @@ TEST(ServeRequests, a_socket_opens_for_the_own_page_only) {
   }
   EXPECT_EQ(upgrade({"http://localhost:7007", "http://localhost:7007"}), 403u);
   EXPECT_EQ(status({"GET", "/", {"localhost"}, {"http://localhost"}, true}), 404u);
+  const auto encrypted = [](const char* origin) {
+    return status_of({"GET", "/live", {"localhost:7007"}, {origin}, true}, "https", names(), 1024);
+  };
+  EXPECT_EQ(encrypted("https://localhost:7007"), 101u);
+  EXPECT_EQ(encrypted("http://localhost:7007"), 403u);
 }
 
 TEST(ServeRequests, hosts_of_any_ipv6_address_have_brackets) {

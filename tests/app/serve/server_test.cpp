@@ -3,7 +3,6 @@
 // The server as clients meet it, each line of its rules: sound visitors, and those who are refused.
 #include "app/serve/server.h"
 
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -23,7 +22,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/serve/picture_message.h"
-#include "app/serve/serve_scenes.h"
+#include "app/serve/running_server.h"
 #include "app/support/run_program.h"
 #include "io/picture/image_file.h"
 #include "io/picture/webp_image.h"
@@ -43,40 +42,19 @@ using testing::Not;
 using testing::StartsWith;
 using namespace std::chrono_literals;
 
-constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
+using test::kToken;
 
 class ServeServer : public testing::Test {
  protected:
   asio::io_context io_;
-  std::unique_ptr<test::SmallScenes> small_ = std::make_unique<test::SmallScenes>();
-  ServeOptions options_;
-  std::unique_ptr<Server> server_;
-  std::atomic<bool> ends_ = false;
-  std::thread thread_;
+  test::RunningServer running_;
+  ServeOptions& options_ = running_.options;
 
-  ServeServer() {
-    options_.port = 0;
-    options_.token = kToken;
-  }
-  ~ServeServer() override { end(); }
-
-  void start() {
-    server_ = std::make_unique<Server>(options_);
-    thread_ =
-        std::thread([this] { server_->run(small_->scenes, [this] { return ends_.load(); }); });
-  }
-  void end() {
-    ends_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
-  std::string host() const { return "127.0.0.1:" + std::to_string(server_->port()); }
+  std::string host() { return running_.host(); }
 
   Tcp::socket connect() {
-    if (!server_) start();
     Tcp::socket socket(io_);
-    socket.connect(
-        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(server_->port())});
+    socket.connect({asio::ip::make_address("127.0.0.1"), running_.port()});
     return socket;
   }
 
@@ -93,7 +71,6 @@ class ServeServer : public testing::Test {
     return answer;
   }
   std::string get(const std::string& target, const std::string& more = "") {
-    connect();  // starts the server, whose port is in the request
     return "GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\n" + more + "\r\n";
   }
   int status_of(const std::string& bytes) {
@@ -157,14 +134,28 @@ TEST_F(ServeServer, all_connections_are_counted) {
 }
 
 TEST_F(ServeServer, addresses_that_cannot_be_used_are_named) {
-  start();
   ServeOptions taken = options_;
-  taken.port = server_->port();
+  taken.port = running_.port();
   EXPECT_THAT(test::error_of([&] { Server second(taken); }, ErrorKind::device),
               HasSubstr("cannot be used: Address already in use"));
   taken.address = "nowhere";
   EXPECT_THAT(test::error_of([&] { Server third(taken); }, ErrorKind::usage),
               HasSubstr("--address nowhere"));
+}
+
+TEST_F(ServeServer, an_answered_connection_does_not_count) {
+  options_.limits.connections_per_address = 1;
+  Tcp::socket first = connect();
+  EXPECT_THAT(answer_on(first, get("/")), StartsWith("HTTP/1.1 200"));
+  EXPECT_EQ(status_of(get("/")), 200) << "the first one is open";
+}
+
+TEST_F(ServeServer, the_files_of_tls_are_needed_at_the_start) {
+  options_.tls = TlsFiles{"missing.pem", "missing.pem"};
+  const std::string sentence = test::error_of([&] { Server server(options_); });
+  EXPECT_TRUE(sentence == "serve: --certificate missing.pem: cannot be read: no such file" ||
+              sentence.find("built without OpenSSL") != sentence.npos)
+      << sentence;
 }
 
 // ---- WebSocket ----------------------------------------------------------------------------------
@@ -175,9 +166,7 @@ class ServeLive : public ServeServer {
   Socket open(const std::string& origin = "") { return handshaken(connect(), origin); }
   // On a socket with options of its own.
   Socket open_on(Tcp::socket bare) {
-    if (!server_) start();
-    bare.connect(
-        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(server_->port())});
+    bare.connect({asio::ip::make_address("127.0.0.1"), running_.port()});
     return handshaken(std::move(bare));
   }
   Socket handshaken(Tcp::socket bare, const std::string& origin = "") {
@@ -255,7 +244,7 @@ TEST_F(ServeLive, a_visitor_gets_state_and_exactly_the_picture_of_render) {
   const std::string file = exact_picture(socket);
   const auto pixels = decode_webp(std::as_bytes(std::span(file)), "test");
 
-  const auto folder = small_->folder.path();
+  const auto folder = running_.small.folder.path();
   const auto run = test::run_quadsplat({"render", (folder / "secret0/scene0.ply").string(),
                                         "--backend", "cpu", "--camera-index", "0", "--size",
                                         "64x48", "--output", (folder / "out.png").string()});
@@ -420,6 +409,21 @@ TEST_F(ServeLive, silent_clients_are_dropped) {
   EXPECT_EQ(error, asio::error::eof) << "the server closed the connection";
 }
 
+TEST_F(ServeLive, a_client_that_says_goodbye_and_stays_is_dropped) {
+  options_.limits.write_time = 200ms;
+  options_.limits.connections_per_address = 1;
+  Socket socket = open();
+  greet(socket);
+  const std::string goodbye = {'\x88', '\x80', 0, 0, 0, 0};
+  asio::write(socket.next_layer(), asio::buffer(goodbye));
+  int status = 503;  // as long as the connection exists
+  for (int i = 0; i < 1000 && status == 503; ++i) {
+    std::this_thread::sleep_for(20ms);
+    status = status_of("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(status, 200);
+}
+
 TEST_F(ServeLive, a_visitor_who_leaves_in_the_middle_harms_nobody) {
   for (int i = 0; i < 5; ++i) {
     Socket socket = open();
@@ -515,7 +519,7 @@ TEST_F(ServeLive, twenty_visitors_get_equal_shares) {
   constexpr int kVisitors = 20, kEach = 25, kWarm = 5;
   options_.limits.connections_per_address = 40;
   options_.limits.messages_per_second = 100'000;
-  start();
+  running_.start();
   std::vector<std::shared_ptr<Mover> > movers;
   std::vector<int> before;
   int all = 0;
@@ -585,7 +589,7 @@ TEST_F(ServeLive, a_client_that_does_not_read_is_dropped) {
   options_.limits.write_time = 300ms;
   options_.limits.pong_time = 100s;
   options_.limits.connections_per_address = 1;
-  start();
+  running_.start();
   // Small segments and a small buffer, so that the kernels hold less than a picture.
   Tcp::socket bare(io_, Tcp::v4());
   const int segment = 536;
@@ -628,7 +632,7 @@ TEST_F(ServeLive, the_server_ends_with_visitors) {
   Socket socket = open();
   greet(socket);
   const auto began = std::chrono::steady_clock::now();
-  end();
+  running_.end();
   EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
 }
 

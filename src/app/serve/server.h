@@ -6,10 +6,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/serve/limits.h"
 #include "app/serve/served_scene.h"
+#include "app/serve/sibr_server.h"
 
 namespace qs {
 
@@ -18,6 +20,7 @@ struct ServeOptions {
   std::string name;                   ///< another name of the host in addresses; may be empty
   int port = 7007;                    ///< 0: any free one
   std::string token;                  ///< make_token()
+  std::optional<SibrOptions> sibr;    ///< answers INRIA's remote viewer too
   ServeLimits limits;
 };
 
@@ -31,6 +34,8 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   int port() const;
+  /// Of SIBR's viewers; 0 without them.
+  int sibr_port() const;
 
   /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
   /// Error.

@@ -17,10 +17,15 @@
 namespace qs {
 namespace {
 
+constexpr std::size_t kMostSibrName = 1024;
+
 struct ServeCommand {
   FrameOptions frame;
   std::vector<std::filesystem::path> scenes;
   std::optional<std::filesystem::path> certificate, key;
+  bool sibr = false;
+  std::optional<int> sibr_port;
+  std::optional<std::string> sibr_name;
   ServeOptions serve;
 };
 
@@ -59,10 +64,46 @@ void check(const FrameOptions& frame) {
     fail(ErrorKind::usage, "serve: --cull reference takes seconds a picture: use quadsplat render");
 }
 
+// Its viewers have no token.
+std::optional<SibrOptions> sibr_options(const ServeCommand& command) {
+  const auto needs_sibr = [](bool given, const char* option) {
+    if (given) fail(ErrorKind::usage, "serve: {}: needs --sibr", option);
+  };
+  if (!command.sibr) {
+    needs_sibr(command.sibr_port.has_value(), "--sibr-port");
+    needs_sibr(command.sibr_name.has_value(), "--sibr-name");
+    return {};
+  }
+  const std::string& address = command.serve.address;
+  if (address != "127.0.0.1" && address != "::1") {
+    fail(ErrorKind::usage,
+         "serve: --address {}: --sibr asks nobody for a token, so it works at 127.0.0.1 only",
+         address);
+  }
+  SibrOptions options;
+  options.port = command.sibr_port.value_or(options.port);
+  options.name = command.sibr_name.value_or("");
+  const auto is_plain = [](char c) { return c >= ' ' && c <= '~'; };
+  if (options.name.size() > kMostSibrName ||
+      !std::all_of(options.name.begin(), options.name.end(), is_plain))
+    fail(ErrorKind::usage, "serve: --sibr-name: must be ASCII text of at most {} letters",
+         kMostSibrName);
+  return options;
+}
+
+void print_sibr_address(int port) {
+  fmt::print(stderr,
+             "SIBR viewers: SIBR_remoteGaussian_app --port {0} --path DATA; from another machine "
+             "ssh -L {0}:127.0.0.1:{0} USER@THIS_MACHINE. They see the first scene without a "
+             "token.\n",
+             port);
+}
+
 int serve_scenes(ServeCommand& command) {
   check(command.frame);
   ServeOptions& serve = command.serve;
   serve.tls = tls_files(command);
+  serve.sibr = sibr_options(command);
   serve.token = make_token();
   Server server(serve);  // throws before the scenes are read
   if (!server.is_local() && !serve.tls) {
@@ -77,6 +118,7 @@ int serve_scenes(ServeCommand& command) {
     scenes.push_back(open_served_scene(command.frame));
   }
   print_address(serve, server.port(), scenes.size());
+  if (serve.sibr) print_sibr_address(server.sibr_port());
   server.run(scenes, QuitSignals::arrived);
   throw Cancelled();  // only a signal ends it
 }
@@ -99,6 +141,14 @@ CommandAction serve_command(Options& options) {
                "PEM file with the certificates for https://; needs --key", {"missing.pem"});
   options.text("--key", "FILE", command->key, "PEM file with the key of --certificate",
                {"missing.pem"});
+  options.flag("--sibr", command->sibr,
+               "also answers INRIA's remote viewer (SIBR_remoteGaussian) on this machine");
+  options.integer("--sibr-port", "N", 0, 65535, command->sibr_port,
+                  "port for that viewer; 0 = any free one (default: 6009)");
+  options.text("--sibr-name", "TEXT", command->sibr_name,
+               "the folder of the data set at the viewer's machine, which that viewer opens "
+               "(default: none)",
+               {"/data/garden"});
   options.example("quadsplat serve garden/", "prints the address to open in a browser");
   options.example("quadsplat serve plush.spz garden/ --port 8080",
                   "two scenes, at another port, for ssh -L 8080:127.0.0.1:8080");

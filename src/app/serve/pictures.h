@@ -8,6 +8,7 @@
 // interrupts that.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -65,6 +66,9 @@ class Pictures {
   ~Pictures();
   Pictures(const Pictures&) = delete;
   Pictures& operator=(const Pictures&) = delete;
+
+  /// The number of another visitor, from 1 on.
+  int new_visitor() { return ++visitors_; }
 
   void order(int visitor, PictureOrder order);
   /// Runs a job on the thread of the renderer; jobs and pictures take turns.
@@ -127,6 +131,7 @@ class Pictures {
 
   ServedScenes& scenes_;
   Receiver receiver_;
+  std::atomic<int> visitors_ = 0;  // so far
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::map<int, Work> work_;

@@ -48,6 +48,7 @@ Server::Server(const ServeOptions&) {
 Server::~Server() = default;
 int Server::port() const { return 0; }
 bool Server::is_local() const { return true; }
+int Server::sibr_port() const { return 0; }
 void Server::run(ServedScenes&, const std::function<bool()>&) {}
 
 #else
@@ -98,7 +99,6 @@ struct Hub {
   std::map<std::string, AddressCount> addresses;
   int connections = 0, leaving = 0;
   std::map<int, std::weak_ptr<Live> > live;  // by visitor
-  int visitors = 0;                          // so far
   std::vector<const OpenedScene*> scenes;
   Pictures* pictures = nullptr;
   Sharing sharing;
@@ -168,7 +168,7 @@ class Live : public std::enable_shared_from_this<Live> {
       : hub_(hub),
         socket_(std::move(stream)),
         counted_(std::move(counted)),
-        number_(++hub.visitors),
+        number_(hub.pictures->new_visitor()),
         token_timer_(hub.io),
         turn_timer_(hub.io),
         order_timer_(hub.io),
@@ -719,10 +719,12 @@ class Server::Network {
       fail(ErrorKind::device, "serve: {} port {} cannot be used: {}", options.address, options.port,
            error.message());
     }
+    if (options.sibr) sibr_listener_ = listen_for_sibr(*options.sibr);
   }
 
   int port() const { return acceptor_.local_endpoint().port(); }
   bool is_local() const { return acceptor_.local_endpoint().address().is_loopback(); }
+  int sibr_port() const { return sibr_listener_.port(); }
 
   void run(ServedScenes& scenes, const std::function<bool()>& ends) {
     for (const auto& scene : scenes) hub_.scenes.push_back(&scene->opened);
@@ -744,6 +746,9 @@ class Server::Network {
                      [version, state](Live& live) { live.measuring_changed(version, state); });
            }});
       hub_.pictures = &pictures;
+      std::optional<SibrServer> sibr;
+      if (hub_.options.sibr)
+        sibr.emplace(sibr_listener_, *hub_.options.sibr, pictures, *hub_.scenes.front());
       await_end(ends);
       accept();
       hub_.io.run();
@@ -813,6 +818,7 @@ class Server::Network {
 
   Hub hub_;
   Tcp::acceptor acceptor_;
+  TcpSocket sibr_listener_;
   Timer end_timer_, accept_timer_;
 };
 
@@ -820,6 +826,7 @@ Server::Server(const ServeOptions& options) : network_(std::make_unique<Network>
 Server::~Server() = default;
 int Server::port() const { return network_->port(); }
 bool Server::is_local() const { return network_->is_local(); }
+int Server::sibr_port() const { return network_->sibr_port(); }
 void Server::run(ServedScenes& scenes, const std::function<bool()>& ends) {
   network_->run(scenes, ends);
 }

@@ -11,6 +11,7 @@
 
 #include "app/serve/limits.h"
 #include "app/serve/served_scene.h"
+#include "app/serve/sibr_server.h"
 #include "app/serve/tls_files.h"
 
 namespace qs {
@@ -21,6 +22,7 @@ struct ServeOptions {
   int port = 7007;                    ///< 0: any free one
   std::string token;                  ///< make_token()
   std::optional<TlsFiles> tls;        ///< without them nothing is encrypted
+  std::optional<SibrOptions> sibr;    ///< answers INRIA's remote viewer too
   ServeLimits limits;
 };
 
@@ -36,6 +38,8 @@ class Server {
   int port() const;
   /// Only this machine can reach the address.
   bool is_local() const;
+  /// Of SIBR's viewers; 0 without them.
+  int sibr_port() const;
 
   /// Serves until ends() is true, which it asks ten times a second. At least one scene. Throws
   /// Error.

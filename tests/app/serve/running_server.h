@@ -41,6 +41,10 @@ class RunningServer {
     start();
     return static_cast<unsigned short>(server_->port());
   }
+  int sibr_port() {
+    start();
+    return server_->sibr_port();
+  }
   /// For a Host field.
   std::string host() { return "127.0.0.1:" + std::to_string(port()); }
 

@@ -52,6 +52,11 @@ class ServeServer : public testing::Test {
 
   std::string host() { return running_.host(); }
 
+  static TcpSocket connect_to(int port, int& problem) {
+    return qs::connect(resolve("127.0.0.1:" + std::to_string(port), "test"), patience(60s),
+                       problem);
+  }
+
   Tcp::socket connect() {
     Tcp::socket socket(io_);
     socket.connect({asio::ip::make_address("127.0.0.1"), running_.port()});
@@ -233,6 +238,23 @@ class ServeLive : public ServeServer {
   std::string all_;  // the server has said
   std::uint32_t received_ = 0;
 };
+
+TEST_F(ServeLive, viewers_of_sibr_are_answered_beside_the_page) {
+  options_.sibr.emplace().port = 0;
+  Socket socket = open();
+  greet(socket);
+  int problem = 0;
+  TcpSocket viewer = connect_to(running_.sibr_port(), problem);
+  ASSERT_TRUE(viewer.is_open()) << problem;
+  const std::string request =
+      sibr_message(request_for(running_.small.opened[0]->facts.cameras.at(0)));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(viewer.write(std::as_bytes(std::span(request)), patience(60s)), TcpEnd::done);
+    std::vector<std::byte> answer(64 * 48 * 3 + 4);
+    ASSERT_EQ(viewer.read(answer, patience(60s)), TcpEnd::done);
+  }
+  EXPECT_FALSE(exact_picture(socket).empty());
+}
 
 TEST_F(ServeLive, a_visitor_gets_state_and_exactly_the_picture_of_render) {
   Socket socket = open();

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "app/serve/sibr_server.h"
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <memory>
+#include <new>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "app/viewer/render/host_frames.h"
+#include "raster/scene/image.h"
+
+namespace qs {
+namespace {
+
+constexpr std::chrono::milliseconds kAcceptTime{200};  ///< between two looks for ended viewers
+constexpr double kLeastSplatScale = 0.01, kMostSplatScale = 10;
+
+/// A picture that is being made. The renderer's thread and the viewer's share it.
+struct AwaitedPicture {
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  bool done = false;
+  std::string rgb;  // empty after a failure
+
+  void set(std::string pixels) {
+    {
+      const std::lock_guard lock(mutex);
+      rgb = std::move(pixels);
+      done = true;
+    }
+    changed.notify_all();
+  }
+};
+
+std::string rgb_of(const std::vector<std::uint8_t>& rgba) {
+  std::string rgb;
+  rgb.reserve(rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
+    for (std::size_t c = 0; c < 3; ++c) rgb += static_cast<char>(rgba[i + c]);
+  }
+  return rgb;
+}
+
+std::string plain_picture(const SibrRequest& request, const glm::vec3& color) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(request.width) * static_cast<std::size_t>(request.height);
+  std::string rgb;
+  rgb.reserve(3 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (int c = 0; c < 3; ++c) rgb += static_cast<char>(to_8bit(color[c]));
+  }
+  return rgb;
+}
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
+}  // namespace
+
+TcpSocket listen_for_sibr(const SibrOptions& options) {
+  return listen_on_loopback(options.port,
+                            fmt::format("serve: --sibr-port {}: 127.0.0.1", options.port));
+}
+
+SibrServer::SibrServer(TcpSocket& listener, const SibrOptions& options, Pictures& pictures,
+                       const OpenedScene& scene, std::size_t number)
+    : listener_(listener),
+      options_(options),
+      pictures_(pictures),
+      scene_(scene),
+      number_(number),
+      thread_([this](const std::stop_token& stop) { accept(stop); }) {}
+
+void SibrServer::accept(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    TcpSocket socket = listener_.accept(patience(kAcceptTime, stop));
+    std::list<SibrViewer> ended;  // their threads are joined outside of the lock
+    const std::lock_guard lock(mutex_);
+    for (auto viewer = viewers_.begin(); viewer != viewers_.end();) {
+      const auto next = std::next(viewer);
+      if (viewer->ended) ended.splice(ended.end(), viewers_, viewer);
+      viewer = next;
+    }
+    if (!socket.is_open() || std::ssize(viewers_) >= options_.viewers) continue;
+    SibrViewer& viewer = viewers_.emplace_back(std::move(socket));
+    try {
+      viewer.thread = std::jthread([this, &viewer](const std::stop_token& viewer_stop) {
+        answer_all(viewer.socket, viewer_stop);
+        const std::lock_guard ending(mutex_);
+        viewer.socket.close();
+        viewer.ended = true;
+      });
+    } catch (const std::system_error&) {  // the system gives no more threads
+      viewers_.pop_back();
+    }
+  }
+}
+
+void SibrServer::answer_all(TcpSocket& socket, const std::stop_token& stop) {
+  const int visitor = pictures_.new_visitor();
+  try {
+    while (const std::optional<SibrRequest> request = read_request(socket, stop)) {
+      std::optional<std::string> answer = picture_of(*request, visitor, stop);
+      if (!answer) break;
+      *answer += with_length(options_.name);
+      if (socket.write(bytes_of(*answer), patience(options_.silence, stop)) != TcpEnd::done) break;
+    }
+  } catch (const std::bad_alloc&) {  // the viewer is closed
+  }
+  pictures_.forget(visitor);
+}
+
+std::optional<SibrRequest> SibrServer::read_request(TcpSocket& socket,
+                                                    const std::stop_token& stop) const {
+  const Patience whole = patience(options_.silence, stop);
+  std::array<std::byte, 4> length{};
+  if (socket.read(length, whole) != TcpEnd::done) return {};
+  const std::size_t size = length_of(length);
+  if (size > kMostSibrRequest) return {};
+  std::string json(size, '\0');
+  if (socket.read(std::as_writable_bytes(std::span(json)), whole) != TcpEnd::done) return {};
+  return parse_sibr_request(json);
+}
+
+// Unset if the viewer cannot be answered.
+std::optional<std::string> SibrServer::picture_of(const SibrRequest& wish, int visitor,
+                                                  const std::stop_token& stop) {
+  if (wish.width == 0 || wish.height == 0) return std::string();
+  const std::optional<Camera> camera = camera_of(wish);
+  if (!camera) return plain_picture(wish, scene_.settings.background);
+  FrameRequest request;
+  request.camera = *camera;
+  request.settings = scene_.settings;
+  const double scale = wish.splat_scale > 0 ? wish.splat_scale : 1;  // NaN: 1
+  request.settings.splat_scale =
+      static_cast<float>(std::clamp(scale, kLeastSplatScale, kMostSplatScale));
+  const auto picture = std::make_shared<AwaitedPicture>();
+  pictures_.run(visitor, number_, [request, picture](RenderContext& context) {
+    try {
+      picture->set(rgb_of(draw_on_host(context, request, request.camera).rgba));
+    } catch (...) {
+      picture->set({});
+      throw;
+    }
+  });
+  std::unique_lock lock(picture->mutex);
+  picture->changed.wait(lock, stop, [&] { return picture->done; });
+  return picture->rgb.empty() ? std::nullopt : std::optional(std::move(picture->rgb));
+}
+
+}  // namespace qs

@@ -29,6 +29,7 @@ PIPELINES = {"fast": 0, "classic": 1}
 ANTIALIASED = {None: 0, True: 1, False: 2}
 METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8}
 BORDERS = {"zeros": 0, "crop": 1}
+PADDINGS = {"same": BORDERS["zeros"], "valid": BORDERS["crop"]}
 STAGES = ("preprocess", "bin", "sort", "blend")
 
 
@@ -130,10 +131,17 @@ class QsComparison(_Sized):
                 ("reserved2", c_double)]
 
 
+class QsAdam(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("step", c_uint64), ("rate", c_double),
+                ("beta1", c_double), ("beta2", c_double), ("epsilon", c_double),
+                ("values", QsArray), ("gradients", QsArray), ("first", QsArray),
+                ("second", QsArray), ("visible", QsArray)]
+
+
 #: The bytes of every struct in version 1 of the interface.
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
                 QsSceneFacts: 112, QsConversion: 32, QsCamera: 152, QsSettings: 56, QsCounts: 120,
-                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144}
+                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144, QsAdam: 488}
 
 #: The parameters of every function but the last, `message`. All return a result.
 FUNCTIONS = {
@@ -154,6 +162,12 @@ FUNCTIONS = {
     "qs_picture_open": [c_char_p, POINTER(c_void_p), POINTER(QsArray)],
     "qs_picture_save": [POINTER(QsArray), c_char_p, c_uint32],
     "qs_compare": [c_void_p, POINTER(QsArray), POINTER(QsArray), POINTER(QsComparison)],
+    "qs_ssim": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, POINTER(c_double)],
+    "qs_ssim_backward": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, c_double,
+                         POINTER(QsArray)],
+    "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
+    "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
+    "qs_adam": [c_void_p, POINTER(QsAdam)],
 }
 
 #: Functions without a message: the result, and the parameters.

@@ -29,6 +29,7 @@ PIPELINES = {"fast": 0, "classic": 1}
 ANTIALIASED = {None: 0, True: 1, False: 2}
 METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8}
 BORDERS = {"zeros": 0, "crop": 1}
+PADDINGS = {"same": BORDERS["zeros"], "valid": BORDERS["crop"]}
 STAGES = ("preprocess", "bin", "sort", "blend")
 RADII = {"inria": 0, "gsplat_1_4": 1, "gsplat_1_5": 2}
 
@@ -190,12 +191,20 @@ class QsInputGradients(_Sized):
                 ("view_from_world", QsArray), ("position", QsArray)]
 
 
+class QsAdam(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("step", c_uint64), ("rate", c_double),
+                ("beta1", c_double), ("beta2", c_double), ("epsilon", c_double),
+                ("values", QsArray), ("gradients", QsArray), ("first", QsArray),
+                ("second", QsArray), ("visible", QsArray)]
+
+
 #: The bytes of every struct in version 1 of the interface.
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
                 QsSceneFacts: 112, QsConversion: 32, QsCamera: 152, QsSettings: 56, QsCounts: 120,
                 QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144,
                 QsInputs: 888, QsRules: 120, QsMemory: 24, QsStageFrame: 72, QsBoundary: 536,
-                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800}
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800,
+                QsAdam: 488}
 
 _STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
 
@@ -228,6 +237,12 @@ FUNCTIONS = {
                                      POINTER(QsInputGradients)],
     "qs_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBlended),
                              POINTER(QsBoundaryGradients), POINTER(QsInputGradients)],
+    "qs_ssim": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, POINTER(c_double)],
+    "qs_ssim_backward": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, c_double,
+                         POINTER(QsArray)],
+    "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
+    "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
+    "qs_adam": [c_void_p, POINTER(QsAdam)],
 }
 
 #: Functions without a message: the result, and the parameters.

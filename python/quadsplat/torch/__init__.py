@@ -8,7 +8,8 @@
 
 Tensors are in the memory of the CPU. docs/python.md, chapter Gradients, is the guide.
 """
+from ._parts import SparseAdam, ssim
 from ._rasterize import Boundary, Rasterized, rasterize
 from ._rules import Rules
 
-__all__ = ["Boundary", "Rasterized", "Rules", "rasterize"]
+__all__ = ["Boundary", "Rasterized", "Rules", "SparseAdam", "rasterize", "ssim"]

@@ -61,8 +61,20 @@ def test_refine_pose_finds_the_pose(tmp_path):
     assert before > 0.05 and after < 0.002
 
 
+@needs_torch
+def test_train_writes_a_model_of_the_photographs(quadsplat, scene, tmp_path):
+    (tmp_path / "images").mkdir()
+    for camera in scene.cameras()[::16]:
+        quadsplat.render(scene, camera.resized(40, 30)).save(tmp_path / "images" / f"{camera.name}.png")
+    printed = run([ROOT / "examples/python/train.py", ROOT / "assets/cameras.json", "images", "out.ply",
+                   "--gaussians", "300", "--iterations", "200", "--radius", "2"], tmp_path).splitlines()
+    first, last = (float(line.split()[-1]) for line in (printed[0], printed[-2]))
+    assert last < 0.6 * first and float(printed[-1].split()[-2]) > 15
+    assert len(quadsplat.load(tmp_path / "out.ply")) == 300
+
+
 def test_every_example_is_tested_and_documented():
-    assert [path.stem for path in EXAMPLES] == ["compare_modes", "count_pairs", "refine_pose", "render"]
+    assert [path.stem for path in EXAMPLES] == ["compare_modes", "count_pairs", "refine_pose", "render", "train"]
     for path in EXAMPLES:
         assert f"examples/python/{path.name}" in PAGE.read_text()
 

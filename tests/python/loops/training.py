@@ -68,11 +68,17 @@ class Trainer:
             if not order:
                 order = [self.data.training[place] for place in
                          torch.randperm(len(self.data.training), generator=shuffle).tolist()]
-            self.step(order.pop(), iteration)
+            adds = iteration >= 600 and iteration % 100 == 0
+            self.differentiate(order.pop(), iteration)
+            if not adds:
+                self.optimizer.step()
+            self.optimizer.zero_grad()
             if iteration in ends:
                 yield {"psnr": self.psnr(), "gaussians": len(self.values["means"])}
+            if adds:
+                self.change_density(iteration)
 
-    def step(self, view, iteration):
+    def differentiate(self, view, iteration):
         degree = min(iteration // 1000, self.most_degree)
         picture, visible, centres = self.draw(self.gaussians(), view, degree)
         wanted, shown = self.data.images[view], picture.clamp(0, 1)
@@ -82,14 +88,8 @@ class Trainer:
         with torch.no_grad():
             self.moved[visible] += centres()[visible].norm(dim=1)
             self.seen[visible] += 1
-            if iteration >= 600 and iteration % 100 == 0:
-                self.change_density(iteration)
-                if iteration % 3000 == 0:
-                    self.replace("opacities", self.values["opacities"].clamp(max=math.log(0.01 / 0.99)))
-            else:
-                self.optimizer.step()
-            self.optimizer.zero_grad()
 
+    @torch.no_grad()
     def change_density(self, iteration):
         average = self.moved / self.seen.clamp(min=1)
         largest = torch.exp(self.values["scales"]).max(1)[0]
@@ -112,6 +112,8 @@ class Trainer:
         for name in list(self.values):
             self.replace(name, fresh[name][keep], source[keep], is_new[keep])
         self.forget()
+        if iteration % 3000 == 0:
+            self.replace("opacities", self.values["opacities"].clamp(max=math.log(0.01 / 0.99)))
 
     def replace(self, name, value, source=None, is_new=None):
         """Gives a parameter other rows, with the moments of their sources; None: no moments."""

@@ -52,8 +52,8 @@ room(app/session app/framing app/base io/scene io/scene/compact io/cloud io/came
 room(app/framing app/base io/scene io/cloud raster/api raster/scene raster/kernel raster/base)
 room(app/picture app/base io/picture io/bytes raster/api raster/scene raster/kernel/cull raster/kernel raster/base)
 room(app/base io/bytes raster/base)
-room(library io/scene io/cloud io/camera io/picture io/bytes quadsplat raster/cpu/stages raster/api raster/stages raster/scene
-     raster/kernel raster/base)
+room(library io/scene io/cloud io/camera io/picture io/bytes quadsplat raster/cpu/train raster/cpu/stages raster/api
+     raster/train raster/stages raster/scene raster/kernel raster/base)
 room(io/scene io/scene/gltf io/scene/compact io/scene/spz io/scene/ply io/scene/sog io/scene/splat io/cloud io/bytes
      raster/scene raster/base)
 room(io/scene/gltf io/scene/spz io/scene/ply io/cloud io/bytes raster/scene raster/kernel raster/base)

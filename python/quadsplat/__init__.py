@@ -17,6 +17,7 @@ from ._errors import Cancelled, DeviceError, Error, InputError, UsageError
 from ._ffi import VERSION as __version__
 from ._lists import ModeCount, TileLists, counts, tile_lists
 from ._machine import Device, Mode, Report, devices, modes, report
+from ._parts import adam, neighbours, relocate, ssim, ssim_backward
 from ._picture import Picture, read_picture
 from ._render import Counts, render
 from ._scene import Scene, SceneFacts, convert, load
@@ -42,15 +43,20 @@ __all__ = [
     "TileLists",
     "UsageError",
     "__version__",
+    "adam",
     "compare",
     "convert",
     "counts",
     "devices",
     "load",
     "modes",
+    "neighbours",
     "read_cameras",
     "read_picture",
+    "relocate",
     "render",
     "report",
+    "ssim",
+    "ssim_backward",
     "tile_lists",
 ]

@@ -29,7 +29,9 @@ PIPELINES = {"fast": 0, "classic": 1}
 ANTIALIASED = {None: 0, True: 1, False: 2}
 METRICS = {"psnr": 1, "psnr_8bit": 2, "ssim": 4, "flip": 8}
 BORDERS = {"zeros": 0, "crop": 1}
+PADDINGS = {"same": BORDERS["zeros"], "valid": BORDERS["crop"]}
 STAGES = ("preprocess", "bin", "sort", "blend")
+RADII = {"inria": 0, "gsplat_1_4": 1, "gsplat_1_5": 2}
 
 
 class QsArray(ctypes.Structure):
@@ -130,10 +132,81 @@ class QsComparison(_Sized):
                 ("reserved2", c_double)]
 
 
+class QsInputs(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means", QsArray),
+                ("scales", QsArray), ("rotations", QsArray), ("covariances", QsArray),
+                ("opacities", QsArray), ("sh", QsArray), ("sh_rest", QsArray),
+                ("channels", QsArray), ("background", QsArray), ("position", QsArray)]
+
+
+class QsRules(_Sized):
+    _fields_ = [("size", c_uint32), ("sh_degree", c_int32), ("mode", c_char_p),
+                ("far_depth", c_double), ("dilation_px2", c_double), ("splat_scale", c_double),
+                ("compensation_floor", c_double), ("alpha_max", c_double),
+                ("radius_clip_px", c_double), ("slope_low", c_double * 2),
+                ("slope_high", c_double * 2), ("antialiased", c_uint32),
+                ("keeps_rotation_length", c_uint32), ("zero_color_passes", c_uint32),
+                ("alpha_max_blocks", c_uint32), ("stops_at_equal", c_uint32),
+                ("radius_rule", c_uint32)]
+
+
+#: QsMemory.allocate
+ALLOCATE = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_uint64, c_uint32)
+
+
+class QsMemory(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("user", c_void_p),
+                ("allocate", ALLOCATE)]
+
+
+class QsStageFrame(_Sized):
+    _fields_ = [("size", c_uint32), ("type", c_uint32), ("gaussians", c_uint64),
+                ("listed", c_uint64), ("pairs", c_uint64), ("width", c_int32),
+                ("height", c_int32), ("channels", c_uint32), ("has_depth", c_uint32),
+                ("per_gaussian", c_void_p), ("per_pair", c_void_p), ("per_pixel", c_void_p)]
+
+
+class QsBoundary(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means_px", QsArray),
+                ("conics", QsArray), ("depths", QsArray), ("opacities", QsArray),
+                ("colors", QsArray), ("radii", QsArray)]
+
+
+class QsBlended(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("color", QsArray),
+                ("alpha", QsArray), ("depth", QsArray), ("inverse_depth", QsArray)]
+
+
+class QsBoundaryGradients(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means_px", QsArray),
+                ("conics", QsArray), ("depths", QsArray), ("opacities", QsArray),
+                ("colors", QsArray), ("channels", QsArray), ("absolute_px", QsArray),
+                ("background", QsArray)]
+
+
+class QsInputGradients(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("means", QsArray),
+                ("scales", QsArray), ("rotations", QsArray), ("covariances", QsArray),
+                ("opacities", QsArray), ("sh", QsArray), ("sh_rest", QsArray),
+                ("view_from_world", QsArray), ("position", QsArray)]
+
+
+class QsAdam(_Sized):
+    _fields_ = [("size", c_uint32), ("reserved", c_uint32), ("step", c_uint64), ("rate", c_double),
+                ("beta1", c_double), ("beta2", c_double), ("epsilon", c_double),
+                ("values", QsArray), ("gradients", QsArray), ("first", QsArray),
+                ("second", QsArray), ("visible", QsArray)]
+
+
 #: The bytes of every struct in version 1 of the interface.
 STRUCT_BYTES = {QsArray: 88, QsGpu: 416, QsReport: 304, QsMode: 32, QsGaussians: 544,
                 QsSceneFacts: 112, QsConversion: 32, QsCamera: 152, QsSettings: 56, QsCounts: 120,
-                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144}
+                QsPicture: 632, QsLists: 816, QsModeCounts: 32, QsComparison: 144,
+                QsInputs: 888, QsRules: 120, QsMemory: 24, QsStageFrame: 72, QsBoundary: 536,
+                QsBlended: 360, QsBoundaryGradients: 712, QsInputGradients: 800,
+                QsAdam: 488}
+
+_STAGE = [c_void_p, POINTER(QsInputs), POINTER(QsCamera), POINTER(QsRules)]
 
 #: The parameters of every function but the last, `message`. All return a result.
 FUNCTIONS = {
@@ -154,6 +227,22 @@ FUNCTIONS = {
     "qs_picture_open": [c_char_p, POINTER(c_void_p), POINTER(QsArray)],
     "qs_picture_save": [POINTER(QsArray), c_char_p, c_uint32],
     "qs_compare": [c_void_p, POINTER(QsArray), POINTER(QsArray), POINTER(QsComparison)],
+    "qs_project": _STAGE + [POINTER(QsMemory), POINTER(QsBoundary), POINTER(QsStageFrame)],
+    "qs_blend": _STAGE + [POINTER(QsMemory), POINTER(QsBlended), POINTER(QsStageFrame)],
+    "qs_forward": _STAGE + [POINTER(QsMemory), POINTER(QsBoundary), POINTER(QsBlended),
+                            POINTER(QsStageFrame)],
+    "qs_blend_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBlended),
+                                   POINTER(QsBoundaryGradients)],
+    "qs_project_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBoundaryGradients),
+                                     POINTER(QsInputGradients)],
+    "qs_backward": _STAGE + [POINTER(QsStageFrame), POINTER(QsBlended),
+                             POINTER(QsBoundaryGradients), POINTER(QsInputGradients)],
+    "qs_ssim": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, POINTER(c_double)],
+    "qs_ssim_backward": [c_void_p, POINTER(QsArray), POINTER(QsArray), c_uint32, c_double,
+                         POINTER(QsArray)],
+    "qs_neighbours": [c_void_p, POINTER(QsArray), POINTER(QsArray)],
+    "qs_relocate": [c_void_p] + [POINTER(QsArray)] * 5,
+    "qs_adam": [c_void_p, POINTER(QsAdam)],
 }
 
 #: Functions without a message: the result, and the parameters.

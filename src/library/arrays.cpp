@@ -66,8 +66,8 @@ void check_dimensions(const QsArray& array, const Where& where, std::uint32_t di
   }
 }
 
-void check_array(const QsArray& array, const Where& where,
-                 std::initializer_list<std::int64_t> sizes, Types types, Access access) {
+void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
+                 Types types, Access access) {
   check_dimensions(array, where, static_cast<std::uint32_t>(sizes.size()));
   if (!std::equal(sizes.begin(), sizes.end(), array.sizes)) {
     refuse(where, "has {} elements instead of {}", shape_of(array.sizes, sizes.size()),

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <span>
 #include <type_traits>
 
 #include "library/call.h"
@@ -33,8 +34,12 @@ inline bool is_absent(const QsArray& array) { return array.dimensions == 0; }
 /// Throws Error(usage) unless the array has exactly these sizes, one of the types, and elements in
 /// host memory. Each element of an array that is written has an address of its own along every
 /// dimension.
-void check_array(const QsArray& array, const Where& where,
-                 std::initializer_list<std::int64_t> sizes, Types types, Access access);
+void check_array(const QsArray& array, const Where& where, std::span<const std::int64_t> sizes,
+                 Types types, Access access);
+inline void check_array(const QsArray& array, const Where& where,
+                        std::initializer_list<std::int64_t> sizes, Types types, Access access) {
+  check_array(array, where, std::span(sizes.begin(), sizes.size()), types, access);
+}
 
 /// The same for an array that may have any sizes but must have `dimensions`.
 void check_dimensions(const QsArray& array, const Where& where, std::uint32_t dimensions);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * libquadsplat: reads scenes of 3D Gaussians, renders and counts views of them, differentiates
- * their pictures, converts scenes and compares pictures. It gives the same bytes as the program
- * quadsplat. This is the whole interface, version 1; it is C99 and C++. docs/library.md has a first
- * program.
+ * their pictures, has the parts of a trainer, converts scenes and compares pictures. It gives the
+ * same bytes as the program quadsplat. This is the whole interface, version 1; it is C99 and C++.
+ * docs/library.md has a first program.
  *
  * Conventions
  * - Structs have the layout of the C compiler on 64-bit Linux; the offset of every member is given.
@@ -77,6 +77,10 @@ typedef struct QsArray {
   uint32_t memory;     /* 80: QS_MEMORY_... */
   int32_t device;      /* 84: CUDA's number of the device; 0 for QS_MEMORY_HOST */
 } QsArray;
+
+/* An absent array, to initialise a QsArray. */
+#define QS_ABSENT \
+  { 0, {0, 0, 0, 0}, {0, 0, 0, 0}, 0, 0, 0, 0 }
 
 /* ---- the library and the machine ------------------------------------------------------------- */
 
@@ -658,6 +662,76 @@ QS_LIBRARY_FUNCTION int32_t qs_backward(QsContext* context, const QsInputs* inpu
                                         const QsStageFrame* frame, const QsBlended* by_pictures,
                                         const QsBoundaryGradients* by_boundary,
                                         const QsInputGradients* by_inputs, char* message);
+
+/* ---- parts of a trainer ---------------------------------------------------------------------- */
+
+/* The functions that quadsplat's trainer uses besides the rasterizer. They run on the CPU with the
+ * threads of the context, also if its backend is CUDA. Results do not depend on the number of
+ * threads. Arrays have any strides. An array that is written may be one that is read, with the same
+ * strides. */
+
+/* *mean becomes the mean structural similarity of the pictures a and b, batch x channels x height x
+ * width, all 1 or more, both QS_FLOAT32 or both QS_FLOAT64. The window has 11 x 11 pixels and sigma
+ * 1.5, the constants are 0.01^2 and 0.03^2. Values are not clamped. `border` is QS_BORDER_ZEROS
+ * ("same") or QS_BORDER_CROP ("valid"), which leaves out 5 pixels at every side. NaN and infinite
+ * values make the mean NaN. */
+QS_LIBRARY_FUNCTION int32_t qs_ssim(QsContext* context, const QsArray* a, const QsArray* b,
+                                    uint32_t border, double* mean, char* message);
+
+/* Writes by_a, the derivatives of a number L by the values of a, from by_mean, its derivative by
+ * the mean. by_a has the sizes and the type of a. */
+QS_LIBRARY_FUNCTION int32_t qs_ssim_backward(QsContext* context, const QsArray* a, const QsArray* b,
+                                             uint32_t border, double by_mean, const QsArray* by_a,
+                                             char* message);
+
+/* Writes, for each of N points (N x 3, QS_FLOAT32), the mean of the squared distances to its three
+ * nearest neighbours into distances2 (N, QS_FLOAT32 or QS_FLOAT64). Points in the same place are
+ * neighbours of distance 0. With two or three points it is the mean over the other points, and 0
+ * for a single point. A point with a coordinate that is not finite gets NaN, and is no neighbour.
+ */
+QS_LIBRARY_FUNCTION int32_t qs_neighbours(QsContext* context, const QsArray* points,
+                                          const QsArray* distances2, char* message);
+
+#define QS_MOST_COPIES 51
+
+/* The opacity and the scales of the copies that take the place of a Gaussian, by equation 9 of
+ * "3D Gaussian Splatting as Markov Chain Monte Carlo" (arXiv 2404.09591). N opacities of 0..1 and
+ * N x 3 standard deviations, QS_FLOAT32 or QS_FLOAT64. `counts` has N integers of 32 or 64 bits:
+ * the number of copies; below 1 counts as 1, which changes nothing, and above QS_MOST_COPIES as
+ * that. The new opacities are not clamped. Gaussians stay as they are if their opacity is NaN or
+ * outside of 0..1. The new arrays have the sizes and the types of the old ones. */
+QS_LIBRARY_FUNCTION int32_t qs_relocate(QsContext* context, const QsArray* opacities,
+                                        const QsArray* scales, const QsArray* counts,
+                                        const QsArray* new_opacities, const QsArray* new_scales,
+                                        char* message);
+
+/* A step of Adam; QS_ADAM has the usual values, but no arrays. The first four arrays are QS_FLOAT32
+ * and have the same sizes, N rows of any shape. 488 bytes. */
+typedef struct QsAdam {
+  uint32_t size;     /*   0 */
+  uint32_t reserved; /*   4 */
+  uint64_t step;     /*   8: number of this step, 1, 2, ..., which corrects the moments' start at 0;
+                             0: no correction */
+  double rate;       /*  16: learning rate, finite */
+  double beta1;      /*  24: decay of the first moment, at least 0 and below 1 */
+  double beta2;      /*  32: decay of the second moment, likewise */
+  double epsilon;    /*  40: added to the root of the second moment, finite, at least 0 */
+  QsArray values;    /*  48: in and out */
+  QsArray gradients; /* 136: those that are not finite count as 0 */
+  QsArray first;     /* 224: in and out: moments of the gradients */
+  QsArray second;    /* 312: in and out: moments of their squares */
+  QsArray visible;   /* 400: absent, or N, QS_UINT8: rows of value 0 stay as they are, with their
+                             moments */
+} QsAdam;
+
+#define QS_ADAM                                                                             \
+  {                                                                                         \
+    sizeof(QsAdam), 0, 0, 0, 0.9, 0.999, 1e-15, QS_ABSENT, QS_ABSENT, QS_ABSENT, QS_ABSENT, \
+        QS_ABSENT                                                                           \
+  }
+
+/* Takes the step. A value whose move is not finite stays. */
+QS_LIBRARY_FUNCTION int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message);
 
 #ifdef __cplusplus
 }

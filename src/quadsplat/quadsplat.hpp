@@ -47,6 +47,7 @@ Struct sized() {
 inline QsSettings default_settings() { return QS_SETTINGS; }
 inline QsConversion default_conversion() { return QS_CONVERSION; }
 inline QsRules default_rules() { return QS_RULES; }
+inline QsAdam default_adam() { return QS_ADAM; }
 
 /// QS_FLOAT32, ... of an element.
 template <class T>
@@ -183,6 +184,13 @@ class Context {
     check(qs_compare, get(), &a, &b, &asked);
     return asked;
   }
+  /// The mean SSIM of batches of pictures.
+  double ssim(const QsArray& a, const QsArray& b, std::uint32_t border = QS_BORDER_ZEROS) {
+    double mean = 0;
+    check(qs_ssim, get(), &a, &b, border, &mean);
+    return mean;
+  }
+  void step(const QsAdam& adam) { check(qs_adam, get(), &adam); }
   /// Any thread may call it.
   void stop() { qs_stop(get()); }
 

@@ -10,6 +10,13 @@ import pytest
 
 from conftest import PLUSH, ROOT
 
+try:
+    import torch
+except ImportError:
+    torch = None
+
+needs_torch = pytest.mark.skipif(torch is None, reason="torch is not installed (python3-torch)")
+
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 PAGE = ROOT / "docs" / "python.md"
 
@@ -47,8 +54,27 @@ def test_count_pairs_prints_the_pairs_of_the_cameras(quadsplat, tmp_path):
     assert {line[0] for line in lines[1:]} >= {"3dgs", "quadbox", "exact"}
 
 
+@needs_torch
+def test_refine_pose_finds_the_pose(tmp_path):
+    printed = run([ROOT / "examples/python/refine_pose.py"], tmp_path)
+    before, after = (float(line.split()[1]) for line in printed.splitlines()[-2:])
+    assert before > 0.05 and after < 0.002
+
+
+@needs_torch
+def test_train_writes_a_model_of_the_photographs(quadsplat, scene, tmp_path):
+    (tmp_path / "images").mkdir()
+    for camera in scene.cameras()[::16]:
+        quadsplat.render(scene, camera.resized(40, 30)).save(tmp_path / "images" / f"{camera.name}.png")
+    printed = run([ROOT / "examples/python/train.py", ROOT / "assets/cameras.json", "images", "out.ply",
+                   "--gaussians", "300", "--iterations", "200", "--radius", "2"], tmp_path).splitlines()
+    first, last = (float(line.split()[-1]) for line in (printed[0], printed[-2]))
+    assert last < 0.6 * first and float(printed[-1].split()[-2]) > 15
+    assert len(quadsplat.load(tmp_path / "out.ply")) == 300
+
+
 def test_every_example_is_tested_and_documented():
-    assert [path.stem for path in EXAMPLES] == ["compare_modes", "count_pairs", "render"]
+    assert [path.stem for path in EXAMPLES] == ["compare_modes", "count_pairs", "refine_pose", "render", "train"]
     for path in EXAMPLES:
         assert f"examples/python/{path.name}" in PAGE.read_text()
 
@@ -64,6 +90,8 @@ def folder(tmp_path_factory):
 def test_the_code_of_the_page_runs(folder):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.S)
     assert len(blocks) >= 6
+    if torch is None:
+        blocks = [block for block in blocks if "torch" not in block]
     (folder / "page.py").write_text("\n".join(blocks))
     run(["page.py"], folder)
     assert (folder / "first.png").exists()

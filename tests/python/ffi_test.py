@@ -28,6 +28,8 @@ def test_structs_have_the_members_and_offsets_of_the_header(ffi):
             names = re.findall(r"(\w+)(?:\[\w+\])?(?=,|$)", declared)
             offsets = re.match(r"\s*/\*\s*([\d, ]+)", comment).group(1)
             members += zip(names, map(int, re.findall(r"\d+", offsets)))
+        for offset, member in re.findall(r"/\* (\d+): [^/]*\*/\s*void\* \(\*(\w+)\)\(", body):
+            members.append((member, int(offset)))
         assert [member for member, *_ in struct._fields_] == [member for member, _ in members], name
         for member, offset in members:
             assert getattr(struct, member).offset == offset, (name, member)
@@ -64,7 +66,7 @@ def test_numbers_are_those_of_the_header(ffi, quadsplat):
     for name in ("FLOAT32", "FLOAT64", "UINT8", "INT32", "UINT32", "INT64", "UINT64"):
         expected[name] = getattr(ffi, name)
     for prefix, table in [("BACKEND", ffi.BACKENDS), ("PIPELINE", ffi.PIPELINES),
-                          ("METRIC", ffi.METRICS), ("BORDER", ffi.BORDERS)]:
+                          ("METRIC", ffi.METRICS), ("BORDER", ffi.BORDERS), ("RADII", ffi.RADII)]:
         expected.update({f"{prefix}_{word.upper()}": number for word, number in table.items()})
     expected.update({f"STAGE_{name.upper()}": i for i, name in enumerate(ffi.STAGES)})
     assert expected == {name: numbers[name] for name in expected}

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/train/nearest.h"
 #include "raster/kernel/constants.h"
 #include "raster/kernel/project.h"
 #include "raster/kernel/random.h"
+#include "raster/train/nearest.h"
 
 namespace qs::train {
 namespace {

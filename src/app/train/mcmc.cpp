@@ -11,13 +11,13 @@
 
 #include "app/train/density_rules.h"
 #include "raster/kernel/random.h"
+#include "raster/train/relocation.h"
 
 namespace qs::train {
 namespace {
 
 constexpr int kMcmcInterval = 100, kAfter = 500, kMcmcEnd = 25'000;
 constexpr double kGrowth = 1.05;
-constexpr int kMostCopies = 51;
 constexpr double kNoise = 5e5;  // times the rate of the means and the covariance
 constexpr double kOpacityWeight = 0.01, kScaleWeight = 0.01;
 
@@ -30,28 +30,12 @@ bool mcmc_prunes_after(const TrainSettings& settings, int iteration) {
   return settings.final_prunes && final_prune_after(iteration, kMcmcEnd);
 }
 
-double binomial(int n, int k) {
-  double value = 1;
-  for (int i = 1; i <= k; ++i) value = value * (n - k + i) / i;
-  return value;
-}
-
-// Equation 9: opacity and scale of `copies` Gaussians that replace one Gaussian.
+// Opacity and scale of `copies` Gaussians that replace one Gaussian.
 void share(Plan& p, std::size_t i, int copies) {
-  const double before = opacity(p, i);
-  const double after = 1 - std::pow(1 - before, 1.0 / copies);
-  double sum = 0;
-  for (int n = 1; n <= copies; ++n) {
-    for (int k = 0; k < n; ++k) {
-      sum +=
-          binomial(n - 1, k) * (k % 2 == 0 ? 1 : -1) * std::pow(after, k + 1) / std::sqrt(k + 1.0);
-    }
-  }
-  const double kept = std::clamp(after, kDeadOpacity, 1 - 1e-7);
+  const Relocation shared = relocated(opacity(p, i), copies);
+  const double kept = std::clamp(shared.opacity, kDeadOpacity, 1 - 1e-7);
   p.opacity_logits[i] = static_cast<float>(std::log(kept / (1 - kept)));
-  const double factor = before / sum;
-  if (factor > 0 && std::isfinite(factor))
-    p.log_scales[i] += glm::vec3(static_cast<float>(std::log(factor)));
+  p.log_scales[i] += glm::vec3(static_cast<float>(std::log(shared.scale_factor)));
 }
 
 // Draws `count` candidates by opacity, with replacement.

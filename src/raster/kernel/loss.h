@@ -9,6 +9,7 @@
 #pragma once
 
 #include "raster/kernel/hd.h"
+#include "raster/kernel/ssim.h"
 
 namespace qs {
 
@@ -43,13 +44,13 @@ struct LossGradient {
     return {static_cast<Real>((1 - kSsimWeight) / count), static_cast<Real>(kSsimWeight / count)};
   }
 
-  /// `a` is the picture's value, `b` the photograph's; the others are Similarity's derivatives,
-  /// blurred. Equal values have no derivative of L1, values outside 0..1 none at all.
+  /// `a` is the picture's value, `b` the photograph's; the others are similarity_by()'s.
+  /// Equal values have no derivative of L1, values outside 0..1 none at all.
   QS_HD Real by(Real a, Real b, Real by_a, Real by_aa, Real by_ab) const {
     if (shown(a) != a) return 0;
     const Real difference = a - b;
     const auto sign = static_cast<Real>((difference > 0) - (difference < 0));
-    return l1_weight * sign - ssim_weight * (by_a + 2 * a * by_aa + b * by_ab);
+    return l1_weight * sign - ssim_weight * similarity_by(a, b, by_a, by_aa, by_ab);
   }
 };
 

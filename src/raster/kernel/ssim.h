@@ -29,4 +29,11 @@ struct Similarity {
   }
 };
 
+/// The derivative of a sum of SSIM by the value a of a picture, which was compared with the value
+/// b. The others are Similarity's derivatives, summed over the windows that reach the value.
+template <class Real>
+QS_HD Real similarity_by(Real a, Real b, Real by_a, Real by_aa, Real by_ab) {
+  return by_a + 2 * a * by_aa + b * by_ab;
+}
+
 }  // namespace qs

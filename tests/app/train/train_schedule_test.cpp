@@ -9,9 +9,9 @@
 
 #include "app/support/training.h"
 #include "app/train/initial.h"
-#include "app/train/nearest.h"
 #include "app/train/schedule.h"
 #include "app/train/train_log.h"
+#include "raster/train/nearest.h"
 #include "support/pool.h"
 
 namespace qs::train {

@@ -40,7 +40,7 @@ template <class Real>
 Loss loss_of(int width, int height, const std::vector<glm::vec<3, Real>>& picture,
              const std::vector<glm::vec3>& target, std::vector<glm::vec<3, Real>>& gradient,
              int threads = 2, std::span<const std::uint8_t> mask = {}) {
-  LossScratch<Real> scratch;
+  SsimFields<Real> scratch;
   return compare<Real>({width, height, picture, target, mask}, pool(threads), scratch, gradient);
 }
 

@@ -56,7 +56,7 @@ TEST_F(CudaTrainStep, the_loss_and_its_gradient_equal_those_of_the_cpu) {
     for (const bool has_mask : {false, true}) {
       const auto mask = has_mask ? every_third_masked(target.size()) : std::vector<std::uint8_t>();
       model.compare(target, mask);
-      cpu::train::LossScratch<float> scratch;
+      cpu::train::SsimFields<float> scratch;
       std::vector<glm::vec3> expected_gradient;
       const Loss expected = cpu::train::compare<float>({width, height, color, target, mask},
                                                        test::pool(), scratch, expected_gradient);
@@ -445,7 +445,7 @@ TEST_F(CudaTrainStep, steps_lower_the_loss_as_on_the_cpu) {
 
   auto state = cpu::train::AdamState::like(scene);
   cpu::train::ForwardFrame<float> frame;
-  cpu::train::LossScratch<float> scratch;
+  cpu::train::SsimFields<float> scratch;
   cpu::train::BackwardScratch<float> backward_scratch;
   cpu::train::Gradients<float> gradients;
   std::vector<glm::vec3> d_color;

@@ -68,7 +68,7 @@ class CpuModel final : public qs::train::TrainingModel {
   std::stop_token stop_;
 
   ForwardFrame<float> frame_;
-  LossScratch<float> loss_;
+  SsimFields<float> loss_;
   Loss result_;
   std::vector<glm::vec3> d_color_;
   BackwardScratch<float> backward_;

@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "raster/base/parallel.h"
+#include "raster/cpu/train/ssim.h"
 #include "raster/kernel/loss.h"
 
 namespace qs::cpu::train {
@@ -27,17 +28,10 @@ struct LossInput {
   std::span<const std::uint8_t> mask = {};
 };
 
-/// Memory of compare() that the next step uses again: the moments of the values of picture (a) and
-/// photograph (b) under the window, then SSIM's derivatives by them.
-template <class Real>
-struct LossScratch {
-  std::vector<Real> a, b, aa, bb, ab, rows;
-};
-
 /// Sets `d_color` to the derivatives of the total by the picture's colours. A channel equal to the
-/// target's has no derivative of L1.
+/// target's has no derivative of L1. The next step uses the memory of `fields` again.
 template <class Real>
-Loss compare(const LossInput<Real>& in, ThreadPool& pool, LossScratch<Real>& scratch,
+Loss compare(const LossInput<Real>& in, ThreadPool& pool, SsimFields<Real>& fields,
              std::vector<glm::vec<3, Real>>& d_color);
 
 }  // namespace qs::cpu::train

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "app/train/nearest.h"
+#include "raster/train/nearest.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
+#include <limits>
 
 #include <glm/vec3.hpp>
 #include <nanoflann.hpp>
@@ -41,9 +43,13 @@ struct Nearest : nanoflann::KNNResultSet<double, std::uint32_t> {
   }
 };
 
-}  // namespace
+bool is_finite(const glm::vec3& point) {
+  const glm::vec3 zero = point - point;
+  return zero.x == 0 && zero.y == 0 && zero.z == 0;
+}
 
-std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, ThreadPool& pool) {
+// neighbour_distances2() of points that are all finite.
+std::vector<double> distances2_of_finite(const std::vector<glm::vec3>& points, ThreadPool& pool) {
   std::vector<double> means(points.size(), 0);
   if (points.size() < 2) return means;
   const Points source{points};
@@ -61,6 +67,22 @@ std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, T
         means[i] += distances2[k] / static_cast<double>(neighbours);
     }
   });
+  return means;
+}
+
+}  // namespace
+
+std::vector<double> neighbour_distances2(const std::vector<glm::vec3>& points, ThreadPool& pool) {
+  if (std::all_of(points.begin(), points.end(), is_finite))
+    return distances2_of_finite(points, pool);
+  std::vector<glm::vec3> finite;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(finite), is_finite);
+  const std::vector<double> of_finite = distances2_of_finite(finite, pool);
+  std::vector<double> means(points.size(), std::numeric_limits<double>::quiet_NaN());
+  auto next = of_finite.begin();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (is_finite(points[i])) means[i] = *next++;
+  }
   return means;
 }
 

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""simple_knn, by quadsplat."""

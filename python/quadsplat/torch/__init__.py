@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+"""The differentiable rasterizer for torch, 1.12 or later.
+
+    import torch
+    from quadsplat.torch import rasterize
+    picture = rasterize(means, scales, rotations, opacities, sh, camera=camera).color
+    (picture - photograph).abs().mean().backward()
+
+Tensors are in the memory of the CPU. docs/python.md, chapter Gradients, is the guide.
+"""
+from ._parts import SparseAdam, ssim
+from ._rasterize import Boundary, Rasterized, rasterize
+from ._rules import Rules
+
+__all__ = ["Boundary", "Rasterized", "Rules", "SparseAdam", "rasterize", "ssim"]

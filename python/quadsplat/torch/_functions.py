@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: MIT
+"""The rasterizer as nodes of torch's graph: in one node, or in two with the boundary between.
+
+Inputs and the memory of frames are saved by save_for_backward: torch frees them on time, and
+notices changes in place. Nothing else belongs to a frame, so any number of frames may wait.
+"""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Tuple
+
+import torch
+from torch.autograd.function import once_differentiable
+
+from .. import _ffi
+from ._plan import BLOCKS, INPUTS, PICTURES, Blocks, Plan, Tensors, copy_of
+from ._tensors import Tensor, put
+
+#: The inputs with derivatives in QsInputGradients.
+_PROJECTED = INPUTS[:7]
+_BOUNDARY = ("means_px", "conics", "depths", "opacities", "colors")
+
+Gradients = Dict[str, Optional[Tensor]]
+
+
+class Rasterize(torch.autograd.Function):
+    """apply(plan, view, screen, absolute, *inputs) gives the pictures and the radii.
+
+    view: the camera's 3 x 4 matrix, whose values the plan has.
+    screen, absolute: N x 2, for derivatives by the centres in pixels, and the absolute sums.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, plan: Plan, view: Optional[Tensor], screen: Optional[Tensor],  # type: ignore[override]
+                absolute: Optional[Tensor], *inputs: Optional[Tensor]) -> Any:
+        ctx.set_materialize_grads(False)
+        pictures = plan.empty_pictures(inputs)
+        boundary, radii = _ffi.QsBoundary(), _radii(inputs)
+        put(boundary, "radii", radii)
+        frame, blocks = _ffi.QsStageFrame(), Blocks()
+        blocks.call(plan, "qs_forward", inputs, boundary, plan.blended(pictures), frame)
+        ctx.plan, ctx.frame, ctx.view = plan, frame, _likeness(view)
+        ctx.save_for_backward(*inputs, *blocks.blocks)
+        ctx.mark_non_differentiable(radii)
+        return (*(pictures.get(name) for name in PICTURES), radii)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
+        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        if not given:
+            return (None,) * len(ctx.needs_input_grad)
+        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        _, by_view, by_screen, by_absolute, *by_inputs = ctx.needs_input_grad
+        wanted = dict(zip(INPUTS, by_inputs))
+        boundary, at_boundary = _boundary_gradients(inputs, wanted, by_absolute)
+        if by_screen:
+            at_boundary["means_px"] = _rows(inputs, 2)
+            put(boundary, "means_px", at_boundary["means_px"])
+        struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
+        plan.call("qs_backward", inputs, frame, plan.blended(given), boundary, struct)
+        gradients.update(at_boundary)
+        return (None, _view_gradient(plan, pose, inputs, ctx.view), gradients.get("means_px"),
+                gradients.get("absolute_px"), *_in_order(gradients, pose, inputs, wanted))
+
+
+class Project(torch.autograd.Function):
+    """apply(plan, frame, blocks, view, *inputs) gives the boundary and the radii.
+
+    frame, blocks: are filled.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, blocks: Blocks,  # type: ignore[override]
+                view: Optional[Tensor], *inputs: Optional[Tensor]) -> Any:
+        ctx.set_materialize_grads(False)
+        boundary, radii = _ffi.QsBoundary(), _radii(inputs)
+        made = _boundary_rows(inputs)
+        for name, tensor in {**made, "radii": radii}.items():
+            put(boundary, name, tensor)
+        blocks.call(plan, "qs_project", inputs, boundary, frame)
+        ctx.plan, ctx.frame, ctx.view = plan, frame, _likeness(view)
+        ctx.save_for_backward(*inputs, *blocks.blocks)
+        ctx.mark_non_differentiable(radii)
+        return (*(made.get(name) for name in _BOUNDARY), radii)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
+        if not any(tensor is not None for tensor in by):
+            return (None,) * len(ctx.needs_input_grad)
+        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        _, _, _, by_view, *by_inputs = ctx.needs_input_grad
+        wanted = dict(zip(INPUTS, by_inputs))
+        boundary = _ffi.QsBoundaryGradients()
+        for name, tensor in zip(_BOUNDARY, by):
+            put(boundary, name, tensor)
+        struct, gradients, pose = _input_gradients(plan, inputs, wanted, by_view)
+        plan.call("qs_project_backward", inputs, frame, boundary, struct)
+        return (None, None, None, _view_gradient(plan, pose, inputs, ctx.view),
+                *_in_order(gradients, pose, inputs, wanted))
+
+
+class Blend(torch.autograd.Function):
+    """apply(plan, frame, blocks, boundary of Project, absolute, channels, background, *inputs)
+    gives the pictures.
+
+    The values of the boundary are those of the frame. inputs: detached, without gradients.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, plan: Plan, frame: _ffi.QsStageFrame, blocks: Blocks,  # type: ignore[override]
+                means_px: Tensor, conics: Tensor, depths: Tensor, opacities: Tensor,
+                colors: Optional[Tensor], absolute: Optional[Tensor], channels: Optional[Tensor],
+                background: Optional[Tensor], *inputs: Optional[Tensor]) -> Any:
+        ctx.set_materialize_grads(False)
+        pictures = plan.empty_pictures(inputs)
+        own = Blocks()
+        own.blocks = list(blocks.blocks)
+        drawn = copy_of(frame, own.blocks)
+        own.call(plan, "qs_blend", inputs, plan.blended(pictures), drawn)
+        ctx.plan, ctx.frame = plan, drawn
+        ctx.save_for_backward(*inputs, *own.blocks)
+        return tuple(pictures.get(name) for name in PICTURES)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *by: Optional[Tensor]) -> Any:
+        given = {name: tensor for name, tensor in zip(PICTURES, by) if tensor is not None}
+        if not given:
+            return (None,) * len(ctx.needs_input_grad)
+        plan, inputs, frame = ctx.plan, *_saved(ctx)
+        needs = ctx.needs_input_grad[3:]
+        wanted = {"channels": needs[6], "background": needs[7]}
+        boundary, gradients = _boundary_gradients(inputs, wanted, needs[5])
+        rows = _boundary_rows(inputs)
+        for name, is_wanted in zip(_BOUNDARY, needs):
+            if is_wanted:
+                gradients[name] = rows[name]
+                put(boundary, name, rows[name])
+        plan.call("qs_blend_backward", inputs, frame, plan.blended(given), boundary)
+        return (None, None, None, *(gradients.get(name) for name in _BOUNDARY),
+                gradients.get("absolute_px"), gradients.get("channels"),
+                gradients.get("background"), *(None for _ in inputs))
+
+
+def _saved(ctx: Any) -> Tuple[Tensors, _ffi.QsStageFrame]:
+    """The inputs and the frame. Raises RuntimeError if one was changed in place or freed."""
+    saved = ctx.saved_tensors
+    return saved[: -len(BLOCKS)], copy_of(ctx.frame, saved[-len(BLOCKS):])
+
+
+def _means(inputs: Tensors) -> Tensor:
+    assert inputs[0] is not None
+    return inputs[0]
+
+
+def _rows(inputs: Tensors, *shape: int) -> Tensor:
+    """An uninitialised tensor with a row per Gaussian."""
+    means = _means(inputs)
+    return torch.empty((means.shape[0], *shape), dtype=means.dtype)
+
+
+def _radii(inputs: Tensors) -> Tensor:
+    return torch.empty((_means(inputs).shape[0], 2), dtype=torch.int32)
+
+
+def _boundary_rows(inputs: Tensors) -> Dict[str, Tensor]:
+    rows = {"means_px": _rows(inputs, 2), "conics": _rows(inputs, 3), "depths": _rows(inputs),
+            "opacities": _rows(inputs)}
+    if inputs[INPUTS.index("channels")] is None:
+        rows["colors"] = _rows(inputs, 3)
+    return rows
+
+
+def _likeness(view: Optional[Tensor]) -> Any:
+    """Type and shape of the gradient by the matrix."""
+    return None if view is None else (view.dtype, tuple(view.shape))
+
+
+def _boundary_gradients(inputs: Tensors, wanted: Dict[str, bool],
+                        absolute: bool) -> Tuple[_ffi.QsBoundaryGradients, Gradients]:
+    """A struct for the derivatives by channels, background and absolute sums that are wanted."""
+    struct, gradients = _ffi.QsBoundaryGradients(), {}
+    for name in ("channels", "background"):
+        tensor = inputs[INPUTS.index(name)]
+        if wanted[name] and tensor is not None:
+            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
+    if absolute:
+        gradients["absolute_px"] = _rows(inputs, 2)
+    for name, tensor in gradients.items():
+        put(struct, name, tensor)
+    return struct, gradients
+
+
+def _input_gradients(plan: Plan, inputs: Tensors, wanted: Dict[str, bool],
+                     by_view: bool) -> Tuple[_ffi.QsInputGradients, Gradients, Gradients]:
+    """A struct for the derivatives that are wanted, by the inputs and by the pose."""
+    struct, gradients, pose = _ffi.QsInputGradients(), {}, {}
+    given = dict(zip(INPUTS, inputs))
+    if given["sh_rest"] is not None and (wanted["sh"] or wanted["sh_rest"]):
+        wanted = {**wanted, "sh": True, "sh_rest": True}
+    for name in _PROJECTED:
+        tensor = given[name]
+        if wanted[name] and tensor is not None:
+            gradients[name] = torch.empty(tensor.shape, dtype=tensor.dtype)
+            put(struct, name, gradients[name])
+    if by_view:
+        pose["view_from_world"] = torch.empty((3, 4), dtype=torch.float64)
+    if wanted["position"] or by_view and given["position"] is None:
+        pose["position"] = torch.empty(3, dtype=torch.float64)
+    for name, tensor in pose.items():
+        put(struct, name, tensor)
+    return struct, gradients, pose
+
+
+def _in_order(gradients: Gradients, pose: Gradients, inputs: Tensors,
+              wanted: Dict[str, bool]) -> List[Optional[Tensor]]:
+    """The derivatives by the inputs in the order of INPUTS, None where they are not wanted."""
+    position = inputs[INPUTS.index("position")]
+    if wanted["position"] and position is not None:
+        by_position = pose["position"]
+        assert by_position is not None
+        gradients["position"] = by_position.to(position.dtype)
+    return [gradients.get(name) if wanted[name] else None for name in INPUTS]
+
+
+def _view_gradient(plan: Plan, pose: Gradients, inputs: Tensors, view: Any) -> Optional[Tensor]:
+    """The derivative by the matrix, with the part of a position that follows from it."""
+    gradient = pose.get("view_from_world")
+    if gradient is None:
+        return None
+    by_position = pose.get("position")
+    if inputs[INPUTS.index("position")] is None and by_position is not None:
+        # The position is -R^T t.
+        matrix = torch.tensor(list(plan.camera.view_from_world), dtype=torch.float64).view(3, 4)
+        rotation, translation = matrix[:, :3], matrix[:, 3]
+        gradient[:, :3] -= torch.outer(translation, by_position)
+        gradient[:, 3] -= rotation @ by_position
+    dtype, shape = view
+    whole = torch.zeros(shape, dtype=dtype)
+    whole[:3] = gradient
+    return whole

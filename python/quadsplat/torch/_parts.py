@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Parts of a trainer for torch."""
+from __future__ import annotations
+
+from typing import Any, Iterable, Optional, Tuple
+
+import torch
+from torch.autograd.function import once_differentiable
+
+from .. import _parts
+from .._errors import UsageError
+from ._tensors import Tensor, checked
+
+
+class _Ssim(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, a: Tensor, b: Tensor, padding: str) -> Tensor:  # type: ignore[override]
+        ctx.save_for_backward(a, b)
+        ctx.padding = padding
+        return a.new_tensor(_parts.ssim(a, b, padding=padding))
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, by: Tensor) -> Any:
+        a, b = ctx.saved_tensors
+        # SSIM is symmetric.
+        return (*(torch.from_numpy(_parts.ssim_backward(x, y, by.item(), padding=ctx.padding))
+                  if wanted else None
+                  for x, y, wanted in ((a, b, ctx.needs_input_grad[0]),
+                                       (b, a, ctx.needs_input_grad[1]))), None)
+
+
+def ssim(a: Tensor, b: Tensor, padding: str = "same") -> Tensor:
+    """The mean structural similarity of two batches of pictures, with gradients by both.
+
+    a, b: batch x channels x height x width, on the CPU, nominally 0..1, float32 or float64. Half
+        precision is converted.
+    padding: "same": every pixel counts, values outside are 0; "valid": 5 pixels at every side do
+        not count, and both sides have at least 11 pixels.
+
+    The window has 11 x 11 pixels and sigma 1.5. Returns a tensor of 0 dimensions. Raises UsageError.
+    """
+    first = checked(a, "ssim: a")
+    second = checked(b, "ssim: b")
+    if first.dtype != second.dtype:
+        raise UsageError("ssim: b has elements of another type than a")
+    return _Ssim.apply(first, second, padding)
+
+
+def adam(param: Tensor, gradient: Tensor, first: Tensor, second: Tensor,
+         visible: Optional[Tensor], rate: float, betas: Tuple[float, float],
+         epsilon: float) -> None:
+    """quadsplat.adam() without correction of the moments, as a change that torch notices."""
+    moved = [checked(tensor, f"adam: {name}").detach().numpy() for name, tensor in
+             (("param", param), ("gradient", gradient), ("first", first), ("second", second))]
+    _parts.adam(*moved, rate, visible=visible, betas=betas, epsilon=epsilon)
+    for changed in (param, first, second):
+        changed.detach()[:0].zero_()  # counts as a change in place
+
+
+class SparseAdam(torch.optim.Adam):
+    """Adam that moves the rows of visible Gaussians alone, without correction of the moments.
+
+    params: parameters or groups with one float32 tensor each, a row per Gaussian.
+    lr, eps: the learning rate and the number that is added to the root of the second moment.
+    betas: decay of the moments.
+    """
+
+    def __init__(self, params: Iterable[Any], lr: float = 1e-3, eps: float = 1e-8,
+                 betas: Tuple[float, float] = (0.9, 0.999)) -> None:
+        super().__init__(params, lr=lr, eps=eps, betas=betas)
+
+    @torch.no_grad()
+    def step(self, visibility: Tensor, N: Optional[int] = None) -> None:  # type: ignore[override]
+        """Takes a step.
+
+        visibility: N, bool: the rows that move; the others keep their moments too.
+        N: the number of rows; it follows from visibility.
+
+        Raises UsageError.
+        """
+        for group in self.param_groups:
+            if len(group["params"]) != 1:
+                raise UsageError("SparseAdam: a group has more than one tensor")
+            param = group["params"][0]
+            if param.grad is None or param.numel() == 0:
+                continue
+            state = self.state[param]
+            if "exp_avg" not in state:
+                state["step"] = torch.tensor(0.0)
+                state["exp_avg"] = torch.zeros_like(param)
+                state["exp_avg_sq"] = torch.zeros_like(param)
+            adam(param, param.grad, state["exp_avg"], state["exp_avg_sq"], visibility.bool(),
+                 group["lr"], group["betas"], group["eps"])

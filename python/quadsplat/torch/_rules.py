@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""The rules in which differentiable rasterizers differ."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Tuple
+
+from .. import _ffi
+from .._checks import choice, encoded, integer, real, reals
+
+_ZEROS = (0.0, 0.0)
+
+
+class Rules(NamedTuple):
+    """The rules of rasterize(). `quadsplat train` has the default ones.
+
+    The near plane belongs to the camera.
+    """
+
+    mode: str = "quadbox"  #: culling mode, of quadsplat.modes(), but "reference"
+    sh_degree: int = 3  #: highest degree that is evaluated, 0..3
+    far_depth: float = 0.0  #: Gaussians with view z above it are not drawn; 0: no far plane
+    dilation_px2: float = 0.3  #: added to both variances of a projected Gaussian, >= 0
+    splat_scale: float = 1.0  #: factor on every standard deviation, > 0
+    antialiased: bool = False  #: opacities are compensated for the dilation
+    compensation_floor: float = 2.5e-5  #: lower bound of the ratio of determinants in it, 0..1
+    alpha_max: float = 0.99  #: alpha is clamped to this, above 0 and below 1
+    alpha_max_blocks: bool = False  #: a clamped alpha has gradient 0
+    stops_at_equal: bool = False  #: a pixel also stops at a transmittance of exactly 1e-4
+    normalises_rotations: bool = True  #: False: quaternions are used with the length they have
+    zero_color_passes: bool = False  #: colours that are exactly 0 pass their gradient on
+    radius_clip_px: float = 0.0  #: Gaussians whose radii are at most this are not drawn, >= 0
+    radius_rule: str = "inria"  #: formula of the radii: "inria", "gsplat_1_4" or "gsplat_1_5"
+    #: (x low, y low, x high, y high): bounds of x/z and y/z in the Jacobian of the projection;
+    #: None: 1.3 times the half field of view, to both sides
+    slopes: Optional[Tuple[float, float, float, float]] = None
+
+
+def struct_of(who: str, rules: Rules) -> _ffi.QsRules:
+    """The struct of rules. The library checks their ranges. Raises UsageError."""
+    struct = _ffi.QsRules()
+    struct.mode = encoded(rules.mode, f"{who}: rules.mode")
+    struct.sh_degree = integer(rules.sh_degree, f"{who}: rules.sh_degree", 0, 3)
+    for name in ("far_depth", "dilation_px2", "splat_scale", "compensation_floor", "alpha_max",
+                 "radius_clip_px"):
+        setattr(struct, name, real(getattr(rules, name), f"{who}: rules.{name}"))
+    for name in ("antialiased", "alpha_max_blocks", "stops_at_equal", "zero_color_passes"):
+        setattr(struct, name, bool(getattr(rules, name)))
+    struct.keeps_rotation_length = not rules.normalises_rotations
+    struct.radius_rule = choice(rules.radius_rule, f"{who}: rules.radius_rule", _ffi.RADII)
+    slopes = (reals(rules.slopes, f"{who}: rules.slopes", 4) if rules.slopes is not None
+              else _ZEROS + _ZEROS)
+    struct.slope_low[:], struct.slope_high[:] = slopes[:2], slopes[2:]
+    return struct

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Tensors of torch as the library's QsArray."""
+from __future__ import annotations
+
+import ctypes
+import struct
+from typing import Any, Optional
+
+import torch
+
+from .. import _ffi
+from .._errors import UsageError
+
+Tensor = torch.Tensor
+
+_TYPES = {torch.float32: _ffi.FLOAT32, torch.float64: _ffi.FLOAT64, torch.int32: _ffi.INT32,
+          torch.uint8: _ffi.UINT8, torch.int64: _ffi.INT64}
+_HALVES = (torch.float16, torch.bfloat16)
+
+# The members of a QsArray: writing all of them at once is ten times as fast as one by one.
+_ARRAY = struct.Struct("=Q8qIIIi")
+assert _ARRAY.size == ctypes.sizeof(_ffi.QsArray)
+_NONE = ((0, 0, 0, 0), (0, 0, 0), (0, 0), (0,), ())
+
+
+def put(target: ctypes.Structure, name: str, tensor: Optional[Tensor]) -> None:
+    """Sets the member of a struct to a tensor, which must outlive the struct. None: absent."""
+    if tensor is None:
+        return
+    unused = _NONE[tensor.dim()]
+    _ARRAY.pack_into(target, getattr(type(target), name).offset, tensor.data_ptr(),
+                     *tensor.shape, *unused, *tensor.stride(), *unused, tensor.dim(),
+                     _TYPES[tensor.dtype], _ffi.MEMORY_HOST, 0)
+
+
+def checked(value: Any, where: str, dtype: Optional[torch.dtype] = None) -> Tensor:
+    """A tensor of float32 or float64 that the library can read. Half precision becomes float32.
+
+    dtype: the type that it must have then. Raises UsageError.
+    """
+    if not isinstance(value, Tensor):
+        raise UsageError(f"{where} is a {type(value).__name__} instead of a torch.Tensor")
+    if value.device.type != "cpu":
+        raise UsageError(f"{where} is on the device {value.device}: gradients are computed on the "
+                         "CPU so far: move the tensors there by .cpu()")
+    if value.layout != torch.strided:
+        raise UsageError(f"{where} is sparse: convert it by .to_dense()")
+    if value.dtype in _HALVES:
+        value = value.to(torch.float32)
+    if value.dtype not in (torch.float32, torch.float64):
+        raise UsageError(f"{where} has elements of type {_name(value.dtype)} instead of float32 or "
+                         "float64")
+    if dtype is not None and value.dtype != dtype:
+        raise UsageError(f"{where} has elements of type {_name(value.dtype)}, but means has "
+                         f"{_name(dtype)}")
+    if not 1 <= value.dim() <= 4:
+        raise UsageError(f"{where} has {value.dim()} dimensions")
+    return value
+
+
+def checked_shape(tensor: Tensor, where: str, *shape: int) -> Tensor:
+    """The tensor. Raises UsageError unless it has this shape."""
+    if tuple(tensor.shape) != shape:
+        raise UsageError(f"{where} has the shape {tuple(tensor.shape)} instead of {shape}")
+    return tensor
+
+
+def _name(dtype: torch.dtype) -> str:
+    return str(dtype).replace("torch.", "")

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+//
+// A step of Adam for the rows of an array that are visible.
+#include "raster/kernel/adam.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include "library/arrays.h"
+#include "library/context.h"
+#include "library/structs.h"
+
+namespace qs::library {
+namespace {
+
+/// Four dimensions, of which the array has the first.
+using AdamShape = std::array<std::int64_t, 4>;
+
+AdamShape check_adam(const QsAdam& adam) {
+  const Where where{"qs_adam", "adam"};
+  if (adam.reserved != 0) refuse(where / "reserved", "is not 0");
+  if (!std::isfinite(adam.rate)) refuse(where / "rate", "is {}", adam.rate);
+  if (!(adam.beta1 >= 0 && adam.beta1 < 1))
+    refuse(where / "beta1", "{} is not at least 0 and below 1", adam.beta1);
+  if (!(adam.beta2 >= 0 && adam.beta2 < 1))
+    refuse(where / "beta2", "{} is not at least 0 and below 1", adam.beta2);
+  if (!(adam.epsilon >= 0 && std::isfinite(adam.epsilon)))
+    refuse(where / "epsilon", "{} is not finite and at least 0", adam.epsilon);
+  const QsArray& values = adam.values;
+  const std::uint32_t dimensions = values.dimensions;
+  if (dimensions < 1 || dimensions > 4)
+    refuse(where / "values", "has {} dimensions instead of 1 to 4", dimensions);
+  check_dimensions(values, where / "values", dimensions);
+  AdamShape shape{1, 1, 1, 1};
+  std::copy_n(values.sizes, dimensions, shape.begin());
+  const auto check = [&](const QsArray& array, const char* name, Access access) {
+    check_array(array, where / name, std::span<const std::int64_t>(shape).first(dimensions),
+                kFloat32, access);
+  };
+  check(values, "values", Access::writes);
+  check(adam.gradients, "gradients", Access::reads);
+  check(adam.first, "first", Access::writes);
+  check(adam.second, "second", Access::writes);
+  if (!is_absent(adam.visible))
+    check_array(adam.visible, where / "visible", {shape[0]}, kBytes, Access::reads);
+  return shape;
+}
+
+bool is_visible(const QsAdam& adam, std::int64_t row) {
+  return is_absent(adam.visible) ||
+         static_cast<const std::uint8_t*>(adam.visible.data)[row * adam.visible.strides[0]] != 0;
+}
+
+/// Steps all values of a row.
+void step_row(const QsAdam& adam, const AdamShape& shape, const AdamRule& rule,
+              const AdamStep& step, std::int64_t row) {
+  const auto element = [&](const QsArray& array, std::int64_t i, std::int64_t j,
+                           std::int64_t k) -> float& {
+    std::int64_t at = row * array.strides[0];
+    if (array.dimensions > 1) at += i * array.strides[1];
+    if (array.dimensions > 2) at += j * array.strides[2];
+    if (array.dimensions > 3) at += k * array.strides[3];
+    return static_cast<float*>(array.data)[at];
+  };
+  const auto rate = static_cast<float>(adam.rate);
+  for (std::int64_t i = 0; i < shape[1]; ++i) {
+    for (std::int64_t j = 0; j < shape[2]; ++j) {
+      for (std::int64_t k = 0; k < shape[3]; ++k)
+        qs::adam(rule, step, rate, element(adam.gradients, i, j, k), element(adam.values, i, j, k),
+                 element(adam.first, i, j, k), element(adam.second, i, j, k));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace qs::library
+
+using namespace qs;
+using namespace qs::library;
+
+int32_t qs_adam(QsContext* context, const QsAdam* adam, char* message) {
+  return library::call(message, [&] {
+    constexpr const char* kCall = "qs_adam";
+    require(context, {kCall, "context"});
+    const QsAdam given = read_struct(adam, {kCall, "adam"});
+    const AdamShape shape = check_adam(given);
+    const Use use(*context->context, {kCall, "context"});
+    const AdamRule rule = AdamRule::of(given.beta1, given.beta2, given.epsilon);
+    const AdamStep step =
+        given.step == 0 ? AdamStep{1, 1} : AdamStep::number(given.step, given.beta1, given.beta2);
+    use.pool().for_chunks(static_cast<std::size_t>(shape[0]), 1024,
+                          [&](std::size_t begin, std::size_t end, int) {
+                            for (std::size_t i = begin; i < end; ++i) {
+                              const auto row = static_cast<std::int64_t>(i);
+                              if (is_visible(given, row)) step_row(given, shape, rule, step, row);
+                            }
+                          });
+  });
+}

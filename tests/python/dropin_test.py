@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""python -m quadsplat.dropin: which modules it replaces, in the program and in its children."""
+import os
+import subprocess
+import sys
+
+import pytest
+
+from conftest import ROOT
+
+torch = pytest.importorskip("torch", reason="torch is not installed (python3-torch)")
+
+SHOWS = """
+import sys
+import diff_gaussian_rasterization, diff_gaussian_rasterization_abs, fused_ssim, simple_knn._C
+from simple_knn._C import distCUDA2
+from diff_gaussian_rasterization import SparseGaussianAdam, compute_relocation, rasterize_gaussians
+from diff_gaussian_rasterization_abs import GaussianRasterizer
+print(*["quadsplat/dropin" in module.__file__ for module in (
+    diff_gaussian_rasterization, diff_gaussian_rasterization_abs, fused_ssim, simple_knn._C)])
+print(*sys.argv)
+"""
+
+
+def run(words, folder, code=0, **environment):
+    done = subprocess.run(
+        [sys.executable, "-B", "-m", "quadsplat.dropin", *map(str, words)], cwd=folder, text=True,
+        capture_output=True, timeout=300,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "python"), **environment})
+    assert done.returncode == code, done.stderr
+    return done.stdout if code == 0 else done.stderr
+
+
+def test_a_script_finds_quadsplat_even_beside_the_modules_folder(tmp_path):
+    (tmp_path / "train.py").write_text(SHOWS)
+    (tmp_path / "simple_knn.py").write_text("raise SystemExit('the wrong module')")
+    (tmp_path / "helper.py").write_text("print('beside the script')")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "train.py").write_text("import helper\n" + SHOWS)
+    printed = run([tmp_path / "train.py", "-s", "data", "--cull", "of the script"], tmp_path / "other")
+    assert printed.splitlines() == ["beside the script", "True True True True",
+                                    f"{tmp_path / 'train.py'} -s data --cull of the script"]
+
+
+def test_a_module_runs_too(tmp_path):
+    (tmp_path / "tool").mkdir()
+    (tmp_path / "tool" / "__init__.py").write_text("")
+    (tmp_path / "tool" / "train.py").write_text(SHOWS)
+    lines = run(["--variant", "mcmc", "-m", "tool.train", "a", "-m", "b"], tmp_path).splitlines()
+    assert lines[0] == "True True True True" and lines[1].endswith("train.py a -m b")
+
+
+def test_children_have_the_modules_the_options_and_their_own_sitecustomize(tmp_path):
+    (tmp_path / "custom").mkdir()
+    (tmp_path / "custom" / "sitecustomize.py").write_text("import sys; sys.customised = True\n")
+    (tmp_path / "child.py").write_text(SHOWS + """
+from quadsplat.dropin import _options
+print(getattr(sys, "customised", False), _options.cull(), _options.variant())
+""")
+    (tmp_path / "train.py").write_text("""
+import subprocess, sys
+subprocess.run([sys.executable, "-B", "child.py"], check=True)
+""")
+    printed = run(["--cull", "quadbox", "--variant", "dr_aa", "train.py"], tmp_path, PYTHONPATH=os.pathsep.join(
+        [str(ROOT / "python"), str(tmp_path / "custom")]))
+    assert printed.splitlines() == ["True True True True", "child.py", "True quadbox dr_aa"]
+
+
+def test_children_of_multiprocessing_have_the_modules(tmp_path):
+    (tmp_path / "train.py").write_text("""
+import multiprocessing
+
+def work(number):
+    import fused_ssim
+    return "quadsplat" in fused_ssim.__file__
+
+if __name__ == "__main__":
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        print(pool.map(work, [1]))
+""")
+    assert run(["train.py"], tmp_path).strip() == "[True]"
+
+
+def test_the_culling_mode_is_used(tmp_path):
+    (tmp_path / "train.py").write_text("""
+from quadsplat.dropin import _inria
+import torch
+settings = _inria.GaussianRasterizationSettings(8, 8, 1, 1, torch.zeros(3), 1, torch.eye(4),
+                                                torch.eye(4), 0, torch.zeros(3))
+print(_inria._rules(settings, False).mode)
+""")
+    assert run(["train.py"], tmp_path).strip() == "3dgs"
+    assert run(["--cull", "exact", "train.py"], tmp_path).strip() == "exact"
+
+
+@pytest.mark.parametrize("words, sentence", [
+    ([], "the following arguments are required: program"),
+    (["none.py"], "none.py does not exist"),
+    (["--cull", "best", "train.py"], "dropin: cull: 'best' is none of 3dgs"),
+    (["--cull", "reference", "train.py"], "dropin: cull: 'reference' is none of 3dgs"),
+    (["--variant", "best", "train.py"], "invalid choice: 'best'"),
+    (["--variant", "taming", "train.py"], "dropin: variant: taming-3dgs's rasterizer returns 13 values")])
+def test_wrong_words_are_refused_in_a_sentence(tmp_path, words, sentence):
+    assert sentence in run(words, tmp_path, code=2)
+
+
+def test_an_error_of_the_script_is_its_own(tmp_path):
+    (tmp_path / "train.py").write_text("raise SystemExit('no data')")
+    assert run(["train.py"], tmp_path, code=1).strip() == "no data"
+
+
+# ---- gsplat
+
+FAKE = {
+    "__init__.py": """
+from .version import __version__
+from .cuda._wrapper import quat_scale_to_covar_preci
+from .relocation import compute_relocation
+from .rendering import rasterization
+from .strategy import Strategy
+""",
+    "version.py": "__version__ = '{version}'\n",
+    "rendering.py": "def rasterization(*a, **b): raise RuntimeError('compiles')\ndef other(): return 'own'\n",
+    "relocation.py": "def compute_relocation(*a, **b): raise RuntimeError('compiles')\n",
+    "strategy.py": "from gsplat import quat_scale_to_covar_preci\nfrom gsplat.relocation import compute_relocation\n"
+                   "class Strategy: pass\n",
+    "cuda/__init__.py": "",
+    "cuda/_wrapper.py": "def adam(*a): raise RuntimeError('compiles')\n"
+                        "def quat_scale_to_covar_preci(*a): raise RuntimeError('compiles')\n",
+}
+
+
+def test_functions_of_an_installed_gsplat_are_replaced_and_the_rest_stays(tmp_path):
+    for name, text in FAKE.items():
+        path = tmp_path / "gsplat" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("{version}", "1.4.0"))
+    (tmp_path / "train.py").write_text("""
+import gsplat, gsplat.rendering, gsplat.strategy, gsplat.cuda._wrapper
+from quadsplat.dropin import _gsplat
+print(gsplat.rasterization is gsplat.rendering.rasterization is _gsplat.rasterization)
+print(gsplat.strategy.compute_relocation is gsplat.compute_relocation is _gsplat.compute_relocation)
+print(gsplat.strategy.quat_scale_to_covar_preci is _gsplat.quat_scale_to_covar_preci)
+print(gsplat.cuda._wrapper.adam is _gsplat.adam, gsplat.rendering.other(), gsplat.Strategy().__class__.__name__)
+print(_gsplat._version().radius_rule)
+import inspect
+print(inspect.getsource(gsplat.rendering.other).strip())
+""")
+    assert run(["train.py"], tmp_path).splitlines() == [
+        "True", "True", "True", "True own Strategy", "gsplat_1_4", "def other(): return 'own'"]
+
+
+def test_without_gsplat_a_module_stands_in(tmp_path):
+    (tmp_path / "train.py").write_text("""
+import gsplat
+from gsplat.rendering import rasterization
+print(gsplat.rasterization is rasterization, gsplat.__version__)
+try:
+    import gsplat.strategy
+except ImportError as error:
+    print(error)
+""")
+    assert run(["train.py"], tmp_path).splitlines() == ["True 1.5.3", "No module named 'gsplat.strategy'"]
+
+
+def test_small_sets_of_points_and_ssim_without_training(tmp_path):
+    (tmp_path / "train.py").write_text("""
+import torch
+from fused_ssim import fused_ssim
+from simple_knn._C import distCUDA2
+print([distCUDA2(torch.eye(3)[:count] * 2).tolist() for count in range(4)])
+a, b = (torch.rand(1, 3, 12, 12, requires_grad=True) for _ in range(2))
+fused_ssim(a, b, train=False).backward()
+print(bool(a.grad.abs().max() > 0 and b.grad.abs().max() > 0))
+""")
+    assert run(["train.py"], tmp_path).splitlines() == ["[[], [0.0], [8.0, 8.0], [8.0, 8.0, 8.0]]", "True"]

@@ -15,7 +15,7 @@ constexpr double kMostRate = 1e9;
 constexpr std::size_t kRemembered = 32;  ///< messages
 constexpr double kLarge = 12000;         ///< bytes
 constexpr double kBusyPage = 0.005;      ///< seconds that a page may confirm a message late
-constexpr std::size_t kBounds = 8;       ///< that are remembered
+constexpr std::size_t kBounds = 16;      ///< that are remembered
 constexpr std::size_t kAgreeing = 2;     ///< of them
 
 double rate_of(double bytes, double seconds) {
@@ -50,8 +50,8 @@ void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
 }
 
 // Messages that were sent at or after a time have crossed the line between then and the last
-// confirmation, whatever else has delayed them. So no sequence of messages shows more than the
-// line's rate, and the fastest one shows most of it.
+// confirmation, and other delays only add to that time. So no sequence of messages shows more than
+// the line's rate, and the fastest one shows most of it.
 void LineRate::learn_bounds(double confirmed) {
   double bytes = 0;
   Bounds bounds;

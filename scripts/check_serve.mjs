@@ -287,6 +287,13 @@ async function checkVideo() {
   };
   try {
     await slow.setViewport({ width: 900, height: 640 });
+    await slow.goto(address);
+    await slow.waitForFunction(() => canvas.dataset.exact === "true", { timeout: 30000 });
+    check("over loopback pictures are JPEG", (await moving("JPEG")) === "JPEG");
+    await slow.evaluate(() => { const old = draw; window.codecs = []; window.draw = (image, facts) => { window.codecs.push(kCodecs[facts.codec]); old(image, facts); }; });
+    await moving("never");
+    const codecs = await slow.evaluate(() => window.codecs.filter((codec) => codec !== "WebP"));
+    check("and stay JPEG", codecs.filter((codec) => codec === "JPEG").length > 0.9 * codecs.length, codecs.join());
     await slow.goto(through(address, line.port));
     await slow.waitForFunction(() => canvas.dataset.exact === "true", { timeout: 30000 });
     check("over a slow line pictures are VP9", (await moving("VP9")) === "VP9");

@@ -6,14 +6,15 @@
 // (`sections`).
 "use strict";
 
-const kFileMessage = 2, kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kMostSide = 4096;
+const kFileMessage = 2, kHeader = 96, kKey = 1, kLossless = 2, kLastPart = 4, kLastStrip = 8, kMostSide = 4096;
 const kWheelPixels = 100;  // of a notch
 
 const at = (id) => document.getElementById(id);
 const canvas = at("picture");
 const context = canvas.getContext("2d", { alpha: false, colorSpace: "srgb" });
 let socket = null, received = 0, input = 0, retry = 500;
-let parts = [];          // of the picture that arrives
+let parts = [];          // of the strip that arrives
+let strips = [];         // of the picture that arrives: first row, promise of an image
 let shown = null;        // facts of the picture on the canvas
 let newest = 0;          // number of the newest picture that has arrived
 let sections = {};
@@ -50,7 +51,7 @@ function connect() {
   received = 0;
   input = 0;
   newest = 0;
-  parts = [];
+  dropStrips();
   shown = null;
   sections = {};
   socket.onopen = () => {
@@ -110,36 +111,57 @@ async function takePart(data) {
   const facts = {
     codec: head.getUint8(1), flags: head.getUint8(2), divisor: head.getUint8(3),
     number: head.getUint32(4, true), input: head.getUint32(8, true),
-    width: head.getUint16(16, true), height: head.getUint16(18, true),
+    width: head.getUint16(16, true), height: head.getUint16(18, true), top: head.getUint16(20, true),
     key: (head.getUint8(2) & kKey) !== 0,
     lossless: (head.getUint8(2) & kLossless) !== 0,
   };
-  if (facts.number !== newest) parts = [];
+  if (facts.number !== newest) dropStrips();
   newest = facts.number;
   parts.push(new Uint8Array(data, kHeader));
   const owner = socket;
   if ((facts.flags & kLastPart) !== 0) {
-    const bytes = parts;
+    const image = decoder.image(facts, parts);
+    image.catch(() => {});  // reported below
+    strips.push({ top: facts.top, image });
     parts = [];
-    try {
-      const image = await decoder.image(facts, bytes);
-      if (image && owner === socket && !(shown && shown.number > facts.number)) draw(image, facts);
-      if (image) image.close();
-    } catch {
-      say("the browser cannot show a picture of the server", true);
-    }
+    if ((facts.flags & kLastStrip) !== 0) await showStrips(facts, owner);
   }
   if (owner === socket) confirm(arrived);
 }
 
-function draw(image, facts) {
+// A picture that another one replaces.
+function dropStrips() {
+  for (const { image } of strips) image.then((one) => one && one.close(), () => {});
+  strips = [];
+  parts = [];
+}
+
+async function showStrips(facts, owner) {
+  const mine = strips;
+  strips = [];
+  try {
+    const images = await Promise.all(mine.map(({ image }) => image));
+    const isWanted = owner === socket && !(shown && shown.number > facts.number);
+    if (isWanted && images.every(Boolean)) draw(images.map((image, i) => ({ image, top: mine[i].top })), facts);
+    for (const image of images) if (image) image.close();
+  } catch {
+    say("the browser cannot show a picture of the server", true);
+  }
+}
+
+// `drawn`: strips of the picture with their first rows.
+function draw(drawn, facts) {
   const { width, height } = facts.divisor === 1 ? facts : pictureSize();
   if (canvas.width !== width || canvas.height !== height) {
     canvas.width = width;
     canvas.height = height;
   }
   context.imageSmoothingEnabled = facts.width !== canvas.width;
-  context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  const scale = canvas.height / facts.height;
+  drawn.forEach(({ image, top }, i) => {
+    const bottom = i + 1 < drawn.length ? drawn[i + 1].top : facts.height;
+    context.drawImage(image, 0, top * scale, canvas.width, (bottom - top) * scale);
+  });
   shown = facts;
   line.shown(facts.input);
   at("line").textContent = line.text(facts);

@@ -58,7 +58,7 @@ class ClientStream {
     done(error_code(), false);
   }
 
-  /// Tells an encrypted client that nothing follows, so that it knows that nothing is missing.
+  /// Ends the encryption with a message, by which the client knows that nothing is missing.
   template <class Done>
   void async_end(Done done) {
 #ifdef QUADSPLAT_TLS

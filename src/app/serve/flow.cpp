@@ -17,11 +17,11 @@ constexpr double kLeastRoom = 32768;    ///< bytes of parts
 }  // namespace
 
 void PictureFlow::sent(double now, std::size_t bytes, bool is_part) {
-  if (in_transit_.empty())
-    part_room_ = std::max(kLeastRoom, bits_per_second() / 8 * (rate_.least() + kPartSeconds));
+  if (is_part && parts_ == 0)
+    part_room_ = std::max(kLeastRoom, rate_.speed().estimate / 8 * (rate_.least() + kPartSeconds));
   in_transit_.push_back({now, bytes, is_part});
   bytes_ += bytes;
-  pictures_ += is_part ? 0 : 1;
+  ++(is_part ? parts_ : pictures_);
 }
 
 bool PictureFlow::received(std::uint32_t count, double held, double now) {
@@ -32,7 +32,7 @@ bool PictureFlow::received(std::uint32_t count, double held, double now) {
     const InTransit first = in_transit_.front();
     in_transit_.pop_front();
     bytes_ -= first.bytes;
-    pictures_ -= first.is_part ? 0 : 1;
+    --(first.is_part ? parts_ : pictures_);
     const double arrived = std::max(first.sent, now - held);
     rate_.confirmed(first.sent, arrived, first.bytes);
     if (first.is_part) {
@@ -49,7 +49,7 @@ bool PictureFlow::received(std::uint32_t count, double held, double now) {
 }
 
 bool PictureFlow::has_room_for_part(std::size_t bytes) const {
-  return in_transit_.empty() || static_cast<double>(bytes_ + bytes) <= part_room_;
+  return parts_ == 0 || static_cast<double>(bytes_ + bytes) <= part_room_;
 }
 
 void PictureFlow::learn_part(double seconds, std::size_t bytes) {

@@ -39,7 +39,7 @@ class PictureFlow {
   std::uint32_t received() const { return received_; }
   /// Nothing is in transit.
   bool is_empty() const { return in_transit_.empty(); }
-  double bits_per_second() const { return rate_.bits_per_second(); }
+  LineSpeed speed() const { return rate_.speed(); }
 
  private:
   struct InTransit {
@@ -53,6 +53,7 @@ class PictureFlow {
   std::size_t bytes_ = 0;  // in transit
   double part_room_ = 0;   // bytes, with parts in transit
   int pictures_ = 0;       // in transit, without parts
+  int parts_ = 0;          // in transit
   std::uint32_t received_ = 0;
   double least_ = 0;  // seconds from sending to confirmation; 0: not known
   int window_ = 2;

@@ -2,6 +2,7 @@
 #include "app/serve/line_rate.h"
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 namespace qs {
@@ -11,6 +12,11 @@ constexpr std::size_t kTrips = 8, kGroups = 7;
 constexpr int kGroup = 4;                ///< messages
 constexpr std::size_t kSmallest = 2048;  ///< bytes; smaller messages say little
 constexpr double kMostRate = 1e9;
+constexpr std::size_t kRemembered = 32;  ///< messages
+constexpr double kLarge = 12000;         ///< bytes
+constexpr double kBusyPage = 0.005;      ///< seconds that a page may confirm a message late
+constexpr std::size_t kBounds = 16;      ///< that are remembered
+constexpr std::size_t kAgreeing = 2;     ///< of them
 
 double rate_of(double bytes, double seconds) {
   return std::min(kMostRate, 8 * bytes / std::max(seconds, 1e-9));
@@ -31,7 +37,10 @@ double LineRate::least() const {
 void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
   const double began = std::max(sent + least(), last_confirmed_);
   last_confirmed_ = std::max(last_confirmed_, confirmed);
+  messages_.push_back({sent, static_cast<double>(bytes)});
+  if (messages_.size() > kRemembered) messages_.pop_front();
   if (trips_.empty() || bytes < kSmallest) return;
+  if (static_cast<double>(bytes) >= kLarge) learn_bounds(confirmed);
   if (groups_.empty() || groups_.back().messages == kGroup) groups_.emplace_back();
   if (groups_.size() > kGroups) groups_.pop_front();
   Group& group = groups_.back();
@@ -40,7 +49,37 @@ void LineRate::confirmed(double sent, double confirmed, std::size_t bytes) {
   ++group.messages;
 }
 
-double LineRate::bits_per_second() const {
+// Messages that were sent at or after a time have crossed the line between then and the last
+// confirmation, and other delays only add to that time. So no sequence of messages shows more than
+// the line's rate, and the fastest one shows most of it.
+void LineRate::learn_bounds(double confirmed) {
+  double bytes = 0;
+  Bounds bounds;
+  for (auto message = messages_.rbegin(); message != messages_.rend(); ++message) {
+    bytes += message->bytes;
+    const double seconds = confirmed - message->sent - least();
+    bounds.least = std::max(bounds.least, rate_of(bytes, seconds));
+    bounds.most = std::max(bounds.most, rate_of(bytes, seconds - kBusyPage));
+  }
+  bounds_.push_back(bounds);
+  if (bounds_.size() > kBounds) bounds_.pop_front();
+}
+
+LineSpeed LineRate::speed() const {
+  LineSpeed speed;
+  std::vector<double> least;
+  for (const Bounds& bounds : bounds_) {
+    least.push_back(bounds.least);
+    speed.at_most = std::max(speed.at_most, bounds.most);
+  }
+  // The largest one may be wrong, because the line's round trip has become shorter.
+  std::sort(least.begin(), least.end(), std::greater<>());
+  if (!least.empty()) speed.at_least = least[std::min(kAgreeing, least.size()) - 1];
+  speed.estimate = std::max(middle_of_groups(), speed.at_least);
+  return speed;
+}
+
+double LineRate::middle_of_groups() const {
   if (groups_.empty()) return 0;
   std::vector<double> rates;
   for (const Group& group : groups_) rates.push_back(rate_of(group.bytes, group.seconds));

@@ -3,14 +3,21 @@
 // The rate of a line, in bits per second, estimated from the messages that the page confirms. Pages
 // seldom fill the line, so the bytes of a second do not show its rate. A message occupies the line
 // from the time at which its first byte can arrive, half of an empty round trip before the
-// confirmation at the earliest, or from the end of the message before it. A function of times
-// alone.
+// confirmation at the earliest, or from the end of the message before it. A page that is busy makes
+// a line seem slower, and small messages most, so large ones, and large ones that follow each
+// other, tell how fast the line is at least and at most. A function of times alone.
 #pragma once
 
 #include <cstddef>
 #include <deque>
 
 namespace qs {
+
+/// The rate of a line in bits per second, at most 1e9; 0: not known yet.
+struct LineSpeed {
+  double estimate = 0;
+  double at_least = 0, at_most = 0;  ///< as the last large messages have shown
+};
 
 class LineRate {
  public:
@@ -21,8 +28,7 @@ class LineRate {
   /// Messages are confirmed in the order in which they were sent.
   void confirmed(double sent, double confirmed, std::size_t bytes);
 
-  /// 0: not known yet. At most 1e9.
-  double bits_per_second() const;
+  LineSpeed speed() const;
 
   /// Least seconds there and back; 0: not known yet.
   double least() const;
@@ -34,8 +40,19 @@ class LineRate {
     double bytes = 0, seconds = 0;
     int messages = 0;
   };
+  struct Message {
+    double sent = 0, bytes = 0;
+  };
+  struct Bounds {
+    double least = 0, most = 0;
+  };
+  void learn_bounds(double confirmed);
+  double middle_of_groups() const;
+
   std::deque<double> trips_;  // the last round trips
   std::deque<Group> groups_;
+  std::deque<Message> messages_;  // the last ones
+  std::deque<Bounds> bounds_;     // that the last large messages have shown
   double last_confirmed_ = 0;
 };
 

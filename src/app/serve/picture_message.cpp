@@ -36,7 +36,8 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
       request.divisor > 1 ? reduced(request.camera, request.divisor) : request.camera;
   const std::uint8_t flags = static_cast<std::uint8_t>(
       (picture.encoded.is_key ? kKeyFlag : 0) | (picture.order.lossless ? kLosslessFlag : 0) |
-      (end == picture.encoded.bytes.size() ? kLastPartFlag : 0));
+      (end == picture.encoded.bytes.size() ? kLastPartFlag : 0) |
+      (picture.is_last ? kLastStripFlag : 0));
   std::string message;
   message.reserve(kPictureHeader + end - begin);
   put(message, std::uint8_t{1});
@@ -48,7 +49,8 @@ std::string picture_message(const Picture& picture, const PictureNumbers& number
   put(message, numbers.state);
   put(message, static_cast<std::uint16_t>(picture.width));
   put(message, static_cast<std::uint16_t>(picture.height));
-  put(message, std::uint32_t{0});
+  put(message, static_cast<std::uint16_t>(picture.top));
+  put(message, std::uint16_t{0});
   put(message, numbers.microseconds);
   const glm::dvec3 position = camera.position();
   for (int i = 0; i < 3; ++i) put(message, position[i]);

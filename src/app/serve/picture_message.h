@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
 //
 // The binary messages of the server: a picture behind this header of 96 bytes, little-endian. A
-// lossless picture comes in parts, each behind a header.
+// lossless picture is a number of strips of the full width, each an image file. Each file comes in
+// parts, which all have a header.
 //
 //   byte  0  u8   1: a picture           byte 24  u64  microseconds of the server's clock
 //         1  u8   PictureCodec                32  f64  position x, y, z in the world
 //         2  u8   flags: 1 key, 2 lossless,   56  f64  rotation view from world, quaternion x, y,
 //         z, w
-//                 4 last part                 88  f32  fx, fy in pixels of the picture
+//                 4 last part of the strip    88  f32  fx, fy in pixels of the picture
+//                 8 last strip
 //         3  u8   divisor
 //         4  u32  number of the picture
 //         8  u32  the last input that it answers
 //        12  u32  version of the state
 //        16  u16  width, height
-//        20  u32  0
+//        20  u16  first row of the strip
+//        22  u16  0
 #pragma once
 
 #include <cstdint>
@@ -27,7 +30,8 @@ inline constexpr std::size_t kPictureHeader = 96;
 /// The longest part of a picture file in a message, so that input can stop the rest.
 inline constexpr std::size_t kPicturePart = 16384;
 
-inline constexpr std::uint8_t kKeyFlag = 1, kLosslessFlag = 2, kLastPartFlag = 4;
+inline constexpr std::uint8_t kKeyFlag = 1, kLosslessFlag = 2, kLastPartFlag = 4,
+                              kLastStripFlag = 8;
 
 /// The facts in a header that are not of the picture itself.
 struct PictureNumbers {

@@ -35,13 +35,16 @@ struct PictureOrder {
   std::optional<Split> split;  ///< of a request with two variants: their places in the picture
 };
 
-/// The answer to an order.
+/// The answer to an order, or a strip of it: a lossless picture is encoded in strips, so that the
+/// first ones are on the line while the others are encoded.
 struct Picture {
   PictureOrder order;
   ShownFrame shown;
-  int width = 0, height = 0;
-  EncodedPicture encoded;  ///< without bytes if the order was cancelled or failed
-  std::string error;       ///< a sentence if it failed
+  int width = 0, height = 0;  ///< of the whole picture
+  int top = 0;                ///< first row of the strip
+  bool is_last = true;        ///< strip
+  EncodedPicture encoded;     ///< without bytes if the order was cancelled or failed
+  std::string error;          ///< a sentence if it failed
 };
 
 /// The state of a visitor's request to measure all modes.
@@ -50,9 +53,9 @@ enum class Measuring { none, waits, runs };
 class Pictures {
  public:
   /// Called on threads of this object and of its callers: for each order that was taken, `drawn`
-  /// when it need no longer be rendered and then `ready`; `report` with actions of a job and
-  /// without actions at the end of each job; `measuring` when the state of the request with this
-  /// view version changes.
+  /// when it need no longer be rendered and then `ready` with each strip; `report` with actions of
+  /// a job and without actions at the end of each job; `measuring` when the state of the request
+  /// with this view version changes.
   struct Receiver {
     std::function<void(int visitor)> drawn;
     std::function<void(int visitor, Picture picture)> ready;
@@ -116,7 +119,7 @@ class Pictures {
   void render(const std::stop_token& stop);
   void encode(const std::stop_token& stop);
   std::deque<Drawn>::iterator next_drawn();  // of a visitor whose encoder is free
-  static void encode(PictureEncoder& encoder, Drawn& drawn);
+  void answer(PictureEncoder* encoder, Drawn& drawn);
   int next_visitor() const;  // -1: none
   bool is_quiet() const;     // nobody waits for a picture or a short job
   bool may_measure() const;

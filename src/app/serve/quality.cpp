@@ -17,6 +17,8 @@ constexpr int kBestJpeg = 90, kWorstJpeg = 40, kEasyJpeg = 80;
 constexpr int kEasyQuantizer = 28;  ///< four times the pixels stay below the coarsest quantiser
 constexpr int kWorstPictures = 10;  ///< in a row, before the size shrinks
 constexpr int kPatience = 30, kMostPatience = 480;  ///< pictures
+constexpr int kShortJpeg = 300;  ///< pictures; a line that JPEG leaves sooner is at the limit
+constexpr int kCodecPatience = 120, kMostCodecPatience = 7680;  ///< pictures
 constexpr int kFailedGrowth = 90;  ///< pictures; a size that lasts no longer was too large
 
 }  // namespace
@@ -26,17 +28,31 @@ void Quality::decodes_video(bool decodes) {
   ++keys_;
 }
 
-Encoding Quality::next(double line_rate) {
-  line_rate_ = line_rate;
-  if (line_rate > 0 && line_rate < kVideoBelow) is_slow_ = true;
-  if (line_rate > kJpegAbove) is_slow_ = false;
+// A line at the limit gets video, because each return to JPEG that does not last makes the next
+// one later.
+void Quality::choose_codec(const LineSpeed& line) {
+  ++since_jpeg_;
+  fast_ = line.at_least > kJpegAbove ? fast_ + 1 : 0;
+  if (is_slow_ && fast_ > codec_patience_) {
+    is_slow_ = false;
+    since_jpeg_ = 0;
+  } else if (!is_slow_ && line.at_most > 0 && line.at_most < kVideoBelow) {
+    is_slow_ = true;
+    const int longer = std::clamp(2 * codec_patience_, kCodecPatience, kMostCodecPatience);
+    codec_patience_ = since_jpeg_ < kShortJpeg ? longer : 0;
+  }
+}
+
+Encoding Quality::next(const LineSpeed& line) {
+  line_rate_ = line.estimate;
+  choose_codec(line);
   Encoding encoding;
   encoding.keys = keys_;
   encoding.quality = quality_;
   if (!has_vp9() || !decodes_ || !is_slow_) return encoding;
   encoding.codec = PictureCodec::vp9;
   encoding.bits_per_second =
-      static_cast<int>(std::clamp(kShare * line_rate, kLeastVideo, kMostVideo));
+      static_cast<int>(std::clamp(kShare * line.estimate, kLeastVideo, kMostVideo));
   return encoding;
 }
 

@@ -4,6 +4,7 @@
 // without delay. It learns from the line's rate and from finished pictures; without clocks.
 #pragma once
 
+#include "app/serve/line_rate.h"
 #include "app/serve/picture_encoder.h"
 
 namespace qs {
@@ -13,8 +14,8 @@ class Quality {
   /// The page can or cannot decode VP9 from now on, beginning with a key picture.
   void decodes_video(bool decodes);
 
-  /// The next moving picture. `line_rate`: bits per second; 0: not known yet.
-  Encoding next(double line_rate);
+  /// The next moving picture.
+  Encoding next(const LineSpeed& line);
 
   /// The next moving picture has 1/divisor of the pixels along each side.
   int divisor() const { return divisor_; }
@@ -24,12 +25,16 @@ class Quality {
 
  private:
   void learn_jpeg(double bytes, int divisor);
+  void choose_codec(const LineSpeed& line);
   // `is_worst`: the coarsest picture of this size. `is_easy`: the next larger size would do.
   void choose_size(bool is_worst, bool is_easy, int divisor);
 
   bool decodes_ = false, is_slow_ = false;
   std::uint32_t keys_ = 0;
   double line_rate_ = 0;
+  int fast_ = 0;              // pictures in a row over a line for JPEG, while it is slow
+  int codec_patience_ = 0;    // such pictures before JPEG begins
+  int since_jpeg_ = 1000;     // pictures since then
   int quality_ = 90;          // of JPEG
   int divisor_ = 1;           // at least; a slow backend may need more
   int worst_ = 0, easy_ = 0;  // pictures in a row

@@ -207,12 +207,12 @@ class Live : public std::enable_shared_from_this<Live> {
   }
 
   void picture_ready(Picture picture) {
-    --in_work_;
+    if (picture.is_last) --in_work_;
     if (!picture.order.lossless) {
       rendering_time_ = of_ms(static_cast<double>(picture.shown.stats.frame_ms));
       encoding_time_ = of_ms(picture.encoded.ms);
     }
-    visitor_->picture_ready(picture, seconds_now());
+    if (picture.is_last) visitor_->picture_ready(picture, seconds_now());
     const bool stale = picture.order.lossless && visitor_->has_moved_on();
     if (!picture.encoded.bytes.empty() && !stale) outgoing_.push_back(std::move(picture));
     proceed();
@@ -387,7 +387,7 @@ class Live : public std::enable_shared_from_this<Live> {
     waits_to_order_ = now < next_order_;
     if (waits_to_order_) return;
     next_order_ = now + kTurn;
-    if (std::optional<PictureOrder> order = visitor_->next_order(flow_.bits_per_second())) {
+    if (std::optional<PictureOrder> order = visitor_->next_order(flow_.speed())) {
       renders_ = true;
       ++in_work_;
       hub_.pictures->order(number_, std::move(*order));
@@ -429,7 +429,7 @@ class Live : public std::enable_shared_from_this<Live> {
     ping();
     const auto since =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
-    if (sent_bytes_ == 0) ++picture_;
+    if (sent_bytes_ == 0 && picture.top == 0) ++picture_;
     text_ = picture_message(
         picture, {picture_, version_, static_cast<std::uint64_t>(since.count())}, sent_bytes_);
     sent_bytes_ = end;

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kMostJobs = 4;         ///< of a visitor that wait
 constexpr std::size_t kMostFiles = 4;        ///< that wait to be sent
 constexpr std::size_t kMostKeyframes = 500;  ///< of a path
-constexpr double kRestSeconds = 0.1;         ///< without motion, before the picture at rest is made
+constexpr double kRestSeconds = 0.03;        ///< without motion, before the picture at rest is made
 constexpr double kMostVideoPixels = 1920 * 1200;  ///< an encoder for 4096x4096 has 1.1 GB
 constexpr double kLongestTick = 0.1;  ///< seconds; a longer pause does not let the camera jump
 
@@ -194,7 +194,7 @@ bool Visitor::is_busy() const {
 // Sooner than in the window: input cancels the picture at rest.
 bool Visitor::rests() const { return viewer().now - viewer().last_motion > kRestSeconds; }
 
-std::optional<PictureOrder> Visitor::next_order(double line_rate) {
+std::optional<PictureOrder> Visitor::next_order(const LineSpeed& line) {
   const Viewer& v = viewer();
   if (!waits_for_rest()) return {};
   const bool is_new = v.version != ordered_version_;
@@ -205,7 +205,7 @@ std::optional<PictureOrder> Visitor::next_order(double line_rate) {
   order.request.moving = is_new && v.moving();
   order.input = last_input_;
   order.lossless = !is_new;
-  order.encoding = quality_.next(line_rate);
+  order.encoding = quality_.next(line);
   if (order.request.moving && v.backend == Backend::cpu && v.reduce_when_moving)
     order.request.divisor = resolution_.divisor();
   if (is_new) order.request.divisor = std::max(order.request.divisor, quality_.divisor());

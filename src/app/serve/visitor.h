@@ -102,9 +102,8 @@ class Visitor {
   /// True if the picture of the last order is out of date, so that it need not be finished.
   bool has_moved_on() const { return viewer().version != ordered_version_; }
 
-  /// The picture that is needed now. The caller asks only when it can be sent, over a line of this
-  /// rate in bits per second; 0: not known yet.
-  std::optional<PictureOrder> next_order(double line_rate = 0);
+  /// The picture that is needed now. The caller asks only when it can be sent, over this line.
+  std::optional<PictureOrder> next_order(const LineSpeed& line = {});
   /// The answer to the last order, also if it is empty.
   void picture_ready(const Picture& picture, double now);
 

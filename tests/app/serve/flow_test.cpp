@@ -73,6 +73,7 @@ struct Line {
 
   double rate, trip;  // bits per second, seconds
   double page;        // seconds that the page may be late
+  double told = 0.7;  // share of them that the page knows
   double now = 0, free = 0;
   PictureFlow flow;
   std::uint32_t received = 0;
@@ -85,7 +86,7 @@ struct Line {
     flow.sent(now, bytes, is_part);
     const double late = page * std::uniform_real_distribution<double>(0, 1)(random);
     const double before = arrivals.empty() ? 0 : arrivals.back().first;
-    arrivals.emplace_back(std::max(before, free + trip + late), 0.7 * late);
+    arrivals.emplace_back(std::max(before, free + trip + late), told * late);
   }
   // Waits until the next confirmation has come.
   void wait() {
@@ -111,7 +112,7 @@ TEST(ServeLineRate, pictures_that_leave_the_line_idle_show_its_rate) {
       line.ping();
       const auto bytes = static_cast<std::size_t>(rate / 8 * 0.7 / 30);
       line.pictures(40, std::max<std::size_t>(bytes, 3000), 1.0 / 30);
-      EXPECT_NEAR(line.flow.bits_per_second() / rate, 1, 0.05) << rate << " " << trip;
+      EXPECT_NEAR(line.flow.speed().estimate / rate, 1, 0.05) << rate << " " << trip;
     }
   }
 }
@@ -120,24 +121,37 @@ TEST(ServeLineRate, a_page_that_is_late_does_not_change_much) {
   Line line(20e6, 0.06, 0.02);
   line.ping();
   line.pictures(60, 24000, 1.0 / 30);
-  EXPECT_GT(line.flow.bits_per_second(), 10e6);
-  EXPECT_LT(line.flow.bits_per_second(), 30e6);
+  EXPECT_GT(line.flow.speed().estimate, 10e6);
+  EXPECT_LT(line.flow.speed().estimate, 30e6);
   Line loopback(2e9, 0.0002, 0.01);
   loopback.ping();
   loopback.pictures(60, 81000, 1.0 / 30);
-  EXPECT_GT(loopback.flow.bits_per_second(), 90e6) << "JPEG";
+  EXPECT_GT(loopback.flow.speed().estimate, 90e6) << "JPEG";
+}
+
+TEST(ServeLineRate, large_messages_show_what_a_busy_page_hides) {
+  for (const double rate : {20e6, 100e6, 300e6}) {
+    Line line(rate, 0.001, 0.01);
+    line.told = 0;
+    line.ping();
+    line.pictures(40, 24'000, 0.03);
+    EXPECT_LE(line.flow.speed().estimate, 1.05 * rate) << "no more than the line carries";
+    for (int part = 0; part < 30; ++part) line.send(16384, true);
+    while (!line.arrivals.empty()) line.wait();
+    EXPECT_NEAR(line.flow.speed().estimate / rate, 0.9, 0.15) << rate;
+  }
 }
 
 TEST(ServeLineRate, one_pause_of_the_page_changes_nothing) {
   Line line(20e6, 0.06);
   line.ping();
   line.pictures(30, 24000, 1.0 / 30);
-  const double before = line.flow.bits_per_second();
+  const double before = line.flow.speed().estimate;
   line.page = 1;
   line.pictures(1, 24000, 1.0 / 30);
   line.page = 0;
   line.pictures(3, 24000, 1.0 / 30);
-  EXPECT_NEAR(line.flow.bits_per_second(), before, 0.1 * before);
+  EXPECT_NEAR(line.flow.speed().estimate, before, 0.1 * before);
 }
 
 TEST(ServeLineRate, a_line_that_becomes_slower_is_noticed_after_twenty_pictures) {
@@ -146,18 +160,18 @@ TEST(ServeLineRate, a_line_that_becomes_slower_is_noticed_after_twenty_pictures)
   line.pictures(60, 24000, 1.0 / 30);
   line.rate = 4e6;
   line.pictures(20, 24000, 1.0 / 30);
-  EXPECT_NEAR(line.flow.bits_per_second(), 4e6, 1e6);
+  EXPECT_NEAR(line.flow.speed().estimate, 4e6, 1e6);
 }
 
 TEST(ServeLineRate, is_unknown_without_a_round_trip_and_without_large_messages) {
   Line line;
   line.pictures(5, 24000, 0.1);
-  EXPECT_EQ(line.flow.bits_per_second(), 0);
+  EXPECT_EQ(line.flow.speed().estimate, 0);
   line.ping();
   line.pictures(5, 100, 0.1);
-  EXPECT_EQ(line.flow.bits_per_second(), 0);
+  EXPECT_EQ(line.flow.speed().estimate, 0);
   line.pictures(1, 24000, 0.1);
-  EXPECT_NEAR(line.flow.bits_per_second(), 20e6, 1e6) << "one picture is enough";
+  EXPECT_NEAR(line.flow.speed().estimate, 20e6, 1e6) << "one picture is enough";
 }
 
 TEST(ServeLineRate, a_page_s_own_claims_stay_within_bounds) {
@@ -165,10 +179,10 @@ TEST(ServeLineRate, a_page_s_own_claims_stay_within_bounds) {
   flow.round_trip(-1, true);
   flow.sent(1, 50000, false);
   EXPECT_TRUE(flow.received(1, 10, 1.001)) << "held before it was sent";
-  EXPECT_LE(flow.bits_per_second(), 1e9);
+  EXPECT_LE(flow.speed().estimate, 1e9);
   flow.sent(2, 50000, false);
   EXPECT_TRUE(flow.received(2, 0, 0)) << "a clock that goes back";
-  EXPECT_GE(flow.bits_per_second(), 0);
+  EXPECT_GE(flow.speed().estimate, 0);
 }
 
 TEST(ServeLineRate, the_least_round_trip_follows_the_line) {
@@ -214,7 +228,7 @@ TEST(ServeParts, fill_a_line_whose_rate_was_underestimated) {
     line.wait();
     line.now += 0.03;
   }
-  ASSERT_LT(line.flow.bits_per_second(), 2e6);
+  ASSERT_LT(line.flow.speed().estimate, 2e6);
   const double began = line.now;
   for (int sent = 0; sent < 30; ++sent) {
     while (!line.flow.has_room_for_part(16384)) line.wait();
@@ -245,22 +259,25 @@ EncodedPicture jpeg_of(std::size_t bytes) {
   return picture;
 }
 
+LineSpeed known(double rate) { return {rate, rate, rate}; }
+
 TEST(ServeQuality, jpeg_until_the_line_and_the_page_are_known) {
   Quality quality;
-  EXPECT_EQ(quality.next(0).codec, PictureCodec::jpeg);
-  EXPECT_EQ(quality.next(0).quality, 90);
-  EXPECT_EQ(quality.next(5e6).codec, PictureCodec::jpeg) << "the page has not said that it can";
+  EXPECT_EQ(quality.next(known(0)).codec, PictureCodec::jpeg);
+  EXPECT_EQ(quality.next(known(0)).quality, 90);
+  EXPECT_EQ(quality.next(known(5e6)).codec, PictureCodec::jpeg)
+      << "the page has not said that it can";
   quality.decodes_video(true);
-  EXPECT_EQ(quality.next(5e6).codec, has_vp9() ? PictureCodec::vp9 : PictureCodec::jpeg);
+  EXPECT_EQ(quality.next(known(5e6)).codec, has_vp9() ? PictureCodec::vp9 : PictureCodec::jpeg);
   quality.decodes_video(false);
-  EXPECT_EQ(quality.next(5e6).codec, PictureCodec::jpeg);
+  EXPECT_EQ(quality.next(known(5e6)).codec, PictureCodec::jpeg);
 }
 
 TEST(ServeQuality, video_below_60_megabits_and_jpeg_again_well_above) {
   if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
   Quality quality;
   quality.decodes_video(true);
-  const auto codec = [&](double rate) { return quality.next(rate).codec; };
+  const auto codec = [&](double rate) { return quality.next(known(rate)).codec; };
   EXPECT_EQ(codec(100e6), PictureCodec::jpeg);
   EXPECT_EQ(codec(61e6), PictureCodec::jpeg);
   EXPECT_EQ(codec(59e6), PictureCodec::vp9);
@@ -268,24 +285,95 @@ TEST(ServeQuality, video_below_60_megabits_and_jpeg_again_well_above) {
   EXPECT_EQ(codec(91e6), PictureCodec::jpeg);
 }
 
+// Changes of codec over a line whose page is late by up to `page` seconds, after the first exact
+// picture; the last codec.
+struct CodecRun {
+  int changes = 0;
+  PictureCodec last = PictureCodec::none;
+};
+CodecRun codecs_over(double rate, double trip, double page) {
+  Line line(rate, trip, page);
+  line.told = 0;
+  Quality quality;
+  quality.decodes_video(true);
+  line.ping();
+  const auto rest = [&] {
+    for (int part = 0; part < 30; ++part) {
+      while (!line.flow.has_room_for_part(16384)) line.wait();
+      line.send(16384, true);
+    }
+    while (!line.arrivals.empty()) line.wait();
+  };
+  line.pictures(1, 81'000, 0.03);
+  rest();
+  CodecRun run;
+  for (int turn = 0; turn < 10; ++turn) {
+    for (int i = 0; i < 90; ++i) {
+      const PictureCodec codec = quality.next(line.flow.speed()).codec;
+      run.changes += run.last != PictureCodec::none && codec != run.last ? 1 : 0;
+      run.last = codec;
+      line.pictures(1, codec == PictureCodec::vp9 ? 6000 : 40'000, 0.03);
+    }
+    rest();
+    line.ping();
+  }
+  return run;
+}
+
+TEST(ServeQuality, loopback_gets_jpeg_and_slower_lines_video) {
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  for (const double page : {0.0, 0.002, 0.006, 0.015}) {
+    const CodecRun loopback = codecs_over(2e9, 0.0002, page);
+    EXPECT_EQ(loopback.last, PictureCodec::jpeg) << page;
+    EXPECT_EQ(loopback.changes, 0) << page;
+  }
+  for (const double page : {0.0, 0.002, 0.006}) {
+    for (const double rate : {5e6, 20e6, 50e6}) {
+      const CodecRun slow = codecs_over(rate, 0.06, page);
+      EXPECT_EQ(slow.last, PictureCodec::vp9) << rate << " " << page;
+      EXPECT_LE(slow.changes, 1) << rate << " " << page;
+    }
+  }
+}
+
+TEST(ServeQuality, the_codec_does_not_alternate_at_the_border) {
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  for (double rate = 50e6; rate <= 110e6; rate += 5e6) {
+    for (const double trip : {0.001, 0.02, 0.06}) {
+      for (const double page : {0.0, 0.004})
+        EXPECT_LE(codecs_over(rate, trip, page).changes, 5) << rate << " " << trip << " " << page;
+    }
+  }
+}
+
+TEST(ServeQuality, the_codec_changes_when_the_line_is_known_to_be_slow_or_fast) {
+  if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
+  Quality quality;
+  quality.decodes_video(true);
+  EXPECT_EQ(quality.next({40e6, 40e6, 200e6}).codec, PictureCodec::jpeg) << "the page may be busy";
+  EXPECT_EQ(quality.next({40e6, 40e6, 55e6}).codec, PictureCodec::vp9);
+  EXPECT_EQ(quality.next({200e6, 50e6, 1e9}).codec, PictureCodec::vp9) << "it may be slow";
+  EXPECT_EQ(quality.next({200e6, 200e6, 1e9}).codec, PictureCodec::jpeg);
+}
+
 TEST(ServeQuality, video_has_a_share_of_the_line) {
   if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
   Quality quality;
   quality.decodes_video(true);
-  EXPECT_EQ(quality.next(5e6).bits_per_second, 3'500'000);
-  EXPECT_EQ(quality.next(50e6).bits_per_second, 8'000'000) << "no more than is visible";
-  EXPECT_GT(quality.next(1).bits_per_second, 0);
+  EXPECT_EQ(quality.next(known(5e6)).bits_per_second, 3'500'000);
+  EXPECT_EQ(quality.next(known(50e6)).bits_per_second, 8'000'000) << "no more than is visible";
+  EXPECT_GT(quality.next(known(1)).bits_per_second, 0);
 }
 
 TEST(ServeQuality, every_request_of_the_page_brings_a_key_picture) {
   Quality quality;
-  const std::uint32_t before = quality.next(5e6).keys;
+  const std::uint32_t before = quality.next(known(5e6)).keys;
   quality.decodes_video(true);
-  EXPECT_NE(quality.next(5e6).keys, before);
-  const std::uint32_t after = quality.next(5e6).keys;
-  EXPECT_EQ(quality.next(5e6).keys, after);
+  EXPECT_NE(quality.next(known(5e6)).keys, before);
+  const std::uint32_t after = quality.next(known(5e6)).keys;
+  EXPECT_EQ(quality.next(known(5e6)).keys, after);
   quality.decodes_video(true);
-  EXPECT_NE(quality.next(5e6).keys, after);
+  EXPECT_NE(quality.next(known(5e6)).keys, after);
 }
 
 TEST(ServeQuality, ten_coarsest_pictures_make_them_smaller) {
@@ -328,8 +416,8 @@ TEST(ServeQuality, jpeg_follows_the_rate) {
   // Bytes of a JPEG picture by quality and size, about as for 1280x720.
   const auto bytes = [&] {
     const int d = quality.divisor();
-    return static_cast<std::size_t>(81000.0 * std::pow(quality.next(rate).quality / 90.0, 2) /
-                                    (d * d));
+    return static_cast<std::size_t>(
+        81000.0 * std::pow(quality.next(known(rate)).quality / 90.0, 2) / (d * d));
   };
   for (int i = 0; i < 400; ++i) {
     const std::size_t size = bytes();
@@ -338,20 +426,20 @@ TEST(ServeQuality, jpeg_follows_the_rate) {
   EXPECT_LE(static_cast<double>(bytes()), 1.1 * budget);
   EXPECT_GE(static_cast<double>(bytes()), 0.3 * budget) << "and uses it";
   for (int i = 0; i < 600; ++i) {
-    quality.next(500e6);
+    quality.next(known(500e6));
     quality.learn(jpeg_of(50000), quality.divisor());
   }
-  EXPECT_EQ(quality.next(500e6).quality, 90);
+  EXPECT_EQ(quality.next(known(500e6)).quality, 90);
   EXPECT_EQ(quality.divisor(), 1);
 }
 
 TEST(ServeQuality, the_slowest_line_gets_the_smallest_jpeg) {
   Quality quality;
   for (int i = 0; i < 400; ++i) {
-    quality.next(50e3);
+    quality.next(known(50e3));
     quality.learn(jpeg_of(10000), quality.divisor());
   }
-  EXPECT_EQ(quality.next(50e3).quality, 40);
+  EXPECT_EQ(quality.next(known(50e3)).quality, 40);
   EXPECT_EQ(quality.divisor(), kMostDivisor);
 }
 

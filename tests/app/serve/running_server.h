@@ -15,7 +15,7 @@ namespace qs::test {
 
 inline constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
 
-/// `options` are those of the server that start() starts.
+/// start() starts the server with `options`.
 class RunningServer {
  public:
   RunningServer() {

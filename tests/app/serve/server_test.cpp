@@ -281,6 +281,41 @@ TEST_F(ServeLive, a_visitor_gets_state_and_exactly_the_picture_of_render) {
   EXPECT_THAT(all_, Not(HasSubstr(folder.string())));
 }
 
+TEST_F(ServeLive, the_strips_of_an_exact_picture_are_the_picture_of_render) {
+  constexpr int kWidth = 1000, kHeight = 600;
+  Socket socket = open();
+  greet(socket, kToken, R"("width":1000,"height":600)");
+  std::string file;
+  std::vector<std::uint8_t> pixels;
+  for (bool is_complete = false; !is_complete;) {
+    const Message message = read(socket);
+    if (!message.is_binary) continue;
+    say(socket, R"({"type":"received","count":)" + std::to_string(++received_) + "}");
+    if ((message.flags() & kLosslessFlag) == 0) continue;
+    file += message.bytes.substr(kPictureHeader);
+    if ((message.flags() & kLastPartFlag) == 0) continue;
+    const std::size_t top = message.number(20);
+    EXPECT_EQ(pixels.size(), 4 * kWidth * top) << "strips come in order";
+    const auto strip = decode_webp(std::as_bytes(std::span(file)), "test");
+    EXPECT_EQ(webp_size(std::as_bytes(std::span(file)), "test").width, 1000u);
+    pixels.insert(pixels.end(), strip.begin(), strip.end());
+    file.clear();
+    is_complete = (message.flags() & kLastStripFlag) != 0;
+  }
+  ASSERT_EQ(pixels.size(), 4u * kWidth * kHeight);
+
+  const auto folder = running_.small.folder.path();
+  const auto run = test::run_quadsplat({"render", (folder / "secret0/scene0.ply").string(),
+                                        "--backend", "cpu", "--camera-index", "0", "--size",
+                                        "1000x600", "--output", (folder / "out.ppm").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Image expected = read_image(folder / "out.ppm");
+  for (std::size_t i = 0; i < kWidth * kHeight; ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      ASSERT_EQ(pixels[4 * i + c], to_8bit(expected.values[3 * i + c])) << i;
+  }
+}
+
 TEST_F(ServeLive, pictures_answer_the_last_input_and_rest_after_it) {
   Socket socket = open();
   greet(socket);

@@ -314,7 +314,7 @@ TEST_F(ServeTlsFiles, a_key_with_a_password_is_refused_without_a_question) {
 }
 
 // ---- the program --------------------------------------------------------------------------------
-// A server without a scene ends after it has said what there is to say about the line.
+// A server without a scene ends after its warning.
 TEST(ServeTlsProgram, only_lines_that_others_can_read_are_a_warning) {
   const TemporaryFolder folder;
   const test::PrivateKey key = test::make_private_key();

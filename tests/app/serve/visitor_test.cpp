@@ -106,7 +106,7 @@ TEST_F(ServeVisitor, slow_lines_make_pictures_smaller_and_never_exact_ones) {
   std::optional<PictureOrder> order;
   for (int i = 0; i < 40; ++i) {
     take(message::Wheel{i % 2 == 0 ? 1.0 : -1.0, 0});
-    order = visitor_.next_order(1e6);
+    order = visitor_.next_order({1e6, 1e6, 1e6});
     ASSERT_TRUE(order);
     Picture coarse;
     coarse.order = *order;
@@ -120,16 +120,16 @@ TEST_F(ServeVisitor, slow_lines_make_pictures_smaller_and_never_exact_ones) {
   EXPECT_EQ(order->encoding.codec, has_vp9() ? PictureCodec::vp9 : PictureCodec::jpeg);
   EXPECT_GT(order->request.divisor, 1);
   wait(0.15);
-  EXPECT_EQ(visitor_.next_order(1e6)->request.divisor, 1);
+  EXPECT_EQ(visitor_.next_order({1e6, 1e6, 1e6})->request.divisor, 1);
 }
 
 TEST_F(ServeVisitor, video_of_large_windows_is_reduced) {
   take(message::Resize{{4096, 4096}});
-  EXPECT_EQ(visitor_.next_order(5e6)->request.divisor, 1) << "JPEG";
+  EXPECT_EQ(visitor_.next_order({5e6, 5e6, 5e6})->request.divisor, 1) << "JPEG";
   take(message::Video{true});
   const auto divisor = [&](int width, int height) {
     take(message::Resize{{width, height}});
-    const auto order = visitor_.next_order(5e6);
+    const auto order = visitor_.next_order({5e6, 5e6, 5e6});
     return order && order->encoding.codec == PictureCodec::vp9 ? order->request.divisor : 0;
   };
   if (!has_vp9()) GTEST_SKIP() << "needs libvpx";
@@ -367,12 +367,15 @@ TEST_F(ServePictures, headers_have_the_camera_and_the_input) {
   picture.encoded.codec = PictureCodec::webp;
   picture.width = 32;
   picture.height = 24;
+  picture.top = 200;
+  picture.is_last = false;
   picture.encoded.bytes = std::string(kPicturePart, 'a') + "bc";
   const std::string first = picture_message(picture, {5, 6, 7}, 0);
   ASSERT_EQ(first.size(), kPictureHeader + kPicturePart);
   EXPECT_EQ(at<std::uint8_t>(first, 0), 1);
   EXPECT_EQ(at<std::uint8_t>(first, 1), 2);
   EXPECT_EQ(at<std::uint8_t>(first, 2), kLosslessFlag);
+  EXPECT_EQ(at<std::uint16_t>(first, 20), 200);
   EXPECT_EQ(at<std::uint8_t>(first, 3), 2);
   EXPECT_EQ(at<std::uint32_t>(first, 4), 5u);
   EXPECT_EQ(at<std::uint32_t>(first, 8), 77u);
@@ -390,6 +393,9 @@ TEST_F(ServePictures, headers_have_the_camera_and_the_input) {
   const std::string last = picture_message(picture, {5, 6, 7}, kPicturePart);
   EXPECT_EQ(at<std::uint8_t>(last, 2), kLosslessFlag | kLastPartFlag);
   EXPECT_EQ(last.substr(kPictureHeader), "bc");
+  picture.is_last = true;
+  EXPECT_EQ(at<std::uint8_t>(picture_message(picture, {5, 6, 7}, kPicturePart), 2),
+            kLosslessFlag | kLastPartFlag | kLastStripFlag);
 }
 
 }  // namespace

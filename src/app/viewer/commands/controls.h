@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The controls of the panels as a table: their words, ranges, values and effects, apart from their
-// drawing. The page of `quadsplat serve` draws its controls from it, and the window its settings.
+// drawing. The page of `quadsplat serve` draws its controls from it. The window's panels have their
+// own drawing and repeat the words.
 // To add a control: one row in controls.cpp.
 #pragma once
 

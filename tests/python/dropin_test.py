@@ -66,6 +66,29 @@ subprocess.run([sys.executable, "-B", "child.py"], check=True)
     assert printed.splitlines() == ["True True True True", "child.py", "True quadbox dr_aa"]
 
 
+def test_a_child_that_cannot_import_the_package_says_so_and_runs(tmp_path):
+    (tmp_path / "train.py").write_text("""
+import os, subprocess, sys
+done = subprocess.run([sys.executable, "-B", "-c", "print('child')"], capture_output=True, text=True,
+                      env={**os.environ, "QUADSPLAT_LIBRARY": "/none.so"})
+print(done.stdout.strip(), done.stderr.splitlines())
+""")
+    line = run(["train.py"], tmp_path)
+    assert line.startswith("child ['quadsplat.dropin: it is not installed in this process: quadsplat: the library "
+                           "/none.so cannot be loaded") and line.count("', '") == 0
+
+
+def test_a_child_in_another_folder_finds_the_package(tmp_path):
+    (tmp_path / "quadsplat").symlink_to(ROOT / "python" / "quadsplat")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "train.py").write_text("""
+import subprocess, sys
+subprocess.run([sys.executable, "-B", "-c", "import fused_ssim; print('dropin' in fused_ssim.__file__)"],
+               cwd="elsewhere", check=True)
+""")
+    assert run(["train.py"], tmp_path, PYTHONPATH="").strip() == "True"
+
+
 def test_children_of_multiprocessing_have_the_modules(tmp_path):
     (tmp_path / "train.py").write_text("""
 import multiprocessing

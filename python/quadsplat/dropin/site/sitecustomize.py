@@ -6,13 +6,14 @@ import os
 import sys
 
 _here = os.path.dirname(os.path.abspath(__file__))
-_package_folder = os.path.dirname(os.path.dirname(os.path.dirname(_here)))
+if importlib.util.find_spec("quadsplat") is None:
+    sys.path.append(os.path.dirname(os.path.dirname(os.path.dirname(_here))))
 try:
     import quadsplat.dropin
-except ImportError:
-    sys.path.append(_package_folder)
-    import quadsplat.dropin
-quadsplat.dropin.install()
+
+    quadsplat.dropin.install()
+except ImportError as error:  # another Python, which may lack numpy
+    print(f"quadsplat.dropin: it is not installed in this process: {error}", file=sys.stderr)
 
 _others = [folder for folder in sys.path if os.path.abspath(folder or ".") != _here]
 _next = importlib.machinery.PathFinder.find_spec("sitecustomize", _others)
